@@ -50,7 +50,7 @@ class DynamicRecordingTable(CaseTable):
     across: Literal["amplitude", "preload"] | None = Field(
         default=None, description="what a length or a strain in the names of the columns is"
     )
-    accept: list[Literal["unit", "spikes", "temperature"]] | None = Field(
+    accept: list[Literal["unit", "spikes", "temperature", "loss_angle"]] | None = Field(
         default=None, description="kinds of faults that are none"
     )
     quantity: Literal["E", "G"] | None = Field(default=None, description="modulus of a coupon")
@@ -125,7 +125,7 @@ def _columns(table: DynamicRecordingTable, keys: Keys) -> list[Finding]:
     """Return what is wrong with the keys of columns and units."""
     # Here, because a case without such tables needs no parser of units.
     from bushcli.recording.dynamic.columns import suited_kinds
-    from bushcli.recording.dynamic.units import read_unit
+    from bushcli.recording.header.units import read_unit
 
     mode, findings = modes()[table.mode], []
     every = (*COLUMNS, *LOOP_COLUMNS)

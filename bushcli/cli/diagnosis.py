@@ -81,7 +81,6 @@ def diagnose(
     `mpirun -n N` the first process leads and the others share the work, on one machine or several; --scheduler shares
     it among the workers of Dask.
     """
-    from bushcli import report
     from bushcli.diagnosis.diagnose import diagnose as find
     from bushcli.runtime.store import SUFFIX
 
@@ -127,11 +126,7 @@ def diagnose(
                 count = len(list(journal.glob(f"*{SUFFIX}")))
                 say_what_is_saved(error, run.output, f"{count} result{'s' * (count != 1)}")
             raise
-        run.deliver(
-            lambda: report.diagnosis_json(found),
-            lambda: report.diagnosis_document(found),
-            lambda: report.diagnosis_files(found),
-        )
+        run.deliver(found)
         ended = {condition.name for condition in found.conditions}
         if "interrupted" in ended:
             return INTERRUPTED

@@ -26,8 +26,8 @@ from geometry.errors import GeometryError
 if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.recording.table_cache import TableCache
-    from bushcli.report import Files
     from bushcli.report.document import Document
+    from bushcli.report.results import Result
     from bushcli.runtime.condition import Condition
 
 DONE, NEGATIVE, WRONG_INPUT, NOT_CONVERGED, MISTAKE, INTERRUPTED = 0, 1, 2, 3, 70, 130
@@ -93,15 +93,16 @@ class Run:
         case : Case
             Its input files are not replaced.
         """
-        from bushcli import report
+        from bushcli.report.writers.files import check_output, question_of
+        from bushcli.report.writers.folder import moves_to, occupy, staging
 
-        report.check_output(output, case, self.command)
+        check_output(output, case, self.command)
         several, ends = ranks_there_are() > 1, click.get_current_context()
         if is_first_rank():
             refused = None
             try:
-                ends.call_on_close(report.occupy(output))
-                ends.with_resource(report.staging(output))
+                ends.call_on_close(occupy(output))
+                ends.with_resource(staging(output))
             except InputError as error:
                 refused = error
         if several:
@@ -110,8 +111,8 @@ class Run:
             refused = MPI.COMM_WORLD.bcast(refused if is_first_rank() else None)
         if refused is not None:
             raise refused
-        self.question = report.question_of(self.command, case, self.options)
-        moved = report.moves_to(output, self.command, self.question)
+        self.question = question_of(self.command, case, self.options)
+        moved = moves_to(output, self.command, self.question)
         if moved is not None:
             _complain(
                 f"{output} holds a result of `bushcli {moved[0]}`; it moves to {moved[1]} when this run has a result"
@@ -125,34 +126,33 @@ class Run:
     @property
     def staged(self) -> Path | None:
         """Folder for files that are written while the command calculates; None without -o."""
-        from bushcli.report import STAGING
+        from bushcli.report.writers.folder import STAGING
 
         return None if self.output is None else self.output / STAGING
 
-    def deliver(
-        self,
-        result: Callable[[], dict[str, Any]],
-        document: Callable[[], Document],
-        files: Callable[[], Files],
-    ) -> None:
-        """Write the result into the folder of -o, then print it.
+    def deliver(self, result: Result) -> None:
+        """Write a result into the folder of -o, then print it.
 
         An interruption waits until the numbers are on disk. Whatever prevents the writing is raised after the printing.
         """
+        from bushcli import report
+
         failure: BaseException | None = None
         if self.output is not None and is_first_rank():
             hold()
-        found = result()
+        found = report.as_json(result)
         found["timings_s"] = {**self.timings(), **found["timings_s"]}
         if self.output is not None and is_first_rank():
-            from bushcli import report
+            from bushcli.report.writers.files import write
+            from bushcli.report.writers.folder import QUESTION, NotDrawn
 
             try:
-                answer = {**found, report.QUESTION: self.question}
-                written = report.write(self.output, answer, files(), document)
+                answer = {**found, QUESTION: self.question}
+                files = report.as_files(result)
+                written = write(self.output, answer, files, lambda: report.as_document(result))
                 self._say_where(self.output, written[0].parent)
                 let_go()
-            except report.NotDrawn as error:
+            except NotDrawn as error:
                 self._say_where(self.output, error.place)
                 _complain(
                     f"{error.place} holds the numbers of the result, but not all of its pictures, nor its page: "
@@ -162,7 +162,7 @@ class Run:
             except (InputError, OSError, KeyboardInterrupt) as error:
                 failure = error
         if self.shows:
-            self.show(document())
+            self.show(report.as_document(result))
         self.emit(found)
         if failure is not None:
             raise failure
@@ -171,7 +171,7 @@ class Run:
         if place == output:
             self.say(f"wrote {output}")
             return
-        from bushcli.report import earlier_result
+        from bushcli.report.writers.folder import earlier_result
 
         kept = (earlier_result(output) or {}).get("command", "")
         _complain(
@@ -212,7 +212,7 @@ class Run:
         """Print a document on stdout."""
         from rich.console import Console
 
-        from bushcli.report import terminal_text
+        from bushcli.report.writers.terminal import terminal_text
 
         shown = terminal_text(document)
         if on_terminal(sys.stdout):

@@ -89,7 +89,7 @@ def study(
     they come, and in DIR/designs.parquet at the end. Under `mpirun -n N` the first process leads and the others share
     the work; --scheduler shares it among the workers of Dask.
     """
-    from bushcli import report
+    from bushcli.report.results import StudyResult
     from bushcli.study.analysis import limits_of
     from bushcli.study.rows import parquet
     from bushcli.study.study import study as simulate
@@ -127,11 +127,7 @@ def study(
             except BaseException as error:
                 say_what_is_saved(error, run.output, f"{done[0]} of {len(plan.rows)} designs")
                 raise
-            run.deliver(
-                lambda: report.study_json(found),
-                lambda: report.study_document(found),
-                lambda: report.study_files(found, rows.write),
-            )
+            run.deliver(StudyResult(found, rows.write))
             return NEGATIVE if strict and found.failed else DONE
 
 
@@ -162,7 +158,7 @@ def _plan(
 
 def _task(run: Run, case: Case, plan: Plan, asked: tuple[str, ...], curves: bool) -> StudyTask:
     from bushcli.case.hardness import HARDNESS
-    from bushcli.report import described
+    from bushcli.report.json.study import described
     from bushcli.study.answers import answer, default_answers
     from bushcli.study.task import StudyTask
 

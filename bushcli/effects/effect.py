@@ -99,6 +99,8 @@ class EffectParameter:
         The choice of the effect with which the parameter is used; empty for any.
     searched : bool
         Whether a diagnosis may add it to a model; else only a case file gives it.
+    of_amplitude : bool
+        Whether it refines how the effect depends on the amplitude, so that tables of several amplitudes show it.
     within : (str, float) or None
         "thickness" or "length" of the rubber or their quotient, and the share of it that the value's size must not
         exceed: beyond it there is no such bushing.
@@ -130,6 +132,7 @@ class EffectParameter:
     twins: tuple[tuple[str, str], ...] = ()
     under: str = ""
     searched: bool = True
+    of_amplitude: bool = False
     within: tuple[Literal["thickness", "length", "thickness/length"], float] | None = None
     prior: Prior | None = None
 

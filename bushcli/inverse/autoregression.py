@@ -41,17 +41,7 @@ FINE = 1e-4
 
 @dataclass(frozen=True)
 class CorrelatedErrors:
-    """Errors of the samples of a recording.
-
-    Attributes
-    ----------
-    variance : float
-        Of one sample, in the square of the error's unit.
-    correlation : float
-        Between neighbours.
-    time : float
-        How many neighbouring samples count as one.
-    """
+    """Errors of samples: variance of one, correlation of neighbours, and how many neighbouring ones count as one."""
 
     variance: float
     correlation: float

@@ -29,17 +29,11 @@ LEAST_FREEDOM = 3.0
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """How well the curves determine the parameters.
+    """How well the curves determine the parameters."""
 
-    Attributes
-    ----------
-    covariance : (p, p) array
-        Of the parameters, in their units; infinite variances of those that the curves leave open.
-    freedom : float
-        Independent samples less parameters: degrees of freedom of Student's distribution.
-    """
-
+    # Shape (p, p), in the units of the parameters; infinite variances of those that the curves leave open.
     covariance: Array
+    # Independent samples less parameters: degrees of freedom of Student's distribution.
     freedom: float
 
     @property

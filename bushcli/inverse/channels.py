@@ -44,13 +44,7 @@ def curve_channel(
     bad: NDArray[np.bool_] | None = None,
     branch: str = "",
 ) -> Channel:
-    """Return the channel of a recording: of the case's bushing, or of another shape.
-
-    Raises
-    ------
-    InputError
-        The recording has no time, which an effect needs.
-    """
+    """Return the channel of a recording: of the case's bushing, or of another shape. An effect may require its time."""
     shape, mode, mesh = shape or case.geometry, modes()[recording.mode], case.mesh.refinement
     bad = bad_samples(recording) if bad is None else bad
     paths = {} if paths is None else paths
@@ -82,12 +76,7 @@ def fitted_branch(source: Source, recording: Recording) -> tuple[str, NDArray[np
     """Return the branch of a coupon to which a law is fitted, and which samples (n,) belong to it.
 
     A law has no memory: fitted to loading and unloading it would follow neither, but their mean. The branch is empty
-    where the recording has no other.
-
-    Raises
-    ------
-    InputError
-        The case chooses a branch of which there are too few samples.
+    where the recording has no other. Raises `InputError` where the branch that the case chooses has too few samples.
     """
     whole = np.ones(len(recording.displacement), dtype=bool)
     if source.branch == "both":
@@ -146,9 +135,9 @@ def dynamic_channels(
     from bushcli.simulate.dynamic_tables import by_temperature
 
     return [
-        DynamicChannel(one.rows(rows), rubber, case, comm, temperature=temperature)
-        for one in read
-        for rows, temperature in by_temperature(case, one)
+        DynamicChannel(table.rows(rows), rubber, case, comm, temperature=temperature)
+        for table in read
+        for rows, temperature in by_temperature(case, table)
     ]
 
 
@@ -157,6 +146,6 @@ def dynamic_tables(case: Case, tables: TableCache | None = None) -> list[Dynamic
     sources = [source for source in case.dynamic if modes()[source.mode].specimen == "bushing"]
     if not sources:
         return []
-    from bushcli.recording.dynamic.read import read_dynamic
+    from bushcli.recording.dynamic.read import kept_dynamic
 
-    return [read_dynamic(source, tables) for source in sources]
+    return [kept_dynamic(source, tables) for source in sources]

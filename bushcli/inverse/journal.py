@@ -46,13 +46,16 @@ class AnswersCodec:
             }
         return arrays
 
-    def decoded(self, found: dict[str, Any], question: tuple[Any, ...]) -> list[ChannelForces]:
+    def decoded(self, arrays: dict[str, Any], question: tuple[Any, ...]) -> list[ChannelForces]:
         """Return the answers from their arrays."""
         return [
             ChannelForces(
-                found[f"{i}.displacement"], found[f"{i}.force"], found[f"{i}.slope"], found.get(f"{i}.states")
+                arrays[f"{i}.displacement"],
+                arrays[f"{i}.force"],
+                arrays[f"{i}.slope"],
+                arrays.get(f"{i}.states"),
             )
-            for i in range(int(found["channels"]))
+            for i in range(int(arrays["channels"]))
         ]
 
 
@@ -75,21 +78,10 @@ def digest(identity: Mapping[str, Any]) -> str:
 
 
 class Journal:
-    """Saved evaluations of one identification.
+    """Saved evaluations of one identification, in a folder.
 
-    Parameters
-    ----------
-    folder : Path
-        Where they are saved.
-    identity : mapping
-        Everything that determines the answers, ready for JSON; a folder of another run is refused.
-    resume : bool
-        Use what the folder holds; otherwise the evaluations of earlier runs are deleted.
-
-    Raises
-    ------
-    InputError
-        The folder belongs to another case, law or option, or cannot be written.
+    The identity is all that determines the answers, ready for JSON. A folder of another case, law or option is refused;
+    its evaluations are deleted unless the run resumes.
     """
 
     def __init__(self, folder: Path, identity: Mapping[str, Any], resume: bool) -> None:

@@ -85,22 +85,13 @@ def is_unstable(problem: LeastSquaresProblem, x: Array, states: Array) -> bool:
 
 @dataclass(frozen=True)
 class FirstSearch:
-    """The first search of an identification.
-
-    Attributes
-    ----------
-    minimum : Minimum
-    initial : shape (parameters,)
-        Where the search began.
-    instead : shape (parameters,) or None
-        Point that replaced a start which is unstable or could not be solved, before it was brought to scale.
-    states : shape (n, 3)
-        Principal stretches in which the law's stability was watched when the search began.
-    """
+    """The first search of an identification, and where it began, shape (parameters,)."""
 
     minimum: Minimum
     initial: Array
+    # Point that replaced a start which is unstable or could not be solved, before it was brought to scale.
     instead: Array | None
+    # Principal stretches (n, 3) in which the law's stability was watched when the search began.
     states: Array
 
 

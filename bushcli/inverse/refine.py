@@ -8,7 +8,7 @@ before, decides which of the others are hopeless.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.inverse.channel import ChannelForces, FitChannel, StepLimit
-from bushcli.inverse.journal import Journal, open_journal
+from bushcli.inverse.journal import open_journal
 from bushcli.inverse.local import Minimum
 from bushcli.inverse.minimum_search import search
 from bushcli.inverse.problem import LeastSquaresProblem, Progress
@@ -41,29 +41,14 @@ INTERRUPTED = "interrupted"
 
 @dataclass(frozen=True)
 class Assignment:
-    """A start to be refined.
-
-    Attributes
-    ----------
-    number : int
-        From 1.
-    point : shape (parameters,)
-        In the units of the law.
-    states : shape (n, 3)
-        Principal stretches in which the law has to be stable.
-    limits : tuple of StepLimit
-        Failed steps after which marches are given up, by channel, as the first search left them.
-    reference : float
-        Cost to compare its own with, of the first start's minimum.
-    journal, resume
-        As in `identify`.
-    """
+    """A start to be refined, numbered from 1, and what the first search knows: states, limits and its cost."""
 
     number: int
     point: Array
     states: Array
     limits: tuple[StepLimit, ...]
     reference: float
+    # As in `identify`.
     journal: Path | None
     resume: bool | None
 
@@ -103,7 +88,11 @@ def refine(
         if is_outperformed(costs, given.reference):
             raise _GivenUp("given up: the misfit stays far above the first start's")
 
-    journal = _journal(task, given)
+    journal = None
+    if given.journal is not None:
+        folder = given.journal.with_name(f"{given.journal.name}-start-{given.number}")
+        identity = {**task.identity(), "number": given.number, "point": given.point.tolist()}
+        journal = open_journal(folder, identity, None if given.resume else given.resume)
     problem = task.pose(channels, journal, follow, given.states, given.number, given.limits)
     initial = problem.bounds.inside(given.point)
     nowhere = Minimum(initial, initial, float("nan"), 0, False, "the start cannot be solved")
@@ -124,15 +113,6 @@ def refine(
     )
 
 
-def _journal(task: Task, given: Assignment) -> Journal | None:
-    """Return the saved evaluations of a start, in a folder of their own; None where none are saved."""
-    if given.journal is None:
-        return None
-    folder = given.journal.with_name(f"{given.journal.name}-start-{given.number}")
-    identity = {**task.identity(), "number": given.number, "point": given.point.tolist()}
-    return open_journal(folder, identity, None if given.resume else given.resume)
-
-
 def is_outperformed(costs: Sequence[float], reference: float) -> bool:
     """Whether a search with these costs so far should be given up."""
     if len(costs) < OUTPERFORMED_AFTER:
@@ -147,9 +127,9 @@ def is_outperformed(costs: Sequence[float], reference: float) -> bool:
 class ProblemCache:
     """The problem of one task, coarse or fine, in a process that shares its starts."""
 
-    def __init__(self) -> None:
+    def __init__(self, tables: TableCache | None = None) -> None:
         self._problems: dict[bytes, LeastSquaresProblem] = {}
-        self._tables = TableCache()
+        self._tables = TableCache() if tables is None else tables
 
     def problem(self, task: Task, coarse: bool) -> LeastSquaresProblem:
         """Return the problem of a task; that of another one is discarded."""
@@ -167,16 +147,9 @@ def coarse_costs(
     task: Task, tables: TableCache, pool: Pool | None = None
 ) -> Iterator[Callable[[Sequence[Array]], list[float]]]:
     """Give a function for the costs of many parameter sets on the coarse mesh, by the task's workers or by a pool."""
-    cache = ProblemCache()
-    if pool is not None:
-        yield lambda points: [float(cost) for cost in _asked(pool, cache, _cost_there, task, points)]
-        return
-    if task.workers == 1:
-        coarse, *_ = task.problem(coarse=True, tables=tables)
-        yield lambda points: [coarse.cost(x) for x in points]
-        return
-    with processes(task.workers) as own:
-        yield lambda points: [float(cost) for cost in _asked(own, cache, _cost_there, task, points)]
+    with nullcontext(pool) if pool is not None else processes(task.workers) as chosen:
+        cache = ProblemCache(tables)
+        yield lambda points: [float(cost) for cost in _asked(chosen, cache, _cost_there, task, points)]
 
 
 def refine_start(

@@ -59,8 +59,8 @@ def missing(
         Share of the plain law's squared misfit above the noise that is left.
     """
     force, profiles, said = {}, [], []
-    for channel, one in zip(channels, features, strict=True):
-        mean = missing_force(channel, one)
+    for channel, own in zip(channels, features, strict=True):
+        mean = missing_force(channel, own)
         force[channel.name] = mean
         profiles += _profiles(channel, mean)
         said += _said(channel, mean, len(channels) > 1)
@@ -90,18 +90,18 @@ def constant_factor(share: float, mode: str) -> str:
     return f"{said}, more than the error of {what} (about {100 * UNREMARKABLE:.0f} %): {causes} may differ"
 
 
-def missing_force(channel: Compared, one: Features) -> Array:
+def missing_force(channel: Compared, own: Features) -> Array:
     """Return the posterior mean (n,) of recorded less simulated force: its smooth part, without noise.
 
     Parameters
     ----------
     channel : Compared
         n samples, N, N mm or MPa.
-    one : Features
+    own : Features
         Of the channel.
     """
     misfit = np.where(channel.known, -channel.misfit, 0.0)
-    return one.shrunk(misfit)
+    return own.shrunk(misfit)
 
 
 def _profiles(channel: Compared, mean: Array) -> list[MissingProfile]:
@@ -110,25 +110,25 @@ def _profiles(channel: Compared, mean: Array) -> list[MissingProfile]:
     noise = channel.noise.sigma * np.sqrt(channel.noise.correlation_time)
 
     def profile(along: Along, branch: str, groups: Sequence[tuple[float, Index]]) -> list[MissingProfile]:
-        kept = [(x, index) for x, index in groups if len(index)]
-        if len(kept) < 2:
+        filled = [(x, index) for x, index in groups if len(index)]
+        if len(filled) < 2:
             return []
-        x = np.array([x for x, _ in kept])
-        value = np.array([float(np.mean(mean[index])) for _, index in kept]) * unit
-        std = np.array([noise / np.sqrt(len(index)) for _, index in kept]) * unit
+        x = np.array([x for x, _ in filled])
+        value = np.array([float(np.mean(mean[index])) for _, index in filled]) * unit
+        std = np.array([noise / np.sqrt(len(index)) for _, index in filled]) * unit
         return [MissingProfile(channel.name, along, branch, x, value, std)]
 
-    found: list[MissingProfile] = []
+    profiles: list[MissingProfile] = []
     by_kind: dict[str, list[Segment]] = {}
     for branch in branches(recording):
         by_kind.setdefault(branch.kind, []).append(branch)
     for kind, some in by_kind.items():
         index = np.concatenate([np.arange(b.start, b.stop) for b in some])
         if kind != "hold":
-            found += profile("displacement", kind, _binned(recording.displacement, index, POINTS))
+            profiles += profile("displacement", kind, _binned(recording.displacement, index, POINTS))
     everything = np.arange(len(recording.force))
     if recording.time is not None:
-        found += profile("time", "", _binned(recording.time, everything, TIMES))
+        profiles += profile("time", "", _binned(recording.time, everything, TIMES))
     cycles: dict[int, list[Index]] = {}
     rates: dict[float, list[Index]] = {}
     for branch in branches(recording):
@@ -142,9 +142,9 @@ def _profiles(channel: Compared, mean: Array) -> list[MissingProfile]:
         if rate > 0.0:
             near = next((r for r in rates if 0.7 < rate / r < 1.4), rate)
             rates.setdefault(near, []).append(index)
-    found += profile("cycle", "", [(float(c), np.concatenate(i)) for c, i in sorted(cycles.items())])
-    found += profile("rate", "", [(r, np.concatenate(i)) for r, i in sorted(rates.items())])
-    return found
+    profiles += profile("cycle", "", [(float(c), np.concatenate(i)) for c, i in sorted(cycles.items())])
+    profiles += profile("rate", "", [(r, np.concatenate(i)) for r, i in sorted(rates.items())])
+    return profiles
 
 
 def _binned(x: Array, index: Index, count: int) -> list[tuple[float, Index]]:
@@ -170,7 +170,7 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
     size = float(np.sqrt(power / len(mean))) / span
     if size < TINY:
         return []
-    found, best = [], 0.0
+    sentences, best = [], 0.0
     elastic, is_even = _elastic(recording, mean)
     for basis, words, timed in _descriptions(recording):
         a: Any = np.linalg.lstsq(basis, mean, rcond=None)[0]
@@ -182,19 +182,19 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
             share -= PRICE
         # Where it follows the displacement as well, nothing shows that it depends on time.
         if share > SAYS and not (timed and elastic >= share):
-            found.append((share * size, at + words(a)))
+            sentences.append((share * size, at + words(a)))
             best = max(best, _described(basis, mean))
     share, text = max(*_by_cycle(recording, mean), *_by_time(recording, mean))
     if share > max(BY_CYCLE, elastic, best + PRICE):
         return [(share * size, at + text)]
     # A wave has two coefficients and a period; a short one is smoothed away in the features of a branch.
     whole = np.where(channel.known, -channel.misfit, 0.0)
-    share, text = max(one for rows in (mean, whole) for one in waves(recording, rows))
+    share, text = max(described for rows in (mean, whole) for described in waves(recording, rows))
     share -= 2 * PRICE
     if share > max(SAYS, elastic, best):
         return [(share * size, at + text)]
-    if found:
-        return found
+    if sentences:
+        return sentences
     if elastic > SAYS:
         law = (
             ": it has one sign in both directions, which no law of a symmetric bushing gives"
@@ -272,8 +272,8 @@ def _by_cycle(recording: Recording, mean: Array) -> list[tuple[float, str]]:
     numbers = sorted(set(cycle))
     if len(numbers) < 3:
         return [(0.0, "")]
-    own = np.column_stack([np.where(cycle == one, 1.0, 0.0) for one in numbers])
-    found = []
+    own = np.column_stack([np.where(cycle == number, 1.0, 0.0) for number in numbers])
+    sentences = []
     for basis, what, unit in (
         (own, "zero of the force", float(np.ptp(recording.force))),
         (own * recording.force[:, None], "stiffness", 1.0),
@@ -283,8 +283,8 @@ def _by_cycle(recording: Recording, mean: Array) -> list[tuple[float, str]]:
             f"the {what} differs from cycle to cycle, by {100 * size.min():+.1f} to {100 * size.max():+.1f} %"
         )
         text += " of the range" if what != "stiffness" else ""
-        found.append((_described(basis, mean), text))
-    return found
+        sentences.append((_described(basis, mean), text))
+    return sentences
 
 
 def _by_time(recording: Recording, mean: Array) -> list[tuple[float, str]]:
@@ -296,7 +296,7 @@ def _by_time(recording: Recording, mean: Array) -> list[tuple[float, str]]:
         return [(0.0, "")]
     clock = (recording.time - recording.time[0]) / float(np.ptp(recording.time))
     waves = np.cos(np.pi * np.outer(clock, np.arange(WAVES + 1)))
-    found = []
+    sentences = []
     for factor, what, unit in (
         (np.ones(len(mean)), "zero of the force", float(np.ptp(recording.force))),
         (recording.force, "stiffness", 1.0),
@@ -305,15 +305,15 @@ def _by_time(recording: Recording, mean: Array) -> list[tuple[float, str]]:
         slow = waves @ np.linalg.lstsq(waves * factor[:, None], mean, rcond=None)[0] / unit
         share = _described(waves * factor[:, None], mean) - PRICE
         text = f"the {what} varies with time, by {100 * slow.min():+.1f} to {100 * slow.max():+.1f} %{of}"
-        found.append((share, text))
+        sentences.append((share, text))
         jumps = [(at, np.column_stack([factor, np.where(clock >= at, factor, 0.0)])) for at in JUMPS]
-        at, best = max(jumps, key=lambda one: _described(one[1], mean))
+        at, best = max(jumps, key=lambda jump: _described(jump[1], mean))
         size = 100 * float(np.linalg.lstsq(best, mean, rcond=None)[0][1]) / unit
         seconds = float(recording.time[0]) + at * float(np.ptp(recording.time))
-        found.append(
+        sentences.append(
             (_described(best, mean), f"the {what} jumps by {size:+.1f} %{of} at about {seconds:.3g} s")
         )
-    return found
+    return sentences
 
 
 def _elastic(recording: Recording, mean: Array) -> tuple[float, bool]:

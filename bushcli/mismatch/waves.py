@@ -35,16 +35,18 @@ def waves(recording: Recording, mean: Array) -> list[tuple[float, str]]:
     unit, factor = (" degrees", 180.0 / np.pi) if mode.rotational else (" mm", 1.0)
     if mode.specimen == "coupon":
         unit = " of strain"
-    found = []
-    for x, along, by, one in (
+    sentences = []
+    for x, along, by, unit_of_x in (
         (recording.displacement, "along the displacement", factor, unit),
         (recording.time, "with time", 1.0, " s"),
     ):
         if x is not None and np.ptp(x) > 0.0:  # in a hold alone nothing moves
             share, period, amplitude = _best(x, mean)
             size = f"by {100 * amplitude / span:.1f} % of the range to either side"
-            found.append((share, f"the force rises and falls {along} every {by * period:.2g}{one}, {size}"))
-    return found
+            sentences.append(
+                (share, f"the force rises and falls {along} every {by * period:.2g}{unit_of_x}, {size}")
+            )
+    return sentences
 
 
 def _best(x: Array, mean: Array) -> tuple[float, float, float]:

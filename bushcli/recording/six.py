@@ -9,14 +9,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.errors import Problem, RecordingError
 from bushcli.recording.header.columns import Column, chosen_index, column
 from bushcli.recording.header.name import heading
-from bushcli.recording.opened import listed, opened
+from bushcli.recording.isolated import FileContents
+from bushcli.recording.opened import Needed, listed, only_table, opened
 from bushcli.recording.source import SixColumns, Source
 from bushcli.recording.table_cache import TableCache
-from bushcli.recording.text.table import ArrayTable, Table
-from bushcli.recording.time.rasters import RasterColumns, interpolated, joined, own_clocks, stamped
+from bushcli.recording.text.table import Table
+from bushcli.recording.time.rasters import RasterColumns, interpolated, own_clocks, stamped
 from cases.mode import modes
 from cases.six import MOTIONS, PAIR_MODES, REACTIONS
 
@@ -41,37 +41,22 @@ def named_in(table: Table) -> dict[str, int]:
 
 def six_table(source: Source, chosen: Mapping[str, str], tables: TableCache) -> Table:
     """Return the table of a recording of six motions."""
-    found = opened(source, list(chosen.values()), tables)
-    if isinstance(found, Table):
-        return _one_clock(found, chosen, source)
-    if len(found.tables) == 1 and not found.failed:
-        return _one_clock(found.tables[0], chosen, source)
-    every = {name for table in found.tables for name in _columns(table, chosen)}
-    together = joined(found.tables, source, modes()["axial"])
-    for among in (found.tables, together):
-        fitting = [table for table in among if every and every == _columns(table, chosen).keys()]
-        if len(fitting) == 1:
-            return _one_clock(fitting[0], chosen, source)
-        if fitting:
-            what = f"{len(fitting)} sheets or groups have motions and reactions: "
-            what += listed([table.part for table in fitting])
-            raise RecordingError(
-                Problem(str(source.file), what, "", 'choose in the case file: group = "..."')
-            )
-    parts = []
-    for table in together:
-        columns = tuple(_columns(table, chosen).values())
-        stamps = stamped(table, columns, source, modes()["axial"]) if columns else None
-        parts += [] if stamps is None else [stamps]
-    if len(parts) > 1:
-        return _on_one_raster(source, parts, chosen)
-    # A sheet with a bad row may be the sheet that is meant.
-    for error in found.failed.values():
-        raise error
-    what = "no sheet or group has all motions and reactions; there are "
-    what += listed([table.part for table in found.tables])
-    expected = "one table with columns such as time_s, ux_mm, fx_N; or their names: motions = {ux = ...}"
-    raise RecordingError(Problem(str(source.file), what, "", expected))
+    axial = modes()["axial"]
+    table = opened(source, list(chosen.values()), tables)
+    if isinstance(table, FileContents):
+        every = {name for one in table.tables for name in _columns(one, chosen)}
+        needed = Needed(
+            "all motions and reactions",
+            "motions = {ux = ...}, by name; names such as time_s, ux_mm, fx_N are found",
+            lambda one: bool(every) and every == _columns(one, chosen).keys(),
+            lambda together: _on_one_raster(source, together, chosen),
+        )
+        table = only_table(source, axial, table, needed)
+    # Motions and reactions of a table may have clocks of their own.
+    columns = _columns(table, chosen)
+    forced = [index for key, index in columns.items() if key in REACTIONS]
+    moved = [index for key, index in columns.items() if key in MOTIONS]
+    return own_clocks(table, forced, moved, source, axial, _WORDS)
 
 
 def _columns(table: Table, chosen: Mapping[str, str]) -> dict[str, int]:
@@ -82,29 +67,28 @@ def _columns(table: Table, chosen: Mapping[str, str]) -> dict[str, int]:
     return {key: index for key, index in named_in(table).items() if key not in known} | own
 
 
-def _one_clock(table: Table, chosen: Mapping[str, str], source: Source) -> Table:
-    """Return a table whose motions and reactions have one clock."""
-    columns = _columns(table, chosen)
-    forced = [index for key, index in columns.items() if key in REACTIONS]
-    moved = [index for key, index in columns.items() if key in MOTIONS]
-    return own_clocks(table, forced, moved, source, modes()["axial"], _WORDS)
-
-
-def _on_one_raster(source: Source, parts: Sequence[RasterColumns], chosen: Mapping[str, str]) -> ArrayTable:
-    """Return the reactions, and the motions interpolated at the stamps of the reactions."""
+def _on_one_raster(source: Source, tables: Sequence[Table], chosen: Mapping[str, str]) -> Table | None:
+    """Return the reactions, and the motions interpolated at their stamps; None where one table has all."""
+    parts = []
+    for table in tables:
+        columns = tuple(_columns(table, chosen).values())
+        stamps = stamped(table, columns, source, modes()["axial"]) if columns else None
+        parts += [] if stamps is None else [stamps]
+    if len(parts) < 2:
+        return None
     forced = [part for part in parts if any(key in REACTIONS for key in _columns(part.table, chosen))]
     if len(forced) != 1:
         what = f"reactions are in {len(forced)} groups with different time stamps: "
         what += listed([part.table.part for part in forced])
         expected = "export them with one common raster; forces are not interpolated"
-        raise RecordingError(Problem(str(source.file), what, "", expected))
+        raise source.refused(what, expected)
     (own,) = forced
     keys = [key for part in parts for key in _columns(part.table, chosen)]
     for key in keys:
         if keys.count(key) > 1:
             what = f"{key} is in several groups with different time stamps"
             expected = f'name the channel that is meant: motions = {{{key} = "..."}} in the case file'
-            raise RecordingError(Problem(str(source.file), what, "", expected))
+            raise source.refused(what, expected)
     moved = [
         RasterColumns(part.table, (index,), part.stamps)
         for part in parts
@@ -143,9 +127,7 @@ def columns_of(
     if not own:
         listed = ", ".join(name for name in table.names if name)[:300]
         what = f"has no column of a motion; its columns are {listed}" if listed else "has no header"
-        raise RecordingError(
-            Problem(str(source.file), what, "", "ux_mm ... rz_deg; or choose columns: motions = {ux = ...}")
-        )
+        raise source.refused(what, "ux_mm ... rz_deg; or choose columns: motions = {ux = ...}")
     for name in theirs.values():
         # Reactions whose motion stays zero are not read later.
         chosen_index(table, name)
@@ -208,7 +190,7 @@ def read_motions(source: Source, six: SixColumns, tables: TableCache) -> tuple[A
         if np.any(np.diff(time) <= 0.0):
             row = int(np.argmax(np.diff(time) <= 0.0)) + 1
             what = f"the time does not increase, {time[row]:g} s follows {time[row - 1]:g} s"
-            raise RecordingError(Problem(str(source.file), what, "", "put the rows in the order of time"))
+            raise source.refused(what, "put the rows in the order of time")
     if len(poses) < 2:
-        raise RecordingError(Problem(str(source.file), f"has only {len(poses)} points", "", "at least 2"))
+        raise source.refused(f"has only {len(poses)} points", "at least 2")
     return time, poses

@@ -43,7 +43,7 @@ DEATHS = 3
 Question = tuple[Any, ...]
 
 # Seconds to wait for a scheduler that does not answer, and between two questions whether it still does.
-PATIENCE = 10.0
+TIMEOUT = 10.0
 # Seconds without a worker after which the work is given up: arbitrary, long enough to start others.
 WORKERLESS = 300.0
 
@@ -226,9 +226,9 @@ def dask(address: str) -> Iterator[Pool]:
     client: Any = None
     try:
         client = _connected(
-            lambda: distributed.Client(**place, timeout=PATIENCE, set_as_default=False, name="bushcli")
+            lambda: distributed.Client(**place, timeout=TIMEOUT, set_as_default=False, name="bushcli")
         )
-        workers = len(client.sync(client.scheduler.ncores, callback_timeout=PATIENCE))
+        workers = len(client.sync(client.scheduler.ncores, callback_timeout=TIMEOUT))
     except (OSError, ValueError, TypeError, TimeoutError) as error:
         _close(client, 1.0)
         what = f"{address} does not answer: {str(error) or type(error).__name__}"
@@ -245,7 +245,7 @@ def dask(address: str) -> Iterator[Pool]:
         watched = _Watched(client, client.get_executor(pure=False), address)
         yield Pool(watched, workers)
     finally:
-        _close(client, 1.0 if watched is not None and watched.lost else PATIENCE)
+        _close(client, 1.0 if watched is not None and watched.lost else TIMEOUT)
 
 
 def _connected(connect: Callable[[], Any]) -> Any:
@@ -260,9 +260,9 @@ def _connected(connect: Callable[[], Any]) -> Any:
 
     threading.Thread(target=work, daemon=True).start()
     try:
-        return found.result(timeout=1.5 * PATIENCE)
+        return found.result(timeout=1.5 * TIMEOUT)
     except TimeoutError as error:
-        raise TimeoutError(str(error) or f"no answer within {1.5 * PATIENCE:g} s") from None
+        raise TimeoutError(str(error) or f"no answer within {1.5 * TIMEOUT:g} s") from None
 
 
 def _close(client: Any, seconds: float) -> None:
@@ -325,9 +325,9 @@ class _Watched(Executor):
     def _watch(self) -> None:
         """Check from time to time that the scheduler answers and has workers."""
         while not self.lost and self._client.status not in ("closing", "closed"):
-            time.sleep(PATIENCE / 2.0)
+            time.sleep(TIMEOUT / 2.0)
             try:
-                there = self._client.sync(self._client.scheduler.ncores, callback_timeout=PATIENCE)
+                there = self._client.sync(self._client.scheduler.ncores, callback_timeout=TIMEOUT)
             except Exception as error:  # noqa: BLE001 - of whatever kind: it does not answer
                 if self._client.status not in ("closing", "closed"):
                     self._lose(f"it does not answer ({str(error) or type(error).__name__})")

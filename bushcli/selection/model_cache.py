@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from bushcli.effects.active import ActiveEffect
 from bushcli.inverse.channel import MeshCorrection
-from bushcli.inverse.dynamic_channel import Store
+from bushcli.inverse.dynamic_simulation import Store
 from bushcli.inverse.table_channel import AnyChannel, TableChannel, recorded_tables
 from bushcli.inverse.task import Task
-from bushcli.recording.dynamic.rows import recorded_table
+from bushcli.recording.dynamic.rows import RecordedTable, recorded_table
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.canonical import canonical
@@ -60,6 +60,7 @@ class ModelCache:
         # Each with its body, whose name another one could get.
         self._vibrating: OrderedDict[bytes, tuple[FiniteElementModel, Store]] = OrderedDict()
         self._corrections: OrderedDict[bytes, dict[str, MeshCorrection]] = OrderedDict()
+        self._recorded: OrderedDict[bytes, tuple[RecordedTable, ...]] = OrderedDict()
 
     def channels(
         self,
@@ -106,10 +107,10 @@ class ModelCache:
                 if fineness != 1.0:
                     channel.plan(fineness)
             rubber = rubber_of(task.material)
-            vibrating = [
-                TableChannel(one, rubber, task.case, prepared, self._stores)
-                for one in recorded_tables(task.case, self.tables)
-            ]
+            tables = _kept(
+                self._recorded, 1, canonical((whole,)), lambda: recorded_tables(whole, self.tables)
+            )
+            vibrating = [TableChannel(one, rubber, task.case, prepared, self._stores) for one in tables]
             return [*found, *vibrating]
 
         return _kept(self._sets, SETS, name, made)

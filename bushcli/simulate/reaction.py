@@ -69,7 +69,7 @@ class PathSimulation:
         names: Sequence[str],
         keep_states: bool = False,
         progress: Steps | None = None,
-        patience: int | None = None,
+        failure_limit: int | None = None,
         observer: Callable[[Equilibrium], None] | None = None,
     ) -> History:
         """Follow the path with the model's present parameters; the last march is reused for the other reactions.
@@ -82,8 +82,8 @@ class PathSimulation:
             Whether the history holds the displacement field of each step.
         progress : callable or None
             Called after each step.
-        patience : int or None
-            Failed steps after which the march is given up.
+        failure_limit : int or None
+            Largest number of failed steps before the march is given up.
         observer : callable or None
             Called at each step.
 
@@ -103,7 +103,7 @@ class PathSimulation:
             keep_states=keep_states,
             sensitivity=tuple(names),
             progress=progress,
-            patience=patience,
+            failure_limit=failure_limit,
             observer=observer,
         )
         self._last = (asked, found)
@@ -156,11 +156,11 @@ class Reaction(FollowedPath):
         *,
         keep_states: bool = False,
         progress: Steps | None = None,
-        patience: int | None = None,
+        failure_limit: int | None = None,
     ) -> Answer:
         active = with_values(self.model, self.active, parameters)
         inner = tuple(name for name in names if name in self.model.constants)
-        history = self._whole.march(inner, keep_states, progress, patience)
+        history = self._whole.march(inner, keep_states, progress, failure_limit)
         assert history.motion is not None
         assert history.reactions is not None
         names, k = tuple(names), self._number
@@ -172,7 +172,7 @@ class Reaction(FollowedPath):
         return Answer(read.value, read.slope, history)
 
     @override
-    def reached(self, patience: int | None = None) -> list[Array]:
+    def reached(self, failure_limit: int | None = None) -> list[Array]:
         found: list[Array] = []
         corners = {float(self._whole.program.displacement[i]) for i in self._whole.program.corners}
         ends = corners | {float(self._whole.program.displacement[-1])}
@@ -181,7 +181,7 @@ class Reaction(FollowedPath):
             if solver.q in ends:
                 found.append(principal_stretches(self.model).reshape(-1, 3))
 
-        self._whole.march((), patience=patience, observer=observe)
+        self._whole.march((), failure_limit=failure_limit, observer=observe)
         return found
 
     def local(self) -> tuple[Array, Cells]:

@@ -139,7 +139,7 @@ class FollowedPath(ABC):
         *,
         keep_states: bool = False,
         progress: Steps | None = None,
-        patience: int | None = None,
+        failure_limit: int | None = None,
     ) -> Answer:
         """Return the force at the samples and its derivatives.
 
@@ -154,8 +154,8 @@ class FollowedPath(ABC):
             Whether the history holds the displacement field of each step.
         progress : Steps or None
             Called after each step of the march.
-        patience : int or None
-            Failed steps after which a march is given up (`cases.march`).
+        failure_limit : int or None
+            Largest number of failed steps before the march is given up (`cases.march`).
 
         Raises
         ------
@@ -166,10 +166,10 @@ class FollowedPath(ABC):
         """
 
     @abstractmethod
-    def reached(self, patience: int | None = None) -> list[Array]:
+    def reached(self, failure_limit: int | None = None) -> list[Array]:
         """Principal stretches of the rubber at the ends of the path, each of shape (n, 3); collective.
 
-        The model has the values with which they are wanted. ``patience``: failed steps after which a march is given up.
+        The model has the values with which they are wanted. ``failure_limit``: failed steps that a march is allowed.
 
         Raises
         ------
@@ -344,19 +344,19 @@ class Simulation(FollowedPath):
         *,
         keep_states: bool = False,
         progress: Steps | None = None,
-        patience: int | None = None,
+        failure_limit: int | None = None,
     ) -> Answer:
         active = with_values(self.model, self.active, parameters)
         if self.path_dependent:
-            return self._marched(active, tuple(names), keep_states, progress, patience)
-        return self._swept(active, tuple(names), keep_states, progress, patience)
+            return self._marched(active, tuple(names), keep_states, progress, failure_limit)
+        return self._swept(active, tuple(names), keep_states, progress, failure_limit)
 
     @override
-    def reached(self, patience: int | None = None) -> list[Array]:
+    def reached(self, failure_limit: int | None = None) -> list[Array]:
         targets = even_targets(*swept_range(self.displacement, self.odd), IDENTIFIED)
         stretches: list[Array] = []
         for side in filter(len, (targets[targets < 0.0], targets[targets > 0.0])):
-            sweep(self.model, side, patience=patience)
+            sweep(self.model, side, failure_limit=failure_limit)
             stretches.append(principal_stretches(self.model).reshape(-1, 3))
         return stretches
 
@@ -366,7 +366,7 @@ class Simulation(FollowedPath):
         names: tuple[str, ...],
         keep_states: bool,
         progress: Steps | None,
-        patience: int | None,
+        failure_limit: int | None,
     ) -> Answer:
         travel = rig.Travel(self.path, self.time)
         begun = [[0.0]] if rig.is_zeroed(active) else []
@@ -376,7 +376,7 @@ class Simulation(FollowedPath):
             raise rig.NoEquilibrium(STANDS_STILL)
         inner = tuple(name for name in names if name in self.model.constants)
         targets = even_targets(low, high, self._count)
-        history = self._sweep(targets, inner, keep_states, progress, patience)
+        history = self._sweep(targets, inner, keep_states, progress, failure_limit)
         response = elastic_curve(history, self.odd, inner, names)
         read = rig.elastic_response(active, travel, response, names)
         return Answer(read.value, read.slope, history)
@@ -387,7 +387,7 @@ class Simulation(FollowedPath):
         inner: tuple[str, ...],
         keep_states: bool,
         progress: Steps | None,
-        patience: int | None,
+        failure_limit: int | None,
     ) -> History:
         """Return the curve of the body; one of the last two is reused if only the rig has changed since."""
         asked = (self._shape, self._values(), targets.tobytes(), inner)
@@ -400,7 +400,7 @@ class Simulation(FollowedPath):
             keep_states=keep_states,
             sensitivity=inner,
             progress=progress,
-            patience=patience,
+            failure_limit=failure_limit,
         )
         if not keep_states:
             self.model.curves.put(asked, found)
@@ -412,7 +412,7 @@ class Simulation(FollowedPath):
         names: tuple[str, ...],
         keep_states: bool,
         progress: Steps | None,
-        patience: int | None,
+        failure_limit: int | None,
     ) -> Answer:
         steps, times, lead = self.steps, self.steps.time, 0
         if rig.is_zeroed(active):
@@ -438,7 +438,7 @@ class Simulation(FollowedPath):
         if self.temperature is not None and self.time is not None:
             warm = np.interp(times, self.time, self.temperature)
         program = Program(driven.value, times if steps.timed else None, temperature=warm)
-        history = self._march(program, inner, path_rates, series, keep_states, progress, patience)
+        history = self._march(program, inner, path_rates, series, keep_states, progress, failure_limit)
         q = Signal(history.displacement, columns(history.path_sensitivity, inner, names, len(history.force)))
         force = Signal(history.force, columns(history.sensitivity, inner, names, len(history.force)))
         if lead:
@@ -454,7 +454,7 @@ class Simulation(FollowedPath):
         series: SeriesSpring | None,
         keep_states: bool,
         progress: Steps | None,
-        patience: int | None,
+        failure_limit: int | None,
     ) -> History:
         """Return the body's response to a path; one of the last two is reused if only the rig has changed since."""
         rates = tuple((name, rate.tobytes()) for name, rate in path_rates.items())
@@ -472,7 +472,7 @@ class Simulation(FollowedPath):
             path_rates=path_rates,
             drive=series,
             progress=progress,
-            patience=patience,
+            failure_limit=failure_limit,
         )
         if can_be_reused:
             self.model.curves.put(asked, found)

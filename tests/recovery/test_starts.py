@@ -62,8 +62,8 @@ def test_a_hopeless_start_is_given_up_and_listed(case, monkeypatch):
     """A valley with no way out: the second start cannot improve."""
     solve = SweptChannel.solve
 
-    def stuck(self, parameters, names, patience):
-        found = solve(self, parameters, names, patience)
+    def stuck(self, parameters, names, limit):
+        found = solve(self, parameters, names, limit)
         # Where C20 is positive the force has no part that the parameters change.
         return (
             found

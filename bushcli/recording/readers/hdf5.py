@@ -16,17 +16,16 @@ from numpy.typing import NDArray
 from bushcli.recording.reader import FilePart, Reader, unit_of
 from bushcli.recording.waveforms import WaveChannel, parts_by_clock, sampling_of
 
-_UNIT, _UNITS = (
-    ("unit", "units", "Unit", "Units", "unit_string", "UNITS"),
-    ("units", "unit", "Units", "UNITS"),
-)
+_UNIT = ("unit", "units", "Unit", "Units", "unit_string", "UNITS")
+_UNITS = ("units", "unit", "Units", "UNITS")
 _NAMES = ("columns", "column_names", "names", "channels", "channel_names", "fields")
 #: Largest number of datasets, and of columns of a matrix, that are read.
 _MOST, _WIDEST = 10_000, 1_000
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
+def opened(path: Path) -> Iterator[Sequence[FilePart]]:
+    """Yield the tables of a file, and the vectors of each group side by side."""
     import h5py
 
     with h5py.File(path, "r") as file:
@@ -106,6 +105,6 @@ READER = Reader(
     recognises=lambda head, suffix: any(
         head[at : at + 8] == b"\x89HDF\r\n\x1a\n" for at in (0, 512, 1024, 2048, 4096)
     ),
-    opened=_opened,
+    opened=opened,
     library="h5py",
 )

@@ -50,6 +50,10 @@ class Table(ABC):
         What a user should know about how the table was made.
     preamble : tuple of (int, str)
         Lines of a text above the header, with their numbers.
+    between : tuple of (int, str)
+        Lines of text and comments between the rows, with their numbers.
+    decimal : str
+        Decimal sign of its fields.
     origin : Instant, optional
         Where the times that are numbers count from, if the file says it.
     """
@@ -61,6 +65,8 @@ class Table(ABC):
     header_line: int = 0
     remarks: tuple[str, ...] = ()
     preamble: tuple[tuple[int, str], ...] = ()
+    between: tuple[tuple[int, str], ...] = ()
+    decimal: str = "."
     origin: Instant | None = None
 
     def __post_init__(self) -> None:
@@ -241,17 +247,12 @@ class TextTable(Table):
     ----------
     parts : tuple of SplitRows or AlikeRows
         The rows, one part after the other; every row has at least ``len(names)`` fields.
-    decimal : str
     dates : mapping of int to Instant
         Columns, from 0, with seconds since an instant instead of the dates that a sheet has.
-    between : tuple of (int, str)
-        Lines of text and comments between the rows, with their numbers.
     """
 
     parts: tuple[SplitRows | AlikeRows, ...] = field(repr=False)
-    decimal: str
     dates: Mapping[int, Instant] = field(default_factory=dict)
-    between: tuple[tuple[int, str], ...] = ()
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -323,7 +324,8 @@ class TextTable(Table):
         """Return a column of dates or times of day as seconds since the first; see `Table.clock`."""
         if column in self.dates:
             return ClockTimes(self.numbers(column), self.dates[column])
-        if not len(self) or ":" not in self.text(0, column):
-            return None
-        fields = [text for part in self.parts for text in part.texts(column)]
-        return clock_times(fields, form or f"{self.names[column]} {self.units[column]}")
+        stamped = len(self) > 0 and ":" in self.text(0, column)
+        fields = (text for part in self.parts for text in part.texts(column))
+        return (
+            clock_times([*fields], form or f"{self.names[column]} {self.units[column]}") if stamped else None
+        )

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from bushcli.report.drawing import projection
 from bushcli.report.drawing.looks import GREY, INK, METAL
-from bushcli.report.drawing.picture import literal, new_figure, style
+from bushcli.report.drawing.picture import literal, new_figure, section_axes, style
 from bushcli.report.drawing.projection import Projection
 from cases.stretches import Surface
 
@@ -43,9 +43,8 @@ _LONGEST = 5.4  # inches of the drawing's longer side
 def mesh_figure(surface: Surface, title: str, note: str = "") -> Figure:
     """Draw the undeformed mesh."""
     with style():
-        view = (
-            projection.SECTION if projection.is_section(surface) else projection.cut_view(surface.reference)
-        )
+        flat = projection.is_section(surface)
+        view = projection.SECTION if flat else projection.cut_view(surface.reference)
         return _Drawing(surface, surface.reference, view, None).figure(title, note)
 
 
@@ -109,7 +108,9 @@ class _Drawing:
         axes.set_xlim(low[0], high[0])
         axes.set_ylim(low[1], high[1])
         if self.flat:
-            self._section_axes(axes)
+            if self.scale is not None:
+                self._former_outline(axes)
+            section_axes(axes, ("radius [mm]", "axis [mm]"))
         else:
             self._solid_axes(axes)
         wrapped = "\n".join(textwrap.wrap(title, max(20, int(9.5 * figure.get_figwidth()))))
@@ -189,22 +190,10 @@ class _Drawing:
         assert self.scale is not None
         values = self.surface.stretch[self.surface.rubber]
         over = bool(values.size and values.max() > self.scale.vmax * 1.001)  # type: ignore[operator]
-        bar = figure.colorbar(
-            ScalarMappable(self.scale, _COLOURS),
-            ax=axes,
-            shrink=0.75,
-            pad=0.02,
-            extend="max" if over else "neither",
-        )
+        mappable, ends = ScalarMappable(self.scale, _COLOURS), "max" if over else "neither"
+        bar = figure.colorbar(mappable, ax=axes, shrink=0.75, pad=0.02, extend=ends)
         bar.set_label("largest principal stretch")
         bar.outline.set_visible(False)  # type: ignore[operator]
-
-    def _section_axes(self, axes: Axes) -> None:
-        if self.scale is not None:
-            self._former_outline(axes)
-        axes.axvline(0.0, color=GREY[0], lw=0.9, ls=(0, (10, 3, 2, 3)))
-        axes.set(xlabel="radius [mm]", ylabel="axis [mm]")
-        axes.grid(False)
 
     def _solid_axes(self, axes: Axes) -> None:
         """Replace the axes by arrows for the directions and a bar of known length."""

@@ -17,11 +17,8 @@ from bushcli.report.quantity import listed, quantities
 
 if TYPE_CHECKING:
     from bushcli.diagnosis.result import Diagnosis
-    from bushcli.inverse import Fit
-    from bushcli.simulate.dynamic_tables import ComparedTable
+    from bushcli.report.results import DirectResult
     from bushcli.simulate.meshes import Meshed
-    from bushcli.simulate.misfit import Misfit
-    from bushcli.simulate.response import Response
     from cases.stretches import Surface
     from geometry.shape import Shape
     from geometry.view import View
@@ -35,29 +32,23 @@ def drawn(found: Iterable[Panels | Picture]) -> list[Picture]:
     return [plotted(one) if isinstance(one, Panels) else one for one in found]
 
 
-def direct_pictures(
-    response: Response,
-    misfits: Mapping[str, Misfit],
-    fit: Fit | None,
-    names: Mapping[str, str],
-    tables: Sequence[ComparedTable] = (),
-) -> Iterator[Panels | Picture]:
+def direct_pictures(found: DirectResult, names: Mapping[str, str]) -> Iterator[Panels | Picture]:
     """Yield curves, tables, coupons, the deformed shape of each channel, and each mesh once."""
-    from bushcli.report.cycles import response_histories
     from bushcli.report.plots.cycles import history_panels
     from bushcli.report.plots.direct import curve_panels, six_panels
-    from bushcli.report.plots.dynamic_tables import table_panels
+    from bushcli.report.plots.dynamic import table_panels
     from bushcli.report.plots.fit import fit_panels
 
+    response = found.response
     for channel in response.channels:
         file = names[channel.name]
         if channel.six is not None and len(channel.six.time) > 1:
             yield six_panels(channel.name, channel.six, file)
-        yield curve_panels(channel, misfits.get(channel.name), file)
-    yield from history_panels(response_histories(response, misfits), names)
-    yield from (table_panels(one, names[one.table.name]) for one in tables)
-    if fit is not None:
-        yield fit_panels(fit)
+        yield curve_panels(channel, found.misfits.get(channel.name), file)
+    yield from history_panels(found.histories, names)
+    yield from (table_panels(one, names[one.table.name]) for one in found.tables or ())
+    if found.fit is not None:
+        yield fit_panels(found.fit)
     yield from _interpretation(response.case.geometry)
     meshes: list[Surface] = []
     for channel in response.channels:
@@ -105,7 +96,7 @@ def _interpretation(shape: Shape) -> Iterator[Picture]:
 def diagnosis_pictures(found: Diagnosis, names: Mapping[str, str]) -> Iterator[Panels | Picture]:
     """Yield every picture of a diagnosis."""
     from bushcli.report.drawing.bushing_map import map_figure, map_title
-    from bushcli.report.plots import certainty, diagnosis, dynamic_tables, places
+    from bushcli.report.plots import certainty, diagnosis, dynamic, places
 
     if found.probability and found.models:
         yield certainty.probability_panels(found)
@@ -121,7 +112,7 @@ def diagnosis_pictures(found: Diagnosis, names: Mapping[str, str]) -> Iterator[P
         if own := [one for one in profiles if one.channel == channel.name]:
             yield places.missing_panels(channel, own, file)
     for table in found.tables:
-        yield dynamic_tables.table_panels(table.compared, names[table.name])
+        yield dynamic.table_panels(table.compared, names[table.name])
     for local in found.maps:
         file = f"{names[local.name]}-bushing-map"
         yield picture(file, "bushing_map", map_title(local), map_figure(local), local.name)

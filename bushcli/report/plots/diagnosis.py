@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -49,23 +50,19 @@ def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
         bad = np.where(channel.faulty, recorded.force, np.nan)
         series.append(Series("left_out", "left out: faulty data", q, bad, "crosses"))
     near = np.concatenate([recorded.force[~channel.faulty | channel.faulty.all()], channel.after])
-    regions = []
-    for i, mismatch in numbered(found, channel):
-        outlines = [
-            _oriented(
-                np.stack([q[run], recorded.force[run]], axis=1),
-                np.stack([path[run], channel.before[run]], axis=1),
-            )
-            for run in _pieces(channel, mismatch.samples & _known(channel))
-        ]
-        worst = _worst(channel, mismatch)
-        at = np.stack([q[worst], (recorded.force[worst] + channel.before[worst]) / 2], axis=1)
-        regions.append(Region(_sense(mismatch), sentence(mismatch, len(found.channels)), outlines, i, at))
+
+    def between(marked: NDArray[np.bool_]) -> list[Array]:
+        edges = np.stack([q, recorded.force], axis=1), np.stack([path, channel.before], axis=1)
+        pieces = [np.concatenate([edges[0][run], edges[1][run][::-1]]) for run in _pieces(channel, marked)]
+        # Counter-clockwise, so that overlapping outlines leave no hole.
+        return [one if _area(one) >= 0 else one[::-1] for one in pieces]
+
+    middle = np.stack([q, (recorded.force + channel.before) / 2], axis=1)
     return Plot(
         f"curve-{found.channels.index(channel)}",
         units.labels,
         series,
-        regions,
+        _places(found, channel, between, middle),
         x=padded(np.concatenate([q, path]), 0.03),
         y=force_limits(near, channel.before if simulated(channel) else near),
         heading=_heading(found, channel),
@@ -84,16 +81,12 @@ def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
     series = [Series("before", "plain law", x, before)]
     if changed(channel):
         series.append(Series("after", BEST, x, after))
-    regions = []
-    for i, mismatch in numbered(found, channel):
-        runs = _runs(mismatch.samples & _known(channel))
-        outlines = [
-            np.concatenate([np.stack([x[run], before[run]], axis=1), [[x[run][-1], 0.0], [x[run][0], 0.0]]])
-            for run in runs
-        ]
-        worst = _worst(channel, mismatch)
-        at = np.stack([x[worst], before[worst]], axis=1)
-        regions.append(Region(_sense(mismatch), sentence(mismatch, len(found.channels)), outlines, i, at))
+    line = np.stack([x, before], axis=1)
+
+    def below(marked: NDArray[np.bool_]) -> list[Array]:
+        ends = [(line[run], [(x[run][-1], 0.0), (x[run][0], 0.0)]) for run in _runs(marked)]
+        return [np.concatenate(one) for one in ends]
+
     noise = 2 * channel.noise_percent
     bands = [Stripe("noise", y=(-noise, noise), label="noise (± 2 standard deviations)")]
     bands += _faulty_bands(x, channel.faulty)
@@ -102,7 +95,7 @@ def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
         f"misfit-{found.channels.index(channel)}",
         ("sample" if time is None else "time [s]", "misfit [% of range]"),
         series,
-        regions,
+        _places(found, channel, below, line),
         x=padded(x, 0.01),
         y=padded(np.concatenate(misfits), 0.06),
         bands=bands,
@@ -132,9 +125,27 @@ def changed(channel: DiagnosedChannel) -> bool:
     return not np.allclose(channel.before, channel.after, equal_nan=True)
 
 
-def numbered(found: Diagnosis, channel: DiagnosedChannel) -> list[tuple[int, Mismatch]]:
-    """Return the mismatches of a channel, each with its number from 1 among those of all channels."""
-    return [(i, one) for i, one in enumerate(found.location.mismatch, start=1) if one.channel == channel.name]
+def _places(
+    found: Diagnosis,
+    channel: DiagnosedChannel,
+    outlined: Callable[[NDArray[np.bool_]], list[Array]],
+    line: Array,
+) -> list[Region]:
+    """Return the mismatches of a channel, with their numbers among those of all channels.
+
+    Their outlines are those of the samples that are marked; the numbers may stand at the points (n, 2) of a line.
+    """
+    return [
+        Region(
+            "stiff" if one.sign in ("too_stiff", "too_high") else "soft",
+            sentence(one, len(found.channels)),
+            outlined(one.samples & _known(channel)),
+            i,
+            line[_worst(channel, one)],
+        )
+        for i, one in enumerate(found.location.mismatch, start=1)
+        if one.channel == channel.name
+    ]
 
 
 def misfit_percent(channel: DiagnosedChannel) -> tuple[Array, Array]:
@@ -157,10 +168,6 @@ def _heading(found: Diagnosis, channel: DiagnosedChannel) -> str:
 
 def _label(what: str, rms: float) -> str:
     return f"{what}: {percent(rms)} rms"
-
-
-def _sense(mismatch: Mismatch) -> str:
-    return "stiff" if mismatch.sign in ("too_stiff", "too_high") else "soft"
 
 
 def _worst(channel: DiagnosedChannel, mismatch: Mismatch) -> NDArray[np.int_]:
@@ -212,9 +219,7 @@ def _pieces(channel: DiagnosedChannel, marked: NDArray[np.bool_]) -> list[slice]
     return [piece for piece in pieces if piece.stop - piece.start >= 2]
 
 
-def _oriented(one: Array, other: Array) -> Array:
-    """Return the outline (2 n, 2) between two lines, counter-clockwise, so that overlapping outlines leave no hole."""
-    points = np.concatenate([one, other[::-1]])
-    x, y = points.T
-    area = float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
-    return points if area >= 0 else points[::-1]
+def _area(outline: Array) -> float:
+    """Return twice the area within an outline (n, 2), which is positive if that is counter-clockwise."""
+    x, y = outline.T
+    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1))

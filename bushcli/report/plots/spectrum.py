@@ -47,8 +47,12 @@ def master_panels(one: TableSpectrum, file: str) -> Panels:
     turned = (storage + 1j * loss) * np.exp(-2j * np.pi * frequency * fit.lag)
     step = np.abs(temperature[:, None] - fit.temperatures).argmin(axis=1)
     several = len(fit.temperatures) > 1
+    at = f" at {number(fit.reference)} degrees C" if several else ""
     plots = []
-    for part, of in (("storage", np.real), ("loss", np.imag)):
+    for part, of, mark, below in (
+        ("storage", np.real, "'", ""),
+        ("loss", np.imag, "''", f"log10 of the frequency{at} [Hz]"),
+    ):
         series = [
             Series(
                 f"line-{k % _COLOURS}",
@@ -60,13 +64,7 @@ def master_panels(one: TableSpectrum, file: str) -> Panels:
             for k in np.unique(step)
         ]
         series.append(Series("after", f"{len(fit.spectrum.times)} branches", np.log10(line), of(curve)))
-        mark = "'" if part == "storage" else "''"
-        plots.append([Plot(part, ("", f"{symbol}{mark} [MPa]"), series, log="y")])
-    below = plots[-1][0]
-    at = f" at {number(fit.reference)} degrees C" if several else ""
-    plots[-1] = [
-        Plot(below.name, (f"log10 of the frequency{at} [Hz]", below.labels[1]), below.series, log="y")
-    ]
+        plots.append([Plot(part, (below, f"{symbol}{mark} [MPa]"), series, log="y")])
     title = f"Master curve of {one.table.name}{at}" if several else f"Moduli of {one.table.name}"
     return Panels(f"{file}-master", "spectrum", title, plots, one.table.name)
 

@@ -3,58 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from bushcli.case import Case, DynamicTest, LoadCase
-from bushcli.faults import DataFault, condition
+from bushcli.case import DynamicTest, LoadCase
 from bushcli.recording import RecordedProgram, Recording, branches
-from bushcli.recording.dynamic.table import DynamicTable
+from bushcli.recording.text.table import SHOWN
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Row, Section, Table, table_of
-from bushcli.report.quantity import number, quantities
-from bushcli.report.views.dynamic_tables import dynamic_tables_section
+from bushcli.report.document import Document, Row, Section, Table, paragraphs, table_of
+from bushcli.report.quantity import listed, number, quantities
+from bushcli.report.results import Checked
+from bushcli.report.views.dynamic import dynamic_tables_section
 from bushcli.report.views.mesh import notes_section
-from bushcli.report.views.protocol import protocol_sections
-from bushcli.runtime.condition import Condition
+from bushcli.standards import Observed
 from bushcli.standards.protocol import Protocol
+from cases.mode import modes
 from cases.six import MOTIONS, REACTIONS
 
-
-@dataclass(frozen=True)
-class Checked:
-    """A case that was checked.
-
-    Attributes
-    ----------
-    curves, coupons : sequence of Recording
-        Recordings of the bushing, and coupon tests.
-    tests : Protocol
-        What the tests are.
-    faults : sequence of DataFault
-        Faults of recordings and coupon tests.
-    programs : sequence of RecordedProgram or None
-        For each load case the program that it has in a file.
-    problems : sequence of Condition
-        Those that are no faults of recordings.
-    tables : sequence of DynamicTable
-        Measured tables of dynamic stiffness.
-    """
-
-    case: Case
-    curves: Sequence[Recording]
-    coupons: Sequence[Recording]
-    tests: Protocol
-    faults: Sequence[DataFault] = ()
-    programs: Sequence[RecordedProgram | None] = ()
-    problems: Sequence[Condition] = ()
-    tables: Sequence[DynamicTable] = ()
-
-    @property
-    def conditions(self) -> tuple[Condition, ...]:
-        """All conditions, those of the faults first."""
-        return (*map(condition, self.faults), *self.problems)
+#: What a coupon's columns are called.
+_COUPON = {"displacement": "strain", "force": "stress"}
+#: Most unused columns that are listed.
+_MOST = 8
+_MARKS = {True: "yes", False: "no", None: "not known"}
 
 
 def check_document(found: Checked) -> Document:
@@ -136,3 +106,78 @@ def load_case_row(load: LoadCase, read: RecordedProgram | None) -> Row:
         if load.rate is not None:
             program += f", {number(per * load.rate)} {unit or shown.displacement}/s"
     return load.label, load.mode, program, number(low), number(high), unit or shown.displacement
+
+
+def protocol_sections(found: Protocol) -> list[Section]:
+    """Return the sections that describe the tests of a case."""
+    said = [f"{channel}: {text}" for channel, text in found.remarks]
+    tests = [observed_line(one) for one in (*found.recordings, *found.coupons)]
+    lacks = [
+        f"{one.question} ({', '.join(one.channels)}): {one.why}. To answer it, {one.remedy}."
+        for one in found.lacks
+    ]
+    return [
+        Section("How the files were read", paragraphs([*map(file_line, found.files), *said])),
+        Section("What the tests are", paragraphs(tests)),
+        *(
+            Section(
+                f"{channel} and {name}",
+                paragraphs(
+                    f"{_MARKS[clause.met]}: {'good practice, ' if clause.practice else ''}{clause.text} "
+                    f"(found: {clause.found})"
+                    for clause in asked
+                ),
+            )
+            for channel, name, asked in found.judged
+        ),
+        Section("What the recordings leave open", paragraphs(lacks)),
+    ]
+
+
+def file_line(one: Recording | RecordedProgram) -> str:
+    """Return which columns of a file were read as what, and in which units."""
+    words = []
+    coupon = modes()[one.mode].specimen == "coupon"
+    for column in one.columns:
+        quantity = _COUPON.get(column.quantity, column.quantity) if coupon else column.quantity
+        name = f" ({column.name[:SHOWN]})" if column.name else ""
+        assumed = ", assumed because no unit is given" if column.assumed else ""
+        if not column.unit:
+            words.append(f"{quantity} = column {column.number}{name}")
+            continue
+        unit = f"as a {column.unit}" if column.unit in ("strain", "stretch") else f"in {column.unit}"
+        words.append(f"{quantity} = column {column.number}{name} {unit}{assumed}")
+    if all(column.quantity != "time" for column in one.columns):
+        words.append("no column of time")
+    shown = [name[:SHOWN] for name in one.unused[:_MOST]]
+    more = len(one.unused) - len(shown)
+    shown += [f"{more} more"] if more else []
+    words += [f"not used: {', '.join(shown)}"] if shown else []
+    return f"{one.name}: {'; '.join(words)}"
+
+
+def observed_line(one: Observed) -> str:
+    """Return cycles, rates, holds and pauses of a test in words."""
+    shown = quantities(one.mode)
+    cycles = len(one.compared)
+    words = [f"{cycles} cycle{'s' if cycles != 1 else ''}"]
+    if one.conditioning:
+        words[0] += f" after {one.conditioning} for conditioning"
+    if not one.timed:
+        words.append("no time")
+    elif one.rates:
+        # Classes of rates that differ by less than is shown are named once.
+        rates = dict.fromkeys(number(shown.per_internal * rate) for rate in one.rates)
+        words.append(f"ramps at {listed(list(rates))} {shown.rate_unit}")
+    for held, where in ((one.holds, "hold"), (one.rests, "rest")):
+        if held:
+            plural = f"{where}s" if len(held) > 1 else where
+            words.append(f"{len(held)} {plural} of up to {number(max(held))} s")
+    if one.pauses:
+        plural = "pauses" if len(one.pauses) > 1 else "pause"
+        words.append(
+            f"{len(one.pauses)} {plural} of the logger of up to {number(max(one.pauses))} s, in which it moved"
+        )
+    words += [] if one.unloads else ["without unloading"]
+    words += [] if one.from_rest else ["not from rest"]
+    return f"{one.channel}: {', '.join(words)}"

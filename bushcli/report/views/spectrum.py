@@ -8,32 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bushcli.effects.effect import effect_in_force_law
-from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Section, Table, figures, paragraphs
+from bushcli.report.document import Section, Table, figures, paragraphs
 from bushcli.report.quantity import number, percent, with_std
-from bushcli.runtime.condition import Condition
 
 if TYPE_CHECKING:
-    from bushcli.case import Case
     from bushcli.inverse.coupon_tables import TableSpectrum, TableSweep
-
-
-def tables_document(
-    case: Case, found: Sequence[TableSpectrum | TableSweep], problems: Sequence[Condition]
-) -> Document:
-    """Return the document of `fit` where a case has tables of dynamic moduli and no other coupon tests.
-
-    Parameters
-    ----------
-    case : Case
-    found : sequence of TableSpectrum or TableSweep
-    problems : sequence of Condition
-    """
-    names = {one.table.name for one in found}
-    count = f"{len(names)} table{'s' if len(names) != 1 else ''} of dynamic moduli"
-    return Document(
-        f"Relaxation spectra of {count}", [], "plain", spectra_sections(found), problems, conditions(case)
-    )
 
 
 def spectra_sections(found: Sequence[TableSpectrum | TableSweep]) -> list[Section]:

@@ -9,14 +9,12 @@ from rich.console import Console
 
 from bushcli.case import load_case
 from bushcli.recording import RecordedProgram, read_recording
-from bushcli.report import (
-    Checked,
-    check_document,
-    direct_document,
-    fit_document,
-    mesh_document,
-    terminal_text,
-)
+from bushcli.report.results import Checked, FitResult, MeshResult
+from bushcli.report.views.check import check_document
+from bushcli.report.views.direct import direct_document
+from bushcli.report.views.fit import fit_document
+from bushcli.report.views.mesh import mesh_document
+from bushcli.report.writers.terminal import terminal_text
 from bushcli.simulate.meshes import Meshed
 from bushcli.standards.protocol import protocol
 
@@ -32,8 +30,8 @@ def printed(document, terminal=False):
 @pytest.fixture
 def direct(answer, channel):
     def make(*channels, fit=None, conditions=()):
-        found = answer(*channels, conditions=conditions)
-        return direct_document(found.response, found.misfits, fit)
+        found = answer(*channels, conditions=conditions, fit=fit)
+        return direct_document(found)
 
     return make
 
@@ -66,13 +64,13 @@ def test_the_verdict_stands_under_the_table(direct, channel):
 
 
 def test_problems_come_with_their_remedy(case, fit):
-    text = printed(fit_document(case(), fit))
+    text = printed(fit_document(FitResult(case(), fit)))
     assert "problem at_bound: C20 lies on its bound" in text
     assert "remedy: choose another law" in text
 
 
 def test_a_fit_shows_parameters_with_unit_bounds_and_stability(case, fit):
-    lines = printed(fit_document(case(), fit)).splitlines()
+    lines = printed(fit_document(FitResult(case(), fit))).splitlines()
     row = next(line.split() for line in lines if line.startswith("C10"))
     assert row == ["C10", "0.2000", "0.0050", "MPa", "1.00e-06", "to", "inf"]
     assert any("(at bound)" in line for line in lines if line.startswith("C20"))
@@ -106,7 +104,7 @@ def test_a_case_is_summed_up(case):
 
 def test_meshes_are_listed(case):
     mesh = Meshed("section", ("axial", "torsional"), 2, 66, 299, {"inner": 11}, {"rubber": 66})
-    text = printed(mesh_document(case(), [mesh]))
+    text = printed(mesh_document(MeshResult(case(), [mesh])))
     assert "axial, torsional" in text
     assert "299" in text
 

@@ -7,12 +7,11 @@ import pytest
 
 from bushcli.curve.curve import Curve
 from bushcli.faults import DataFault
-from bushcli.report import judge
-from bushcli.report.verdict import single_factor, stiffer
+from bushcli.report.verdict import judge, single_factor, stiffer
 
 
 def judged(found):
-    return judge(found.response, found.misfits)
+    return found.verdict
 
 
 def test_too_stiff_says_how_much_and_what_factor_would_help(answer, channel):

@@ -26,7 +26,6 @@ from bushcli.report.views.diagnosis.words import (
     relative_to,
     searched_lines,
     shows_nothing,
-    together,
 )
 
 # Largest number of sets of effects that are named; the report has the others in a table.
@@ -174,15 +173,11 @@ def _gain(found: Diagnosis) -> str:
 
 def _rivals(found: Diagnosis) -> str:
     """Return a sentence with the other sets of effects that are possible, with their probabilities."""
-    others = [f"{together(one.effects)} ({chance(one.probability)})" for one in likely(found)[1:]]
+    others = [one.text() for one in likely(found)[1:]]
     if not others:
         return ""
     if len(others) > _SETS:
         others = [*others[: _SETS - 1], "others"]
     if found.verdict == "explained":
         return f"Not ruled out: {', '.join(others)}."
-    first = likely(found)[0]
-    return (
-        f"These recordings cannot tell {together(first.effects)} ({chance(first.probability)}) from: "
-        f"{'; '.join(others)}."
-    )
+    return f"These recordings cannot tell {likely(found)[0].text()} from: {'; '.join(others)}."

@@ -16,28 +16,18 @@ from cases.mode import modes
 
 @dataclass(frozen=True)
 class ShownQuantity:
-    """A parameter in the units of the case file.
-
-    Attributes
-    ----------
-    unit : str
-        "1" for a parameter without a unit.
-    prior : tuple of float, optional
-        95 % interval of the prior.
-    word : str
-        Value of a choice, in words for people.
-    with_form_error : float, optional
-        Value of the fit that allows for the error of form, where it is another one.
-    """
+    """A parameter in the units of the case file."""
 
     value: float
     std: float
     lower: float
     upper: float
-    unit: str
-    prior: tuple[float, float] | None = None
-    word: str = ""
-    with_form_error: float | None = None
+    unit: str  # "1" for a parameter without a unit
+    prior: tuple[float, float] | None = None  # 95 % interval of the prior
+    word: str = ""  # value of a choice, in words for people
+    with_form_error: float | None = (
+        None  # value of the fit that allows for the error of form, where it is another one
+    )
 
     @property
     def text(self) -> str:
