@@ -411,15 +411,7 @@ T = TypeVar("T", bound=Load)
 
 
 def named(load_cases: Sequence[T | None], taken: Iterable[str]) -> tuple[T, ...]:
-    """Return load cases with the names of their channels: the mode, numbered where the mode alone is taken.
-
-    Parameters
-    ----------
-    load_cases : sequence of LoadCase or of DynamicTest
-        In the order of the case file; None, which was refused, is left out.
-    taken : iterable of str
-        Names of recordings.
-    """
+    """Return load cases with the names of their channels: the mode, numbered where the mode alone is taken."""
     loads: list[T] = [load for load in load_cases if load is not None]
     count = Counter([*(load.mode for load in loads), *taken])
     return tuple(

@@ -38,19 +38,7 @@ def is_meant(table: LoadCaseTable) -> bool:
 def load_case(
     table: LoadCaseTable, keys: Keys, shape: Shape | None, validated: Callable[..., PathTable | None]
 ) -> tuple[PathLoadCase | None, list[Finding]]:
-    """Return a load case of six motions, and what is wrong with it.
-
-    Parameters
-    ----------
-    table : LoadCaseTable
-        As written.
-    keys : Keys
-        Its place in the case file.
-    shape : Shape or None
-        The specimen; None where the case has no valid one.
-    validated : callable
-        Validates a table, and records what is wrong with it.
-    """
+    """Return a load case of six motions, and what is wrong with it."""
     at, raw = (*keys, "path"), cast(object, table.path)
     if not isinstance(raw, dict) or modes()[table.mode].follow is None:
         other = "amplitude, file or a list of points"
@@ -72,17 +60,7 @@ def load_case(
 
 
 def prescribed(table: PathTable, keys: Keys, shape: Shape | None) -> tuple[SixPath | None, list[Finding]]:
-    """Return the path of a load case in mm and rad, and what is wrong with it.
-
-    Parameters
-    ----------
-    table : PathTable
-        As written: mm, degrees, s.
-    keys : Keys
-        Its place in the case file.
-    shape : Shape or None
-        The specimen; None where the case has no valid one.
-    """
+    """Return the path of a load case in mm and rad, and what is wrong with it."""
     findings = []
     time = np.array(table.time)
     motion, load = np.zeros((2, len(time), 6))
@@ -136,18 +114,6 @@ def channels(
     """Return the source of a recording, or one for each reaction of a recorded path whose own motion moves.
 
     Findings say what is wrong with it.
-
-    Parameters
-    ----------
-    source : Source
-        Source of the whole recording.
-    table : RecordingTable
-        As written.
-    keys : Keys
-        Its place in the case file.
-    taken : sequence of str
-        Names of other channels.
-    tables : TableCache
     """
     only = [key for key in ("motions", "forces", "free") if getattr(table, key) is not None]
     if modes()[source.mode].follow is None:

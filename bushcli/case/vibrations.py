@@ -21,19 +21,7 @@ from geometry.shape import Shape
 def test(
     table: LoadCaseTable, keys: Keys, shape: Shape | None, validated: Callable[..., Any]
 ) -> tuple[DynamicTest | None, list[Finding]]:
-    """Return a dynamic test, and what is wrong with it.
-
-    Parameters
-    ----------
-    table : LoadCaseTable
-        As written: mm, degrees, Hz.
-    keys : Keys
-        Its place in the case file.
-    shape : Shape or None
-        The specimen; None where the case has no valid one.
-    validated : callable
-        Validates a table, and records what is wrong with it.
-    """
+    """Return a dynamic test, and what is wrong with it."""
     given, at = table.dynamic, (*keys, "dynamic")
     assert given is not None
     posed = modes()[table.mode].follow is not None
