@@ -73,15 +73,7 @@ class Builder:
         self.findings: list[Finding] = []
 
     def case(self, data: dict[str, Any], path: Path) -> Case | None:
-        """Return the case, or None when something in it is wrong; `findings` then says what.
-
-        Parameters
-        ----------
-        data : dict
-            Tables of the case file as parsed from TOML, overrides applied; angles still in degrees.
-        path : Path
-            The case file, for the default title and for relative file names.
-        """
+        """Return the case, or None when something in it is wrong; `findings` then says what."""
         self.findings += [
             unknown_key((key,), _SECTIONS, "a case file") for key in data if key not in _SECTIONS
         ]
@@ -294,7 +286,7 @@ class Builder:
                 )
             )
         if shape is not None and not by_force:
-            self.findings += checks.travel(key, load_case, shape)
+            self.findings += checks.travel(key, table.mode, path, shape)
         return load_case
 
     def _vibrations(

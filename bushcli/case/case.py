@@ -147,11 +147,6 @@ class LoadCase(Load):
     by_force: bool = False
 
     @property
-    def amplitude(self) -> float:
-        """Largest distance from rest on the path, mm or rad (N, N mm); 0 when the program is in a file."""
-        return max(map(abs, self.path), default=0.0)
-
-    @property
     def by_travel(self) -> bool:
         """Whether the travel of one motion is prescribed: effects of a rig act along it."""
         return not self.by_force
@@ -416,15 +411,7 @@ T = TypeVar("T", bound=Load)
 
 
 def named(load_cases: Sequence[T | None], taken: Iterable[str]) -> tuple[T, ...]:
-    """Return load cases with the names of their channels: the mode, numbered where the mode alone is taken.
-
-    Parameters
-    ----------
-    load_cases : sequence of LoadCase or of DynamicTest
-        In the order of the case file; None, which was refused, is left out.
-    taken : iterable of str
-        Names of recordings.
-    """
+    """Return load cases with the names of their channels: the mode, numbered where the mode alone is taken."""
     loads: list[T] = [load for load in load_cases if load is not None]
     count = Counter([*(load.mode for load in loads), *taken])
     return tuple(

@@ -70,21 +70,7 @@ def sources(
     taken: Iterable[str],
     findings: list[Finding],
 ) -> tuple[DynamicSource, ...]:
-    """Return the sources of the tables of a case file.
-
-    Parameters
-    ----------
-    tables : iterable of (DynamicRecordingTable, Keys)
-        Tables, each with its place in the case file.
-    files : callable
-        Place and pattern -> files, and whether it is a pattern; adds findings.
-    known : callable
-        Place and mode -> whether the case has such a mode; adds findings.
-    taken : iterable of str
-        Names of other channels.
-    findings : list of Finding
-        Errors are added to it.
-    """
+    """Return the sources of the tables of a case file; what is wrong is added to `findings`."""
     made: list[DynamicSource] = []
     for table, keys in tables:
         names = [*taken, *(one.label for one in made)]

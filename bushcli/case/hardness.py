@@ -28,13 +28,7 @@ USUAL_TOLERANCE = 5.0
 
 
 def youngs_modulus(shore_a: float) -> float:
-    """Return Young's modulus, MPa: E = 0.0981 (56 + 7.62336 S) / (0.137505 (254 - 2.54 S)).
-
-    Parameters
-    ----------
-    shore_a : float
-        Shore A hardness, a number without a unit.
-    """
+    """Return Young's modulus, MPa: E = 0.0981 (56 + 7.62336 S) / (0.137505 (254 - 2.54 S))."""
     return 0.0981 * (56.0 + 7.62336 * shore_a) / (0.137505 * (254.0 - 2.54 * shore_a))
 
 

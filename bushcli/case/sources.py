@@ -96,19 +96,7 @@ class SourceBuilder:
         usual: str,
         parts: bool = False,
     ) -> tuple[Source, ...]:
-        """Return the sources of a list of tables; a file with a table of its own is left out of the patterns.
-
-        Parameters
-        ----------
-        tables : iterable of (RecordingTable, Keys)
-            Tables, each with its place in the case file.
-        specimen : str or None
-            "coupon" if only modes of a coupon are permitted.
-        usual : str
-            Specimen whose modes the name of a file may contain, "bushing" or "coupon".
-        parts : bool
-            Whether each file is a part, which is named after its file.
-        """
+        """Return the sources of a list of tables; a file with a table of its own is left out of the patterns."""
         sources: list[Source] = []
         listed = [(table, keys, *self.files((*keys, "file"), table.file)) for table, keys in tables]
         alone = {
@@ -240,15 +228,7 @@ class SourceBuilder:
         return Specimen(table.gauge_length, area, table.stress, table.strain)
 
     def files(self, keys: Keys, name: str) -> tuple[list[Path], bool]:
-        """Return the files that a name or a pattern stands for, and whether it is a pattern.
-
-        Parameters
-        ----------
-        keys : Keys
-            Place of the name in the case file.
-        name : str
-            As written there.
-        """
+        """Return the files that a name or a pattern stands for, and whether it is a pattern."""
         if not self.looks_for_files:
             return [self.folder / name], False
         name = with_slashes(self.folder, name)

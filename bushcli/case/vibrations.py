@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from bushcli.case import checks, motion_path
-from bushcli.case.case import DynamicTest, LoadCase, PosedTest
+from bushcli.case.case import DynamicTest, PosedTest
 from bushcli.case.finding import Finding, Keys, dotted, shown
 from bushcli.case.schema import FrequenciesTable, LoadCaseTable
 from bushcli.recording.dynamic.source import HIGHEST
@@ -21,19 +21,7 @@ from geometry.shape import Shape
 def test(
     table: LoadCaseTable, keys: Keys, shape: Shape | None, validated: Callable[..., Any]
 ) -> tuple[DynamicTest | None, list[Finding]]:
-    """Return a dynamic test, and what is wrong with it.
-
-    Parameters
-    ----------
-    table : LoadCaseTable
-        As written: mm, degrees, Hz.
-    keys : Keys
-        Its place in the case file.
-    shape : Shape or None
-        The specimen; None where the case has no valid one.
-    validated : callable
-        Validates a table, and records what is wrong with it.
-    """
+    """Return a dynamic test, and what is wrong with it."""
     given, at = table.dynamic, (*keys, "dynamic")
     assert given is not None
     posed = modes()[table.mode].follow is not None
@@ -72,7 +60,7 @@ def test(
         findings.append(Finding((*at, "amplitude"), what, expected=expected))
     for q in preload if given.preload_force is None else ():
         if shape is not None and q:
-            findings += checks.travel((*at, "preload"), LoadCase(table.mode, (0.0, q)), shape)
+            findings += checks.travel((*at, "preload"), table.mode, (0.0, q), shape)
     if findings or (posed and path is None):
         return None, findings
     peaks = tuple(unit * one for one in amplitude)

@@ -84,15 +84,7 @@ class Run:
         return case
 
     def prepare(self, output: Path, case: Case) -> None:
-        """Refuse a folder that cannot be used, or into which another run writes, and say what becomes of its result.
-
-        Parameters
-        ----------
-        output : Path
-            The folder of -o.
-        case : Case
-            Its input files are not replaced.
-        """
+        """Refuse a folder that cannot be used, or into which another run writes, and say what becomes of its result."""
         from bushcli.report.writers.files import check_output, question_of
         from bushcli.report.writers.folder import moves_to, occupy, staging
 

@@ -346,16 +346,7 @@ def vibrating(
 
 
 def _rate(change: Callable[[Signal], Signal], at: float, by: Array) -> Signal:
-    """Return the slope of a change of a signal at a value, and its derivatives (P,) by the parameters.
-
-    Parameters
-    ----------
-    change : callable
-        Of a signal (3,) whose first column is the derivative by itself, the others those by the parameters.
-    at : float
-    by : shape (P,)
-        Derivatives of this value by the parameters.
-    """
+    """Return the slope of a change of a signal at a value, and its derivatives (P,) by the parameters."""
     step = _NEAR * max(abs(at), 1.0)
     columns = np.column_stack([np.ones(3), np.tile(by, (3, 1))])
     found = change(Signal(at + step * np.array([-1.0, 0.0, 1.0]), columns)).slope

@@ -60,15 +60,7 @@ class Here(Executor):
     """An executor that does the work at once, in this process."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Return a future that has its result already.
-
-        Parameters
-        ----------
-        fn : callable
-            The work.
-        *args, **kwargs : object
-            Its arguments.
-        """
+        """Return a future that has its result already."""
         future: Future[Any] = Future()
         try:
             future.set_result(fn(*args, **kwargs))
@@ -283,15 +275,7 @@ class _Watched(Executor):
         threading.Thread(target=self._watch, daemon=True).start()
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Hand work to the scheduler.
-
-        Parameters
-        ----------
-        fn : callable
-            The work.
-        *args, **kwargs : object
-            Its arguments.
-        """
+        """Hand work to the scheduler."""
         future: Future[Any] = Future()
         with self._lock:
             self._waiting.add(future)

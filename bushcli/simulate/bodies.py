@@ -84,13 +84,7 @@ class PreparedModels:
         comm: MPI.Comm,
         features: Sequence[Installed] = (),
     ) -> FiniteElementModel:
-        """Return the model of a shape under a mode, with these parameters.
-
-        Parameters
-        ----------
-        shape, mode, rubber, refinement, comm, features
-            As for `cases.simulate.prepare`.
-        """
+        """Return the model of a shape under a mode, with these parameters."""
         # A mode outside the catalogue belongs to one load case; its name does not identify it.
         of_rubber = all(item.feature.of_rubber for item in features)
         if not of_rubber or plates(shape) or modes().get(mode.name) is not mode:

@@ -124,12 +124,6 @@ def recorded(case: Case, recording: Recording) -> SimulatedChannel:
     """Return the channel of a recording.
 
     Without memory in the rubber, one solve over the range serves every cycle; if the curve is odd, one side of it.
-
-    Parameters
-    ----------
-    case : Case
-    recording : Recording
-        The samples in use.
     """
     low, high = min(0.0, float(recording.displacement.min())), max(0.0, float(recording.displacement.max()))
     odd = is_odd(case.geometry, modes()[recording.mode])

@@ -74,19 +74,6 @@ class PathSimulation:
     ) -> History:
         """Follow the path with the model's present parameters; the last march is reused for the other reactions.
 
-        Parameters
-        ----------
-        names : sequence of str
-            Parameters by which derivatives are wanted.
-        keep_states : bool
-            Whether the history holds the displacement field of each step.
-        progress : callable or None
-            Called after each step.
-        failure_limit : int or None
-            Largest number of failed steps before the march is given up.
-        observer : callable or None
-            Called at each step.
-
         Raises
         ------
         NotConverged

@@ -210,13 +210,7 @@ class PredictionInterrupted(KeyboardInterrupt):
 
 
 def conditions(case: Case, channel: Simulated) -> list[Condition]:
-    """Return what is doubtful about a channel: an early end, distorted elements, an unstable law, a coarse mesh.
-
-    Parameters
-    ----------
-    case : Case
-    channel : Simulated
-    """
+    """Return what is doubtful about a channel: an early end, distorted elements, an unstable law, a coarse mesh."""
     folded = OVERHANGING if case.geometry.meeting == "sleeves" else LONGER_SLEEVES
     acting = [one.effect for one in case.effects if one.acts_on(channel.name, channel.mode)]
     acts = {one.acts for one in acting}

@@ -70,17 +70,7 @@ class Answer:
 def with_values(
     model: FiniteElementModel, active: Sequence[ActiveEffect], parameters: Mapping[str, float]
 ) -> tuple[ActiveEffect, ...]:
-    """Set the values of a model's parameters, and return the effects with theirs.
-
-    Parameters
-    ----------
-    model : FiniteElementModel
-        Model of a channel.
-    active : sequence of ActiveEffect
-        Effects of the channel.
-    parameters : mapping of str to float
-        Values by name, N, mm, MPa, s, rad; what is not given keeps its value.
-    """
+    """Set parameters of a model by name, and return the effects with theirs; what is not given keeps its value."""
     model.set_parameters({k: v for k, v in parameters.items() if k in model.constants})
     found = []
     for one in active:

@@ -66,14 +66,6 @@ def matrices(
     Each matrix, in N, mm and rad, follows its displacement (mm or rad, s of a path). The model has no planes of
     symmetry, so that all six motions are possible.
 
-    Parameters
-    ----------
-    channel : SimulatedChannel
-    at : float or None
-        mm or degrees, s of a path.
-    made : callable
-        Makes the model of a mode, with its effects on the rubber and on the assembly.
-
     Raises
     ------
     NotConverged

@@ -414,7 +414,7 @@ def test_overrides_change_and_create(folder):
         "material.bulk_modulus=inf",
     )
     assert case.geometry.length == 38.0
-    assert case.load_cases[0].amplitude == 5.0
+    assert case.load_cases[0].path == (0.0, 5.0)
     assert case.load_cases[1].steps == 7
     assert case.geometry.outer_sleeve.thickness == 2.0
     assert case.title == "a = b"
