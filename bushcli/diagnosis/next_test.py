@@ -198,11 +198,15 @@ def expected_curve(
         Names of the parameters, and a square root of their posterior covariance, shape (p, p).
     proposal : Proposal
     """
-    simulation = _simulation(cache, case, model, proposal)
+    whole, law_alone = (
+        _simulation(cache, case, one, proposal) for one in (model, replace(model, effects=()))
+    )
     names, root = known
     try:
-        answer = simulation.solve(model.values, names)
-        bare = _simulation(cache, case, replace(model, effects=()), proposal).solve(model.start, ())
+        for one in (whole, law_alone):
+            one.plan(1.0, ESTIMATED)
+        answer = whole.solve(model.values, names)
+        bare = law_alone.solve(model.start, ())
     except (NotConverged, NoEquilibrium):
         return None
     law = answer.slope[:, [name in model.start for name in names]]
@@ -221,7 +225,7 @@ def _simulation(cache: ModelCache, case: Case, model: Model, proposal: Proposal)
     effects = model.effects if labels else [one for one in model.effects if not one.effect.of_channel]
     names = labels or [proposal.channel]
     there = {one.identity: one for name in names for one in acting(effects, name, proposal.channel)}
-    simulation = Simulation(
+    return Simulation(
         case.geometry,
         modes()[proposal.channel],
         rubber_of(task.material),
@@ -233,8 +237,6 @@ def _simulation(cache: ModelCache, case: Case, model: Model, proposal: Proposal)
         comm=MPI.COMM_SELF,
         prepared=cache.bodies(task, "always"),
     )
-    simulation.plan(1.0, ESTIMATED)
-    return simulation
 
 
 def distance(right: ExpectedCurve, other: ExpectedCurve, sigma: float) -> float:
