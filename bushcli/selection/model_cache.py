@@ -101,16 +101,16 @@ class ModelCache:
                 plain = replace(task, case=whole, start=anchor, fixed=tuple(anchor))
                 return self.mesh_corrections(plain, anchor)[channel]
 
-            found, _ = task.channels(
+            recorded = self.recorded(whole)
+            known = replace(task, tables=tuple(one.table for one in recorded))
+            found, _ = known.channels(
                 comm=MPI.COMM_SELF, prepared=prepared, measured=self.measured, corrected=corrected
             )
             for channel in found:
                 if fineness != 1.0:
                     channel.plan(fineness)
             rubber = rubber_of(task.material)
-            vibrating = [
-                TableChannel(one, rubber, task.case, prepared, self._stores) for one in self.recorded(whole)
-            ]
+            vibrating = [TableChannel(one, rubber, task.case, prepared, self._stores) for one in recorded]
             return [*found, *vibrating]
 
         return _kept(self._sets, SETS, name, made)
