@@ -16,6 +16,7 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
+from bushcli.case import Case
 from bushcli.effects.active import ActiveEffect
 from bushcli.inverse.channel import MeshCorrection
 from bushcli.inverse.dynamic_simulation import Store
@@ -110,20 +111,24 @@ class ModelCache:
                 plain = replace(task, case=whole, start=anchor, fixed=tuple(anchor))
                 return self.mesh_corrections(plain, anchor)[channel]
 
-            found, _ = task.channels(
+            recorded = self.recorded(whole)
+            known = replace(task, tables=tuple(one.table for one in recorded))
+            found, _ = known.channels(
                 comm=MPI.COMM_SELF, prepared=prepared, measured=self.measured, corrected=corrected
             )
             for channel in found:
                 if (fineness, tolerance) != (1.0, TOLERANCE):
                     channel.plan(fineness, tolerance)
             rubber = rubber_of(task.material)
-            tables = _kept(
-                self._recorded, 1, canonical((whole,)), lambda: recorded_tables(whole, self.tables)
-            )
-            vibrating = [TableChannel(one, rubber, task.case, prepared, self._stores) for one in tables]
+            vibrating = [TableChannel(one, rubber, task.case, prepared, self._stores) for one in recorded]
             return [*found, *vibrating]
 
         return _kept(self._sets, SETS, name, made)
+
+    def recorded(self, case: Case) -> tuple[RecordedTable, ...]:
+        """Return the tables of dynamic stiffness of a case; those that count and those held out are kept."""
+        name = canonical((case.geometry, case.dynamic))
+        return _kept(self._recorded, 2, name, lambda: recorded_tables(case, self.tables))
 
     def vibrating(
         self, task: Task, table: DynamicTable, values: Mapping[str, float], names: Sequence[str]
