@@ -79,7 +79,7 @@ EFFECT = Effect(
             of_channel=True,
             under=AT[1],
             prior=Prior(
-                "t",
+                "normal",
                 0.5,
                 of="travel",
                 source="engineering judgement: where a part is clamped under load, zero may be anywhere in the travel",
