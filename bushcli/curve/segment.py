@@ -258,12 +258,12 @@ def _is_abrupt(q: Sequence[float], x: Sequence[float], start: int, stop: int, ba
 
     At the crest of a sine, where the band takes a time t to leave, the next takes more than 0.37 t.
     """
-    patience = 0.3 * (x[stop - 1] - x[start])
-    before = q[bisect_left(x, x[start] - patience) : start]
+    margin = 0.3 * (x[stop - 1] - x[start])
+    before = q[bisect_left(x, x[start] - margin) : start]
     # The median is no further than a band from any sample: most stretches are none by that alone.
     if start and not (before and max(max(before) - q[start], q[start] - min(before)) > 0.5 * band):
         return False
-    after = q[stop : bisect_right(x, x[stop - 1] + patience)]
+    after = q[stop : bisect_right(x, x[stop - 1] + margin)]
     ordered, half = sorted(q[start:stop]), (stop - start) // 2
     centre = 0.5 * (ordered[half] + ordered[-1 - half])
     low, high = centre - 1.5 * band, centre + 1.5 * band

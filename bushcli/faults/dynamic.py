@@ -1,5 +1,8 @@
 """Faults of a table of dynamic stiffness: a wrong unit, rows that belong to no curve, sweeps at the same temperature.
 
+Whether a file has the loss angle or 90 degrees minus it follows with some probability from how the stiffness rises with
+frequency.
+
 The neighbours of a row on its own curve predict it: stiffness and loss are smooth over the logarithm of frequency or
 amplitude. How much a step of temperature changes them varies smoothly from step to step, too.
 """
@@ -43,6 +46,12 @@ _OFF, _SCATTER = 0.05, 10.0
 _STEADY = 15.0
 #: Sweeps at two temperatures that differ by less are the same.
 _SAME = 0.03
+#: Probability that a table has another angle than is taken for it, before its values are looked at, and that from which
+#: it is mentioned: as for units of static recordings (`bushcli.faults.scale`; judgement).
+_WRONG, _MENTIONED = 0.02, 0.5
+#: Error of pi/2 d ln |K*| / d ln f as the loss angle: rubber, rigs with a mass or a lag (rad; judgement). At least so
+#: many frequencies, over this factor, give it.
+_RISE, _FREQUENCIES, _WIDE = np.radians(8.0), 5, 4.0
 
 
 def table_faults(shape: Shape, tables: Sequence[DynamicTable]) -> tuple[DataFault, ...]:
@@ -66,9 +75,47 @@ def table_faults(shape: Shape, tables: Sequence[DynamicTable]) -> tuple[DataFaul
             where += f", and {count} more row{'s are' if count > 1 else ' is'} off, too" if count else ""
             remedy = "correct the conditions of the row, or delete it; fits leave it out"
             every.append(DataFault(table.name, "spikes", where, remedy, False, off))
-        every += _temperatures(table, off)
+        every += [*_temperatures(table, off), *_angle(table, off)]
         found += [fault for fault in every if fault.kind not in table.accepted_faults]
     return tuple(sorted(found, key=lambda fault: not fault.fatal))
+
+
+def _angle(table: DynamicTable, off: NDArray[np.bool_]) -> Iterator[DataFault]:
+    """Yield a fault if 90 degrees minus the loss angles suit the stiffness better.
+
+    What is linear and causal has a loss angle of about pi/2 d ln |K*| / d ln f (Booij and Thoone 1982,
+    doi:10.1007/BF01535664). The error of that is one for all rows of a table, the median of which counts.
+    """
+    seen, expected = [], []
+    for rows in table.conditions() if table.over_frequency else ():
+        rows = rows[~off[rows]]
+        x = np.log(table.frequency[rows])
+        if len(np.unique(x)) >= _FREQUENCIES and np.ptp(x) > np.log(_WIDE):
+            expected.append(0.5 * np.pi * np.polyfit(x, np.log(table.stiffness[rows]), 1)[0])
+            seen.append(float(np.mean(table.loss_angle[rows])))
+    if not seen:
+        return
+    delta, rise = float(np.median(seen)), float(np.median(expected))
+    probability = _probability(((delta - rise) / _RISE) ** 2, ((0.5 * np.pi - delta - rise) / _RISE) ** 2)
+    if probability < _MENTIONED:
+        return
+    shown, slope, other = np.degrees([delta, rise, 0.5 * np.pi - delta])
+    where = f"loss angles of {shown:.3g} degrees on average, where the rise of the stiffness with frequency means "
+    where += f"about {max(slope, 0.0):.2g}: with a probability of {probability:.3g} the loss angles are "
+    where += f"90 degrees minus those of the file, {other:.3g}"
+    remedy = 'loss_angle_is = "complement" in the recording\'s table, or "loss" if it has "complement"; if the file is '
+    remedy += 'read as it was measured, accept = ["loss_angle"]'
+    none = np.zeros(len(table), dtype=bool)
+    yield DataFault(table.name, "loss_angle", where, remedy, False, none, probability)
+
+
+def _probability(read: float, other: float) -> float:
+    """Return the probability of another reading of a table, from chi square of the present and of the other one.
+
+    However clear, it is an opinion: the numbers contradict no other statement.
+    """
+    odds = _WRONG / (1.0 - _WRONG) * np.exp(min(0.5 * (read - other), 20.0))
+    return float(odds / (1.0 + odds))
 
 
 def _unit(shape: Shape, table: DynamicTable) -> Iterator[DataFault]:

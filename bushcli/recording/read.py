@@ -86,9 +86,11 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         displacement, force, samples = displacement[kept], force[kept], samples.only(kept)
     machine = mode.specimen == "coupon" and source.measured("force", "coupon", mode.rotational) == "force"
     there = {"displacement": moved, "force": forced} | ({"time": stamps} if stamps else {})
+    path = None
     if source.six is not None:
-        every = motion_columns(table, source).items()
+        every = motion_columns(table, source, source.six).items()
         there |= {MOTIONS[k]: c for k, c in every if k not in source.six.free and c.index != moved.index}
+        path = recorded_path(source, source.six, samples, tables)
     columns, unused, remarks = _used_columns(table, there, source)
     recording = Recording(
         mode.name,
@@ -104,7 +106,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         columns=columns,
         unused=unused,
         accepted_faults=source.accepted_faults,
-        six=None if source.six is None else recorded_path(source, samples, tables),
+        six=path,
         temperature=_warm(table, source, samples.rows),
     )
     count = counted(table, samples.rows, recording)

@@ -14,7 +14,7 @@ from bushcli.recording.header.columns import Column, chosen_index, column
 from bushcli.recording.header.name import heading
 from bushcli.recording.isolated import FileContents
 from bushcli.recording.opened import Needed, listed, only_table, opened
-from bushcli.recording.source import Source
+from bushcli.recording.source import SixColumns, Source
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import Table
 from bushcli.recording.time.rasters import RasterColumns, interpolated, own_clocks, stamped
@@ -148,21 +148,20 @@ def chosen(motions: Columns | None, forces: Columns | None) -> dict[str, str]:
     return {key: name for key, name in given.items() if isinstance(name, str)}
 
 
-def motion_columns(table: Table, source: Source) -> dict[int, Column]:
+def motion_columns(table: Table, source: Source, six: SixColumns) -> dict[int, Column]:
     """Return the columns of the motions of a recorded path, by their numbers from 0."""
-    assert source.six is not None
     columns = {}
     for k, name in enumerate(MOTIONS):
-        if name not in source.six.motions:
+        if name not in six.motions:
             continue
-        one = replace(source, columns={"displacement": source.six.motions[name]}, units={})
+        one = replace(source, columns={"displacement": six.motions[name]}, units={})
         found = column(table, one, modes()[PAIR_MODES[k]], "displacement")
         assert found is not None
         columns[k] = found
     return columns
 
 
-def read_motions(source: Source, tables: TableCache) -> tuple[Array | None, Array]:
+def read_motions(source: Source, six: SixColumns, tables: TableCache) -> tuple[Array | None, Array]:
     """Read the path of a recording or program: time (n,) in s or None, poses (n, 6) in mm and rad.
 
     Motions without a column are zero.
@@ -170,6 +169,8 @@ def read_motions(source: Source, tables: TableCache) -> tuple[Array | None, Arra
     Parameters
     ----------
     source : Source
+    six : SixColumns
+        Its columns.
     tables : TableCache
 
     Raises
@@ -177,10 +178,9 @@ def read_motions(source: Source, tables: TableCache) -> tuple[Array | None, Arra
     RecordingError
         A column is missing or cannot be read, or the time does not increase.
     """
-    assert source.six is not None
-    table = six_table(source, source.six.chosen, tables)
+    table = six_table(source, six.chosen, tables)
     poses: Array = np.zeros((0, 6))
-    for k, found in motion_columns(table, source).items():
+    for k, found in motion_columns(table, source, six).items():
         if not len(poses):
             poses = np.zeros((len(found.values), 6))
         poses[:, k] = found.values
@@ -198,13 +198,12 @@ def read_motions(source: Source, tables: TableCache) -> tuple[Array | None, Arra
     return time, poses
 
 
-def recorded_path(source: Source, samples: Samples, tables: TableCache) -> RecordedPath:
+def recorded_path(source: Source, six: SixColumns, samples: Samples, tables: TableCache) -> RecordedPath:
     """Return the path of a recording of six motions, at its samples."""
-    assert source.six is not None
-    stamps, motion = read_motions(source, tables)
+    stamps, motion = read_motions(source, six, tables)
     if samples.time is None or stamps is None:
         motion = motion[samples.rows]
     else:
         motion = np.column_stack([np.interp(samples.time, stamps, column) for column in motion.T])
     number = REACTIONS.index(source.label.rpartition(".")[2])
-    return RecordedPath(samples.time, motion, source.six.free, number, source.six.name)
+    return RecordedPath(samples.time, motion, six.free, number, six.name)

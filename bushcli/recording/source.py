@@ -33,6 +33,7 @@ FaultKind = Literal[
     "extremes",
     "no_signal",
     "temperature",
+    "loss_angle",
 ]
 
 
