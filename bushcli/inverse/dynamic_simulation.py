@@ -198,7 +198,7 @@ class DynamicSimulation:
             if len(made.curves) > before:
                 ends.append(principal_stretches(self.model).reshape(-1, 3))
 
-        for program in made.programs():
+        for program in made.test.programs():
             history = march(
                 self.model,
                 program,

@@ -60,7 +60,7 @@ class Spectrum:
 
     @property
     def relative(self) -> Array:
-        """g_k (k,) = E_k / E_inf, as the branches of the effect viscoelasticity have them."""
+        """g_k (k,) = E_k / E_inf, as the branches of `viscoelasticity` have them."""
         return np.asarray(self.moduli / self.equilibrium, dtype=np.float64)
 
     def at(self, omega: Array) -> Complex:

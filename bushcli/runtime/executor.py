@@ -60,15 +60,7 @@ class Here(Executor):
     """An executor that does the work at once, in this process."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Return a future that has its result already.
-
-        Parameters
-        ----------
-        fn : callable
-            The work.
-        *args, **kwargs : object
-            Its arguments.
-        """
+        """Return a future that has its result already."""
         future: Future[Any] = Future()
         try:
             future.set_result(fn(*args, **kwargs))
@@ -273,16 +265,7 @@ def _close(client: Any, seconds: float) -> None:
 
 
 class _Watched(Executor):
-    """The executor of a Dask client, whose futures end in `SchedulerLost` when the scheduler is lost.
-
-    Parameters
-    ----------
-    client : distributed.Client
-    executor : Executor
-        The client's.
-    address : str
-        Of the scheduler, for messages.
-    """
+    """The executor of a Dask client, whose futures end in `SchedulerLost` when the scheduler is lost."""
 
     def __init__(self, client: Any, executor: Executor, address: str) -> None:
         self.lost = ""
@@ -292,15 +275,7 @@ class _Watched(Executor):
         threading.Thread(target=self._watch, daemon=True).start()
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Hand work to the scheduler.
-
-        Parameters
-        ----------
-        fn : callable
-            The work.
-        *args, **kwargs : object
-            Its arguments.
-        """
+        """Hand work to the scheduler."""
         future: Future[Any] = Future()
         with self._lock:
             self._waiting.add(future)

@@ -104,7 +104,10 @@ class Search:
         for model in relaxing(self, self.plain.model, self.catalogue):
             if model.structure not in self._tried and time.perf_counter() < self.deadline:
                 self._tried.add(model.structure)
-                self.fit_anyway(Queued(model, self.plain, self.plain.evidence.log, self.odds(model)))
+                # Beside relaxation the law is softer than alone.
+                best = max(self.states.values(), key=lambda one: one.evidence.log)
+                begun = replace(model, start=best.model.start)
+                self.fit_anyway(Queued(begun, best, self.plain.evidence.log, self.odds(model)))
         while True:
             for key in self._to_expand():
                 self._expand(key)
@@ -317,7 +320,8 @@ class Search:
             self._beside_plain = beside.grouped
         room = MOST_EFFECTS - len(state.model.effects)
         predictions = beside.singles() if room > 0 else []
-        if state is self.plain and room > 1:
+        best = max(one.evidence.coarse for one in self.states.values())
+        if state is self.plain and room > 1 and best < state.evidence.coarse + FAR:
             predictions += beside.pairs()
         for one in predictions:
             silent = len(one.model.identities) > len(state.model.identities) and one.gain < FAINT

@@ -26,7 +26,7 @@ from bushcli.effects.change import Signal
 from bushcli.simulate.derivatives import columns, elastic_curve, extension_in_series
 from bushcli.simulate.schedule import Schedule, prescribed, schedule
 from bushcli.simulate.steps import CONTACT, FEWEST_OF_LEG, IDENTIFIED, PLANE, SOLID
-from cases.march import History, march
+from cases.march import TOLERANCE, History, march
 from cases.mode import Mode
 from cases.model import FiniteElementModel
 from cases.program import Program
@@ -70,17 +70,7 @@ class Answer:
 def with_values(
     model: FiniteElementModel, active: Sequence[ActiveEffect], parameters: Mapping[str, float]
 ) -> tuple[ActiveEffect, ...]:
-    """Set the values of a model's parameters, and return the effects with theirs.
-
-    Parameters
-    ----------
-    model : FiniteElementModel
-        Model of a channel.
-    active : sequence of ActiveEffect
-        Effects of the channel.
-    parameters : mapping of str to float
-        Values by name, N, mm, MPa, s, rad; what is not given keeps its value.
-    """
+    """Set parameters of a model by name, and return the effects with theirs; what is not given keeps its value."""
     model.set_parameters({k: v for k, v in parameters.items() if k in model.constants})
     found = []
     for one in active:
@@ -128,8 +118,8 @@ class FollowedPath(ABC):
         """Displacement at the samples without the sensor's noise, (n,), mm or rad."""
 
     @abstractmethod
-    def plan(self, fineness: float) -> None:
-        """Choose the steps along the path, `fineness` times as many as by default."""
+    def plan(self, fineness: float, tolerance: float = TOLERANCE) -> None:
+        """Choose the steps along the path, `fineness` times as many as by default, and the march's tolerance."""
 
     @abstractmethod
     def solve(
@@ -232,19 +222,6 @@ def logged_force(
     """Return the force as it is logged at the samples, from that of the bushing at the nodes of a march.
 
     If the rig was set to zero under a preload, the node at recorded zero comes before those of the steps.
-
-    Parameters
-    ----------
-    active : sequence of ActiveEffect
-        Effects of the channel, with values.
-    steps : Schedule
-        Nodes of the march.
-    clock : shape (samples,)
-        Times of the samples, s, or their numbers.
-    q, force : Signal
-        Displacement and force of the bushing at the nodes: mm or rad, N or N mm.
-    names : sequence of str
-        Parameters of the derivatives.
     """
     zeroed = len(force.value) - len(steps.time)
     elapsed = np.concatenate([np.zeros(zeroed), np.maximum(steps.time - clock[0], 0.0)])
@@ -322,8 +299,8 @@ class Simulation(FollowedPath):
         return self.noise is None
 
     @override
-    def plan(self, fineness: float) -> None:
-        self._fineness = fineness
+    def plan(self, fineness: float, tolerance: float = TOLERANCE) -> None:
+        self._fineness, self._tolerance = fineness, tolerance
         if self.noise is None:
             self.steps = prescribed(self.time, self.displacement)
         else:
@@ -403,13 +380,14 @@ class Simulation(FollowedPath):
         failure_limit: int | None,
     ) -> History:
         """Return the curve of the body; one of the last two is reused if only the rig has changed since."""
-        asked = (self._shape, self._values(), targets.tobytes(), inner)
+        asked = (self._shape, self._values(), targets.tobytes(), inner, self._tolerance)
         known: History | None = self.model.curves.get(asked)
         if known is not None and not keep_states and progress is None:
             return known
         found = sweep(
             self.model,
             targets,
+            tolerance=self._tolerance,
             keep_states=keep_states,
             sensitivity=inner,
             progress=progress,
@@ -472,7 +450,8 @@ class Simulation(FollowedPath):
         """Return the body's response to a path; one of the last two is reused if only the rig has changed since."""
         rates = tuple((name, rate.tobytes()) for name, rate in path_rates.items())
         times = None if program.time is None else program.time.tobytes()
-        asked = (self._shape, self._values(), program.displacement.tobytes(), times, inner, rates)
+        path = (program.displacement.tobytes(), times)
+        asked = (self._shape, self._values(), *path, inner, rates, self._tolerance)
         can_be_reused = not keep_states and progress is None and series is None
         known: History | None = self.model.curves.get(asked)
         if known is not None and can_be_reused:
@@ -480,6 +459,7 @@ class Simulation(FollowedPath):
         found = march(
             self.model,
             program,
+            tolerance=self._tolerance,
             keep_states=keep_states,
             sensitivity=inner,
             path_rates=path_rates,
