@@ -384,8 +384,8 @@ def weighted(
     """Return the misfit (n,) and its derivatives (n, parameters) of each channel, which counts by its mean square."""
     rows = []
     for channel, (force, slope) in zip(channels, forces, strict=True):
-        unit = channel.scale * np.sqrt(len(force))
-        rows.append(((force - channel.measured) / unit, slope / unit[:, None]))
+        weight = 1.0 / (channel.scale * np.sqrt(len(force)))
+        rows.append(((force - channel.measured) * weight, slope * weight[:, None]))
     return rows
 
 
