@@ -37,7 +37,6 @@ ALLOWED = {
     ("bushcli/export/fmu/slave", "do_step"): "PythonFMU",
     ("bushcli/report/document.py", "fold"): "the template of the page",
     ("bushcli/report/document.py", "numbers_only"): "the template of a plot",
-    ("bushcli/report/writers/page.py", "filters"): "Jinja",
     ("benchmarks/compare_checkouts.py", "method"): "html.parser",
     ("bushcli/runtime/canonical.py", "persistent_id"): "pickle.Pickler",
     ("geometry/shapes/", "class"): "the list of shapes, which is made from the files in the folder",

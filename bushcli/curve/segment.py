@@ -121,11 +121,18 @@ def segment(
         size = 2 if _reverse(every, groups[-1] if groups else ()) else 1
         groups.append(every[:size])
         every = every[size:]
-    # A dip before the first cycle, and the way back to rest after the last one, are no cycles.
-    if len(groups) > 1 and _leads_in(groups[0], groups[1]):
-        groups[:2] = [[*groups[0], *groups[1]]]
-    if len(groups) > 1 and _runs_out(groups[-2], groups[-1]):
-        groups[-2:] = [[*groups[-2], *groups[-1]]]
+    # A dip before the first cycle, and the way back to rest or to a preload after the last one, are no cycles.
+    if len(groups) > 1 and len(groups[0]) == 1 and not groups[0][0].whole:
+        one, after = groups[0][0], groups[1]
+        if one.height < OVERSHOOT * after[0].height or _at_preload(one, after, after[0].begin):
+            groups[:2] = [[one, *after]]
+    if len(groups) > 1 and len(groups[-1]) == 1 and not groups[-1][0].whole:
+        before, one = groups[-2], groups[-1][0]
+        # A last loading as far as before is half a cycle more; a mere return to rest is not.
+        least = AT_THE_TURN * max(abs(each.furthest) for each in before)
+        returns = abs(one.furthest) < least or one.height == 0.0
+        if _at_preload(one, before, one.begin) if one.reverses else returns:
+            groups[-2:] = [[*before, one]]
     numbers = {one.number: i for i, group in enumerate(groups, 1) for one in group}
     return tuple(replace(branch, cycle=numbers[branch.cycle]) for branch in found)
 
@@ -325,6 +332,11 @@ class _Excursion:
         """Distance from the beginning to the furthest displacement."""
         return abs(self.furthest - self.begin)
 
+    @property
+    def whole(self) -> bool:
+        """Whether it is a cycle of its own."""
+        return self.loop and self.reverses
+
 
 def _reverse(every: Sequence[_Excursion], before: Sequence[_Excursion]) -> bool:
     """Whether the first two excursions are the halves of one cycle, after the cycle `before`."""
@@ -365,25 +377,6 @@ def _at_preload(one: _Excursion, cycle: Sequence[_Excursion], turn: float) -> bo
 
 def _alike(one: float, other: float) -> bool:
     return abs(one - other) <= _ALIKE * max(one, other)
-
-
-def _leads_in(first: Sequence[_Excursion], after: Sequence[_Excursion]) -> bool:
-    """Whether what precedes a cycle is an overshoot, or only the way to it."""
-    one = first[0]
-    if len(first) > 1 or (one.loop and one.reverses):
-        return False
-    return one.height < OVERSHOOT * after[0].height or _at_preload(one, after, after[0].begin)
-
-
-def _runs_out(before: Sequence[_Excursion], last: Sequence[_Excursion]) -> bool:
-    """Whether the path after the last cycle does not reverse: it leads to a preload, or back to rest."""
-    one, largest = last[0], max(abs(each.furthest) for each in before)
-    if len(last) > 1 or (one.loop and one.reverses):
-        return False
-    if not one.reverses:
-        # A last loading as far as before is half a cycle more; a mere return to rest is not.
-        return abs(one.furthest) < AT_THE_TURN * largest or one.height == 0.0
-    return _at_preload(one, before, one.begin)
 
 
 def _overshoot(pieces: list[tuple[int, int, bool]], place: int, q: Array) -> float:

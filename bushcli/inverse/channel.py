@@ -232,8 +232,8 @@ class Channel(FitChannel):
         path = self.recording
         return of_path(path.mode, path.displacement, path.time, temperature)
 
-    def plan(self, fineness: float) -> None:
-        """Choose the steps along a path that is followed, `fineness` times as many as by default."""
+    def plan(self, fineness: float, tolerance: float) -> None:
+        """Choose the steps along a path that is followed, `fineness` times as many as by default, and the tolerance."""
 
     @abstractmethod
     def curve(self, answer: ChannelForces) -> Curve:
@@ -334,8 +334,8 @@ class FollowedChannel(Channel):
         self._correction = None if corrected is None else corrected(recording.name, self.model)
 
     @override
-    def plan(self, fineness: float) -> None:
-        self.simulation.plan(fineness)
+    def plan(self, fineness: float, tolerance: float) -> None:
+        self.simulation.plan(fineness, tolerance)
 
     @override
     def solve(

@@ -146,6 +146,6 @@ def dynamic_tables(case: Case, tables: TableCache | None = None) -> list[Dynamic
     sources = [source for source in case.dynamic if modes()[source.mode].specimen == "bushing"]
     if not sources:
         return []
-    from bushcli.recording.dynamic.read import kept_dynamic
+    from bushcli.recording.dynamic.read import read_dynamic
 
-    return [kept_dynamic(source, tables) for source in sources]
+    return [read_dynamic(source, tables) for source in sources]

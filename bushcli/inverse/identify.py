@@ -24,7 +24,6 @@ from bushcli.inverse.contained import additions, from_contained
 from bushcli.inverse.estimates import (
     compared_curves,
     compared_tables,
-    effects,
     end_points,
     estimates,
     material,
@@ -35,7 +34,6 @@ from bushcli.inverse.local import Minimum
 from bushcli.inverse.minimum_search import first_minimum, search
 from bushcli.inverse.problem import LeastSquaresProblem, Progress
 from bushcli.inverse.profile import profiles_of
-from bushcli.inverse.refine import Assignment, Refined, coarse_costs, refine_start
 from bushcli.inverse.result import Evaluation, Fit, Profile, Weighting
 from bushcli.inverse.task import Task, refuse_fixed
 from bushcli.inverse.verdict import conditions, history_not_saved, profiles_cut_short, start_replaced
@@ -296,7 +294,9 @@ class _Searches:
         points = self._further_starts(first.initial)
         limits = tuple(problem.limits)
         given = [
-            Assignment(number, point, first.states, limits, first.minimum.cost, self.journal, self.resume)
+            starts.Assignment(
+                number, point, first.states, limits, first.minimum.cost, self.journal, self.resume
+            )
             for number, point in enumerate(points, 1)
         ]
 
@@ -304,14 +304,14 @@ class _Searches:
             if self.progress is not None:
                 self.progress(replace(evaluation, number=problem.sweeps + evaluation.number))
 
-        def done(refined: Refined) -> None:
+        def done(refined: starts.Refined) -> None:
             problem.count(refined.evaluations, refined.forward_solves, refined.failed_solves)
             if refined.answers is not None:
                 problem.learn(refined.minimum.x, refined.answers)
                 states[len(self.minima)] = refined.states
                 self.minima.append(refined.minimum)
 
-        refine_start(task, problem.channels, given, done, forward, self.pool)
+        starts.refine_start(task, problem.channels, given, done, forward, self.pool)
         problem.begin_profiles(states[_best(self.minima)])
 
     def _further_starts(self, initial: Array) -> list[Array]:
@@ -322,7 +322,7 @@ class _Searches:
         shear = task.law.shear_modulus(**self.problem.law_parameters(initial))
         low, high = starts.box(initial, self.problem.bounds, abs(shear))
         points: list[Array] = []
-        with coarse_costs(task, self.tables, self.pool) as costs:
+        with starts.coarse_costs(task, self.tables, self.pool) as costs:
             if task.globally:
                 points.append(starts.evolve_start(costs, low, high, task.seed))
             if task.starts > 1:
@@ -361,8 +361,9 @@ class _Searches:
         skipped = interrupted or fatal
         best, profiles, cut = self._profiled(best, skipped)
         rubber = material(task, problem, best.x)
-        parameters, correlation = estimates(task, problem, best.x, profiles)
-        tables, known = compared_tables(problem, self.dynamic, best.x, self.start)
+        uncertainty = certainty.uncertainty(problem, best.x)
+        parameters, correlation = estimates(task, problem, best.x, uncertainty, profiles)
+        tables, known = compared_tables(problem, self.dynamic, best.x, self.start, uncertainty.deviations)
         singular, undetermined = certainty.directions(problem, best.x)
         fit = Fit(
             material=rubber,
@@ -387,7 +388,7 @@ class _Searches:
             end_points=end_points(task, self.minima),
             profiles=tuple(profiles),
             leverage=certainty.leverage(problem, best.x),
-            effects=effects(task, problem, best.x),
+            effects=tuple(effect.with_values(problem.parameters(best.x)) for effect in task.effects),
             tables=tables,
         )
         starts_loaded = ((channel.name, channel.before) for channel in self.curves)

@@ -29,6 +29,7 @@ RUN = "run.json"
 # Largest admissible size of that file, bytes: ours have some hundred.
 _LARGEST = 10_000
 _FIELDS = ("displacement", "force", "slope", "states")
+_DAMAGED = (ValueError, LookupError, TypeError, RecursionError, OSError)
 _WORK = "bushcli.inverse.journal.evaluation"
 
 
@@ -64,12 +65,17 @@ def open_journal(folder: Path, identity: Mapping[str, Any], resume: bool | None)
 
     def is_of(candidate: Path) -> bool:
         try:
-            return bool(json.loads(read_bounded(candidate / RUN, _LARGEST))["identity"] == digest(identity))
-        except (ValueError, LookupError, TypeError, RecursionError, OSError):
+            return identity_in(candidate / RUN) == digest(identity)
+        except _DAMAGED:
             return False
 
     chosen, used = history_of(folder, is_of, resume)
     return Journal(chosen, identity, used)
+
+
+def identity_in(file: Path) -> str:
+    """Return the identity of the run whose evaluations are beside the file; one of `_DAMAGED` if it cannot be read."""
+    return str(json.loads(read_bounded(file, _LARGEST))["identity"])
 
 
 def digest(identity: Mapping[str, Any]) -> str:
@@ -97,8 +103,8 @@ class Journal:
     def _check(self) -> None:
         """Refuse evaluations of another run."""
         try:
-            identity = json.loads(read_bounded(self._index, _LARGEST))["identity"]
-        except (ValueError, LookupError, TypeError, RecursionError, OSError) as error:
+            identity = identity_in(self._index)
+        except _DAMAGED as error:
             what = f"is damaged ({str(error)[:200]})"
             expected = "restore the file, or run without --resume, which begins a history of its own"
             raise InputError(Problem(str(self._index), what, "", expected)) from None

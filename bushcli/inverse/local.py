@@ -225,12 +225,13 @@ def full_step(problem: LeastSquaresProblem, x: Array) -> tuple[Array, float]:
     x : Array
         Parameters, shape (parameters,), in the units of the law.
     """
-    value, slope = problem.residual(x), problem.jacobian(x)
+    low, high = np.minimum(problem.bounds.lower - x, 0.0), np.maximum(problem.bounds.upper - x, 0.0)
+    return bounded_step(problem.residual(x), problem.jacobian(x), low, high)
+
+
+def bounded_step(value: Array, slope: Array, low: Array, high: Array) -> tuple[Array, float]:
+    """Return the step (p,) within bounds that is best for rows (n,) to first order, and the sum of squares left."""
     size = np.linalg.norm(slope, axis=0)
     size[size == 0] = 1.0
-    allowed = (
-        np.minimum((problem.bounds.lower - x) * size, 0.0),
-        np.maximum((problem.bounds.upper - x) * size, 0.0),
-    )
-    linear = lsq_linear(slope / size, -value, allowed)
+    linear = lsq_linear(slope / size, -value, (low * size, high * size))
     return linear.x / size, 2.0 * float(linear.cost)

@@ -73,11 +73,6 @@ def watch(problem: LeastSquaresProblem, x: Array) -> bool:
     return True
 
 
-def is_stable_there(problem: LeastSquaresProblem, x: Array) -> bool:
-    """Whether the law is stable in the states that the rubber reaches at `x`."""
-    return not is_unstable(problem, x, problem.reached(x))
-
-
 def is_unstable(problem: LeastSquaresProblem, x: Array, states: Array) -> bool:
     """Whether the law is unstable, or nearly so, in any of the states, shape (n, 3)."""
     return bool(problem.instability(x, states).max(initial=0.0) > ACTIVE)

@@ -22,8 +22,8 @@ from bushcli.inverse import certainty
 from bushcli.inverse.certainty import Uncertainty
 from bushcli.inverse.edge import Linearised, descend
 from bushcli.inverse.local import NOTHING, Minimum
-from bushcli.inverse.minimum_search import is_stable_there, is_unstable
-from bushcli.inverse.problem import LeastSquaresProblem
+from bushcli.inverse.minimum_search import is_unstable
+from bushcli.inverse.problem import LeastSquaresProblem, weighted
 from bushcli.inverse.result import NORMAL, POOR, Limit, Profile
 
 Array = NDArray[np.float64]
@@ -69,12 +69,7 @@ def noise_unit(problem: LeastSquaresProblem, x: Array, uncertainty: Uncertainty,
     """
     forces = problem.forces(x)
     assert forces is not None
-    rows = np.vstack(
-        [
-            slope / (channel.scale * np.sqrt(len(force)))[:, None]
-            for channel, (force, slope) in zip(problem.channels, forces, strict=True)
-        ]
-    )
+    rows = np.vstack([slope for _, slope in weighted(problem.channels, forces)])
     inverse, _ = certainty.inverted(rows.T @ rows / len(problem.channels))
     variance = float(uncertainty.covariance[index, index]) * (uncertainty.quantile / NORMAL) ** 2
     unit = variance / float(inverse[index, index]) if inverse[index, index] > 0 else 0.0
@@ -220,20 +215,18 @@ class _Along:
 
     def _refitted(self, points: list[_Point], value: float) -> _Point | Limit:
         """Refit all other parameters, starting from the last point; return the reason if that fails."""
-        other = self._minimum(points[-1].x, value)
-        if isinstance(other, str):
-            return other
-        if not is_stable_there(self.problem, other):
-            # States in which the best point is unstable are not added, because they would change its cost.
+        for is_last in (False, True):
+            end = self._minimum(points[-1].x, value)
+            if isinstance(end, str):
+                return end
+            other = end
             states = self.problem.reached(other)
-            if is_unstable(self.problem, self.x, states):
+            if not is_unstable(self.problem, other, states):
+                break
+            # States in which the best point is unstable are not added, because they would change its cost.
+            if is_last or is_unstable(self.problem, self.x, states):
                 return "stability"
             self.problem.watch(states)
-            other = self._minimum(points[-1].x, value)
-            if isinstance(other, str):
-                return other
-            if not is_stable_there(self.problem, other):
-                return "stability"
         rise = (self.problem.cost(other) - self.best) / self.unit
         return _Point(value, float(np.sign(rise) * np.sqrt(abs(rise))), other)
 

@@ -208,7 +208,7 @@ def _to_zero(box: Box, total: Array, count: Array, force: Array) -> Box:
     if the band's misfit is nearer to that expectation than to zero, or within the noise of it.
     """
     signs = np.array(box.signs)[None, None, :, None, None]
-    shape = count if _is_higher(box) else force * signs
+    shape = count if box.is_higher else force * signs
     mask = box.mask(count.shape)
     of_shape = float((total * signs)[mask].sum()) / max(abs(float(shape[mask].sum())), 1e-300)
     first = box.bands[0]
@@ -221,11 +221,6 @@ def _to_zero(box: Box, total: Array, count: Array, force: Array) -> Box:
             break
         first -= 1
     return replace(box, bands=(first, box.bands[1]))
-
-
-def _is_higher(box: Box) -> bool:
-    """Whether the misfit points the same way on both sides."""
-    return box.signs[0] * box.signs[1] > 0
 
 
 def _mismatch(
@@ -248,7 +243,7 @@ def _mismatch(
         signs = np.full(len(signs), -1.0 if sides == {1} else 1.0)
     force, misfit = channel.recording.force[samples], channel.misfit[samples]
     difference = float(np.mean(misfit * signs))
-    higher = len(sides) == 2 and _is_higher(box)
+    higher = len(sides) == 2 and box.is_higher
     rms = float(np.sqrt(np.mean(misfit**2)))
     # Factor, less 1, on the recorded force that comes nearest to the simulated one; it has no meaning where the force
     # goes both ways or is small.

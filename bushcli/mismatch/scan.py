@@ -54,6 +54,11 @@ class Box:
     # Sum of the misfit with these signs, over its standard deviation by noise.
     z: float
 
+    @property
+    def is_higher(self) -> bool:
+        """Whether the misfit points the same way on both sides."""
+        return self.signs[0] * self.signs[1] > 0
+
     def mask(self, shape: tuple[int, ...]) -> NDArray[np.bool_]:
         """Which bins of a grid belong to it, of the grid's shape."""
         mask = np.zeros(shape, dtype=bool)
@@ -61,6 +66,18 @@ class Box:
         cycles, bands = range(self.cycles[0], self.cycles[1] + 1), range(self.bands[0], self.bands[1] + 1)
         mask[np.ix_(self.rates, self.branches, sides, cycles, bands)] = True
         return mask
+
+    def restrictions(self, count: Array) -> int:
+        """Number of restrictions that the description needs."""
+        sides = count.sum(axis=(0, 1, 3, 4)) > 0
+        present = {i for i in range(3) if count[:, i].any()}
+        return (
+            (len(self.rates) < count.shape[0])
+            + (not present <= set(self.branches))
+            + (bool(sides.all()) and 0.0 in self.signs)
+            + (self.cycles != (0, count.shape[3] - 1))
+            + (self.bands != (0, count.shape[4] - 1))
+        )
 
 
 def strongest(total: Array, count: Array) -> Box | None:
@@ -88,7 +105,7 @@ def strongest(total: Array, count: Array) -> Box | None:
             boxes.append(Box(*choice, cycles, bands, float(z[place])))
     best = max(box.z**2 for box in boxes)
     near = [box for box in boxes if box.z**2 >= _AS_GOOD * best]
-    return min(near, key=lambda box: (_words(box, count), -(box.z**2)))
+    return min(near, key=lambda box: (box.restrictions(count), -(box.z**2)))
 
 
 def false_alarm(z: float, count: Array, freedom: float) -> float:
@@ -169,16 +186,3 @@ def _pairs(n: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 def _range(i: np.intp | int, n: int) -> tuple[int, int]:
     low, high = _pairs(n)
     return int(low[i]), int(high[i])
-
-
-def _words(box: Box, count: Array) -> int:
-    """Number of restrictions that the description of a box needs."""
-    sides = count.sum(axis=(0, 1, 3, 4)) > 0
-    present = {i for i in range(3) if count[:, i].any()}
-    return (
-        (len(box.rates) < count.shape[0])
-        + (not present <= set(box.branches))
-        + (bool(sides.all()) and 0.0 in box.signs)
-        + (box.cycles != (0, count.shape[3] - 1))
-        + (box.bands != (0, count.shape[4] - 1))
-    )

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.curve.recorded import ReadColumn, RecordedPath, RecordedProgram, Recording, Repair
+from bushcli.curve.recorded import ReadColumn, RecordedProgram, Recording, Repair
 from bushcli.curve.segment import turning_points
 from bushcli.curve.signals import branches, select_cycles
 from bushcli.recording.header.above import factor_remarks, rate_remarks
@@ -16,15 +16,15 @@ from bushcli.recording.header.name import heading
 from bushcli.recording.header.units import read_unit
 from bushcli.recording.opened import open_table
 from bushcli.recording.several import refuse_several
-from bushcli.recording.six import motion_columns, read_motions, six_table
-from bushcli.recording.source import WARM, Quantity, SixColumns, Source
+from bushcli.recording.six import motion_columns, recorded_path, six_table
+from bushcli.recording.source import WARM, Quantity, Source
 from bushcli.recording.specimen import nominal
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import Table
 from bushcli.recording.time.counted import counted
 from bushcli.recording.time.samples import increasing, timed
 from cases.mode import Mode, modes
-from cases.six import MOTIONS, REACTIONS
+from cases.six import MOTIONS
 
 Array = NDArray[np.float64]
 
@@ -70,11 +70,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     moved = _enough(table, source, mode, fewest)
     forced = column(table, source, mode, "force")
     assert forced is not None
-    timed_by = stamps is not None or source.sample_rate is not None
-    if _is_still(moved.values) and not (timed_by and _relaxes(moved.values, forced.values)):
-        what = f"{table.label(moved.index)} is {table.text(0, moved.index)} throughout: nothing moves"
-        rest = "a hold is read if the displacement counts from rest, the force relaxes, and the file has the times"
-        raise table.refused(what, rest)
+    _refuse_still(table, moved, forced, stamps is not None or source.sample_rate is not None)
     samples = timed(table, source, stamps, moved, forced, fewest)
     displacement, force = moved.values[samples.rows], forced.values[samples.rows]
     if np.ptp(force) <= _SMALLEST:
@@ -94,7 +90,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     if source.six is not None:
         every = motion_columns(table, source, source.six).items()
         there |= {MOTIONS[k]: c for k, c in every if k not in source.six.free and c.index != moved.index}
-        path = _path(source, source.six, samples.time, len(force), tables)
+        path = recorded_path(source, source.six, samples, tables)
     columns, unused, remarks = _used_columns(table, there, source)
     recording = Recording(
         mode.name,
@@ -177,18 +173,6 @@ def _used(recording: Recording, source: Source) -> Recording:
     return recording if cycles is None else select_cycles(recording, cycles)
 
 
-def _path(
-    source: Source, six: SixColumns, time: Array | None, count: int, tables: TableCache
-) -> RecordedPath:
-    """Return the path of a recording of six motions, at its samples."""
-    stamps, motion = read_motions(source, six, tables)
-    if time is not None and stamps is not None:
-        motion = np.column_stack([np.interp(time, stamps, column) for column in motion.T])
-    assert len(motion) == count
-    number = REACTIONS.index(source.label.rpartition(".")[2])
-    return RecordedPath(time, motion, six.free, number, six.name)
-
-
 def read_coupon(source: Source, tables: TableCache | None = None) -> Recording:
     """Read a material test: displacement is stretch - 1, force the nominal stress in MPa.
 
@@ -232,9 +216,7 @@ def read_program(
     table = open_table(source, mode, (quantity,), TableCache() if tables is None else tables)
     stamps = column(table, source, mode, "time")
     moved = _enough(table, source, mode, _FEWEST_PROGRAM, quantity)
-    if _is_still(moved.values):
-        what = f"{table.label(moved.index)} is {table.text(0, moved.index)} throughout: nothing moves"
-        raise table.refused(what)
+    _refuse_still(table, moved)
     time: Array | None = None
     if stamps is not None:
         time = increasing(table, stamps)
@@ -265,14 +247,15 @@ def _enough(
     return found
 
 
-def _is_still(displacement: Array) -> bool:
-    return bool(np.ptp(displacement) <= max(1e-12 * np.abs(displacement).max(), _SMALLEST))
-
-
-def _relaxes(displacement: Array, force: Array) -> bool:
-    """Whether a record at one displacement is a hold: away from rest, at a force that falls and keeps its sign.
+def _refuse_still(table: Table, moved: Column, forced: Column | None = None, timed: bool = False) -> None:
+    """Refuse a motion that never moves, but a hold in time: away from rest, at a force that falls and keeps its sign.
 
     A sensor of displacement that is dead shows the same displacement, but its force goes back and forth.
     """
-    falls = abs(force[-1]) < abs(force[0]) and force[-1] * force[0] > 0.0
-    return bool(displacement[0] != 0.0 and falls and not turning_points(force, _BACK * np.ptp(force)))
+    q, force = moved.values, np.zeros(2) if forced is None else forced.values
+    falls = timed and abs(force[-1]) < abs(force[0]) and force[-1] * force[0] > 0.0
+    still = np.ptp(q) <= max(1e-12 * np.abs(q).max(), _SMALLEST)
+    if still and not (q[0] != 0.0 and falls and not turning_points(force, _BACK * np.ptp(force))):
+        what = f"{table.label(moved.index)} is {table.text(0, moved.index)} throughout: nothing moves"
+        rest = "a hold is read if the displacement counts from rest, the force relaxes, and the file has the times"
+        raise table.refused(what, "" if forced is None else rest)

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.curve.recorded import RecordedPath
 from bushcli.recording.header.columns import Column, chosen_index, column
 from bushcli.recording.header.name import heading
 from bushcli.recording.isolated import FileContents
@@ -17,6 +18,7 @@ from bushcli.recording.source import SixColumns, Source
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import Table
 from bushcli.recording.time.rasters import RasterColumns, interpolated, own_clocks, stamped
+from bushcli.recording.time.samples import Samples
 from cases.mode import modes
 from cases.six import MOTIONS, PAIR_MODES, REACTIONS
 
@@ -194,3 +196,14 @@ def read_motions(source: Source, six: SixColumns, tables: TableCache) -> tuple[A
     if len(poses) < 2:
         raise source.refused(f"has only {len(poses)} points", "at least 2")
     return time, poses
+
+
+def recorded_path(source: Source, six: SixColumns, samples: Samples, tables: TableCache) -> RecordedPath:
+    """Return the path of a recording of six motions, at its samples."""
+    stamps, motion = read_motions(source, six, tables)
+    if samples.time is None or stamps is None:
+        motion = motion[samples.rows]
+    else:
+        motion = np.column_stack([np.interp(samples.time, stamps, column) for column in motion.T])
+    number = REACTIONS.index(source.label.rpartition(".")[2])
+    return RecordedPath(samples.time, motion, six.free, number, six.name)

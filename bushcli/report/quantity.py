@@ -124,9 +124,8 @@ def percent(value: float | None, limit: float | None = None) -> str:
     """Return a percentage as text: one decimal below ten, and enough to show on which side of a limit it is."""
     if value is None or not math.isfinite(value):
         return "-"
-    if limit is not None:
-        return f"{beside(value, limit, decimals=2 if abs(value) < 1 else 1 if abs(value) < 10 else 0)} %"
-    return f"{value:.2f} %" if abs(value) < 1 else f"{value:.1f} %" if abs(value) < 10 else f"{value:.0f} %"
+    limits, decimals = [] if limit is None else [limit], 2 if abs(value) < 1 else 1 if abs(value) < 10 else 0
+    return f"{beside(value, *limits, decimals=decimals)} %"
 
 
 def interval(low: float, high: float, shown: Callable[[float], str] = number) -> str:

@@ -144,12 +144,8 @@ def _headline(
     response: Response, misfits: Mapping[str, Misfit], within: bool | None, outside: list[str]
 ) -> str:
     if within is None:
-        stopped = [c.name for c in response.channels if c.stopped]
-        return (
-            f"Simulated, but {listed(stopped)} stopped early; no recording to compare with"
-            if stopped
-            else "Simulated; no recording to compare with"
-        )
+        stopped = listed([c.name for c in response.channels if c.stopped])
+        return f"Simulated{f', but {stopped} stopped early' if stopped else ''}; no recording to compare with"
     accepted = f"the accepted {response.case.tolerance.text}"
     if within:
         return f"Within {accepted} of the recording" + ("s" if len(misfits) > 1 else "")
@@ -200,13 +196,12 @@ def _channel(channel: Simulated, found: Misfit | None, is_faulty: bool) -> Chann
 
 def _alone(channel: Simulated, shown: Quantities) -> str:
     stiffness = f"{number(shown.stiffness(channel.curve.secant_stiffness()))} {shown.stiffness_unit} (secant)"
-    low, high = (
-        number(shown.at(q)) for q in (channel.curve.displacement.min(), channel.curve.displacement.max())
-    )
+    q = channel.curve.displacement
+    low, high = (number(shown.at(end)) for end in (q.min(), q.max()))
     text = f"simulated {stiffness} from {low} to {high} {shown.displacement_unit}".rstrip()
     if not channel.stopped:
         return text
-    force = float(channel.curve.force[int(np.argmax(np.abs(channel.curve.displacement)))])
+    force = float(channel.curve.force[int(np.argmax(np.abs(q)))])
     return f"{text}, where it stopped at {number(force)} {shown.force_unit}"
 
 
@@ -230,20 +225,17 @@ def stiffer(ratio: float, limit: float) -> str:
 
 def _factor_text(found: SingleFactor) -> str:
     left = listed([f"{percent(rms)} ({name})" for name, rms in found.rms_after.items()])
+    factor, alone = f"{found.factor:.2f}", len(found.by_channel) == 1
     if found.explains:
-        alone = len(found.by_channel) == 1
-        return (
-            f"A single factor of {found.factor:.2f} on the stiffness would explain most of the gap"
-            f"{'' if alone else ' in all channels'}, leaving {left} rms: another batch of rubber?"
-        )
-    own = listed([f"{factor:.2f} ({name})" for name, factor in found.by_channel.items()])
-    if len(found.by_channel) > 1:
-        return (
-            f"No single factor on the stiffness explains the gap: the channels need {own}, and a common "
-            f"{found.factor:.2f} leaves {left} rms."
-        )
-    best = f"the best, {found.factor:.2f}, leaves {left} rms"
-    return f"A single factor on the stiffness does not explain the gap: {best}."
+        gap = "the gap" if alone else "the gap in all channels"
+        what = f"would explain most of {gap}, leaving {left} rms: another batch of rubber?"
+        return f"A single factor of {factor} on the stiffness {what}"
+    if alone:
+        best = f"the best, {factor}, leaves {left} rms"
+        return f"A single factor on the stiffness does not explain the gap: {best}."
+    own = listed([f"{value:.2f} ({name})" for name, value in found.by_channel.items()])
+    need = f"the channels need {own}, and a common {factor} leaves {left} rms"
+    return f"No single factor on the stiffness explains the gap: {need}."
 
 
 def fault_kind(fault: DataFault) -> str:

@@ -21,7 +21,7 @@ from bushcli.simulate.schedule import six_schedule
 from bushcli.simulate.simulation import Answer, FollowedPath, Simulation, Steps, logged_force, with_values
 from cases.equilibrium import Equilibrium
 from cases.local import Cells, LocalStiffness
-from cases.march import History, march
+from cases.march import TOLERANCE, History, march
 from cases.mode import mode_of, modes
 from cases.model import FiniteElementModel
 from cases.simulate import Prepare, Rubber, prepare
@@ -54,9 +54,9 @@ class PathSimulation:
         )
         self._last: tuple[object, History] | None = None
 
-    def plan(self, fineness: float) -> None:
-        """Choose the steps along the path, `fineness` times as many as by default."""
-        self.fineness = fineness
+    def plan(self, fineness: float, tolerance: float = TOLERANCE) -> None:
+        """Choose the steps along the path, `fineness` times as many as by default, and the march's tolerance."""
+        self.fineness, self._tolerance = fineness, tolerance
         six, self.program, self.steps = six_schedule(
             self.recorded.time, self.recorded.motion, self.recorded.free, fineness
         )
@@ -87,6 +87,7 @@ class PathSimulation:
         found = march(
             self.model,
             self.program,
+            tolerance=self._tolerance,
             keep_states=keep_states,
             sensitivity=tuple(names),
             progress=progress,
@@ -132,8 +133,8 @@ class Reaction(FollowedPath):
         return self._whole.fineness
 
     @override
-    def plan(self, fineness: float) -> None:
-        self._whole.plan(fineness)
+    def plan(self, fineness: float, tolerance: float = TOLERANCE) -> None:
+        self._whole.plan(fineness, tolerance)
 
     @override
     def solve(

@@ -26,7 +26,7 @@ from bushcli.effects.change import Signal
 from bushcli.simulate.derivatives import columns, elastic_curve, extension_in_series
 from bushcli.simulate.schedule import Schedule, prescribed, schedule
 from bushcli.simulate.steps import CONTACT, FEWEST_OF_LEG, IDENTIFIED, PLANE, SOLID
-from cases.march import History, march
+from cases.march import TOLERANCE, History, march
 from cases.mode import Mode
 from cases.model import FiniteElementModel
 from cases.program import Program
@@ -118,8 +118,8 @@ class FollowedPath(ABC):
         """Displacement at the samples without the sensor's noise, (n,), mm or rad."""
 
     @abstractmethod
-    def plan(self, fineness: float) -> None:
-        """Choose the steps along the path, `fineness` times as many as by default."""
+    def plan(self, fineness: float, tolerance: float = TOLERANCE) -> None:
+        """Choose the steps along the path, `fineness` times as many as by default, and the march's tolerance."""
 
     @abstractmethod
     def solve(
@@ -299,8 +299,8 @@ class Simulation(FollowedPath):
         return self.noise is None
 
     @override
-    def plan(self, fineness: float) -> None:
-        self._fineness = fineness
+    def plan(self, fineness: float, tolerance: float = TOLERANCE) -> None:
+        self._fineness, self._tolerance = fineness, tolerance
         if self.noise is None:
             self.steps = prescribed(self.time, self.displacement)
         else:
@@ -380,13 +380,14 @@ class Simulation(FollowedPath):
         failure_limit: int | None,
     ) -> History:
         """Return the curve of the body; one of the last two is reused if only the rig has changed since."""
-        asked = (self._shape, self._values(), targets.tobytes(), inner)
+        asked = (self._shape, self._values(), targets.tobytes(), inner, self._tolerance)
         known: History | None = self.model.curves.get(asked)
         if known is not None and not keep_states and progress is None:
             return known
         found = sweep(
             self.model,
             targets,
+            tolerance=self._tolerance,
             keep_states=keep_states,
             sensitivity=inner,
             progress=progress,
@@ -449,7 +450,8 @@ class Simulation(FollowedPath):
         """Return the body's response to a path; one of the last two is reused if only the rig has changed since."""
         rates = tuple((name, rate.tobytes()) for name, rate in path_rates.items())
         times = None if program.time is None else program.time.tobytes()
-        asked = (self._shape, self._values(), program.displacement.tobytes(), times, inner, rates)
+        path = (program.displacement.tobytes(), times)
+        asked = (self._shape, self._values(), *path, inner, rates, self._tolerance)
         can_be_reused = not keep_states and progress is None and series is None
         known: History | None = self.model.curves.get(asked)
         if known is not None and can_be_reused:
@@ -457,6 +459,7 @@ class Simulation(FollowedPath):
         found = march(
             self.model,
             program,
+            tolerance=self._tolerance,
             keep_states=keep_states,
             sensitivity=inner,
             path_rates=path_rates,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bushcli.inverse import Task, identify, refine, starts
+from bushcli.inverse import Task, identify, starts
 from bushcli.inverse.channel import SweptChannel
 from bushcli.runtime.executor import processes
 
@@ -72,7 +72,7 @@ def test_a_hopeless_start_is_given_up_and_listed(case, monkeypatch):
         )
 
     monkeypatch.setattr(SweptChannel, "solve", stuck)
-    monkeypatch.setattr(refine, "is_outperformed", lambda costs, reference: costs[0] > 9 * reference)
+    monkeypatch.setattr(starts, "is_outperformed", lambda costs, reference: costs[0] > 9 * reference)
     monkeypatch.setattr(starts, "screen_starts", lambda *_: [np.array([0.5, 0.02, 0.001])])
     fit = identify(Task(case, "yeoh", starts=2))
     assert "given up" in fit.end_points[-1].message

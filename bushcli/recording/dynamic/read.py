@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import OrderedDict
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -44,21 +43,6 @@ Array = NDArray[np.float64]
 _LARGEST_STRAIN = 1.0
 #: Columns of the arrays of a `DynamicTable`.
 _ARRAYS = ("frequency", "storage", "loss", *CONDITIONS[1:], *ERRORS, "third_harmonic")
-# Tables of bushings that are kept, by their sources and the state of their files: each model of a diagnosis asks.
-_MOST, _KEPT = 16, OrderedDict[tuple[object, ...], DynamicTable]()
-
-
-def kept_dynamic(source: DynamicSource, tables: TableCache | None = None) -> DynamicTable:
-    """Return what `read_dynamic` does; files that have not changed are read once."""
-    states = [
-        (one.st_ino, one.st_mtime_ns, one.st_size) for one in (f.stat() for f in source.files if f.exists())
-    ]
-    key = (repr(source), *states)
-    if key not in _KEPT:
-        _KEPT[key] = read_dynamic(source, tables)
-        if len(_KEPT) > _MOST:
-            _KEPT.popitem(last=False)
-    return _KEPT[key]
 
 
 def read_dynamic(source: DynamicSource, tables: TableCache | None = None) -> DynamicTable:

@@ -141,8 +141,8 @@ class RecordedTable(Recording):
 
     def curves(self) -> list[tuple[NDArray[np.intp], Array]]:
         """Return the rows of each curve, and their places along it: logarithms of frequency or amplitude."""
-        over = self.table.frequency if self.table.over_frequency else self.table.amplitude
-        return [(rows, np.log(over[rows])) for rows in self.table.conditions()]
+        along = self.table.along
+        return [(rows, along[rows]) for rows in self.table.conditions()]
 
 
 def recorded_table(table: DynamicTable, faulty: NDArray[np.bool_] | None = None) -> RecordedTable:
@@ -184,7 +184,7 @@ def recorded_table(table: DynamicTable, faulty: NDArray[np.bool_] | None = None)
 
 def _scatter(table: DynamicTable, used: NDArray[np.bool_]) -> tuple[Array, float]:
     """Return the scatter (2,) of ln |K*| and loss angle about smooth curves, zero if unknown; degrees of freedom."""
-    over = np.log(table.frequency if table.over_frequency else table.amplitude)
+    over = table.along
     values = np.column_stack([np.log(table.stiffness), table.loss_angle])
     squares: list[Array] = []
     for rows in table.conditions():

@@ -37,25 +37,20 @@ def opened(path: Path) -> Iterator[Sequence[FilePart]]:
             return True if len(found) >= _MOST else None
 
         file.visititems(collect)
-        yield list(_parts([item for item in found if isinstance(item, h5py.Dataset)]))
-
-
-def _parts(datasets: Sequence[Any]) -> Iterator[FilePart]:
-    vectors: dict[str, list[WaveChannel]] = {}
-    for data in datasets:
-        if data.shape is None or data.is_virtual or data.external:
-            continue
-        shape = tuple(size for size in data.shape if size != 1)
-        if data.dtype.names and len(shape) == 1:
-            yield _records(data, shape[0])
-        elif data.dtype.kind not in "iuf" or not shape:
-            continue
-        elif len(shape) == 1:
-            vectors.setdefault(data.parent.name, []).append(_vector(data, shape[0]))
-        elif len(shape) == 2 and min(shape) <= _WIDEST:
-            yield _matrix(data, shape)
-    for parent, members in vectors.items():
-        yield from parts_by_clock(parent, members)
+        parts, vectors = list[FilePart](), dict[str, list[WaveChannel]]()
+        for data in (item for item in found if isinstance(item, h5py.Dataset)):
+            if data.shape is None or data.is_virtual or data.external:
+                continue
+            shape = tuple(size for size in data.shape if size != 1)
+            if data.dtype.names and len(shape) == 1:
+                parts.append(_records(data, shape[0]))
+            elif data.dtype.kind in "iuf" and len(shape) == 1:
+                vectors.setdefault(data.parent.name, []).append(_vector(data, shape[0]))
+            elif data.dtype.kind in "iuf" and len(shape) == 2 and min(shape) <= _WIDEST:
+                parts.append(_matrix(data, shape))
+        for parent, members in vectors.items():
+            parts += parts_by_clock(parent, members)
+        yield parts
 
 
 def _texts(attributes: Mapping[str, Any], keys: Sequence[str], count: int) -> list[str]:

@@ -168,7 +168,7 @@ class Table(ABC):
             "if it is one, delete the row or put # in front of it; if it was measured, "
             f"accept = [{value:g}] in the table of the case file"
         )
-        return RecordingError(Problem(self.place(row), what, "", expected))
+        return self.refused(what, expected, row)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -205,9 +205,7 @@ class ArrayTable(Table):
         raw = self.columns[column]
         if raw is None:
             what = f"{self.label(column)} was not loaded: the file is large"
-            raise RecordingError(
-                Problem(self.where, what, "", "name the column in `columns` of the case file")
-            )
+            raise self.refused(what, "name the column in `columns` of the case file")
         dated = self.clock(column)
         values = raw.astype(np.float64) if dated is None else dated.seconds
         bad = ~(np.abs(values) <= LARGEST)
@@ -217,7 +215,7 @@ class ArrayTable(Table):
             if bad.sum() > 1:
                 what += f", and likewise in {int(bad.sum()) - 1} more samples"
             expected = "delete these samples, or export the file without them"
-            raise RecordingError(Problem(self.place(row), what, "", expected))
+            raise self.refused(what, expected, row)
         code = sentinel(values, lambda row: self.text(row, column), accepted)
         if code is not None:
             raise self.refuse_code(code, column, float(values[code]))
@@ -235,7 +233,7 @@ class ArrayTable(Table):
         if np.isnat(raw).any():
             row = int(np.argmax(np.isnat(raw)))
             what = f"{self.label(column)}: the date is missing"
-            raise RecordingError(Problem(self.place(row), what, "", "export the file without these samples"))
+            raise self.refused(what, "export the file without these samples", row)
         return times_of(raw, UTC if self.units[column] == UTC else "date")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -89,12 +90,16 @@ def _colour(name: str, view: View) -> str:
     return _PLATES[plates.index(name) % len(_PLATES)]
 
 
+def _filled(axes: Axes, triangles: Array, fill: Any) -> None:
+    shapes = PolyCollection(
+        list(triangles), facecolors=fill, edgecolors=fill, linewidths=0.3, rasterized=True
+    )
+    axes.add_collection(shapes)
+
+
 def _section(axes: Axes, view: View) -> None:
     fill = [_colour(view.names[i], view) for i in view.label]
-    flat = list(view.triangles[:, :, [0, 2]])
-    axes.add_collection(
-        PolyCollection(flat, facecolors=fill, edgecolors=fill, linewidths=0.3, rasterized=True)
-    )
+    _filled(axes, view.triangles[:, :, [0, 2]], fill)
     ink = [INK[0] if view.names[i] == "free" else _colour(view.names[i], view) for i in view.line_label]
     width = [1.0 if view.names[i] == "free" else 3.5 for i in view.line_label]
     axes.add_collection(LineCollection(list(view.lines[:, :, [0, 2]]), colors=ink, linewidths=width))
@@ -150,10 +155,7 @@ def _solid(axes: Axes, view: View, opened: bool) -> None:
     colours = np.array([to_rgb(_colour(name, view)) for name in view.names]).reshape(-1, 3)
     order = np.argsort(eye.depth(triangles.mean(axis=1)))
     fill = (colours[label] * shade(triangles, eye, _CONTRAST)[:, None])[order]
-    flat = list(eye.project(triangles)[order])
-    axes.add_collection(
-        PolyCollection(flat, facecolors=fill, edgecolors=fill, linewidths=0.3, rasterized=True)
-    )
+    _filled(axes, eye.project(triangles)[order], fill)
     extent = float(np.abs(view.triangles).max(initial=1.0))
     start = np.array([-0.9 * extent, -0.95 * extent])
     for vector, name in zip(np.eye(3), "xyz", strict=True):

@@ -11,7 +11,6 @@ from bushcli.report.document import Panels, Picture
 from bushcli.report.drawing.body import deformed_figure, mesh_figure
 from bushcli.report.drawing.geometry import geometry_figure
 from bushcli.report.drawing.picture import picture, plotted
-from bushcli.report.drawing.projection import is_twisted
 from bushcli.report.plots.direct import capital
 from bushcli.report.quantity import listed, quantities
 
@@ -60,17 +59,15 @@ def direct_pictures(found: DirectResult, names: Mapping[str, str]) -> Iterator[P
             value = f"{float(f'{shown.at(at):.3g}'):g}"
             reached = f"{value} {shown.displacement_unit}" if shown.displacement_unit else f"stretch {value}"
         title = f"{capital(channel.name)}: deformed at {reached}"
-        figure = deformed_figure(channel.surface, title, _note(channel.surface, deformed=True))
+        figure = deformed_figure(channel.surface, title)
         yield picture(f"{file}-deformed", "deformed", title, figure, channel.name)
         if any(_same(channel.surface, other) for other in meshes):
             continue
         meshes.append(channel.surface)
-        served = [
-            c.name for c in response.channels if c.surface is not None and _same(channel.surface, c.surface)
-        ]
+        drawn = [one for one in response.channels if one.surface is not None]
+        served = [one.name for one in drawn if _same(channel.surface, one.surface)]  # type: ignore[arg-type]
         title = f"Mesh for {listed(served)}"
-        figure = mesh_figure(channel.surface, title, _note(channel.surface))
-        yield picture(f"{file}-mesh", "mesh", title, figure, channel.name)
+        yield picture(f"{file}-mesh", "mesh", title, mesh_figure(channel.surface, title), channel.name)
 
 
 def mesh_pictures(shape: Shape, meshes: Sequence[Meshed]) -> Iterator[Picture]:
@@ -79,8 +76,7 @@ def mesh_pictures(shape: Shape, meshes: Sequence[Meshed]) -> Iterator[Picture]:
     for mesh in meshes:
         if mesh.surface is not None:
             title = f"Mesh for {listed(list(mesh.modes))}: {mesh.cells} elements"
-            figure = mesh_figure(mesh.surface, title, _note(mesh.surface))
-            yield picture(f"mesh-{mesh.name}", "mesh", title, figure)
+            yield picture(f"mesh-{mesh.name}", "mesh", title, mesh_figure(mesh.surface, title))
 
 
 def geometry_picture(view: View, title: str, measures: Mapping[str, float]) -> Picture:
@@ -118,20 +114,6 @@ def diagnosis_pictures(found: Diagnosis, names: Mapping[str, str]) -> Iterator[P
         yield picture(file, "bushing_map", map_title(local), map_figure(local), local.name)
     if found.next_test is not None and not found.next_test.frequency:
         yield places.next_test_panels(found, found.next_test)
-
-
-def _note(surface: Surface, deformed: bool = False) -> str:
-    """Return the small print of a picture: where the body is cut, and that the scale is true."""
-    low = surface.reference.reshape(-1, 3).min(axis=0)
-    high = surface.reference.reshape(-1, 3).max(axis=0)
-    scale = "true scale; dashed: before the load" if deformed else "true scale"
-    if np.isclose(low[1], high[1]):
-        twisted = deformed and is_twisted(surface)
-        return f"{'a quarter is left open' if twisted else 'section'}; {scale}"
-    small = 1e-3 * (high - low)
-    ends = zip("xyz", low, high, small, strict=True)
-    cut = [f"{axis} = 0" for axis, a, b, s in ends if abs(a) < s or abs(b) < s]
-    return f"cut at {listed(cut)} by symmetry; {scale}" if cut else scale
 
 
 def _same(one: Surface, other: Surface) -> bool:

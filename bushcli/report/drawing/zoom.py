@@ -27,7 +27,7 @@ _FAR = 50.0
 
 
 @cache
-def environment() -> jinja2.Environment:
+def templates() -> jinja2.Environment:
     """Return the templates of the page, which escape all text."""
     return jinja2.Environment(
         loader=jinja2.PackageLoader("bushcli.report"),
@@ -61,7 +61,7 @@ def figure(picture: Picture) -> Markup:
         rows = [[svg(plot, f"{panels.name}-") for plot in row] for row in panels.rows]
         if known := panels.rows[0][0].scale:
             scale = (*(tick(float(f"{sign * known[0]:.3g}")) for sign in (-1, 1)), known[1])
-    made = environment().get_template("figure.html")
+    made = templates().get_template("figure.html")
     return Markup(made.render(picture=picture, image=image, scale=scale, rows=rows))
 
 
@@ -76,7 +76,7 @@ def svg(plot: Plot, prefix: str = "") -> Markup:
     keys += [(one.key, one.label, "stroke" if one.mark == "line" else "spot") for one in plot.series]
     grid, words = _grid(plot)
     shapes = [_band(plot, one) for one in plot.bands] + [_region(plot, one) for one in plot.regions]
-    made = environment().get_template("plot.html")
+    made = templates().get_template("plot.html")
     return Markup(
         made.render(
             plot=plot,

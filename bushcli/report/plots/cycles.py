@@ -50,13 +50,8 @@ def cycle_panels(history: ChannelHistory, file: str) -> Panels:
     series = [Series("recorded", "recorded", q, history.path.force)] if history.has_recording else []
     series.append(Series("after", "simulated", q, history.simulated_force))
     loops = Plot("loops", shown.labels, series, bands=rest_lines(shown), height=400.0)
-    return Panels(
-        f"{file}-cycles",
-        "cycles",
-        title,
-        [[loops], [energy_plot(history), secant_plot(history, shown)]],
-        history.name,
-    )
+    plots = [[loops], [energy_plot(history), secant_plot(history, shown)]]
+    return Panels(f"{file}-cycles", "cycles", title, plots, history.name)
 
 
 def energy_plot(history: ChannelHistory) -> Plot:

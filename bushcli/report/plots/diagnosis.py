@@ -15,8 +15,7 @@ from bushcli.recording import branches
 from bushcli.report.document import Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.direct import SEPARATE, Array, capital, padded
 from bushcli.report.plots.fit import force_limits
-from bushcli.report.quantity import percent, quantities
-from bushcli.report.views.diagnosis.words import channel_label
+from bushcli.report.quantity import held, percent, quantities
 
 # Samples of a place at which its number may stand, those of the largest misfit first.
 _PLACES = 12
@@ -53,9 +52,13 @@ def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
 
     def between(marked: NDArray[np.bool_]) -> list[Array]:
         edges = np.stack([q, recorded.force], axis=1), np.stack([path, channel.before], axis=1)
-        pieces = [np.concatenate([edges[0][run], edges[1][run][::-1]]) for run in _pieces(channel, marked)]
-        # Counter-clockwise, so that overlapping outlines leave no hole.
-        return [one if _area(one) >= 0 else one[::-1] for one in pieces]
+        outlines = []
+        for run in _pieces(channel, marked):
+            outline = np.concatenate([edges[0][run], edges[1][run][::-1]])
+            x, y = outline.T
+            # Counter-clockwise, so that overlapping outlines leave no hole.
+            outlines.append(outline if x @ np.roll(y, -1) >= y @ np.roll(x, -1) else outline[::-1])
+        return outlines
 
     middle = np.stack([q, (recorded.force + channel.before) / 2], axis=1)
     return Plot(
@@ -106,7 +109,7 @@ def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
 
 def diagnosed_title(channel: DiagnosedChannel) -> str:
     """Return the title of the picture."""
-    name = capital(channel_label(channel))
+    name = capital(held(channel.name, channel.held_out))
     if not simulated(channel):
         return f"{name}: recorded, not simulated"
     if not changed(channel):
@@ -163,7 +166,7 @@ def force_range(channel: DiagnosedChannel) -> float:
 
 def _heading(found: Diagnosis, channel: DiagnosedChannel) -> str:
     """Return the name of the channel if the diagnosis has several channels, else an empty text."""
-    return channel_label(channel) if len(found.channels) > 1 else ""
+    return held(channel.name, channel.held_out) if len(found.channels) > 1 else ""
 
 
 def _label(what: str, rms: float) -> str:
@@ -217,9 +220,3 @@ def _pieces(channel: DiagnosedChannel, marked: NDArray[np.bool_]) -> list[slice]
         # A branch ends where the path turns; the next branch begins at the same sample.
         pieces += [slice(max(int(a) - 1, run.start), int(b)) for a, b in pairwise(ends)]
     return [piece for piece in pieces if piece.stop - piece.start >= 2]
-
-
-def _area(outline: Array) -> float:
-    """Return twice the area within an outline (n, 2), which is positive if that is counter-clockwise."""
-    x, y = outline.T
-    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1))

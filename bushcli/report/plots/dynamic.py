@@ -9,17 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.report.document import Panels, Plot, Region, Series
-from bushcli.report.plots.direct import SEPARATE, Array, around, capital
+from bushcli.report.plots.direct import SEPARATE, Array, around, capital, colour
 from bushcli.report.quantity import number, percent
-from bushcli.report.views.dynamic import (
-    amplitude_in_words,
-    point_in_words,
-    preload_in_words,
-    preload_of,
-    stiffness_unit,
-    table_units,
-    title,
-)
+from bushcli.report.views import dynamic as words
 from bushcli.simulate.dynamic_tables import ComparedTable
 
 if TYPE_CHECKING:
@@ -30,8 +22,6 @@ if TYPE_CHECKING:
 WIDE = 20.0
 # Frequencies of a line, between those that were asked for.
 _DENSE = 300
-# Colours of lines, after which they begin again.
-COLOURS = 10
 
 
 def dynamic_panels(curves: Sequence[DynamicCurve], names: Mapping[str, str]) -> list[Panels]:
@@ -46,9 +36,9 @@ def dynamic_panel(curves: Sequence[DynamicCurve], file: str) -> Panels:
     lines = np.unique([*(np.geomspace if wide else np.linspace)(asked[0], asked[-1], _DENSE), *asked])
     drawn: tuple[list[Series], list[Series]] = ([], [])
     for i, curve in enumerate(curves):
-        key, label = f"line-{i % COLOURS}", f"preload {preload_in_words(curve)}"
+        key, label = colour(i), f"preload {words.preload_in_words(curve)}"
         if curve.amplitude is not None:
-            label += f", amplitude {amplitude_in_words(curve)}"
+            label += f", amplitude {words.amplitude_in_words(curve)}"
         if curve.uneven is None:
             at, between = lines, curve.model.stiffness(lines, curve.branches)
         else:
@@ -58,11 +48,13 @@ def dynamic_panel(curves: Sequence[DynamicCurve], file: str) -> Panels:
             series.append(Series(key, label, at, line))
             if len(curve.frequency) <= SEPARATE:
                 series.append(Series(key, "", curve.frequency, dots, "dots"))
-    words = f"{capital(title(curves[0]))}: {point_in_words(curves[0])} and loss angle over frequency"
-    unit = stiffness_unit(curves[0].mode)
+    heading = (
+        f"{capital(words.title(curves[0]))}: {words.point_in_words(curves[0])} and loss angle over frequency"
+    )
+    unit = words.stiffness_unit(curves[0].mode)
     above = Plot("stiffness", ("", f"|K*| [{unit}]"), drawn[0], log="x" if wide else "")
     below = Plot("angle", ("frequency [Hz]", "loss angle [deg]"), drawn[1], log=above.log)
-    return Panels(f"{file}-dynamic", "dynamic", words, [[above], [below]], curves[0].name)
+    return Panels(f"{file}-dynamic", "dynamic", heading, [[above], [below]], curves[0].name)
 
 
 def _polar(K: NDArray[np.complex128]) -> tuple[Array, Array]:
@@ -72,7 +64,7 @@ def _polar(K: NDArray[np.complex128]) -> tuple[Array, Array]:
 
 def table_panels(one: ComparedTable, file: str) -> Panels:
     """Return |K*| and loss angle over frequency or amplitude, a colour for each curve, and the loss angle over |K*|."""
-    table, unit = one.table, table_units(one.table)[2]
+    table, unit = one.table, words.table_units(one.table)[2]
     how = "predicted" if one.held_out else "simulated"
     over = table.frequency if table.over_frequency else table.amplitude
     measured = table.stiffness, np.degrees(table.loss_angle)
@@ -83,18 +75,18 @@ def table_panels(one: ComparedTable, file: str) -> Panels:
     curves = table.conditions()
     for i, rows in enumerate(curves):
         rows = rows[np.argsort(over[rows], kind="stable")]
-        colour, label = f"line-{i % COLOURS}", f"measured, {preload_of(table.rows(rows))}"
+        key, label = colour(i), f"measured, {words.preload_of(table.rows(rows))}"
         for k in range(2):
             half = None if one.errors is None else (one.errors[0, rows], np.degrees(one.errors[1, rows]))[k]
             name = "" if k else label
-            series[k].append(Series(colour, name, over[rows], measured[k][rows], "dots", half))
-        series[2].append(Series(colour, "", measured[0][rows], measured[1][rows], "dots"))
-        for key, label, simulated in models:
+            series[k].append(Series(key, name, over[rows], measured[k][rows], "dots", half))
+        series[2].append(Series(key, "", measured[0][rows], measured[1][rows], "dots"))
+        for role, label, simulated in models:
             found = _polar(simulated[rows])
             for k in range(2):
                 named = label if i == len(curves) - 1 and k == 0 else ""
-                series[k].append(Series(key, named, over[rows], found[k]))
-            series[2].append(Series(key, "", *found))
+                series[k].append(Series(role, named, over[rows], found[k]))
+            series[2].append(Series(role, "", *found))
         if one.spread is not None:
             halves = one.spread[0, rows], np.degrees(one.spread[1, rows])
             for band, end, half in zip(regions, _polar(one.simulated[rows]), halves, strict=True):

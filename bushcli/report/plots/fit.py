@@ -14,7 +14,15 @@ from bushcli.inverse.profile import RISE_95
 from bushcli.inverse.result import NORMAL
 from bushcli.report.document import Note, Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.cycles import history_panels, in_rows
-from bushcli.report.plots.direct import Array, capital, difference_plot, recorded_series, rest_lines, smooth
+from bushcli.report.plots.direct import (
+    Array,
+    capital,
+    colour,
+    difference_plot,
+    recorded_series,
+    rest_lines,
+    smooth,
+)
 from bushcli.report.plots.dynamic import table_panels
 from bushcli.report.quantity import held, interval, number, percent, quantities
 from bushcli.report.results import InverseResult
@@ -81,12 +89,11 @@ def inverse_panels(result: InverseResult, names: Mapping[str, str]) -> list[Pane
 def fitted_panels(curve: FittedCurve, file: str) -> Panels:
     """Return recording, start and fit; below them the remaining misfit with the noise."""
     name, rms, shown = capital(curve.name), percent(curve.rms_percent), quantities(curve.recording.mode)
+    title = f"{name}: fitted to {rms} rms"
     if curve.held_out:
         title = f"{name}, held out: predicted to {rms} rms"
     elif np.isfinite(curve.started_percent):
         title = f"{name}: {percent(curve.started_percent)} rms before, {rms} after"
-    else:
-        title = f"{name}: fitted to {rms} rms"
     q, force = smooth(curve.smooth or curve.fitted)
     q = shown.shown(q)
     reach = 0.04 * float(np.ptp(curve.recording.displacement)) * shown.per_internal
@@ -228,19 +235,12 @@ def profile_plot(fit: Fit, profile: Profile, estimate: Estimate) -> Plot:
         series.append(Series("left_out", "not solvable", profile.values[~good], edge, "crosses"))
     unit = parameter_unit(fit, profile.name)
     label = profile.name if unit == "1" else f"{profile.name} [{unit}]"
-    heading = f"{profile.name}: no end within the profile"
+    heading, labels = f"{profile.name}: no end within the profile", (label, "rise of chi square")
     if estimate.interval is not None:
         words = interval(*estimate.interval)
         heading = f"{profile.name}: 95 % {'from ' * (' to ' in words)}{words}"
-    return Plot(
-        f"profile-{profile.name}",
-        (label, "rise of chi square"),
-        series,
-        y=(-0.04 * top, top),
-        bands=bands,
-        heading=heading,
-        height=320.0,
-    )
+    name, span = f"profile-{profile.name}", (-0.04 * top, top)
+    return Plot(name, labels, series, y=span, bands=bands, heading=heading, height=320.0)
 
 
 # Largest number of evaluations that are drawn with a mark on each.
@@ -266,40 +266,27 @@ def convergence_panels(fit: Fit) -> Panels:
         series.append(
             Series("after", "best so far", np.repeat(at[searched], 2)[1:], np.repeat(so_far, 2)[:-1])
         )
-    level = Stripe("level", y=(1.0, 1.0), label="noise")
     failed = at[~np.isfinite(misfit)]
     if len(failed):
         # Along the upper edge, because they have no misfit.
         top = np.full(len(failed), 1.3 * float(misfit[good].max(initial=1.0)))
         series.append(Series("left_out", "not solvable", failed, top, "crosses"))
-    shade = []
-    if profiles.any():
-        shade = [
-            Stripe(
-                "shaded", x=(float(at[profiles].min()) - 0.5, float(at.max()) + 0.5), label="for the profiles"
-            )
-        ]
     span = (0.5, float(at.max()) + 0.5)
-    above = Plot(
-        "misfit", ("", "misfit / noise"), series, x=span, bands=[*shade, level], height=300.0, log="y"
-    )
+    bands = [Stripe("level", y=(1.0, 1.0), label="noise")]
+    if profiles.any():
+        first = float(at[profiles].min()) - 0.5
+        bands.insert(0, Stripe("shaded", x=(first, span[1]), label="for the profiles"))
+    above = Plot("misfit", ("", "misfit / noise"), series, x=span, bands=bands, height=300.0, log="y")
     ratios = []
     for i, (name, estimate) in enumerate(fit.parameters.items()):
         unit = estimate.value if estimate.value else 1.0
         values = np.array([e.parameters.get(name, np.nan) for e in fit.evaluations]) / unit
-        ratios.append(Series(f"line-{i % 10}", name, at, values, mark))  # type: ignore[arg-type]  # mypy infers str
+        ratios.append(Series(colour(i), name, at, values, mark))  # type: ignore[arg-type]  # mypy infers str
     every = np.concatenate([np.ones(1), *(one.y[np.isfinite(one.y)] for one in ratios)])
     limits = (max(_LEAST_RATIO, float(every.min())) - 0.1, min(_MOST_RATIO, float(every.max())) + 0.1)
-    label, heading = "evaluation of all channels", "each parameter / its identified value"
-    below = Plot(
-        "parameters",
-        (label, "ratio"),
-        ratios,
-        x=span,
-        y=limits,
-        bands=[Stripe("zero", y=(1.0, 1.0))],
-        heading=heading,
-    )
+    labels, heading = ("evaluation of all channels", "ratio"), "each parameter / its identified value"
+    one = [Stripe("zero", y=(1.0, 1.0))]
+    below = Plot("parameters", labels, ratios, x=span, y=limits, bands=one, heading=heading)
     end = "converged" if fit.converged else "not converged"
     title = f"{fit.material.law}, {fit.method}: {end} after {fit.sweeps} evaluations, {fit.seconds:.0f} s"
     return Panels("convergence", "convergence", title, [[above], [below]])
@@ -327,16 +314,10 @@ def ends_panels(fit: Fit) -> Panels:
         more = f": misfit up to {number(float(worse.max()))} times the noise" if len(worse) else ""
         series.append(lines("unloading", f"end elsewhere{more}", ends[~best]))
     if best.any():
-        series.append(
-            lines(
-                "after",
-                f"end at the best misfit, {number(float(misfit[best].min()))} times the noise",
-                ends[best],
-            )
-        )
-    labels = [
-        f"{name}\nfrom {number(a)}\nto {number(b)}" for name, a, b in zip(names, low, high, strict=True)
-    ]
+        label = f"end at the best misfit, {number(float(misfit[best].min()))} times the noise"
+        series.append(lines("after", label, ends[best]))
+    ranges = zip(names, low, high, strict=True)
+    labels = [f"{name}\nfrom {number(a)}\nto {number(b)}" for name, a, b in ranges]
     title = f"Where {len(ends)} starts ended: {int(best.sum())} at the best misfit"
     axes = [Stripe("zero", x=(i, i)) for i in range(len(names))]
     plot = Plot(

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.report.document import Panels, Plot, Series
+from bushcli.report.plots.direct import colour
 from bushcli.report.quantity import number
 
 if TYPE_CHECKING:
@@ -15,8 +16,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# Frequencies of a line, and colours of dots, after which they begin again.
-_DENSE, _COLOURS = 300, 10
+# Frequencies of a line.
+_DENSE = 300
 
 
 def master_columns(one: TableSpectrum) -> dict[str, Array]:
@@ -55,7 +56,7 @@ def master_panels(one: TableSpectrum, file: str) -> Panels:
     ):
         series = [
             Series(
-                f"line-{k % _COLOURS}",
+                colour(k),
                 f"{number(float(fit.temperatures[k]))} degrees C" if several else "measured",
                 np.log10(reduced[step == k]),
                 of(turned)[step == k],
@@ -78,7 +79,7 @@ def sweep_panels(one: TableSweep, file: str) -> Panels:
             near = np.argmin([abs(table.temperature - other.temperature) for other in one.fits], axis=0)
             own = near == k if len(one.fits) > 1 else np.ones(len(table), dtype=bool)
             label = "" if np.isnan(fit.temperature) else f"{number(fit.temperature)} degrees C"
-            key, at = f"line-{k % _COLOURS}", table.rows(own)
+            key, at = colour(k), table.rows(own)
             for f in np.unique(at.frequency):
                 rows = at.rows(at.frequency == f)
                 line = np.geomspace(rows.amplitude.min(), rows.amplitude.max(), 100)

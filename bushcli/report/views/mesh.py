@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from bushcli.case.typical import unusual
+from bushcli.report.conditions import size_of
 from bushcli.report.document import Columns, Document, Section, Table, paragraphs, table_of
 from bushcli.report.results import MeshResult
 
@@ -16,8 +17,7 @@ if TYPE_CHECKING:
 def mesh_document(found: MeshResult) -> Document:
     """Return the document of the meshes of a case, with the interpretation of a geometry file."""
     case, shape = found.case, found.case.geometry
-    wall = "" if shape.wall is None else f", rubber {shape.wall.thickness:.4g} mm between the bonds"
-    size = "" if shape.overall is None else f"Size in mm: {shape.overall:.4g} overall{wall}"
+    size = size_of(shape)
     columns: Columns[Meshed] = (
         ("mesh", lambda mesh: mesh.name),
         ("for", lambda mesh: ", ".join(mesh.modes)),
@@ -28,7 +28,7 @@ def mesh_document(found: MeshResult) -> Document:
     sections = [
         notes_section(shape),
         Section("Volumes and areas", [measure_table(shape)] if shape.notes else []),
-        Section("", paragraphs([size])),
+        Section("", paragraphs([f"Size: {size}" if size else ""])),
         Section("Meshes", [table_of("Meshes", found.meshes, columns, left=3)]),
     ]
     return Document("", (), "plain", sections, unusual(case, case.material))

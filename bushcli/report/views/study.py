@@ -123,9 +123,7 @@ def answer_table(found: Study) -> Table:
             # As they were given: a rounded limit could be on the other side of a value.
             row += (f"{one.limits.low:.10g} to {one.limits.high:.10g}", share_percent(one.limits.share))
             row += (f"{share_percent(low).removesuffix(' %')} to {share_percent(high)}",)
-        elif limited:
-            row += ("-", "-", "-")
-        rows.append(row)
+        rows.append(row if len(row) == len(heads) else (*row, "-", "-", "-"))
     return Table("Answers", heads, tuple(rows), left=2)
 
 

@@ -36,16 +36,8 @@ if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.diagnosis.result import Diagnosis
     from bushcli.inverse import FittedCurve
+    from bushcli.report import results
     from bushcli.report.document import Document, Panels, Picture
-    from bushcli.report.results import (
-        Checked,
-        DirectResult,
-        DynamicResult,
-        FitResult,
-        InverseResult,
-        MeshResult,
-        StudyResult,
-    )
     from bushcli.study.batch import Batch
     from bushcli.study.compare import Comparison
     from bushcli.study.design import Design
@@ -69,11 +61,11 @@ FIELDS = (".xdmf", ".h5")
 _HOW = frozenset({"workers", "scheduler", "resume", "strict", "no_fields"})
 # Ending of the name of a curve's file, by command.
 _CURVES = {
-    "direct": ("", "-comparison"),
-    "fit": ("-fit",),
-    "inverse": ("-identified",),
-    "diagnose": ("-diagnosis",),
-    "dynamic": ("-dynamic",),
+    "direct": (".csv", "-comparison.csv", *FIELDS),
+    "fit": ("-fit.csv",),
+    "inverse": ("-identified.csv",),
+    "diagnose": ("-diagnosis.csv",),
+    "dynamic": ("-dynamic.csv",),
 }
 
 
@@ -132,12 +124,12 @@ def _report(module: str) -> Any:
     return import_module(f"bushcli.report.{module}")
 
 
-def check_files(found: Checked) -> Files:
+def check_files(found: results.Checked) -> Files:
     """Return the files of a checked case: result.json alone."""
     return Files(found.case, has_page=False)
 
 
-def mesh_files(found: MeshResult) -> Files:
+def mesh_files(found: results.MeshResult) -> Files:
     """Return the files of meshes: a picture of each, and of the interpretation of a geometry file."""
     return Files(
         None,  # a part has no case file: the one that is written to start from is not an input
@@ -147,7 +139,7 @@ def mesh_files(found: MeshResult) -> Files:
     )
 
 
-def direct_files(found: DirectResult) -> Files:
+def direct_files(found: results.DirectResult) -> Files:
     """Return the files of a direct prediction: per channel its curve, its comparison and its fields."""
     curves, compared = [channel.name for channel in found.response.channels], found.tables or ()
     names = file_names([*curves, *(one.table.name for one in compared)])
@@ -174,7 +166,7 @@ def direct_files(found: DirectResult) -> Files:
     )
 
 
-def fit_files(found: FitResult) -> Files:
+def fit_files(found: results.FitResult) -> Files:
     """Return the files of a fit: recorded and fitted stress of each coupon, and the master curve of each table."""
     from bushcli.inverse.coupon_tables import TableSpectrum
 
@@ -195,7 +187,7 @@ def fit_files(found: FitResult) -> Files:
     return Files(found.case, contents, pictures=pictures)
 
 
-def inverse_files(found: InverseResult) -> Files:
+def inverse_files(found: results.InverseResult) -> Files:
     """Return the files of identified laws: for each channel the recorded curve and that of the best law."""
     best = found.best
     names = file_names([*(curve.name for curve in best.curves), *(one.table.name for one in best.tables)])
@@ -239,7 +231,7 @@ def diagnosis_files(found: Diagnosis) -> Files:
     )
 
 
-def dynamic_files(found: DynamicResult) -> Files:
+def dynamic_files(found: results.DynamicResult) -> Files:
     """Return the files of dynamic stiffness: a table of each load case, a row for each preload and frequency."""
     curves = found.response.curves
     names = file_names(dict.fromkeys(curve.name for curve in curves))
@@ -254,7 +246,7 @@ def dynamic_files(found: DynamicResult) -> Files:
     )
 
 
-def study_files(found: StudyResult) -> Files:
+def study_files(found: results.StudyResult) -> Files:
     """Return the files of a study: its designs as Parquet."""
     study = found.study
     return Files(
@@ -328,13 +320,11 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
         Name of the command, from which the names of its files follow.
     """
     check_folder(directory)
-    recordings = case.coupons if command == "fit" else case.recordings
     channels = {
         "direct": [name for name, _ in case.channels],
         "dynamic": [one.label for one in case.vibrations],
-    }.get(command, [source.label for source in recordings])
-    endings = [f"{ending}.csv" for ending in _CURVES.get(command, ())]
-    endings += FIELDS if command == "direct" else ()
+        "fit": [source.label for source in case.coupons],
+    }.get(command, [source.label for source in case.recordings])
     modes = dict.fromkeys(source.mode for source in case.specimens)
     others = {
         "mesh": [file.name for file in directory.glob("mesh-*") if file.suffix in FIELDS],
@@ -342,7 +332,8 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
         "compare": [DIFFERENCES],
         "study": [DESIGNS],
     }.get(command, [])
-    curves = [f"{name}{ending}" for name in file_names(channels).values() for ending in endings]
+    files = file_names(channels).values()
+    curves = [f"{name}{ending}" for name in files for ending in _CURVES.get(command, ())]
     carried = [IDENTIFIED] if command in IDENTIFYING else []
     refuse_others(directory, [RESULT, REPORT, *curves, *others, *carried], inputs_of(case))
 

@@ -19,7 +19,7 @@ from typing import Any
 
 from bushcli.report.document import Block, Document, Picture, Table, on
 from bushcli.report.drawing.looks import style_sheet
-from bushcli.report.drawing.zoom import environment, figure, script
+from bushcli.report.drawing.zoom import figure, script, templates
 
 # Largest number of rows of a table that may be long; result.json has all.
 _MOST = 100
@@ -77,9 +77,9 @@ def page(
     for path in inputs:
         with suppress(OSError), path.open("rb") as opened:  # a file may be gone since it was read
             digests.append((path, hashlib.file_digest(opened, "sha256").hexdigest()))
-    templates = environment()
-    templates.filters |= {"figure": figure, "grouped": _grouped}
-    return templates.get_template("report.html").render(
+    environment = templates()
+    environment.filters.update({"figure": figure, "grouped": _grouped})
+    return environment.get_template("report.html").render(
         document=document,
         warnings=on("page", [document.warning] if document.warning else []),
         sections=sections,

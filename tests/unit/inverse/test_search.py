@@ -12,7 +12,7 @@ from bushcli.inverse.edge import along_the_edge
 from bushcli.inverse.local import minimise, predicted_decrease
 from bushcli.inverse.minimum_search import search
 from bushcli.inverse.problem import Bounds, Stopping, differences
-from bushcli.inverse.refine import OUTPERFORMED_AFTER, is_outperformed
+from bushcli.inverse.starts import OUTPERFORMED_AFTER, is_outperformed
 
 
 def best_on(problem, normal, level):

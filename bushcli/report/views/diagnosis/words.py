@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from bushcli.diagnosis.result import DiagnosedChannel, DiagnosedTable, Diagnosis, Group
+from bushcli.diagnosis.result import Diagnosis, Group
 from bushcli.effects.names import effect_name
 from bushcli.effects.titles import NOTHING, UNKNOWN, phrase, within
 from bushcli.report.document import Tone
-from bushcli.report.quantity import held, listed, percent
+from bushcli.report.quantity import listed, percent
 from bushcli.report.verdict import faulty_data
 
 # A probability beyond these is given as a limit, because no model is certain.
@@ -301,11 +301,6 @@ def searched_lines(found: Diagnosis) -> list[str]:
 def relative_to(found: Diagnosis) -> str:
     """Return what percentages of misfits are relative to: the force range, K* of tables, or both."""
     return " or ".join(dict.fromkeys(one.of for one in found.measured))
-
-
-def channel_label(channel: DiagnosedChannel | DiagnosedTable) -> str:
-    """Return the name of a channel, with "(held out)" where it applies."""
-    return held(channel.name, channel.held_out)
 
 
 def ended(lines: Iterable[str]) -> list[str]:
