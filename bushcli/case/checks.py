@@ -234,7 +234,7 @@ def travel(keys: Keys, mode: str, path: Sequence[float], shape: Shape) -> Iterat
         yield from too_far(keys, shape, kind.sideways * amplitude, along, turned)
 
 
-def too_far(keys: Keys, shape: Shape, across: float, along: float, turned: float) -> Iterator[Finding]:
+def too_far(keys: Keys, shape: Shape | None, across: float, along: float, turned: float) -> Iterator[Finding]:
     """Yield the first reason for which a sleeve cannot move so far.
 
     Parameters
@@ -245,6 +245,8 @@ def too_far(keys: Keys, shape: Shape, across: float, along: float, turned: float
     across, along, turned : float
         Largest displacement across the axis and in any direction of a single motion, mm; largest angle, rad.
     """
+    if shape is None:
+        return
     annulus = shape.annulus
     if shape.gap is not None and across >= shape.gap:
         what = f"{dotted(keys)} = {across:g} closes the gap between the sleeves"

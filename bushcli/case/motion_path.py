@@ -86,9 +86,11 @@ def prescribed(table: PathTable, keys: Keys, shape: Shape | None) -> tuple[SixPa
         what = f"{dotted(keys)} moves nothing"
         known = ", ".join((*MOTIONS, *REACTIONS))
         return None, [Finding(keys, what, expected=f"give values of at least one of {known}")]
-    if shape is not None:
-        across, turned = np.hypot(motion[:, 0], motion[:, 1]), np.linalg.norm(motion[:, 3:], axis=1)
-        findings += checks.too_far(keys, shape, across.max(), np.abs(motion[:, 2]).max(), turned.max())
+    for number, part in enumerate((slice(0, 2), slice(2, 3), slice(3, 6))):
+        # Across the axis, along it, and about: named by the motion that goes furthest.
+        size = float(np.linalg.norm(motion[:, part], axis=1).max())
+        k = part.start + int(np.argmax(np.abs(motion[:, part]).max(axis=0)))
+        findings += checks.too_far((*keys, MOTIONS[k]), shape, *(size * (i == number) for i in range(3)))
     return (None if findings else SixPath(time, motion, free, load=load)), findings
 
 

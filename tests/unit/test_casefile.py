@@ -111,7 +111,7 @@ def test_a_case_is_read(folder):
     assert case.material.parameter_names == ("C10", "C20", "C30")
     assert not case.needs_fit
     axial, torsional = case.load_cases
-    assert (axial.path, axial.steps, axial.rate, axial.amplitude) == ((0.0, 8.0), 10, None, 8.0)
+    assert (axial.path, axial.steps, axial.rate) == ((0.0, 8.0), 10, None)
     np.testing.assert_allclose(torsional.path, [0, math.pi / 6, -math.pi / 6])
     assert torsional.rate == pytest.approx(math.radians(2))
     assert torsional.steps == 20
