@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from bushcli.case import load_case
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import effect
 from bushcli.inverse.task import Task
 from bushcli.selection.model import Model
-from bushcli.selection.model_cache import ModelCache
+from bushcli.selection.model_cache import COMPARED, ESTIMATED, ModelCache
 
 CASE = """\
 [geometry]
@@ -60,3 +63,23 @@ def test_caches_are_independent(task: Task) -> None:
     assert mine.model is not theirs.model
     theirs.model.set_parameters({"C10": 5.0}, 2000.0)
     assert mine.model.parameters != theirs.model.parameters
+
+
+def test_marches_that_compare_models_take_fewer_corrections_for_the_same_force(tmp_path: Path) -> None:
+    path = 4.0 * np.sin(np.linspace(0.0, 4.0 * np.pi, 80))
+    rows = [f"{0.1 * i:.6g},{q:.6g},{300.0 * q:.6g}" for i, q in enumerate(path)]
+    (tmp_path / "axial.csv").write_text("\n".join(["time_s,displacement_mm,force_N", *rows]) + "\n")
+    (tmp_path / "case.toml").write_text(CASE)
+    viscous = ActiveEffect(effect("viscoelasticity"), {"g1": 0.2, "tau1": 1.0})
+    model = Model("neo_hookean", {"C10": 0.5}, effects=(viscous,))
+    task, cache = model.task(load_case(tmp_path / "case.toml")), ModelCache()
+    names = ("C10", "viscoelasticity.g1", "viscoelasticity.tau1")
+    usual, compared, estimated = (
+        cache.channels(task, **given)[0].simulation.solve(model.values, names)
+        for given in ({}, {"tolerance": COMPARED}, {"tolerance": ESTIMATED})
+    )
+    counts = [sum(attempt.newton for attempt in one.history.attempts) for one in (usual, compared, estimated)]
+    assert counts[0] > counts[1] > counts[2]
+    for one, error in ((compared, 2e-6), (estimated, 2e-5)):
+        assert np.abs(one.force - usual.force).max() < error * np.ptp(usual.force)
+        assert (np.abs(one.slope - usual.slope).max(axis=0) < 3e-3 * np.abs(usual.slope).max(axis=0)).all()

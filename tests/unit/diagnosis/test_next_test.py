@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ N = 36
 UP = np.concatenate([np.linspace(0.0, 1.0, N // 2), np.linspace(1.0, 0.0, N // 2)])
 WIDTH = np.where(np.arange(N) < N // 2, 1.0, -1.0)
 NONE = np.zeros((N, 0))
+EVIDENCE, FITTED = SimpleNamespace(covariance=np.eye(1)), SimpleNamespace(names=("C10",))
 
 
 def curve(loop: float, force: float = 100.0, spread: np.ndarray = NONE) -> ExpectedCurve:
@@ -79,6 +81,30 @@ def test_a_rig_s_effect_does_not_act_on_a_rig_that_was_not_recorded(coupon, monk
     module._simulation(one.cache, one.case, model, proposal)
     assert ("drift" in seen["names"]) == acts
     assert "permanent_set" in seen["names"]
+
+
+def test_all_proposals_are_asked_of_the_workers_at_once() -> None:
+    """Each proposal by itself would leave a worker idle whenever the rivals are not a multiple of the workers."""
+    proposals = menu({"axial": 5.0}, {"axial": 0.05}, ["axial"])
+    rivals = [
+        SimpleNamespace(state=SimpleNamespace(model=name, evidence=EVIDENCE, fitted=FITTED)) for name in "abc"
+    ]
+    runs, said = [], []
+
+    class Crew:
+        def run(self, work: Any, questions: Any, notify: Any) -> list[Any]:
+            runs.append(work)
+            answers = [(question[1], question[3]) for question in questions]
+            for i, answer in enumerate(answers):
+                notify(i, answer)
+            return answers
+
+    found = module._expected(
+        SimpleNamespace(case=None), rivals, proposals, Crew(), lambda *a: said.append(a[2])
+    )
+    assert runs == [module.expected_curve, module.expected_table]
+    assert found == [(one, [(name, one) for name in "abc"]) for one in proposals]
+    assert said == [one.name for one in proposals]
 
 
 def test_the_menu_has_another_rate_and_a_hold_among_its_cheapest() -> None:

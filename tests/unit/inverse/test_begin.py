@@ -201,6 +201,23 @@ def test_what_cannot_be_solved_is_not_returned():
     assert sized(nowhere, start) == pytest.approx(start)
 
 
+def test_a_shortened_step_that_gains_little_is_the_last():
+    """Full steps overshoot: a quarter of each lowers the misfit by a few per cent, although much more was promised."""
+
+    class Overshoots(WithEffect):
+        def jacobian(self, x):
+            return np.array([0.0, 0.0, 0.0, 0.05]) * super().jacobian(x)
+
+        def cost(self, x):
+            return 1.0 - 0.2 * x[3] if x[3] < 0.9 else 2.0
+
+    problem = Overshoots()
+    start = np.append(WithEffect.truth[:3], 0.01)
+    found = sized(problem, start)
+    assert found[3] == pytest.approx(0.01 + 0.25 * 0.99)
+    assert len(problem.asked) == 1
+
+
 def test_a_best_size_stays():
     problem = WithEffect()
     assert sized(problem, problem.truth) == pytest.approx(problem.truth, rel=1e-12)
