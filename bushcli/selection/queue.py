@@ -312,7 +312,7 @@ class Search:
         return found
 
     def _outweighed(self) -> Queued | None:
-        """Return a model that is predicted better than all fitted ones without an unknown effect; None if there is none.
+        """Return a model that is predicted better than all fitted ones without an unknown effect, or None.
 
         Where branches leave ten times the noise of a table, first order finds a tenth of what a fit of the right effect
         does, and an unknown effect outweighs it: it counts when no known one is left that may do better.
