@@ -314,8 +314,8 @@ class Search:
     def _outweighed(self) -> Queued | None:
         """Return a model that is predicted better than all fitted ones without an unknown effect, or None.
 
-        Where branches leave ten times the noise of a table, first order finds a tenth of what a fit of the right effect
-        does, and an unknown effect outweighs it: it counts when no known one is left that may do better.
+        Beside branches that leave ten times the noise of a table, first order finds half of what a fit of the right
+        effect does, and an unknown effect outweighs it: it counts when no known one is left that may do better.
         """
         known, unknown = (max(w) for w in zip(*map(self.weights, self.states.values()), strict=True))
         if unknown < known or all(one.kind == "static" for one in self.problem.recordings):

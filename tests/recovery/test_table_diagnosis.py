@@ -42,6 +42,7 @@ mode = "axial"
 kind = "dynamic"
 name = "rig"
 file = "rig.csv"
+amplitude_is = "peak"
 """
 MASS = 0.06
 
@@ -49,13 +50,16 @@ MASS = 0.06
 def made(folder, rubber, rest, table, mass, noise):
     """Write a case and its table, of a rig with a mass (kg) and with noise (share of |K*|, degrees)."""
     (folder / "true.toml").write_text(rubber.format(0.55) + rest)
-    rng, rows = np.random.default_rng(3), ["frequency_Hz,preload_mm,stiffness_N_per_mm,loss_angle_deg"]
+    rng, rows = (
+        np.random.default_rng(3),
+        ["frequency_Hz,preload_mm,stiffness_N_per_mm,loss_angle_deg,amplitude_mm"],
+    )
     for curve in vibrate(load_case(folder / "true.toml")).curves:
         K = curve.stiffness - 1e-3 * mass * (2 * np.pi * curve.frequency) ** 2
         size = np.abs(K) * (1 + noise[0] * rng.standard_normal(len(K)))
         angle = np.degrees(np.angle(K)) + noise[1] * rng.standard_normal(len(K))
         rows += [
-            f"{f:.4g},{curve.preload},{s:.5g},{a:.3f}"
+            f"{f:.4g},{curve.preload},{s:.5g},{a:.3f},{curve.amplitude or 0.01}"
             for f, s, a in zip(curve.frequency, size, angle, strict=True)
         ]
     (folder / "rig.csv").write_text("\n".join(rows) + "\n")
@@ -143,3 +147,25 @@ def test_a_known_effect_is_fitted_before_an_unknown_one_is_stated(tmp_path):
     said = json.loads(answer.stdout)["probability"]
     assert said["fixture_mass"] > 0.9
     assert said["unknown"] < 0.1
+
+
+FILLED = """
+[[effects]]
+name = "payne"
+parameters = { g = 0.9, tau = 5.0, decades = 5.0, slope = 0.0, path = 400.0, exponent = 1.6 }
+[[load_cases]]
+mode = "axial"
+[load_cases.dynamic]
+frequency = { from = 1, to = 150, points = 6 }
+amplitude = [0.02, 0.1, 0.5]
+"""
+
+
+def test_how_the_payne_effect_depends_on_the_amplitude_is_identified(tmp_path):
+    made(tmp_path, RUBBER, FILLED, TABLE, 0.0, (0.005, 0.15))
+    answer = CliRunner().invoke(main, ["diagnose", str(tmp_path / "case.toml"), "--json", "-q", "--no-maps"])
+    said = json.loads(answer.stdout)
+    (payne,) = said["effects"]
+    assert payne["name"] == "payne"
+    assert payne["parameters"]["exponent"]["value"] == pytest.approx(1.6, abs=0.2)
+    assert said["misfit"]["after"]["rig"] < 1.5 * said["misfit"]["noise"]["rig"]
