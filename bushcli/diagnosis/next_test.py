@@ -41,7 +41,7 @@ from bushcli.effects.titles import phrase
 from bushcli.likelihood.form import LAMBDA, PHI, effective_features
 from bushcli.runtime.workers import Workers
 from bushcli.selection.model import Model
-from bushcli.selection.model_cache import ModelCache
+from bushcli.selection.model_cache import ESTIMATED, ModelCache
 from bushcli.selection.state import CommonData
 from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.simulation import Simulation
@@ -105,11 +105,7 @@ def next_test(
     possible = float(-np.sum(weights * np.log2(weights)))
     best: tuple[float, NextTest] | None = None
     proposals: list[Proposal | TableProposal] = [*_menu(problem), *table_menu(problem)]
-    for proposal in proposals:
-        notify("next", "test", proposal.name)
-        questions = [(problem.case, one.state.model, _spread(one), proposal) for one in chosen]
-        predict = expected_table if isinstance(proposal, TableProposal) else expected_curve
-        answers: list[Any] = workers.run(predict, questions)
+    for proposal, answers in _expected(problem, chosen, proposals, workers, notify):
         if any(one is None for one in answers):
             continue
         if isinstance(proposal, TableProposal):
@@ -130,6 +126,31 @@ def next_test(
             )
             best = bits / proposal.cost, _test(proposal, bits, possible, pairs)
     return None if best is None else best[1]
+
+
+def _expected(
+    problem: CommonData,
+    rivals: Sequence[Weighed],
+    proposals: Sequence[Proposal | TableProposal],
+    workers: Workers,
+    notify: Progress,
+) -> list[tuple[Proposal | TableProposal, list[Any]]]:
+    """Return each proposal with what every rival expects of it; all are asked at once, so that no worker waits."""
+    found: list[tuple[Proposal | TableProposal, list[Any]]] = []
+    for kind, predict in ((Proposal, expected_curve), (TableProposal, expected_table)):
+        asked = [(proposal, one) for proposal in proposals if isinstance(proposal, kind) for one in rivals]
+
+        def said(
+            i: int, _: object, asked: Sequence[tuple[Proposal | TableProposal, Weighed]] = asked
+        ) -> None:
+            if i % len(rivals) == 0:
+                notify("next", "test", asked[i][0].name)
+
+        questions = [(problem.case, one.state.model, _spread(one), proposal) for proposal, one in asked]
+        answers = workers.run(predict, questions, said)
+        for i in range(0, len(asked), len(rivals)):
+            found.append((asked[i][0], answers[i : i + len(rivals)]))
+    return found
 
 
 def _compared(models: Sequence[Weighed]) -> tuple[list[Weighed], Array]:
@@ -177,11 +198,15 @@ def expected_curve(
         Names of the parameters, and a square root of their posterior covariance, shape (p, p).
     proposal : Proposal
     """
-    simulation = _simulation(cache, case, model, proposal)
+    whole, law_alone = (
+        _simulation(cache, case, one, proposal) for one in (model, replace(model, effects=()))
+    )
     names, root = known
     try:
-        answer = simulation.solve(model.values, names)
-        bare = _simulation(cache, case, replace(model, effects=()), proposal).solve(model.start, ())
+        for one in (whole, law_alone):
+            one.plan(1.0, ESTIMATED)
+        answer = whole.solve(model.values, names)
+        bare = law_alone.solve(model.start, ())
     except (NotConverged, NoEquilibrium):
         return None
     law = answer.slope[:, [name in model.start for name in names]]

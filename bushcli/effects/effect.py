@@ -221,6 +221,8 @@ class Effect:
     name : str
     title : str
         Its name in reports, as at the start of a sentence.
+    of_a_person : bool
+        Whether the title begins with the name of a person, which keeps its capital within a sentence.
     summary : str
         Its meaning in one sentence.
     acts : {"rubber", "assembly", "rig"}
@@ -296,6 +298,7 @@ class Effect:
     source: str
     how_often: Literal["usual", "occasional", "rare"] = "rare"
     families: tuple[str, ...] = ()
+    of_a_person: bool = False
     fades: bool = False
     is_factor: bool = False
     in_force_law: ForceLawPart | None = None

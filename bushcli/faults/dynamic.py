@@ -146,26 +146,12 @@ def _off_curve(table: DynamicTable) -> NDArray[np.bool_]:
     """Return which rows (n,) miss what their neighbours on the same curve predict; the worst is taken first."""
     off = np.zeros(len(table), dtype=bool)
     curves = [rows for rows in table.conditions() if len(rows) >= 6]
-    over = [np.log(table.frequency if table.over_frequency else table.amplitude)]
-    if table.over_frequency:
-        # Inertia, of the rubber or of a fixture, changes the stiffness with the square of the frequency.
-        over.append(table.frequency**2)
-    values = np.column_stack([np.log(table.stiffness), table.loss_angle])
-
-    def misses() -> Array:
-        found = np.zeros(len(table))
-        for rows in curves:
-            used = rows[~off[rows]]
-            if len(used) >= 5:
-                found[used] = _misses([one[used] for one in over], values[used])
-        return found
-
-    seen = misses()
+    seen = _misses(table, curves, ~off)
     while True:
         worst = int(np.argmax(seen))
         off[worst] = True
         # The rows beside it are predicted from it: their scatter is that without it.
-        others = misses()
+        others = _misses(table, curves, ~off)
         scatter = float(np.median(others[others > 0.0])) if (others > 0.0).any() else 0.0
         if seen[worst] <= max(_OFF, _SCATTER * scatter) or off.sum() > 1 + 0.1 * len(table):
             off[worst] = False
@@ -173,35 +159,38 @@ def _off_curve(table: DynamicTable) -> NDArray[np.bool_]:
         seen = others
 
 
-def _misses(over: Sequence[Array], values: Array) -> Array:
-    """Return how far (n,) each row is from the line through its neighbours, two on each side; relative, or rad.
+def _misses(table: DynamicTable, curves: Sequence[NDArray[np.intp]], used: NDArray[np.bool_]) -> Array:
+    """Return how far (n,) each used row of some curves is from the line through its neighbours, relative or rad.
 
-    The line is one over any of the coordinates. At the ends, where it would leave a curve, four neighbours on one side
-    may also lie on a parabola, or on a plane over two coordinates.
+    These are two on each side; the line is one over the place along the curve or over the square of the frequency,
+    with which inertia, of the rubber or of a fixture, changes the stiffness. At the ends, where it would leave a curve,
+    four neighbours on one side may also lie on a parabola, or on a plane over both.
     """
-    order = np.argsort(over[0], kind="stable")
-    axes, y = [one[order] for one in over], values[order]
-    found = np.zeros(len(y))
-    for i in range(len(y)):
-        near = np.argsort(np.abs(np.arange(len(y)) - i), kind="stable")[1:5]
-        if np.ptp(axes[0][near]) < 1e-9:
-            continue
-        from_row = [x[near] - x[i] for x in axes]
-        shapes = [[x] for x in from_row]
-        if i in (0, len(y) - 1):
-            shapes += [[x, x**2] for x in from_row]
-            shapes += [from_row] if len(from_row) > 1 else []
-        designs = [np.column_stack([np.ones(len(near)), *shape]) for shape in shapes]
-        fitted = [np.linalg.lstsq(one, y[near], rcond=None)[0][0] for one in designs]
-        found[i] = min(float(np.hypot(*(y[i] - value))) for value in fitted)
-    back = np.empty(len(y))
-    back[order] = found
-    return back
+    found = np.zeros(len(table))
+    values = np.column_stack([np.log(table.stiffness), table.loss_angle])
+    place = table.along
+    over = [place, table.frequency**2] if table.over_frequency else [place]
+    for curve in curves:
+        rows = curve[used[curve]]
+        rows = rows[np.argsort(place[rows], kind="stable")] if len(rows) >= 5 else rows[:0]
+        for i, row in enumerate(rows):
+            near = rows[np.argsort(np.abs(np.arange(len(rows)) - i), kind="stable")[1:5]]
+            if np.ptp(place[near]) < 1e-9:
+                continue
+            from_row = [x[near] - x[row] for x in over]
+            shapes = [[x] for x in from_row]
+            if i in (0, len(rows) - 1):
+                shapes += [[x, x**2] for x in from_row]
+                shapes += [from_row] if len(from_row) > 1 else []
+            designs = [np.column_stack([np.ones(len(near)), *shape]) for shape in shapes]
+            fitted = [np.linalg.lstsq(one, values[near], rcond=None)[0][0] for one in designs]
+            found[row] = min(float(np.hypot(*(values[row] - value))) for value in fitted)
+    return found
 
 
 def _belongs(table: DynamicTable, row: int) -> str:
     """Return in words the conditions of the other curve on which a row lies; empty if there is none."""
-    over = np.log(table.frequency if table.over_frequency else table.amplitude)
+    over = table.along
     for rows in table.conditions():
         if row in rows or len(rows) < 3:
             continue
@@ -221,7 +210,7 @@ def _belongs(table: DynamicTable, row: int) -> str:
 def _temperatures(whole: DynamicTable, off: NDArray[np.bool_]) -> Iterator[DataFault]:
     """Yield a fault for two sweeps at neighbouring temperatures that agree, while their neighbours differ."""
     table = whole.rows(~off)
-    over = np.log(table.frequency if table.over_frequency else table.amplitude)
+    over = table.along
     if np.isnan(over).any() or np.isnan(table.temperature).any():
         return
     curves = sorted(table.conditions(), key=lambda rows: float(np.mean(table.temperature[rows])))

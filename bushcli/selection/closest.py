@@ -150,27 +150,27 @@ def closest(search: Search, state: State) -> State:
         The answer as the search has fitted it.
     """
 
-    def refitted(model: Model) -> State | None:
-        search.progress("fit", label(model), "to the end, as bushcli inverse fits")
-        question = (problem.case, model, problem.used)
-        found: Fitted | None = search.workers.run(come_closest, [question])[0]
+    def refitted(models: Sequence[Model]) -> list[State]:
+        for model in models:
+            search.progress("fit", label(model), "to the end, as bushcli inverse fits")
+        questions = [(problem.case, model, problem.used) for model in models]
+        found: list[Fitted | None] = search.workers.run(come_closest, questions)
         # It improves on a fit that has converged, or has not, however far it gets.
-        return None if found is None else State(problem, replace(found, converged=state.fitted.converged))
+        ended = (replace(one, converged=state.fitted.converged) for one in found if one is not None)
+        return [State(problem, one) for one in ended]
 
     problem = search.problem
-    best = refitted(state.model) or state
+    best = next(iter(refitted([state.model])), state)
     for one in search.states.values():
         # A model with fewer branches may be closer already, where this search ended in a valley.
         if state.model.contains(one.model) and one.model.identities == state.model.identities:
-            other = refitted(one.model) if _size(one) < _size(best) else None
-            best = best if other is None else other
+            best = next(iter(refitted([one.model])), best) if _size(one) < _size(best) else best
     # Two standard deviations: more than noise would leave in one recording of forty.
     noise = 2.0 * np.sqrt(2.0 * sum(one.count for one in problem.likelihood.features))
     while time.perf_counter() < search.deadline and float(best.evidence.left.excess.sum()) > noise:
         own = [one.effect for one in best.model.effects if one.can_branch]
         more = Beside(best, search.derivatives.beside(best, among=own)).singles() if own else []
-        tried = [one for one in map(refitted, (prediction.model for prediction in more)) if one is not None]
-        better = [one for one in tried if predicts_better(one, best)]
+        better = [one for one in refitted([one.model for one in more]) if predicts_better(one, best)]
         if not better:
             break
         best = min(better, key=lambda one: float(held_out(one).sum()))

@@ -25,7 +25,7 @@ from bushcli.inverse.table_channel import AnyChannel
 from bushcli.recording import Recording
 from bushcli.recording.dynamic.rows import SAMPLED, RecordedTable
 from bushcli.selection.model import Model
-from bushcli.selection.model_cache import Coarse, ModelCache
+from bushcli.selection.model_cache import ESTIMATED, Coarse, ModelCache
 from bushcli.simulate.dynamic_tables import temperature_levels
 from cases.march import NotConverged
 from cases.mode import modes
@@ -300,7 +300,7 @@ def columns(cache: ModelCache, case: Case, base: Model, trial: Candidate) -> tup
     # The default mesh for effects of the assembly, but not for a CAD part, where it costs ten times as much.
     usual = trial.effect.acts == "assembly" and (case.geometry.structured or case.geometry.axisymmetric)
     coarse: Coarse = "memory" if usual else "always"
-    channels = cache.channels(model.task(case), HALF, coarse)
+    channels = cache.channels(model.task(case), HALF, coarse, tolerance=ESTIMATED)
     points = (model.values, _at_own_shape(model, case).values)
     found: list[Array] = []
     for channel in channels:

@@ -32,7 +32,7 @@ from bushcli.likelihood.features import Features
 from bushcli.likelihood.form import Likelihood
 from bushcli.likelihood.noise import NoiseModel
 from bushcli.selection.model import Fitted, Model
-from bushcli.selection.model_cache import Coarse, ModelCache
+from bushcli.selection.model_cache import COMPARED, Coarse, ModelCache
 from cases.march import NotConverged
 
 Array = NDArray[np.float64]
@@ -209,7 +209,7 @@ def pose(
     """
     task = model.task(case, cache.recorded(case))
     coarse: Coarse = "never" if model.anchor is None else "memory"
-    channels = cache.channels(task, coarse=coarse, anchor=model.anchor)
+    channels = cache.channels(task, coarse=coarse, anchor=model.anchor, tolerance=COMPARED)
     plain = task.pose(channels)
     solid = any(not channel.coupon and channel.model.mesh.dimension == 3 for channel in channels)
     likelihood = Likelihood(features_of(channels, measured.used, measured.noises), measured.plain)

@@ -71,6 +71,7 @@ _MEASURED = "engineering judgement about fits of this law to measured strain swe
 EFFECT = Effect(
     name="payne",
     title="Payne effect",
+    of_a_person=True,
     summary="Filled rubber is stiffer in small motions: it relaxes the faster, the more and the farther it moves.",
     acts="rubber",
     parameters=(

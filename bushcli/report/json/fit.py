@@ -7,25 +7,22 @@ from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 from bushcli.report.json.common import cleaned, faults_json, head, part
+from bushcli.report.json.spectrum import spectra_json
+from bushcli.report.results import FitResult
 from bushcli.report.views.fit import bulk_modulus_std
 
 if TYPE_CHECKING:
-    from bushcli.case import Case
     from bushcli.inverse import Fit, FittedCurve
 
 
-def fit_json(case: Case, fit: Fit) -> dict[str, Any]:
-    """Return an identified law as JSON-ready data.
-
-    Parameters
-    ----------
-    case : Case
-        The case with the coupon tests.
-    fit : Fit
-        The identified law.
-    """
-    document = head("fit", case, fit.conditions) | {"data_faults": faults_json(fit.faults)}
-    return cleaned(document | fit_part(fit))
+def fit_json(found: FitResult) -> dict[str, Any]:
+    """Return an identified law, and what the tables of dynamic moduli say, as JSON-ready data."""
+    document = head("fit", found.case, found.conditions)
+    if found.fit is not None:
+        document |= {"data_faults": faults_json(found.fit.faults), **fit_part(found.fit)}
+    if found.spectra:
+        document["dynamic"] = spectra_json(found.spectra)
+    return cleaned(document)
 
 
 def fit_part(fit: Fit) -> dict[str, Any]:
@@ -79,7 +76,7 @@ def curves_by_mode(fit: Fit) -> dict[str, FittedCurve]:
     count = Counter(curve.recording.mode for curve in fit.curves)
     return {
         curve.recording.mode
-        if count[curve.recording.mode] == 1 and curve.recording.six is None
+        if count[curve.recording.mode] == 1 and curve.recording.of_one_motion
         else curve.name: curve
         for curve in fit.curves
     }

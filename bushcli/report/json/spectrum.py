@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from bushcli.report.json.common import cleaned, head, part
-from bushcli.runtime.condition import Condition
+from bushcli.report.json.common import part
 
 if TYPE_CHECKING:
-    from bushcli.case import Case
     from bushcli.inverse.coupon_tables import TableSpectrum, TableSweep
 
 
@@ -28,46 +26,31 @@ def spectra_json(found: Iterable[TableSpectrum | TableSweep]) -> list[dict[str, 
                 for fit in one.fits
             ]
         else:
-            table |= _spectrum(one)
-        shown.append(cleaned(table))
+            fit, spectrum, pot = one.fit, one.fit.spectrum, one.fit.spring_pot
+            table |= {
+                "rows": fit.rows,
+                "equilibrium": spectrum.equilibrium,
+                "terms": [
+                    {"g": g, "tau": tau, "modulus": modulus}
+                    for g, tau, modulus in zip(
+                        spectrum.relative, spectrum.times, spectrum.moduli, strict=True
+                    )
+                ],
+                "reference_temperature": fit.reference,
+                "shifts": [
+                    {"temperature": t, "log10_aT": value, "std": std}
+                    for t, value, std in zip(fit.temperatures, fit.shifts, fit.shift_errors, strict=True)
+                    if not math.isnan(t)
+                ],
+                "shift_laws": {
+                    "wlf": fit.wlf and dict(zip(("C1", "C2", "rms_decades"), fit.wlf, strict=True)),
+                    "arrhenius": fit.arrhenius
+                    and dict(zip(("E", "rms_decades"), fit.arrhenius, strict=True)),
+                },
+                "lag": {"value": fit.lag, "std": fit.lag_error, "unit": "s"} if fit.lag_error else None,
+                "misfit": part(fit, "storage_percent loss_percent"),
+                "spring_pot": part(pot, "equilibrium modulus exponent")
+                | {"misfit": part(pot, "storage_percent loss_percent")},
+            }
+        shown.append(table)
     return shown
-
-
-def tables_json(
-    case: Case, found: Sequence[TableSpectrum | TableSweep], problems: Sequence[Condition]
-) -> dict[str, Any]:
-    """Return the result of `fit` where a case has tables of dynamic moduli and no other coupon tests.
-
-    Parameters
-    ----------
-    case : Case
-    found : sequence of TableSpectrum or TableSweep
-    problems : sequence of Condition
-    """
-    return cleaned(head("fit", case, problems) | {"dynamic": spectra_json(found)})
-
-
-def _spectrum(one: TableSpectrum) -> dict[str, Any]:
-    fit, spectrum, pot = one.fit, one.fit.spectrum, one.fit.spring_pot
-    return {
-        "rows": fit.rows,
-        "equilibrium": spectrum.equilibrium,
-        "terms": [
-            {"g": g, "tau": tau, "modulus": modulus}
-            for g, tau, modulus in zip(spectrum.relative, spectrum.times, spectrum.moduli, strict=True)
-        ],
-        "reference_temperature": fit.reference,
-        "shifts": [
-            {"temperature": t, "log10_aT": value, "std": std}
-            for t, value, std in zip(fit.temperatures, fit.shifts, fit.shift_errors, strict=True)
-            if not math.isnan(t)
-        ],
-        "shift_laws": {
-            "wlf": fit.wlf and dict(zip(("C1", "C2", "rms_decades"), fit.wlf, strict=True)),
-            "arrhenius": fit.arrhenius and dict(zip(("E", "rms_decades"), fit.arrhenius, strict=True)),
-        },
-        "lag": {"value": fit.lag, "std": fit.lag_error, "unit": "s"} if fit.lag_error else None,
-        "misfit": part(fit, "storage_percent loss_percent"),
-        "spring_pot": part(pot, "equilibrium modulus exponent")
-        | {"misfit": part(pot, "storage_percent loss_percent")},
-    }

@@ -10,11 +10,12 @@ import numpy as np
 from bushcli.recording import branches
 from bushcli.report.conditions import conditions
 from bushcli.report.document import Document, Paragraph, Row, Section, Table, figures, note, paragraphs
-from bushcli.report.quantity import interval, number, percent, quantities, with_std
+from bushcli.report.quantity import held, interval, number, percent, quantities, with_std
+from bushcli.report.results import FitResult
+from bushcli.report.views.spectrum import spectra_sections
 from cases.mode import modes
 
 if TYPE_CHECKING:
-    from bushcli.case import Case
     from bushcli.inverse import Fit
 
 _NOTE = (
@@ -23,26 +24,26 @@ _NOTE = (
 )
 
 
-def fit_document(case: Case, fit: Fit) -> Document:
-    """Return the document of an identified law.
-
-    Parameters
-    ----------
-    case : Case
-        The case with the coupon tests.
-    fit : Fit
-        The identified law.
-    """
-    worst = max(curve.rms_percent for curve in fit.curves if not curve.held_out)
-    return Document(
+def fit_document(found: FitResult) -> Document:
+    """Return the document of an identified law, and of what the tables of dynamic moduli say."""
+    fit, lines, seen = found.fit, [], None
+    if fit is None:
+        names = {one.table.name for one in found.spectra}
+        headline = f"Relaxation spectra of {len(names)} table{'s' * (len(names) != 1)} of dynamic moduli"
+    else:
+        worst = max(curve.rms_percent for curve in fit.curves if not curve.held_out)
         # Rounded up, because no curve is worse.
-        f"{fit.material.law} fits {curves_of(fit)} to {math.ceil(10 * worst - 1e-6) / 10:.1f} % rms or better",
-        [] if fit.converged else ["The fit did not converge."],
+        shown = f"{math.ceil(10 * worst - 1e-6) / 10:.1f} % rms or better"
+        headline, seen = f"{fit.material.law} fits {curves_of(fit)} to {shown}", fit.material
+        lines = [] if fit.converged else ["The fit did not converge."]
+    return Document(
+        headline,
+        lines,
         "plain",
-        [fit_section(fit)],
-        fit.conditions,
-        conditions(case, fit.material),
-        ends_with_verdict=True,
+        [*([fit_section(fit)] if fit else []), *spectra_sections(found.spectra)],
+        found.conditions,
+        conditions(found.case, seen),
+        ends_with_verdict=fit is not None,
     )
 
 
@@ -92,8 +93,7 @@ def fitted_table(fit: Fit) -> Table:
         if limits is not None:
             low, high = limits
             stable = interval(low if low > 0 else -math.inf, high, "{:.2f}".format)
-        name = f"{curve.name} (held out)" if curve.held_out else curve.name
-        rows.append((name, mode, percent(curve.rms_percent), tested, stable))
+        rows.append((held(curve.name, curve.held_out), mode, percent(curve.rms_percent), tested, stable))
     heads = ("test", "mode", "rms misfit", "tested", "stable at stretch")
     weighting = f", {fit.weighting} weighting" if _all_coupons(fit) else ""
     return Table(f"Fitted to {curves_of(fit)}{weighting}", heads, tuple(rows), left=2)

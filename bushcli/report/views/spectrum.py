@@ -7,32 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Section, Table, figures, paragraphs
+from bushcli.effects.effect import effect_in_force_law
+from bushcli.report.document import Section, Table, figures, paragraphs
 from bushcli.report.quantity import number, percent, with_std
-from bushcli.runtime.condition import Condition
 
 if TYPE_CHECKING:
-    from bushcli.case import Case
     from bushcli.inverse.coupon_tables import TableSpectrum, TableSweep
-
-
-def tables_document(
-    case: Case, found: Sequence[TableSpectrum | TableSweep], problems: Sequence[Condition]
-) -> Document:
-    """Return the document of `fit` where a case has tables of dynamic moduli and no other coupon tests.
-
-    Parameters
-    ----------
-    case : Case
-    found : sequence of TableSpectrum or TableSweep
-    problems : sequence of Condition
-    """
-    names = {one.table.name for one in found}
-    count = f"{len(names)} table{'s' if len(names) != 1 else ''} of dynamic moduli"
-    return Document(
-        f"Relaxation spectra of {count}", [], "plain", spectra_sections(found), problems, conditions(case)
-    )
 
 
 def spectra_sections(found: Sequence[TableSpectrum | TableSweep]) -> list[Section]:
@@ -62,7 +42,8 @@ def sweep_section(one: TableSweep) -> Section:
         )
         for fit in one.fits
     )
-    lines = ["Constants of the effect payne, fitted at each temperature: a spectrum that amplitude thins."]
+    name = effect_in_force_law("clock").name
+    lines = [f"Constants of the effect {name}, fitted at each temperature: a spectrum that amplitude thins."]
     own = figures("sweep", channel=one.table.name)
     return Section(
         f"Amplitudes of {one.table.name}", [own, Table("", heads, rows, left=0), *paragraphs(lines)]

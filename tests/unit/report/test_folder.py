@@ -9,10 +9,10 @@ import pytest
 
 from bushcli.errors import InputError
 from bushcli.report.writers.folder import (
+    CLAIMED,
     STAGING,
     NotDrawn,
     check_folder,
-    claim,
     occupy,
     owned,
     refuse_others,
@@ -132,7 +132,7 @@ def test_no_name_of_a_channel_leaves_the_folder(name):
 
 
 def test_files_of_an_interrupted_run_are_replaced(tmp_path):
-    claim(tmp_path, ["axial.h5"])
+    (tmp_path / CLAIMED).write_text('["axial.h5"]')
     (tmp_path / "axial.h5").write_text("cut short")
     (tmp_path / "axial.csv").write_text("somebody's")
     refuse_others(tmp_path, ["axial.h5"], ())
