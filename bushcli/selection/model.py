@@ -114,7 +114,14 @@ class Model:
         return found
 
     def task(self, case: Case, recordings: Iterable[Recording] | None = None) -> Task:
-        """The identification task of the model; tables among `recordings`, where given, are not read again."""
+        """Return the identification task of the model.
+
+        Parameters
+        ----------
+        case : Case
+        recordings : iterable of Recording, optional
+            Tables of dynamic stiffness among them are not read again.
+        """
         held = tuple(self.start) if self.fixed else ()
         return Task(
             replace(case, effects=self.effects),

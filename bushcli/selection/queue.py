@@ -114,11 +114,16 @@ class Search:
                 if time.perf_counter() > self.deadline:
                     break
             self._branch()
-            if self.left < LEFT:
+            outweighed = self._outweighed() if self.left < LEFT else None
+            if self.left < LEFT and outweighed is None:
                 return "nothing left"
             if time.perf_counter() > self.deadline:
                 return "budget"
-            self._fit_next()
+            if outweighed is None:
+                self._fit_next()
+            else:
+                self._tried.add(outweighed.model.structure)
+                self.fit_anyway(outweighed)
 
     @property
     def left(self) -> float:
@@ -305,6 +310,18 @@ class Search:
             best = max(self.states, key=lambda key: self.weights(self.states[key])[0])
             found = [best] if best not in self._expanded else []
         return found
+
+    def _outweighed(self) -> Queued | None:
+        """Return a model that is predicted better than all fitted ones without an unknown effect, or None.
+
+        Beside branches that leave ten times the noise of a table, first order finds half of what a fit of the right
+        effect does, and an unknown effect outweighs it: it counts when no known one is left that may do better.
+        """
+        known, unknown = (max(w) for w in zip(*map(self.weights, self.states.values()), strict=True))
+        if unknown < known or all(one.kind == "static" for one in self.problem.recordings):
+            return None
+        better = [one for one in self.waiting.values() if not one.is_bound and one.predicted > known]
+        return max(better, key=lambda one: one.predicted, default=None)
 
     def _branch(self) -> None:
         """Queue single effects with one branch more where the effect by itself is too poor to be expanded."""
