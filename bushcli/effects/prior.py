@@ -69,8 +69,8 @@ class Prior:
         A log-normal or log-uniform parameter is positive; where `signed`, its absolute value has this prior, and both
         signs are equally probable. A choice is one of the numbers 0, 1, 2, ..., all equally probable.
     low : float
-        Standard deviation of a normal, for a (half-)t of the normal with the same 95 % range; median of a log-normal; lower end
-        of a log-uniform; number of choices.
+        Standard deviation of a normal, for a (half-)t that of the normal with the same 95 % range; median of a
+        log-normal; lower end of a log-uniform; number of choices.
     high : float
         Standard deviation of the natural logarithm of a log-normal; upper end of a log-uniform.
     of : str
