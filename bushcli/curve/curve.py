@@ -241,7 +241,8 @@ class Curve:
             fits = [_slope(x, force[near], powers[: count - 1], noise) for count in counts]
             for error, k in _errors(fits):
                 if error <= least * abs(k):
-                    least, slope = error / abs(k), k / reach
+                    # A curve without force has slope and error zero.
+                    least, slope = error / abs(k) if k else 0.0, k / reach
         return slope
 
     def _distance(self, cut: slice) -> float:
