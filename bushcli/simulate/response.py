@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from bushcli.curve.curve import Curve, ExactCurve
 from bushcli.curve.earlier import not_from_rest
-from bushcli.effects.effect import effects
 from bushcli.effects.names import readable_name
 from bushcli.runtime.condition import Condition
 from cases.history import Interrupted
@@ -288,6 +287,8 @@ def _of_the_assembly(channel: Simulated) -> list[Condition]:
     (at,) = np.nonzero((y[:-1] * y[1:] <= 0.0) & (np.diff(y) != 0.0))
     crossings = x[at] - y[at] * (x[at + 1] - x[at]) / (y[at + 1] - y[at])
     free = factor * float(min(crossings, key=abs) if len(crossings) else -force[0] / stiffness)
+    from bushcli.effects.effect import effects  # a plain model does not need it
+
     zero, rig = next((one, one.rig) for one in effects().values() if one.rig is not None and one.rig.zero)
     shift = next(p.name for p in zero.amplitudes if p.unit == "mm" and p.name != rig.zero)
     return [
