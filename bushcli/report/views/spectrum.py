@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bushcli.effects.effect import effect_in_force_law
 from bushcli.report.document import Section, Table, figures, paragraphs
 from bushcli.report.quantity import number, percent, with_std
 
@@ -42,6 +41,8 @@ def sweep_section(one: TableSweep) -> Section:
         )
         for fit in one.fits
     )
+    from bushcli.effects.effect import effect_in_force_law  # few results have such a table
+
     name = effect_in_force_law("clock").name
     lines = [f"Constants of the effect {name}, fitted at each temperature: a spectrum that amplitude thins."]
     own = figures("sweep", channel=one.table.name)
