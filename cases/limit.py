@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 MAX_NEWTON = 25
-# Largest number of Newton iterations for a step of a march with limited patience. Beyond a fold of the free surface,
-# solutions with up to 25 were seen to converge; with a step half as long the march gets there sooner.
-IMPATIENT = 15
+# Largest number of Newton iterations for a step of a march whose failed steps are limited. Beyond a fold of the free
+# surface, solutions with up to 25 were seen to converge; with a step half as long the march gets there sooner.
+LIMITED_NEWTON = 15
 # Such a march gives a step up after SOON iterations, too, if no residual was below this share of the first. In two
 # diagnoses (practice p04 and one of the development deck, 480 marches), thirteen of fourteen solutions that ended well
 # were at 1e-3 or less by then, and the march of the other one failed at the next step; of 52 that failed, 43 were not.
@@ -49,12 +49,12 @@ class Limit:
         return iteration >= self.most or (iteration == self.soon and self._least > SHARE * self._first)
 
 
-def limit(patience: int | None) -> Limit:
+def limit(failure_limit: int | None) -> Limit:
     """Return the limit of a march.
 
     Parameters
     ----------
-    patience : int, optional
-        Failed steps that the march may have; None where it is given up only when no shorter step is possible.
+    failure_limit : int, optional
+        Largest number of failed steps of the march; None where it is given up only when no shorter step is possible.
     """
-    return Limit() if patience is None else Limit(IMPATIENT, SOON)
+    return Limit() if failure_limit is None else Limit(LIMITED_NEWTON, SOON)

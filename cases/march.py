@@ -58,7 +58,7 @@ def march(
     drive: SeriesSpring | PrescribedForce | None = None,
     progress: Progress | None = None,
     observer: Observer | None = None,
-    patience: int | None = None,
+    failure_limit: int | None = None,
 ) -> History:
     """Follow the program from the unloaded state.
 
@@ -87,23 +87,23 @@ def march(
         Called after each target.
     observer
         Called at each target; leaves the model's state as it is.
-    patience
+    failure_limit
         Largest number of failed steps before the march is given up, without any flow (`cases.settling`); None = it is
         given up only when the step cannot be cut back any more.
 
     Raises
     ------
     NotConverged
-        The step was cut back to the smallest length and still failed, more steps failed than `patience` allows, or no
+        The step was cut back to the smallest length and still failed, more steps failed than `failure_limit`, or no
         travel carries a prescribed force (`cases.load`). Carries the history so far.
     """
-    solver = Equilibrium(model, tolerance, limit(patience))
+    solver = Equilibrium(model, tolerance, limit(failure_limit))
     try:
         kind = SixSensitivity if isinstance(model.motion, PoseMotion) else Sensitivity
         derivatives = _Derivatives(kind(model, sensitivity), path_rates or {}, drive)
         forced = isinstance(drive, PrescribedForce)
         recorder = Recorder(program, keep_states, bool(derivatives.names), forced)
-        run = _started(model, solver, program, derivatives, recorder, drive, observer, patience)
+        run = _started(model, solver, program, derivatives, recorder, drive, observer, failure_limit)
         return run.to_end(progress)
     finally:
         solver.destroy()
@@ -117,7 +117,7 @@ def _started(
     recorder: Recorder,
     drive: SeriesSpring | PrescribedForce | None,
     observer: Observer | None,
-    patience: int | None,
+    failure_limit: int | None,
 ) -> _March:
     """Assemble the bushing, and return the march at the beginning of its program."""
     model.put(np.zeros_like(solver.unknowns()))
@@ -138,8 +138,8 @@ def _started(
         widest /= abs(stiffness)
     elif drive is not None:
         search = Shared(drive, span, began)
-    stepper = Stepper(model, solver, began, widest, flows=patience is None, program=program)
-    return _March(model, solver, program, derivatives, recorder, stepper, search, observer, patience)
+    stepper = Stepper(model, solver, began, widest, flows=failure_limit is None, program=program)
+    return _March(model, solver, program, derivatives, recorder, stepper, search, observer, failure_limit)
 
 
 @dataclass
@@ -154,7 +154,7 @@ class _March:
     stepper: Stepper
     search: Shared | ForceSearch | None
     observer: Observer | None
-    patience: int | None
+    failure_limit: int | None
 
     def to_end(self, progress: Progress | None) -> History:
         """Go from target to target, and return the recorded history."""
@@ -248,7 +248,7 @@ class _March:
         """Cut the step back, or end the march."""
         at = self.stepper
         at.reject(step)
-        if self.patience is not None and self.recorder.failed > self.patience:
+        if self.failure_limit is not None and self.recorder.failed > self.failure_limit:
             raise self._stopped(target, step.attempt.reason)
         if not at.can_go_on():
             self.recorder.last_reached(at.q, at.force, at.energy, newton, at.state, at.pose, at.six)

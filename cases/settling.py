@@ -33,7 +33,7 @@ THICKER, THINNER = 4.0, 3.0
 # any drag is sought.
 STATES, MOST_DRAG, LEAST_DRAG = 100, 1e2, 1e-2
 # Largest number of Newton iterations for a state of the flow: a larger drag finds a state sooner than more iterations.
-IMPATIENT = 8
+FLOW_NEWTON = 8
 
 
 def settle(solver: Equilibrium, q: float, start: Array) -> Outcome:
@@ -53,7 +53,7 @@ def settle(solver: Equilibrium, q: float, start: Array) -> Outcome:
     Outcome
         With the reason "DIVERGED_FLOW" where the flow did not come to rest.
     """
-    drag, viscosity = Drag(solver.model, IMPATIENT), FIRST
+    drag, viscosity = Drag(solver.model, FLOW_NEWTON), FIRST
     corrections, here, easy = 0, start, True
     outcome = Outcome(0, 0, "DIVERGED_MAX_IT")
     try:

@@ -138,7 +138,7 @@ def sweep(
     sensitivity: Sequence[str] = (),
     progress: Progress | None = None,
     observer: Observer | None = None,
-    patience: int | None = None,
+    failure_limit: int | None = None,
 ) -> History:
     """Curve of a path-independent body: from rest outward to the targets on each side.
 
@@ -150,7 +150,7 @@ def sweep(
         Displacements, mm or rad, in any order; rest is added where it is missing.
     tolerance : float
         Residual at which an equilibrium is accepted, over the norm of the reactions: a ratio.
-    keep_states, sensitivity, progress, patience
+    keep_states, sensitivity, progress, failure_limit
         As in `march`, for each side.
     observer : Observer | None
         Called at each target, at rest once for each side.
@@ -177,7 +177,7 @@ def sweep(
                 sensitivity=sensitivity,
                 progress=_progress(progress, sum(map(len, sides[:number])), sum(map(len, sides))),
                 observer=observer,
-                patience=patience,
+                failure_limit=failure_limit,
             )
         except (NotConverged, Interrupted) as stopped:
             failure, history = stopped, stopped.history

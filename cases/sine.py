@@ -9,8 +9,8 @@ a closed form, the loss would be up to 30 % higher.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +20,13 @@ Complex = NDArray[np.complex128]
 
 # Steps of half a cycle: the first harmonic is then right to 1e-4 (`tests/unit/test_amplitude.py`).
 STEPS = 96
-if TYPE_CHECKING:
-    from scipy.interpolate import CubicSpline
-
 # Amplitudes per decade of the table that is interpolated, and the smallest, where the law is linear.
 PER_DECADE, SMALLEST = 8, 1e-6
+# A branch's harmonics depend on two numbers alone, radians and path over its time; each is tabulated over so many
+# decades about 1, beyond which the branch is elastic, or has no stress, to 1e-7.
+DECADES = 7
+# Further amplitudes of a table: interpolation is wrong beside its end.
+BEYOND = 6
 
 
 @dataclass(frozen=True)
@@ -57,66 +59,108 @@ class ThinnedSpectrum:
         """Return how far the clock runs per unit of shear strain, s."""
         return np.asarray(self.path * (self.offset + amplitude) ** self.exponent)
 
-    def harmonics(self, amplitude: Array, frequency: float) -> tuple[Complex, Complex]:
-        """Return the first and the third harmonic of the stress over the strain's, shape (n,), in units of mu.
+    def harmonics(self, amplitude: Array, frequency: Array | float) -> tuple[Complex, Complex]:
+        """Return the first and the third harmonic of the stress over the strain's, shape (..., n), in units of mu.
 
         Parameters
         ----------
         amplitude : shape (n,)
             Of the shear strain.
-        frequency : float
+        frequency : float, or shape (n,) or (..., 1)
             Hz.
         """
-        turn = np.linspace(-0.5 * np.pi, 0.5 * np.pi, STEPS + 1)
-        sine, width = np.sin(turn), turn[1] - turn[0]
-        rise = np.diff(sine)
-        path = (amplitude * self.speed(amplitude))[:, None] * rise
-        clock = width / (2.0 * np.pi * frequency) + path
-        ratio = clock[:, :, None] / self.times
-        kept, gained = np.exp(-ratio), -np.expm1(-ratio) / ratio
-        h = np.zeros((len(amplitude), STEPS + 1, len(self.times)))
-        left = np.ones_like(h)
-        for i in range(STEPS):
-            h[:, i + 1] = h[:, i] * kept[:, i] + gained[:, i] * rise[i]
-            left[:, i + 1] = left[:, i] * kept[:, i]
-        h -= (h[:, -1] / (1.0 + left[:, -1]))[:, None] * left
-        stress = h @ self.moduli
-        weights = np.full(STEPS + 1, width)
-        weights[[0, -1]] *= 0.5
-        first, third = (
-            (2.0 / np.pi)
-            * (stress @ (weights * np.sin(n * turn)) + 1j * (stress @ (weights * np.cos(n * turn))))
-            for n in (1, 3)
+        numbers = (
+            1.0 / (2.0 * np.pi * np.asarray(frequency))[..., None] / self.times,
+            (amplitude * self.speed(amplitude))[:, None] / self.times,
         )
-        return np.asarray(first), np.asarray(third)
+        limits = 10.0**-DECADES, 10.0**DECADES
+        places = [PER_DECADE * (np.log10(np.clip(one, *limits)) + DECADES) for one in numbers]
+        first, third = (interpolated(one, *np.broadcast_arrays(*places)) @ self.moduli for one in _branch())
+        return first, third
 
-    def response(self, frequency: float, largest: float) -> TabulatedHarmonics:
-        """Return the harmonics as a function of the amplitude, up to the largest.
+    def responses(self, frequency: Array, largest: float) -> list[TabulatedHarmonics]:
+        """Return the harmonics at each frequency as a function of the amplitude, up to the largest.
 
         Parameters
         ----------
-        frequency : float
+        frequency : shape (m,)
             Hz.
         largest : float
             Shear strain, a ratio.
         """
-        decades = np.log10(max(largest, 10.0 * SMALLEST) / SMALLEST)
-        nodes = np.linspace(0.0, decades, int(np.ceil(PER_DECADE * decades)) + 1)
-        found = self.harmonics(SMALLEST * 10.0**nodes, frequency)
-        from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
+        from scipy.ndimage import spline_filter1d  # 0.1 s: only where it is needed
 
-        return TabulatedHarmonics(CubicSpline(nodes, np.array(found), axis=1), float(decades))
+        last = int(np.ceil(PER_DECADE * np.log10(max(largest, 10.0 * SMALLEST) / SMALLEST)))
+        nodes = SMALLEST * 10.0 ** (np.arange(last + BEYOND) / PER_DECADE)
+        found = np.stack(self.harmonics(nodes, frequency[:, None]), axis=1)
+        return [
+            TabulatedHarmonics(one, last)
+            for one in spline_filter1d(found, output=np.complex128, mode="mirror")
+        ]
 
 
 @dataclass(frozen=True)
 class TabulatedHarmonics:
-    """Harmonics over the logarithm of the amplitude, decades above `SMALLEST`."""
+    """Harmonics over the logarithm of the amplitude.
 
-    spline: CubicSpline
-    decades: float
+    Attributes
+    ----------
+    coefficients : shape (2, k)
+        Of splines of the first and the third harmonic, `PER_DECADE` per decade of the amplitude above `SMALLEST`.
+    last : int
+        Place of the largest amplitude.
+    beside : complex
+        Modulus of branches beside the spectrum, over mu.
+    """
 
-    def __call__(self, amplitude: Array) -> tuple[Complex, Complex]:
-        """Return the first and the third harmonic, shape (n,)."""
-        place = np.log10(np.maximum(amplitude, SMALLEST) / SMALLEST)
-        first, third = self.spline(np.minimum(place, self.decades))
-        return first, third
+    coefficients: Complex
+    last: int
+    beside: complex = 0.0
+
+    def first(self, amplitude: Array) -> Complex:
+        """Return the first harmonic, shape (n,)."""
+        return interpolated(self.coefficients[0], self._places(amplitude)) + self.beside
+
+    def third(self, amplitude: Array) -> Complex:
+        """Return the third harmonic, shape (n,)."""
+        return interpolated(self.coefficients[1], self._places(amplitude))
+
+    def less(self, other: TabulatedHarmonics) -> TabulatedHarmonics:
+        """Return the difference to harmonics up to the same amplitude."""
+        return replace(
+            self, coefficients=self.coefficients - other.coefficients, beside=self.beside - other.beside
+        )
+
+    def _places(self, amplitude: Array) -> Array:
+        return np.minimum(PER_DECADE * np.log10(np.maximum(amplitude, SMALLEST) / SMALLEST), self.last)
+
+
+def interpolated(coefficients: Complex, *places: Array) -> Complex:
+    """Return the values (...) of a cubic spline at places (...) along each axis, in steps of its table."""
+    from scipy.ndimage import map_coordinates
+
+    found = map_coordinates(coefficients, places, output=np.complex128, prefilter=False, mode="mirror")
+    return np.asarray(found)
+
+
+@cache
+def _branch() -> tuple[Complex, Complex]:
+    """Spline coefficients of the harmonics of one branch, by radians over omega tau and by path over tau."""
+    from scipy.ndimage import spline_filter
+
+    turn = np.linspace(-0.5 * np.pi, 0.5 * np.pi, STEPS + 1)
+    sine, width = np.sin(turn), turn[1] - turn[0]
+    rise = np.diff(sine)
+    number = 10.0 ** np.linspace(-DECADES, DECADES, 2 * DECADES * PER_DECADE + 1)
+    ratio = width * number[:, None] + rise[:, None, None] * number
+    kept, gained = np.exp(-ratio), -np.expm1(-ratio) / ratio
+    h = np.zeros((STEPS + 1, *ratio.shape[1:]))
+    left = np.ones_like(h)
+    for i in range(STEPS):
+        h[i + 1] = h[i] * kept[i] + gained[i] * rise[i]
+        left[i + 1] = left[i] * kept[i]
+    h -= h[-1] / (1.0 + left[-1]) * left
+    weights = np.full(STEPS + 1, 2.0 / np.pi * width)
+    weights[[0, -1]] *= 0.5
+    first, third = (np.tensordot(weights * (np.sin(n * turn) + 1j * np.cos(n * turn)), h, 1) for n in (1, 3))
+    return tuple(spline_filter(one, output=np.complex128, mode="mirror") for one in (first, third))

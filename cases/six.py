@@ -153,11 +153,6 @@ class SixPath:
         """The same path where no plane of symmetry is used, so that all six motions are possible."""
         return replace(self, whole=True)
 
-    @property
-    def identity(self) -> tuple[object, ...]:
-        """Values that are equal for equal paths."""
-        return self.time.tobytes(), self.motion.tobytes(), self.free, self.whole, self.loads.tobytes()
-
     def _segment(self, q: float, ahead: bool) -> int:
         knots = self.time <= q if ahead else self.time < q
         return int(np.clip(np.count_nonzero(knots) - 1, 0, len(self.time) - 2))

@@ -187,7 +187,7 @@ def _density(known: Prior, unit: str) -> str:
         return f"log-uniform, {known.low:g} to {known.high:g}{of}{sign}"
     if known.shape == "log_normal":
         return f"log-normal, median {known.low:g}{of}, std of the logarithm {known.high:g}{sign}"
-    return f"{'half-t' if known.shape == 'half_t' else 't'}, std {known.low:g}{of}"
+    return f"{known.shape.replace('_', '-')}, std {known.low:g}{of}"
 
 
 def constants(file: Path) -> list[tuple[str, str]]:

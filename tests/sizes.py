@@ -1,7 +1,9 @@
 """Sizes of the code: lines by package, fragments, longest files and functions (`make sizes`).
 
 Logic is lines that are neither blank, nor comment, nor docstring. A private helper that is named once is a function
-with a leading underscore whose name occurs in its module once besides its definition.
+with a leading underscore whose name occurs in its module once besides its definition. An early return is not the last
+statement of its function; those on the way of a recording are counted in the functions of `bushcli/recording` that run
+while a file is read.
 
 python tests/sizes.py
 """
@@ -11,8 +13,9 @@ from __future__ import annotations
 import ast
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import FrameType
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("bushcli", "cases", "forms", "geometry", "tests", "benchmarks")
@@ -69,6 +72,49 @@ def named_once(file: Path) -> int:
     return sum(len(re.findall(rf"\b{name}\b", text)) == 2 for name in private)
 
 
+def early_returns(read: Callable[[], object]) -> tuple[int, int]:
+    """Return the number of functions of bushcli/recording that a call runs, and of their early returns."""
+    called: set[tuple[str, int]] = set()
+
+    def note(frame: FrameType, event: str, argument: object) -> None:
+        if event == "call":
+            called.add((frame.f_code.co_filename, frame.f_code.co_firstlineno))
+
+    sys.setprofile(note)
+    try:
+        read()
+    finally:
+        sys.setprofile(None)
+    found = [
+        node
+        for file in (ROOT / "bushcli" / "recording").rglob("*.py")
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(node, ast.FunctionDef)
+        and (str(file), min([node.lineno, *(one.lineno for one in node.decorator_list)])) in called
+    ]
+    last = {
+        inner.body[-1] for node in found for inner in ast.walk(node) if isinstance(inner, ast.FunctionDef)
+    }
+    every = {inner for node in found for inner in ast.walk(node) if isinstance(inner, ast.Return)}
+    return len(found), len(every - last)
+
+
+def print_returns() -> None:
+    """Print the early returns on the way of a recording and of a table of dynamic stiffness."""
+    from bushcli.recording import read_recording
+    from bushcli.recording.dynamic.read import read_dynamic
+    from bushcli.recording.dynamic.source import DynamicSource
+    from bushcli.recording.source import Source
+
+    static, dynamic = (ROOT / "examples" / name / "axial.csv" for name in ("concealed", "vibration"))
+    for kind, read in (
+        ("recording", lambda: read_recording(Source("axial", static))),
+        ("dynamic table", lambda: read_dynamic(DynamicSource("axial", (dynamic,)))),
+    ):
+        functions_run, returns = early_returns(read)
+        sys.stdout.write(f"{kind}: {returns} early returns in the {functions_run} functions that read it\n")
+
+
 def main() -> None:
     """Print the tables."""
     out = sys.stdout.write
@@ -94,6 +140,7 @@ def main() -> None:
     out("longest files of the program\n")
     for length, file in sorted(((lines(file), file) for file in program), reverse=True)[:LONGEST]:
         out(f"{length:6d} {file.relative_to(ROOT)}\n")
+    print_returns()
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ READ = ("bushcli", "cases", "forms", "geometry", "benchmarks", "docs/tables.py")
 # Vulture's confidence for names that are not used; what is certain (unreachable code) has 100 %.
 CONFIDENCE = 60
 PART = re.compile(r'\b(?:part\([\w.]+, |_fields\()"([\w ]+)"\)')
+RESULT = re.compile(r'^    "\w+": "(\w+)",$', re.MULTILINE)
 VALIDATORS = ["@field_validator*", "@model_validator*"]
 
 _MOTIONS = ("ux", "uy", "uz", "rx", "ry", "fx", "fy", "fz", "mz")
@@ -35,7 +36,7 @@ ALLOWED = {
     ("bushcli/export/fmu/slave", "exit_initialization_mode"): "PythonFMU",
     ("bushcli/export/fmu/slave", "do_step"): "PythonFMU",
     ("bushcli/report/document.py", "fold"): "the template of the page",
-    ("bushcli/report/writers/page.py", "filters"): "Jinja",
+    ("bushcli/report/document.py", "numbers_only"): "the template of a plot",
     ("benchmarks/compare_checkouts.py", "method"): "html.parser",
     ("bushcli/runtime/canonical.py", "persistent_id"): "pickle.Pickler",
     ("geometry/shapes/", "class"): "the list of shapes, which is made from the files in the folder",
@@ -78,6 +79,11 @@ def unused(root: Path, read: Iterable[str]) -> list[Unused]:
         for part in PART.findall(file.read_text())
     ]
     taken = {name for part in parts for name in part.split()}
+    # The functions of each result, which `bushcli.report` calls by the name of its files.
+    results = [
+        name for file in root.glob("bushcli/report/__init__.py") for name in RESULT.findall(file.read_text())
+    ]
+    taken |= {f"{name}_{kind}" for name in results for kind in ("document", "files", "json")}
     return [
         Unused(Path(item.filename).relative_to(root).as_posix(), item.first_lineno, item.typ, item.name)
         for item in vulture.get_unused_code(min_confidence=CONFIDENCE)

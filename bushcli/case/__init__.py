@@ -4,7 +4,7 @@
 Everything that is wrong is reported at once, with file, key, what was expected and the nearest valid name.
 """
 
-from bushcli.case.case import Case, DynamicTest, LoadCase, Material, MeshOptions, load_case_names, resolved
+from bushcli.case.case import Case, DynamicTest, LoadCase, Material, MeshOptions, resolved
 from bushcli.case.load import load_case, load_part, shape_of_part
 from bushcli.case.starter import starter_case
 
@@ -15,7 +15,6 @@ __all__ = [
     "Material",
     "MeshOptions",
     "load_case",
-    "load_case_names",
     "load_part",
     "resolved",
     "shape_of_part",

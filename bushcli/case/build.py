@@ -16,10 +16,11 @@ from bushcli.case.case import (
     DENSITY,
     Case,
     DynamicTest,
+    Load,
     LoadCase,
     Material,
     MeshOptions,
-    load_case_names,
+    named,
 )
 from bushcli.case.dynamic import KIND, DynamicRecordingTable, sources
 from bushcli.case.finding import Finding, Keys, dotted, explain, shown, unknown_key, unknown_name
@@ -72,15 +73,7 @@ class Builder:
         self.findings: list[Finding] = []
 
     def case(self, data: dict[str, Any], path: Path) -> Case | None:
-        """Return the case, or None when something in it is wrong; `findings` then says what.
-
-        Parameters
-        ----------
-        data : dict
-            Tables of the case file as parsed from TOML, overrides applied; angles still in degrees.
-        path : Path
-            The case file, for the default title and for relative file names.
-        """
+        """Return the case, or None when something in it is wrong; `findings` then says what."""
         self.findings += [
             unknown_key((key,), _SECTIONS, "a case file") for key in data if key not in _SECTIONS
         ]
@@ -94,12 +87,12 @@ class Builder:
         mesh = self._table(data, "mesh", MeshTable)
         material = self._material(data)
         loads = list(self._list(data, "load_cases", LoadCaseTable))
-        load_cases = [
+        prescribed = [
             _at(self._load_case(table, keys, shape, material), table.temperature, temperature)
             for table, keys in loads
             if table.dynamic is None
         ]
-        tests = [
+        vibrating = [
             _at(self._vibrations(table, keys, shape, material), table.temperature, temperature)
             for table, keys in loads
             if table.dynamic
@@ -109,14 +102,14 @@ class Builder:
             for key, of in (("recordings", shape), ("specimens", shape), ("coupons", None))
         )
         tables = self._dynamic(data, shape, material, [one.label for one in (*recordings, *coupons)])
-        active = self._effects(data, load_cases, tests, (*recordings, *tables), coupons, shape)
+        measured: tuple[Source | DynamicSource, ...] = (*recordings, *tables)
+        load_cases, tests = named(prescribed, [one.label for one in measured]), named(vibrating, ())
+        active = self._effects(data, load_cases, tests, measured, coupons, shape)
         if self.findings or shape is None or mesh is None or material is None:
             return None
         options = MeshOptions(mesh.elements_across, mesh.elements_along, mesh.elements_around)
-        used = [load.mode for load in (*load_cases, *tests) if load] + [
-            source.mode for source in (*recordings, *specimens)
-        ]
-        self.findings += mesh_size(shape, options, used)
+        used: tuple[Load | Source, ...] = (*load_cases, *tests, *recordings, *specimens)
+        self.findings += mesh_size(shape, options, [one.mode for one in used])
         if self.findings:
             return None
         return Case(
@@ -125,8 +118,8 @@ class Builder:
             geometry=shape,
             mesh=options,
             material=material,
-            load_cases=tuple(item for item in load_cases if item),
-            vibrations=tuple(item for item in tests if item),
+            load_cases=load_cases,
+            vibrations=tests,
             recordings=recordings,
             specimens=specimens,
             coupons=coupons,
@@ -284,7 +277,7 @@ class Builder:
         points = listed if listed is not None else [0.0, float(largest or 0.0)]
         path = tuple(unit * q for q in (points if points[0] == 0.0 else [0.0, *points]))
         rate = None if table.rate is None else unit * table.rate
-        load_case = LoadCase(table.mode, path, rate, table.steps, by_force=by_force)
+        load_case = LoadCase(table.mode, path, rate, by_force=by_force, steps=table.steps)
         if any(a == b for a, b in pairwise(path)):
             what = f"{dotted(key)} = {shown(getattr(table, given[0]))} stands still"
             self.findings.append(
@@ -293,7 +286,7 @@ class Builder:
                 )
             )
         if shape is not None and not by_force:
-            self.findings += checks.travel(key, load_case, shape)
+            self.findings += checks.travel(key, table.mode, path, shape)
         return load_case
 
     def _vibrations(
@@ -370,8 +363,8 @@ class Builder:
     def _effects(
         self,
         data: dict[str, Any],
-        load_cases: Sequence[LoadCase | None],
-        tests: Sequence[DynamicTest | None],
+        load_cases: Sequence[LoadCase],
+        tests: Sequence[DynamicTest],
         recordings: Sequence[Source | DynamicSource],
         coupons: Sequence[Source],
         shape: Shape | None,
@@ -387,16 +380,14 @@ class Builder:
             return ()
         from bushcli.case import effects  # with the type of an effect, which a plain model does not need
 
-        loads = [load for load in load_cases if load is not None]
-        named = zip(load_case_names(loads, recordings), loads, strict=True)
         channels = [
             effects.DeclaredChannel(
-                name,
+                load.label,
                 load.mode,
                 ("load_cases", i) if load.path and load.rate is None else (),
                 temperature=load.temperature,
             )
-            for i, (name, load) in enumerate(named)
+            for i, load in enumerate(load_cases)
         ]
         channels += [
             effects.DeclaredChannel(source.label, source.mode, temperature=_known(source))
@@ -405,11 +396,10 @@ class Builder:
             else effects.DeclaredChannel(source.label, source.mode, (), "dynamic", math.nan)
             for source in recordings
         ]
-        vibrating = [test for test in tests if test is not None]
         channels += [
-            effects.DeclaredChannel(name, test.mode, (), "dynamic", test.temperature)
-            for name, test in zip(load_case_names(vibrating, ()), vibrating, strict=True)
-            if name not in {channel.name for channel in channels}
+            effects.DeclaredChannel(test.label, test.mode, (), "dynamic", test.temperature)
+            for test in tests
+            if test.label not in {channel.name for channel in channels}
         ]
         taken = {channel.name for channel in channels}
         channels += [

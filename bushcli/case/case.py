@@ -5,13 +5,16 @@ from __future__ import annotations
 import hashlib
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
+from typing_extensions import override
 
 from bushcli.case.dynamic import shown_source
 from bushcli.case.tolerance import DEFAULT, Tolerance
@@ -20,13 +23,19 @@ from bushcli.case.unit import written
 from bushcli.effects.active import ActiveEffect
 from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.source import Source
-from cases.mode import modes
-from cases.six import MOTIONS, REACTIONS, SixPath
+from cases.mode import Mode, mode_of, modes
+from cases.program import Program, path, steps_along
+from cases.six import MOTIONS, PAIR_MODES, REACTIONS, SixPath
 from forms.law import laws
 from geometry.shape import Refinement, Shape
 
+if TYPE_CHECKING:
+    from bushcli.recording.table_cache import TableCache
+
 #: kg/m3 in t/mm^3, the unit of density beside N, mm, MPa and s.
 DENSITY = 1e-12
+# Largest deviation of the force from a prescribed one, as a share of the largest: the march leaves a tenth of it.
+NEAR = 1e-6
 
 
 @dataclass(frozen=True)
@@ -82,82 +91,235 @@ class Material:
 
 
 @dataclass(frozen=True)
-class LoadCase:
-    """A mode and a prescribed program.
+class Load:
+    """What load cases have in common.
 
     Attributes
     ----------
     mode : str
+    steps : int
+        Steps on the longest segment of the path; the others get proportionally fewer.
+    temperature : float, optional
+        Degrees C.
+    name : str
+        Name of the channel; the mode's name when empty.
+    """
+
+    mode: str
+    steps: int = field(default=20, kw_only=True)
+    temperature: float | None = field(default=None, kw_only=True)
+    name: str = field(default="", kw_only=True)
+
+    @property
+    def label(self) -> str:
+        """The channel's name."""
+        return self.name or self.mode
+
+    @property
+    def simulated_mode(self) -> Mode:
+        """The mode with the path that it follows, if it has one."""
+        return modes()[self.mode]
+
+
+@dataclass(frozen=True)
+class LoadCase(Load):
+    """A mode and a prescribed program.
+
+    Attributes
+    ----------
     path : tuple of float
         Points that the generalised displacement goes through on straight lines, the rest position 0 first:
         mm or rad, stretch - 1 for a coupon. Empty when ``source`` or ``six`` gives the program.
     rate : float, optional
         mm/s or rad/s along the path; None = time plays no part.
-    steps : int
-        Steps on the longest segment of the path; the others get proportionally fewer.
     source : Source, optional
         File with the program, for `bushcli.recording.read_program`.
     six : SixPath, optional
-        Path of six motions.
+        Path of six motions, of a `PathLoadCase`.
     by_force : bool
         The path, the rate and the source's values are forces: N, N/s (N mm, N mm/s); the march finds the travel.
-    temperature : float, optional
-        Degrees C.
     """
 
-    mode: str
     path: tuple[float, ...] = ()
     rate: float | None = None
-    steps: int = 20
     source: Source | None = None
     six: SixPath | None = None
     by_force: bool = False
-    temperature: float | None = None
 
     @property
-    def amplitude(self) -> float:
-        """Largest distance from rest on the path, mm or rad (N, N mm); 0 when the program is in a file."""
-        return max(map(abs, self.path), default=0.0)
+    def by_travel(self) -> bool:
+        """Whether the travel of one motion is prescribed: effects of a rig act along it."""
+        return not self.by_force
+
+    def program(self, tables: TableCache) -> Program:
+        """Return the targets of the march: mm, rad or stretch - 1; forces in N or N mm; s along six motions."""
+        if self.source is None:
+            return path(self.path, self.steps, self.rate)
+        from bushcli.recording import read_program  # with the readers, which few load cases need
+
+        read = read_program(self.source, tables, "force" if self.by_force else "displacement")
+        return Program(read.displacement, read.time)
+
+    def resolved(self, folder: Path) -> dict[str, Any]:
+        """Return the load case with the keys and units of the case file, which lies in the folder."""
+        if self.source is not None:
+            given = {key: value for key, value in _source(self.source, folder).items() if value}
+            renamed = {"file": "force_file"} if self.by_force else {}
+            return {renamed.get(key, key): value for key, value in given.items() if key != "name"}
+        if self.by_force:
+            return {"force_path": list(self.path), "rate": self.rate}
+        turned = modes()[self.mode].rotational
+        points = [_rounded(math.degrees(q) if turned else q) for q in self.path]
+        return {"path": points, "rate": _rate(self.rate, turned)}
 
 
 @dataclass(frozen=True)
-class DynamicTest:
+class PathLoadCase(LoadCase):
+    """A load case that prescribes a path of six motions."""
+
+    six: SixPath = field(kw_only=True)
+
+    @property
+    @override
+    def simulated_mode(self) -> Mode:
+        return mode_of(self.mode, self.six)
+
+    @property
+    @override
+    def by_travel(self) -> bool:
+        return False
+
+    @override
+    def program(self, tables: TableCache) -> Program:
+        return steps_along(self.six, self.steps)
+
+    @override
+    def resolved(self, folder: Path) -> dict[str, Any]:
+        return {"path": _six(self.six)}
+
+
+@dataclass(frozen=True)
+class DynamicTest(Load):
     """Small vibrations about preloads.
 
     Attributes
     ----------
-    mode : str
     frequency : tuple of float
         Hz.
     preload : tuple of float
-        Displacements about which the bushing vibrates, mm or rad (stretch - 1 of a coupon), or forces, N or N mm; 0
-        with ``six``.
+        Displacements about which the bushing vibrates, mm or rad (stretch - 1 of a coupon), or forces, N or N mm.
     by_force : bool
         Whether the preloads are forces.
     amplitude : tuple of float
         Peaks, mm or rad (strain of a coupon); empty = small.
     transfer : bool
         Whether the force is taken at the held sleeve; else where the bushing is driven.
-    steps : int
-        Steps to the furthest preload.
-    six : SixPath, optional
-        Path to a pose, which is then the preload.
     motion : int
-        Number of the motion that vibrates there (`cases.six.MOTIONS`); 0 of a single motion.
-    temperature : float, optional
-        Degrees C.
+        Number of the motion that vibrates at a pose (`cases.six.MOTIONS`); 0 of a single motion.
     """
 
-    mode: str
     frequency: tuple[float, ...]
     preload: tuple[float, ...] = (0.0,)
     by_force: bool = False
     amplitude: tuple[float, ...] = ()
     transfer: bool = True
-    steps: int = 20
-    six: SixPath | None = None
     motion: int = 0
-    temperature: float | None = None
+
+    @property
+    def shown_motion(self) -> str:
+        """The motion that vibrates, as it follows the name; empty where the mode says it."""
+        return ""
+
+    @property
+    def pose(self) -> NDArray[np.float64] | None:
+        """Where the sleeve is at the end of a path of six motions, shape (6,), mm and rad; None of a single motion."""
+        return None
+
+    @property
+    def vibrating_mode(self) -> str:
+        """Name of the mode whose displacement and force are those of the vibration."""
+        return self.mode
+
+    def programs(self) -> Iterator[Program]:
+        """Yield the ways from rest to the preloads: on each side from the nearest to the furthest."""
+        sides = [sorted((q for q in self.preload if sign * q > 0.0), key=abs) for sign in (1, -1)]
+        for side in sides:
+            if side:
+                yield path(side, self.steps)
+        if not any(sides):
+            yield Program(np.zeros(1))
+
+    def preload_number(self, q: float, force: float) -> int | None:
+        """Return which preload an equilibrium is; None if it is none.
+
+        Parameters
+        ----------
+        q, force : float
+            Displacement and force there: mm or rad, N or N mm; s along a path.
+        """
+        at, near = (force, NEAR * max(map(abs, self.preload))) if self.by_force else (q, 0.0)
+        return next((i for i, one in enumerate(self.preload) if abs(at - one) <= near), None)
+
+    def place(self, q: float) -> str:
+        """Return in words where the march is at a displacement (mm or rad; s of a path)."""
+        return f"{np.degrees(q):.4g} deg" if modes()[self.mode].rotational else f"{q:.4g} mm"
+
+    def resolved(self) -> dict[str, Any]:
+        """Return the vibration and its preloads with the keys and units of the case file."""
+        unit = math.degrees(1.0) if modes()[self.vibrating_mode].rotational else 1.0
+        shown: dict[str, Any] = {
+            "amplitude": [_rounded(unit * one) for one in self.amplitude] or None,
+            "frequency": list(self.frequency),
+            "point": "transfer" if self.transfer else "driving",
+        }
+        if self.by_force:
+            return {"dynamic": shown | {"preload_force": list(self.preload)}}
+        return {"dynamic": shown | {"preload": [_rounded(unit * q) for q in self.preload]}}
+
+
+@dataclass(frozen=True)
+class PosedTest(DynamicTest):
+    """Small vibrations about the end of a path of six motions, a pose."""
+
+    six: SixPath = field(kw_only=True)
+
+    @property
+    @override
+    def shown_motion(self) -> str:
+        return f" ({MOTIONS[self.motion]})"
+
+    @property
+    @override
+    def pose(self) -> NDArray[np.float64]:
+        return np.asarray(self.six.motion[-1])
+
+    @property
+    @override
+    def simulated_mode(self) -> Mode:
+        return mode_of(self.mode, self.six)
+
+    @property
+    @override
+    def vibrating_mode(self) -> str:
+        return PAIR_MODES[self.motion]
+
+    @override
+    def programs(self) -> Iterator[Program]:
+        yield steps_along(self.six, self.steps)
+
+    @override
+    def preload_number(self, q: float, force: float) -> int | None:
+        return 0 if q == self.six.time[-1] else None
+
+    @override
+    def place(self, q: float) -> str:
+        return f"{q:.4g} s of the path"
+
+    @override
+    def resolved(self) -> dict[str, Any]:
+        shown = super().resolved()["dynamic"]
+        del shown["preload"]
+        return {"path": _six(self.six), "dynamic": shown | {"motion": MOTIONS[self.motion]}}
 
 
 @dataclass(frozen=True)
@@ -215,9 +377,8 @@ class Case:
     @property
     def channels(self) -> tuple[tuple[str, str], ...]:
         """Name and mode of every channel, load cases first."""
-        named = load_case_names(self.load_cases, self.recordings)
-        prescribed = zip(named, (load.mode for load in self.load_cases), strict=True)
-        return (*prescribed, *((source.label, source.mode) for source in self.recordings))
+        channels: tuple[LoadCase | Source, ...] = (*self.load_cases, *self.recordings)
+        return tuple((one.label, one.mode) for one in channels)
 
     @property
     def files(self) -> tuple[Path, ...]:
@@ -246,24 +407,17 @@ class Case:
         return not self.material.parameters
 
 
-def load_case_names(
-    load_cases: Sequence[LoadCase | DynamicTest], recordings: Sequence[Source | DynamicSource]
-) -> tuple[str, ...]:
-    """Return the channel names of load cases: the mode, with the number of the load case where the mode alone is taken.
+T = TypeVar("T", bound=Load)
 
-    Parameters
-    ----------
-    load_cases : sequence of LoadCase
-        In the order of the case file.
-    recordings : sequence of Source
-        Their names are taken before those of the load cases.
-    """
-    names = []
-    for number, load in enumerate(load_cases):
-        taken = [other.mode for i, other in enumerate(load_cases) if i != number]
-        taken += [source.label for source in recordings]
-        names.append(load.mode if load.mode not in taken else f"{load.mode}-{number + 1}")
-    return tuple(names)
+
+def named(load_cases: Sequence[T | None], taken: Iterable[str]) -> tuple[T, ...]:
+    """Return load cases with the names of their channels: the mode, numbered where the mode alone is taken."""
+    loads: list[T] = [load for load in load_cases if load is not None]
+    count = Counter([*(load.mode for load in loads), *taken])
+    return tuple(
+        replace(load, name=load.mode if count[load.mode] == 1 else f"{load.mode}-{number}")
+        for number, load in enumerate(loads, 1)
+    )
 
 
 def parameter_terms(law: str) -> list[tuple[str, ...]]:
@@ -291,8 +445,7 @@ def resolved(case: Case) -> dict[str, Any]:
     geometry = {"shape": type(case.geometry).name} | case.geometry.model_dump(mode="json", by_alias=True)
     if geometry.get("file"):
         geometry["file"] = _relative(Path(geometry["file"]), folder)
-    tests = zip(load_case_names(case.vibrations, ()), (test.mode for test in case.vibrations), strict=True)
-    channels, effects = (*case.channels, *tests), []
+    channels, effects = (*case.channels, *((test.label, test.mode) for test in case.vibrations)), []
     for one in case.effects:
         turned = any(modes()[mode].rotational for name, mode in channels if one.acts_on(name, mode, None))
         values = {k: written(one.effect.parameter(k), value, turned) for k, value in one.values.items()}
@@ -315,12 +468,12 @@ def resolved(case: Case) -> dict[str, Any]:
             else "inf",
             "parameters": dict(case.material.parameters),
             "terms": case.material.terms,
-            "density": float(f"{case.material.density / DENSITY:.12g}"),
+            "density": _rounded(case.material.density / DENSITY),
             "hardness": case.material.hardness,
         },
         "load_cases": [
-            *(_load_case(load_case, folder) for load_case in case.load_cases),
-            *map(_vibrations, case.vibrations),
+            *(_written(one) | one.resolved(folder) for one in case.load_cases),
+            *(_written(one) | one.resolved() for one in case.vibrations),
         ],
         "recordings": [_source(source, folder) for source in case.recordings] + _dynamic(case, "bushing"),
         "coupons": [_source(source, folder) for source in case.coupons] + _dynamic(case, "coupon"),
@@ -335,46 +488,18 @@ def resolved(case: Case) -> dict[str, Any]:
     return shown
 
 
-def _load_case(load_case: LoadCase, folder: Path) -> dict[str, Any]:
-    shown: dict[str, Any] = {"mode": load_case.mode, "steps": load_case.steps, **_warm(load_case)}
-    if load_case.six is not None:
-        return shown | {"path": _six(load_case.six)}
-    if load_case.source is not None:
-        given = {key: value for key, value in _source(load_case.source, folder).items() if value}
-        renamed = {"file": "force_file"} if load_case.by_force else {}
-        return shown | {renamed.get(key, key): value for key, value in given.items() if key != "name"}
-    if load_case.by_force:
-        return shown | {"force_path": list(load_case.path), "rate": load_case.rate}
-    turned = modes()[load_case.mode].rotational
-    # Twelve digits: 30 degrees must not come back as 29.999999999999996.
-    path = [float(f"{math.degrees(q) if turned else q:.12g}") for q in load_case.path]
-    rate = load_case.rate
-    if rate is not None and turned:
-        rate = float(f"{math.degrees(rate):.12g}")
-    return shown | {"path": path, "rate": rate}
+def _written(one: Load) -> dict[str, Any]:
+    warm = {} if one.temperature is None else {"temperature": one.temperature}
+    return {"mode": one.mode, "steps": one.steps, **warm}
 
 
-def _vibrations(test: DynamicTest) -> dict[str, Any]:
-    unit = math.degrees(1.0) if modes()[test.mode].rotational else 1.0
-    peak = math.degrees(1.0) if test.motion >= 3 else unit
-    shown: dict[str, Any] = {
-        "amplitude": [float(f"{peak * one:.12g}") for one in test.amplitude] or None,
-        "frequency": list(test.frequency),
-        "point": "transfer" if test.transfer else "driving",
-    }
-    if test.six is not None:
-        shown |= {"motion": MOTIONS[test.motion]}
-        whole = {"mode": test.mode, "steps": test.steps, "path": _six(test.six), "dynamic": shown}
-        return whole | _warm(test)
-    if test.by_force:
-        shown["preload_force"] = list(test.preload)
-    else:
-        shown["preload"] = [float(f"{unit * q:.12g}") for q in test.preload]
-    return {"mode": test.mode, "steps": test.steps, "dynamic": shown, **_warm(test)}
+def _rounded(value: float) -> float:
+    """Return a number with twelve digits: 30 degrees must not come back as 29.999999999999996."""
+    return float(f"{value:.12g}")
 
 
-def _warm(one: LoadCase | DynamicTest) -> dict[str, float]:
-    return {} if one.temperature is None else {"temperature": one.temperature}
+def _rate(rate: float | None, turned: bool) -> float | None:
+    return rate if rate is None or not turned else _rounded(math.degrees(rate))
 
 
 def _six(path: SixPath) -> dict[str, Any]:
@@ -382,7 +507,7 @@ def _six(path: SixPath) -> dict[str, Any]:
     for k, name in enumerate(MOTIONS):
         if k not in path.free and path.motion[:, k].any():
             values = np.degrees(path.motion[:, k]) if k >= 3 else path.motion[:, k]
-            shown[name] = [float(f"{value:.12g}") for value in values]
+            shown[name] = list(map(_rounded, values))
     shown |= {REACTIONS[k]: path.loads[:, k].tolist() for k in path.loaded}
     free = [MOTIONS[k] for k in path.free if k not in path.loaded]
     return shown | ({"free": free} if free else {})
@@ -390,7 +515,6 @@ def _six(path: SixPath) -> dict[str, Any]:
 
 def _source(source: Source, folder: Path) -> dict[str, Any]:
     turned = source.mode in modes() and modes()[source.mode].rotational
-    rate = source.rate if source.rate is None or not turned else float(f"{math.degrees(source.rate):.12g}")
     six = source.six
     rarer = {
         "branch": source.branch,
@@ -398,7 +522,7 @@ def _source(source: Source, folder: Path) -> dict[str, Any]:
         "group": source.group,
         "rows": dict(source.rows) or None,
         "sample_rate": source.sample_rate,
-        "rate": rate,
+        "rate": _rate(source.rate, turned),
         "conditioning": source.conditioning or None,
         "standard": source.standard,
         "temperature": source.temperature,

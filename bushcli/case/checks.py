@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from annotated_types import Ge, Gt
 
-from bushcli.case.case import LoadCase, Material, parameter_terms
+from bushcli.case.case import Material, parameter_terms
 from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
 from bushcli.case.hardness import HIGHEST, LOWEST
 from bushcli.case.limits import MOST_SHEAR
@@ -204,43 +204,57 @@ def mode(
         yield Finding((*keys, "mode"), what, expected="e.g. bulk_modulus = 2000.0, MPa")
 
 
-def travel(keys: Keys, load_case: LoadCase, shape: Shape) -> Iterator[Finding]:
+def travel(keys: Keys, mode: str, path: Sequence[float], shape: Shape) -> Iterator[Finding]:
     """Check that a path neither closes the gap between the sleeves nor is too small to simulate.
 
     Parameters
     ----------
     keys : Keys
         Place of the path or amplitude in the case file.
-    load_case : LoadCase
-        Path in mm, rad or stretch - 1.
+    mode : str
+        Name of the mode.
+    path : sequence of float
+        Displacements in mm, rad or stretch - 1.
     shape : Shape
         The specimen; its rubber thickness (mm) bounds a radial path.
     """
-    kind = modes()[load_case.mode]
-    if 0.0 < load_case.amplitude < SMALLEST_TRAVEL:
+    kind, amplitude = modes()[mode], max(map(abs, path), default=0.0)
+    if 0.0 < amplitude < SMALLEST_TRAVEL:
         unit = "rad" if kind.rotational else "mm"
         unit = {True: "of shear", False: "of stretch"}[kind.sheared] if kind.specimen == "coupon" else unit
-        what = f"{dotted(keys)}: a travel of {load_case.amplitude:g} {unit} is too small to simulate"
+        what = f"{dotted(keys)}: a travel of {amplitude:g} {unit} is too small to simulate"
         yield Finding(
             keys, what, expected=f"at least {SMALLEST_TRAVEL:g} {unit}, enough for the initial stiffness"
         )
-    if kind.specimen == "coupon" and not kind.sheared and min(load_case.path, default=0.0) <= -1.0:
-        what = f"{dotted(keys)} = {min(load_case.path):g} compresses the specimen to zero length"
+    if kind.specimen == "coupon" and not kind.sheared and min(path, default=0.0) <= -1.0:
+        what = f"{dotted(keys)} = {min(path):g} compresses the specimen to zero length"
         yield Finding(keys, what, expected="stretch - 1, above -1")
-    elif shape.gap is not None and kind.sideways * load_case.amplitude >= shape.gap:
-        what = f"{dotted(keys)} = {load_case.amplitude:g} closes the gap between the sleeves"
+    if kind.specimen == "bushing":
+        along, turned = (0.0, amplitude) if kind.rotational else (amplitude, 0.0)
+        yield from too_far(keys, shape, kind.sideways * amplitude, along, turned)
+
+
+def too_far(keys: Keys, shape: Shape | None, across: float, along: float, turned: float) -> Iterator[Finding]:
+    """Yield the first reason for which a sleeve cannot move so far.
+
+    Parameters
+    ----------
+    keys : Keys
+        Place of the path in the case file.
+    shape : Shape
+    across, along, turned : float
+        Largest displacement across the axis and in any direction of a single motion, mm; largest angle, rad.
+    """
+    if shape is None:
+        return
+    annulus = shape.annulus
+    if shape.gap is not None and across >= shape.gap:
+        what = f"{dotted(keys)} = {across:g} closes the gap between the sleeves"
         yield Finding(keys, what, expected=f"a displacement below the rubber's thickness, {shape.gap:g} mm")
-    elif kind.rotational and load_case.amplitude > math.pi:
-        degrees = math.degrees(load_case.amplitude)
-        what = f"{dotted(keys)} = {degrees:g} turns the sleeve by more than 180 degrees"
+    elif annulus is not None and along > MOST_SHEAR * annulus.thickness:
+        what = f"{dotted(keys)} = {along:g} is {along / annulus.thickness:.0f} times the rubber's thickness"
+        most = MOST_SHEAR * annulus.thickness
+        yield Finding(keys, what, expected=f"at most {most:g} mm: beyond that rubber tears")
+    elif turned > math.pi:
+        what = f"{dotted(keys)} = {math.degrees(turned):g} turns the sleeve by more than 180 degrees"
         yield Finding(keys, what, expected="an angle in degrees, at most 180")
-    elif (
-        kind.specimen == "bushing"
-        and not kind.rotational
-        and shape.annulus is not None
-        and load_case.amplitude > MOST_SHEAR * shape.annulus.thickness
-    ):
-        thickness = shape.annulus.thickness
-        times = load_case.amplitude / thickness
-        what = f"{dotted(keys)} = {load_case.amplitude:g} is {times:.0f} times the rubber's thickness"
-        yield Finding(keys, what, expected=f"at most {MOST_SHEAR * thickness:g} mm: beyond that rubber tears")

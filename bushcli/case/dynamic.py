@@ -10,7 +10,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from bushcli.case.finding import Finding, Keys, dotted, shown
-from bushcli.case.schema import CaseTable, ColumnKey, Name
+from bushcli.case.schema import DELIMITERS, CaseTable, ColumnKey, Delimiter, Name
 from bushcli.errors import nearest
 from bushcli.recording.dynamic.source import COLUMNS, LOOP_COLUMNS, DynamicSource
 from cases.mode import modes
@@ -35,7 +35,7 @@ class DynamicRecordingTable(CaseTable):
         default=None, description=f"column by name or number: {', '.join((*COLUMNS, *LOOP_COLUMNS))}"
     )
     units: dict[str, str] | None = Field(default=None, description="unit by column")
-    delimiter: Literal[",", ";", "\t", " ", "|", "comma", "semicolon", "tab", "space", "pipe"] | None = None
+    delimiter: Delimiter | None = None
     decimal: Literal[".", ","] | None = None
     group: ColumnKey | None = Field(default=None, description="sheet or group of the file")
     amplitude_is: Literal["peak", "double"] | None = Field(
@@ -50,7 +50,7 @@ class DynamicRecordingTable(CaseTable):
     across: Literal["amplitude", "preload"] | None = Field(
         default=None, description="what a length or a strain in the names of the columns is"
     )
-    accept: list[Literal["unit", "spikes", "temperature"]] | None = Field(
+    accept: list[Literal["unit", "spikes", "temperature", "loss_angle"]] | None = Field(
         default=None, description="kinds of faults that are none"
     )
     quantity: Literal["E", "G"] | None = Field(default=None, description="modulus of a coupon")
@@ -63,9 +63,6 @@ class DynamicRecordingTable(CaseTable):
     temperature: float | None = Field(default=None, ge=-273.15, description="degrees C, of the whole file")
 
 
-_DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " ", "pipe": "|"}
-
-
 def sources(
     tables: Iterable[tuple[DynamicRecordingTable, Keys]],
     files: Callable[[Keys, str], tuple[list[Path], bool]],
@@ -73,21 +70,7 @@ def sources(
     taken: Iterable[str],
     findings: list[Finding],
 ) -> tuple[DynamicSource, ...]:
-    """Return the sources of the tables of a case file.
-
-    Parameters
-    ----------
-    tables : iterable of (DynamicRecordingTable, Keys)
-        Tables, each with its place in the case file.
-    files : callable
-        Place and pattern -> files, and whether it is a pattern; adds findings.
-    known : callable
-        Place and mode -> whether the case has such a mode; adds findings.
-    taken : iterable of str
-        Names of other channels.
-    findings : list of Finding
-        Errors are added to it.
-    """
+    """Return the sources of the tables of a case file; what is wrong is added to `findings`."""
     made: list[DynamicSource] = []
     for table, keys in tables:
         names = [*taken, *(one.label for one in made)]
@@ -116,7 +99,7 @@ def sources(
                 pattern=table.file,
                 columns=dict(table.columns or {}),
                 units=dict(table.units or {}),
-                delimiter=_DELIMITERS.get(table.delimiter or "", table.delimiter),
+                delimiter=DELIMITERS.get(table.delimiter or "", table.delimiter),
                 accepted_faults=tuple(table.accept or ()),
                 **given,
             )
@@ -128,7 +111,7 @@ def _columns(table: DynamicRecordingTable, keys: Keys) -> list[Finding]:
     """Return what is wrong with the keys of columns and units."""
     # Here, because a case without such tables needs no parser of units.
     from bushcli.recording.dynamic.columns import suited_kinds
-    from bushcli.recording.dynamic.units import read_unit
+    from bushcli.recording.header.units import read_unit
 
     mode, findings = modes()[table.mode], []
     every = (*COLUMNS, *LOOP_COLUMNS)

@@ -50,17 +50,7 @@ def build(
     channels: Sequence[DeclaredChannel],
     shape: Shape | None = None,
 ) -> tuple[list[ActiveEffect], list[Finding]]:
-    """Validate the effects of a case and return them together with what is wrong with them.
-
-    Parameters
-    ----------
-    tables : sequence of (EffectTable, Keys)
-        The tables ``[[effects]]``, each with its place in the case file.
-    channels : sequence of DeclaredChannel
-        All channels of the case on which an effect may act.
-    shape : Shape or None
-        The specimen; None where the case has no valid one, and then no bound depends on it.
-    """
+    """Validate the effects of a case and return them together with what is wrong with them."""
     active: list[ActiveEffect] = []
     findings: list[Finding] = []
     for table, keys in tables:

@@ -86,19 +86,7 @@ def unknown_name(keys: Keys, name: object, known: Iterable[str], kind: str) -> F
 
 
 def explain(error: ValidationError, model: type[BaseModel], at: Keys, section: str) -> list[Finding]:
-    """Translate pydantic's findings about one table into findings with the keys of the case file.
-
-    Parameters
-    ----------
-    error : ValidationError
-        As pydantic raised it.
-    model : type[BaseModel]
-        The table's pydantic model.
-    at : Keys
-        Place of the table in the case file.
-    section : str
-        The table as the message names it, such as ``[mesh]``.
-    """
+    """Translate pydantic's findings about one table into findings with the keys of the case file."""
     return [_explained(item, model, at, section) for item in error.errors(include_url=False)]
 
 

@@ -28,28 +28,12 @@ USUAL_TOLERANCE = 5.0
 
 
 def youngs_modulus(shore_a: float) -> float:
-    """Return Young's modulus, MPa: E = 0.0981 (56 + 7.62336 S) / (0.137505 (254 - 2.54 S)).
-
-    Parameters
-    ----------
-    shore_a : float
-        Shore A hardness, a number without a unit.
-    """
+    """Return Young's modulus, MPa: E = 0.0981 (56 + 7.62336 S) / (0.137505 (254 - 2.54 S))."""
     return 0.0981 * (56.0 + 7.62336 * shore_a) / (0.137505 * (254.0 - 2.54 * shore_a))
 
 
 def from_hardness(law: str, shore_a: float, bulk_modulus: float = math.inf) -> Material:
-    """Return a law whose initial shear modulus is E/3 of a hardness, in the proportions of its start values.
-
-    Parameters
-    ----------
-    law : str
-        Name of the law.
-    shore_a : float
-        Shore A hardness, a number without a unit.
-    bulk_modulus : float
-        MPa.
-    """
+    """Return a law whose initial shear modulus is E/3 of a hardness, in the proportions of its start values."""
     chosen = laws()[law]
     factor = youngs_modulus(shore_a) / 3.0 / float(chosen.shear_modulus(**chosen.start))
     values = {

@@ -62,11 +62,15 @@ def load_case(path: str | Path, overrides: Sequence[str] = (), tables: TableCach
             Problem(str(path), f"has tables nested more than {DEEPEST} deep", "", "see docs/case-file.md")
         )
     written, (data, deviating) = deepcopy(data), nominal(data)
+    return replace(_built(data, done, path, tables), toleranced=deviating, tables=written)
+
+
+def _built(data: dict[str, Any], done: list[Override], path: Path, tables: TableCache | None = None) -> Case:
     builder = Builder(path.parent, tables)
     case = builder.case(data, path)
     if case is None:
         raise CaseError(*_problems(builder.findings, path, done))
-    return replace(case, toleranced=deviating, tables=written)
+    return case
 
 
 def shape_of_part(path: Path) -> str | None:
@@ -94,12 +98,7 @@ def load_part(path: Path, overrides: Sequence[str] = ()) -> Case:
         "geometry": {"shape": shape_of_part(path), "file": path.name},
         "material": {"law": "neo_hookean", "parameters": {"C10": 0.5}},
     }
-    data, done = apply(data, overrides)
-    builder = Builder(path.parent)
-    case = builder.case(data, path)
-    if case is None:
-        raise CaseError(*_problems(builder.findings, path, done))
-    return case
+    return _built(*apply(data, overrides), path)
 
 
 def _case_file(path: Path) -> Path:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.case.case import LoadCase
+from bushcli.case import checks
+from bushcli.case.case import PathLoadCase
 from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
-from bushcli.case.limits import MOST_SHEAR
 from bushcli.case.schema import LoadCaseTable, PathTable
 from bushcli.errors import RecordingError
 from bushcli.recording.source import SixColumns, Source
@@ -37,20 +37,8 @@ def is_meant(table: LoadCaseTable) -> bool:
 
 def load_case(
     table: LoadCaseTable, keys: Keys, shape: Shape | None, validated: Callable[..., PathTable | None]
-) -> tuple[LoadCase | None, list[Finding]]:
-    """Return a load case of six motions, and what is wrong with it.
-
-    Parameters
-    ----------
-    table : LoadCaseTable
-        As written.
-    keys : Keys
-        Its place in the case file.
-    shape : Shape or None
-        The specimen; None where the case has no valid one.
-    validated : callable
-        Validates a table, and records what is wrong with it.
-    """
+) -> tuple[PathLoadCase | None, list[Finding]]:
+    """Return a load case of six motions, and what is wrong with it."""
     at, raw = (*keys, "path"), cast(object, table.path)
     if not isinstance(raw, dict) or modes()[table.mode].follow is None:
         other = "amplitude, file or a list of points"
@@ -68,21 +56,11 @@ def load_case(
     if path is None:
         return None, wrong
     found, findings = prescribed(path, at, shape)
-    return None if found is None else LoadCase(table.mode, steps=table.steps, six=found), wrong + findings
+    return None if found is None else PathLoadCase(table.mode, steps=table.steps, six=found), wrong + findings
 
 
 def prescribed(table: PathTable, keys: Keys, shape: Shape | None) -> tuple[SixPath | None, list[Finding]]:
-    """Return the path of a load case in mm and rad, and what is wrong with it.
-
-    Parameters
-    ----------
-    table : PathTable
-        As written: mm, degrees, s.
-    keys : Keys
-        Its place in the case file.
-    shape : Shape or None
-        The specimen; None where the case has no valid one.
-    """
+    """Return the path of a load case in mm and rad, and what is wrong with it."""
     findings = []
     time = np.array(table.time)
     motion, load = np.zeros((2, len(time), 6))
@@ -108,7 +86,11 @@ def prescribed(table: PathTable, keys: Keys, shape: Shape | None) -> tuple[SixPa
         what = f"{dotted(keys)} moves nothing"
         known = ", ".join((*MOTIONS, *REACTIONS))
         return None, [Finding(keys, what, expected=f"give values of at least one of {known}")]
-    findings = _too_far(keys, motion, shape)
+    for number, part in enumerate((slice(0, 2), slice(2, 3), slice(3, 6))):
+        # Across the axis, along it, and about: named by the motion that goes furthest.
+        size = float(np.linalg.norm(motion[:, part], axis=1).max())
+        k = part.start + int(np.argmax(np.abs(motion[:, part]).max(axis=0)))
+        findings += checks.too_far((*keys, MOTIONS[k]), shape, *(size * (i == number) for i in range(3)))
     return (None if findings else SixPath(time, motion, free, load=load)), findings
 
 
@@ -128,43 +110,12 @@ def _at_knots(
     return np.array(values)
 
 
-def _too_far(keys: Keys, motion: NDArray[np.float64], shape: Shape | None) -> list[Finding]:
-    radial, turned = np.hypot(motion[:, 0], motion[:, 1]).max(), np.linalg.norm(motion[:, 3:], axis=1).max()
-    if shape is not None and shape.gap is not None and radial >= shape.gap:
-        what = f"{dotted(keys)}: {radial:g} mm across the axis closes the gap between the sleeves"
-        return [
-            Finding(keys, what, expected=f"a displacement below the rubber's thickness, {shape.gap:g} mm")
-        ]
-    axial = float(np.abs(motion[:, 2]).max())
-    if shape is not None and shape.annulus is not None and axial > MOST_SHEAR * shape.annulus.thickness:
-        most = MOST_SHEAR * shape.annulus.thickness
-        times = axial / shape.annulus.thickness
-        what = f"{dotted(keys)}: {axial:g} mm along the axis is {times:.0f} times the rubber's thickness"
-        return [Finding(keys, what, expected=f"at most {most:g} mm: beyond that rubber tears")]
-    if turned > math.pi:
-        what = f"{dotted(keys)}: {math.degrees(turned):g} turns the sleeve by more than 180 degrees"
-        return [Finding(keys, what, expected="angles in degrees, at most 180")]
-    return []
-
-
 def channels(
     source: Source, table: RecordingTable, keys: Keys, taken: Sequence[str], tables: TableCache
 ) -> tuple[list[Source], list[Finding]]:
     """Return the source of a recording, or one for each reaction of a recorded path whose own motion moves.
 
     Findings say what is wrong with it.
-
-    Parameters
-    ----------
-    source : Source
-        Source of the whole recording.
-    table : RecordingTable
-        As written.
-    keys : Keys
-        Its place in the case file.
-    taken : sequence of str
-        Names of other channels.
-    tables : TableCache
     """
     only = [key for key in ("motions", "forces", "free") if getattr(table, key) is not None]
     if modes()[source.mode].follow is None:
@@ -181,7 +132,7 @@ def channels(
     try:
         motions, forces = columns_of(source, table.motions, table.forces, tables)
         whole = SixColumns(motions, free, source.label, chosen(table.motions, table.forces))
-        _, motion = read_motions(replace(source, six=whole), tables)
+        _, motion = read_motions(source, whole, tables)
     except RecordingError as error:
         return [], [Finding((*keys, "file"), str(error))]
     moves = [k for k in range(6) if np.ptp(motion[:, k]) > SMALLEST]

@@ -56,13 +56,6 @@ def apply(data: dict[str, Any], texts: Sequence[str]) -> tuple[dict[str, Any], l
     effects also by their name, ``effects.mullins.r=3``. A value is read as TOML, and as a text if it is not
     TOML. Absent tables are created; unknown keys are left to validation.
 
-    Parameters
-    ----------
-    data : dict
-        Tables of the case file; not modified.
-    texts : sequence of str
-        ``KEY=VALUE`` as given with ``--set``, applied in this order.
-
     Raises
     ------
     CaseError

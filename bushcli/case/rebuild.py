@@ -79,15 +79,7 @@ def read_result(file: Path, given: Path | None = None) -> dict[str, Any]:
 
 
 def found_case(path: Path, folder: Path) -> Path:
-    """Return where a result's case file is: as named from the working folder, else from a folder above the result.
-
-    Parameters
-    ----------
-    path : Path
-        As the result names it.
-    folder : Path
-        Folder of the result.
-    """
+    """Return where a result's case file is: as named from the working folder, else from a folder above the result."""
     if path.is_absolute() or path.exists():
         return path
     above = (parent / path for parent in folder.resolve().parents)

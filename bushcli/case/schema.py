@@ -133,6 +133,11 @@ def _table_or_list(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
     return value if isinstance(value, dict) else handler(value)
 
 
+Delimiter = Literal[",", ";", "\t", " ", "|", "comma", "semicolon", "tab", "space", "pipe"]
+#: Delimiters by their words, which a shell needs no quotes for.
+DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " ", "pipe": "|"}
+
+
 class ColumnsTable(CaseTable):
     """``columns``: column by name or by number from 1."""
 
@@ -160,7 +165,7 @@ class FileTable(CaseTable):
 
     columns: ColumnsTable = Field(default_factory=ColumnsTable)
     units: UnitsTable = Field(default_factory=UnitsTable)
-    delimiter: Literal[",", ";", "\t", " ", "|", "comma", "semicolon", "tab", "space", "pipe"] | None = None
+    delimiter: Delimiter | None = None
     decimal: Literal[".", ","] | None = None
     reverse: list[Literal["displacement", "force"]] | None = Field(
         default=None, description="columns whose sign is reversed; [] says that all signs are right"

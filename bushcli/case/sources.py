@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from bushcli.case import motion_path
 from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
 from bushcli.case.limits import MOST_ENTRIES
-from bushcli.case.schema import FileTable
+from bushcli.case.schema import DELIMITERS, FileTable
 from bushcli.errors import nearest
 from bushcli.recording.guess import contradicted, mode_of_name, modes_of_name
 from bushcli.recording.source import UNITS, Quantity, Source, Specimen
@@ -23,7 +23,6 @@ from cases.mode import modes
 if TYPE_CHECKING:
     from bushcli.case.schema_recordings import RecordingTable
 
-_DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " ", "pipe": "|"}
 _PATTERN = re.compile(r"[*?\[]")
 
 
@@ -35,7 +34,7 @@ def source_of(table: FileTable, mode: str, file: Path) -> Source:
         file=file,
         columns={q: column for q in quantities if (column := getattr(table.columns, q)) is not None},
         units={q: unit for q in quantities if (unit := getattr(table.units, q)) is not None},
-        delimiter=_DELIMITERS.get(table.delimiter or "", table.delimiter),
+        delimiter=DELIMITERS.get(table.delimiter or "", table.delimiter),
         decimal=table.decimal,
         reverse=None if table.reverse is None else tuple(sorted(set(table.reverse))),
         accept=tuple(sorted({one for one in table.accept or () if not isinstance(one, str)})),
@@ -74,20 +73,7 @@ def _have_same_samples(one: Source, other: Source) -> bool:
 
 
 class SourceBuilder:
-    """Builds the sources of a case and collects their errors.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the case file.
-    findings : list of Finding
-        Errors are added to it.
-    known : callable
-        Keys of the table, mode, specimen ("coupon" or None) -> whether the case can have this mode.
-    looks_for_files : bool
-        Whether a missing file is an error.
-    tables : TableCache
-    """
+    """Builds the sources of a case and collects their errors."""
 
     def __init__(
         self,
@@ -110,19 +96,7 @@ class SourceBuilder:
         usual: str,
         parts: bool = False,
     ) -> tuple[Source, ...]:
-        """Return the sources of a list of tables; a file with a table of its own is left out of the patterns.
-
-        Parameters
-        ----------
-        tables : iterable of (RecordingTable, Keys)
-            Tables, each with its place in the case file.
-        specimen : str or None
-            "coupon" if only modes of a coupon are permitted.
-        usual : str
-            Specimen whose modes the name of a file may contain, "bushing" or "coupon".
-        parts : bool
-            Whether each file is a part, which is named after its file.
-        """
+        """Return the sources of a list of tables; a file with a table of its own is left out of the patterns."""
         sources: list[Source] = []
         listed = [(table, keys, *self.files((*keys, "file"), table.file)) for table, keys in tables]
         alone = {
@@ -254,15 +228,7 @@ class SourceBuilder:
         return Specimen(table.gauge_length, area, table.stress, table.strain)
 
     def files(self, keys: Keys, name: str) -> tuple[list[Path], bool]:
-        """Return the files that a name or a pattern stands for, and whether it is a pattern.
-
-        Parameters
-        ----------
-        keys : Keys
-            Place of the name in the case file.
-        name : str
-            As written there.
-        """
+        """Return the files that a name or a pattern stands for, and whether it is a pattern."""
         if not self.looks_for_files:
             return [self.folder / name], False
         name = with_slashes(self.folder, name)

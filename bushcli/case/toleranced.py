@@ -55,13 +55,7 @@ def toleranced(text: str) -> Toleranced | None:
 
 
 def nominal(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Toleranced]]:
-    """Return a case's tables with plain numbers, and the tolerances by key.
-
-    Parameters
-    ----------
-    data : dict
-        Tables as parsed from TOML; changed in place.
-    """
+    """Return a case's tables, changed in place, with plain numbers, and the tolerances by key."""
     found = {}
     for table, key, keys, value in list(_texts(data)):
         one = toleranced(value)

@@ -112,12 +112,12 @@ def unusual(case: Case, material: Material, paths: Iterable[Path] = ()) -> tuple
         usual = f"bushings have {THICKNESS[0]:g} to {THICKNESS[1]:g} mm"
         found.append((f"the rubber is {wall.thickness:.4g} mm thick between the bonds; {usual}", units))
     looked_at: dict[str, tuple[str, Array, Array | None]] = {}
-    for (name, _), one in zip(case.channels, case.load_cases, strict=False):
+    for one in case.load_cases:
         if one.by_force or not one.path:
             continue
         q = np.asarray(one.path, dtype=float)
         time = None if not one.rate else np.concatenate([[0.0], np.cumsum(np.abs(np.diff(q)))]) / one.rate
-        looked_at[name] = (one.mode, q, time)
+        looked_at[one.label] = (one.mode, q, time)
     looked_at |= {
         path.name: (path.mode, path.displacement, path.time)
         for path in paths

@@ -36,32 +36,12 @@ def unit(parameter: EffectParameter, rotational: bool) -> str:
 
 
 def inside(parameter: EffectParameter, value: float, rotational: bool) -> float:
-    """Convert a value of the case file to internal units.
-
-    Parameters
-    ----------
-    parameter : EffectParameter
-        Parameter of an effect.
-    value : float
-        In the unit that `unit` returns, such as degrees.
-    rotational : bool
-        Whether the effect's channels are rotations.
-    """
+    """Convert a value of the case file to internal units."""
     return value * _factor(parameter, rotational)
 
 
 def written(parameter: EffectParameter, value: float, rotational: bool) -> float | str:
-    """Return an internal value as the case file writes it: a number, or the word for a choice.
-
-    Parameters
-    ----------
-    parameter : EffectParameter
-        Parameter of an effect.
-    value : float
-        In N, mm, MPa, s, rad; of a choice the index of its word.
-    rotational : bool
-        Whether the effect's channels are rotations.
-    """
+    """Return an internal value as the case file writes it: a number, or the word for a choice."""
     return parameter.choice(value) if parameter.choices else outside(parameter, value, rotational)
 
 

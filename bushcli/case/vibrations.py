@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
 
 from bushcli.case import checks, motion_path
-from bushcli.case.case import DynamicTest, LoadCase
+from bushcli.case.case import DynamicTest, PosedTest
 from bushcli.case.finding import Finding, Keys, dotted, shown
 from bushcli.case.schema import FrequenciesTable, LoadCaseTable
 from bushcli.recording.dynamic.source import HIGHEST
@@ -22,19 +21,7 @@ from geometry.shape import Shape
 def test(
     table: LoadCaseTable, keys: Keys, shape: Shape | None, validated: Callable[..., Any]
 ) -> tuple[DynamicTest | None, list[Finding]]:
-    """Return a dynamic test, and what is wrong with it.
-
-    Parameters
-    ----------
-    table : LoadCaseTable
-        As written: mm, degrees, Hz.
-    keys : Keys
-        Its place in the case file.
-    shape : Shape or None
-        The specimen; None where the case has no valid one.
-    validated : callable
-        Validates a table, and records what is wrong with it.
-    """
+    """Return a dynamic test, and what is wrong with it."""
     given, at = table.dynamic, (*keys, "dynamic")
     assert given is not None
     posed = modes()[table.mode].follow is not None
@@ -73,18 +60,17 @@ def test(
         findings.append(Finding((*at, "amplitude"), what, expected=expected))
     for q in preload if given.preload_force is None else ():
         if shape is not None and q:
-            findings += checks.travel((*at, "preload"), LoadCase(table.mode, (0.0, q)), shape)
+            findings += checks.travel((*at, "preload"), table.mode, (0.0, q), shape)
     if findings or (posed and path is None):
         return None, findings
-    found = DynamicTest(
-        table.mode,
-        frequency,
-        preload,
-        given.preload_force is not None,
-        transfer=given.point == "transfer",
-        steps=table.steps,
-    )
-    return replace(found, amplitude=tuple(unit * one for one in amplitude), six=path, motion=motion), []
+    peaks = tuple(unit * one for one in amplitude)
+    by_force, transfer = given.preload_force is not None, given.point == "transfer"
+    if path is None:
+        return DynamicTest(table.mode, frequency, preload, by_force, peaks, transfer, steps=table.steps), []
+    # All six motions are possible in a vibration, also where the path keeps a plane of symmetry.
+    return PosedTest(
+        table.mode, frequency, (0.0,), False, peaks, transfer, motion, steps=table.steps, six=path.whole_body
+    ), []
 
 
 def _meaningless(table: LoadCaseTable, keys: Keys, posed: bool) -> list[Finding]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from bushcli.cli.progress import search_progress
-from bushcli.cli.run import DONE, INTERRUPTED, NEGATIVE, NOT_CONVERGED, Run, on_a_case
+from bushcli.cli.run import Run, on_a_case, verdict_code
 
 
 @click.command()
@@ -18,7 +18,6 @@ def batch(run: Run, model: str | None, strict: bool) -> int:
     The [[specimens]] of CASE are parts of one drawing. The result has the scatter of their stiffness, the mean curve
     with its tolerance band, and the outliers, with what their recordings show of the cause.
     """
-    from bushcli import report
     from bushcli.inverse import Task
     from bushcli.study.batch import batch as compared
 
@@ -27,13 +26,5 @@ def batch(run: Run, model: str | None, strict: bool) -> int:
     with run.timed("batch"):
         progress = search_progress(run, Task(case, law).turned, 1)
         found = compared(case, law, tables=run.tables, progress=progress, told=run.say)
-    run.deliver(
-        lambda: report.batch_json(found),
-        lambda: report.batch_document(found),
-        lambda: report.batch_files(found),
-    )
-    if any(condition.name == "interrupted" for condition in found.conditions):
-        return INTERRUPTED
-    if not found.fit.converged:
-        return NOT_CONVERGED
-    return NEGATIVE if strict and found.outliers else DONE
+    run.deliver(found)
+    return verdict_code(found.conditions, found.fit.converged, strict and bool(found.outliers))

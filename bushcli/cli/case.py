@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -17,13 +17,9 @@ from bushcli.errors import InputError, Problem
 from geometry.errors import GeometryError
 
 if TYPE_CHECKING:
-    from bushcli.inverse import Fit
     from bushcli.recording.dynamic.table import DynamicTable
-    from bushcli.report.document import Document
     from bushcli.runtime.condition import Condition
     from bushcli.simulate.dynamic_tables import ComparedTable
-    from bushcli.simulate.misfit import Misfit
-    from bushcli.simulate.response import Response
 
 
 @click.command()
@@ -39,8 +35,6 @@ def check(run: Run, strict: bool) -> int:
     The summary includes faults of the recordings, such as wrong units or spikes, each with its remedy; cycles, rates
     and holds, beside what a standard asks for; and the questions that the recordings cannot answer.
     """
-    from bushcli import report
-    from bushcli.case import load_case_names
     from bushcli.case.hardness import known_from_hardness
     from bushcli.case.load import unedited
     from bushcli.case.typical import unusual
@@ -48,6 +42,7 @@ def check(run: Run, strict: bool) -> int:
     from bushcli.faults.dynamic import table_faults
     from bushcli.recording import read_coupon, read_program, read_recording
     from bushcli.recording.dynamic.read import read_dynamic
+    from bushcli.report.results import Checked
     from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
     from bushcli.simulate.admissible import check_material, check_travel
     from bushcli.simulate.play import check_play, check_play_of_load_cases
@@ -64,20 +59,19 @@ def check(run: Run, strict: bool) -> int:
     for curve in records:
         check_play(case, curve.name, curve.mode, curve.displacement)
     check_play_of_load_cases(case, run.tables)
-    names = load_case_names(case.load_cases, case.recordings)
     programs = [
         None
         if one.source is None
         else replace(
-            read_program(one.source, run.tables, "force" if one.by_force else "displacement"), name=name
+            read_program(one.source, run.tables, "force" if one.by_force else "displacement"), name=one.label
         )
-        for name, one in zip(names, case.load_cases, strict=True)
+        for one in case.load_cases
     ]
     run.tables.clear()  # all is read: what the search for faults needs is not taken by the texts
     faults = (*find_faults(case, [*records, *materials]), *table_faults(case.geometry, tables))
     if not any(fault.fatal for fault in faults):
         check_travel(case, records, faults)
-    forced = {name for name, one in zip(names, case.load_cases, strict=True) if one.by_force}
+    forced = {one.label for one in case.load_cases if one.by_force}
     moved = [one for one in programs if one is not None and one.name not in forced]
     odd = unusual(case, case.material, (*records, *materials, *moved))
     found = (
@@ -87,12 +81,8 @@ def check(run: Run, strict: bool) -> int:
         *odd,
     )
     tests = protocol(case, curves, coupons, moved)
-    checked = report.Checked(case, records, materials, tests, faults, programs, found, tables)
-    run.deliver(
-        lambda: report.check_json(checked),
-        lambda: report.check_document(checked),
-        lambda: report.check_files(case),
-    )
+    checked = Checked(case, records, materials, tests, faults, programs, found, tables)
+    run.deliver(checked)
     return NEGATIVE if strict and (faults or tests.violated or odd) else DONE
 
 
@@ -104,29 +94,27 @@ def mesh(run: Run) -> int:
     CASE may also be a part: a STEP, BREP, DXF, MSH or INP file. Its axis, bonds and symmetry are found and shown, and a
     case file to start from is written.
     """
-    from bushcli import report
     from bushcli.case import starter_case
+    from bushcli.report.results import MeshResult
+    from bushcli.report.writers.files import BEGINNING, write_refused, write_starter_case
+    from bushcli.report.writers.folder import STAGING
     from bushcli.simulate.meshes import meshes
 
     output = run.write_into(Path("out"))
     try:
         case = run.load(parts=True)
         with run.timed("mesh"):
-            built = meshes(case, output / report.STAGING)
+            built = meshes(case, output / STAGING)
     except GeometryError as error:
         if is_first_rank():
             with suppress(InputError):  # the geometry is what has to be said
-                for picture in report.write_refused(output, error)[:1]:
+                for picture in write_refused(output, error)[:1]:
                     run.say(f"see the picture {picture}")
         raise
-    run.deliver(
-        lambda: report.mesh_json(case, built),
-        lambda: report.mesh_document(case, built),
-        lambda: report.mesh_files(case, built),
-    )
+    run.deliver(MeshResult(case, built))
     part = case.path.suffix != ".toml"
-    if part and is_first_rank() and report.write_starter_case(output, starter_case(case, output)):
-        run.say(f"wrote {output / report.BEGINNING}: a case file to start from; enter your rubber and loads")
+    if part and is_first_rank() and write_starter_case(output, starter_case(case, output)):
+        run.say(f"wrote {output / BEGINNING}: a case file to start from; enter your rubber and loads")
     return DONE
 
 
@@ -174,6 +162,7 @@ def direct(
 
     A law without parameters is fitted to the coupon tests first.
     """
+    from bushcli.report.results import DirectResult
     from bushcli.simulate.measured import Measured
     from bushcli.simulate.misfit import misfits
     from bushcli.simulate.predict import predict
@@ -221,42 +210,10 @@ def direct(
 
         with run.timed("dynamic"):
             vibrations, doubts = compare_tables(case, response.material, read)
-    _deliver_direct(run, response, compared, found, (vibrations, doubts) if tables else None)
+    run.deliver(DirectResult(response, compared, found, vibrations if tables else None, doubts))
     if interrupted:
         raise KeyboardInterrupt
     if not response.complete or sum(len(one.table) for one in vibrations) < sum(map(len, read)):
         return NOT_CONVERGED
     good = all(misfit.within for misfit in compared.values())
     return NEGATIVE if strict and not good else DONE
-
-
-def _deliver_direct(
-    run: Run,
-    response: Response,
-    compared: Mapping[str, Misfit],
-    found: Fit | None,
-    dynamic: tuple[Sequence[ComparedTable], Sequence[Condition]] | None,
-) -> None:
-    """Print and save curves, and the stiffness beside that of tables with what has to be known about it."""
-    from bushcli import report
-
-    vibrations, doubts = dynamic or ((), ())
-
-    def document() -> Document:
-        static = report.direct_document(response, compared, found)
-        if dynamic is None:
-            return static
-        from bushcli.report.views.dynamic_tables import with_tables
-
-        return with_tables(static, vibrations, doubts, not response.channels)
-
-    def result() -> dict[str, Any]:
-        static = report.direct_json(response, compared, found)
-        if dynamic is None:
-            return static
-        from bushcli.report.json.dynamic_tables import compared_json
-
-        static["problems"] += [vars(one) for one in doubts]
-        return static | {"dynamic": compared_json(vibrations)}
-
-    run.deliver(result, document, lambda: report.direct_files(response, compared, found, vibrations))

@@ -26,7 +26,6 @@ def compare(run: Run, before: tuple[Path, ...]) -> int:
     Each is a folder that a command wrote with -o, or a case file, which is simulated as by `bushcli direct`. The result
     has the keys of the cases and the numbers that differ, and the curves over each other.
     """
-    from bushcli import report
     from bushcli.study.compare import compare as compared
 
     paths = [*before, run.path]
@@ -42,11 +41,7 @@ def compare(run: Run, before: tuple[Path, ...]) -> int:
     if run.output is not None:
         run.prepare(run.output, found[0][1])
     result = compared([item for item, _ in found])
-    run.deliver(
-        lambda: report.compare_json(result),
-        lambda: report.compare_document(result),
-        lambda: report.compare_files(result),
-    )
+    run.deliver(result)
     return DONE
 
 
@@ -83,7 +78,8 @@ def _item(run: Run, path: Path, name: str) -> tuple[ComparedResult, Case]:
 
 def _simulated(run: Run, case: Case, name: str) -> dict[str, Any]:
     """Return the result of `bushcli direct` on a case."""
-    from bushcli import report
+    from bushcli.report import as_json
+    from bushcli.report.results import DirectResult
     from bushcli.simulate.misfit import misfits
     from bushcli.simulate.predict import predict
 
@@ -92,6 +88,6 @@ def _simulated(run: Run, case: Case, name: str) -> dict[str, Any]:
         if case.needs_fit:
             from bushcli.cli.identification import fit_to_coupons
 
-            case = replace(case, material=fit_to_coupons(run, case, None, "relative").material)
+            case = replace(case, material=fit_to_coupons(run, case).material)
         response = predict(case, pictures=False)
-    return report.direct_json(response, misfits(response), None)
+    return as_json(DirectResult(response, misfits(response)))

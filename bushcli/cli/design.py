@@ -68,7 +68,6 @@ def design(
 
     Any keys with numbers may be searched within bounds. The load cases and recordings of CASE are not used.
     """
-    from bushcli import report
     from bushcli.case import resolved
     from bushcli.case.hardness import HARDNESS
     from bushcli.study.answers import NoAnswer, number_at
@@ -97,7 +96,7 @@ def design(
         overrides=run.overrides,
         keys=tuple(keys),
         answers=(),
-        material=fit_to_coupons(run, case, None, "relative").material if case.needs_fit else None,
+        material=fit_to_coupons(run, case).material if case.needs_fit else None,
         hardness=nominal,
     )
     start = []
@@ -125,11 +124,7 @@ def design(
                 notify=progress,
                 tables=run.tables,
             )
-    run.deliver(
-        lambda: report.design_json(found),
-        lambda: report.design_document(found),
-        lambda: report.Files(found.case),
-    )
+    run.deliver(found)
     return NEGATIVE if strict and not all(one.met for one in found.targets) else DONE
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import click
 
@@ -21,9 +20,6 @@ from bushcli.cli.run import (
 from bushcli.cli.shared import PositiveNumber, elsewhere, names_in, resumes, say_what_is_saved, scheduled
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.interrupt import listen
-
-if TYPE_CHECKING:
-    pass
 
 
 @click.command()
@@ -85,7 +81,6 @@ def diagnose(
     `mpirun -n N` the first process leads and the others share the work, on one machine or several; --scheduler shares
     it among the workers of Dask.
     """
-    from bushcli import report
     from bushcli.diagnosis.diagnose import diagnose as find
     from bushcli.runtime.store import SUFFIX
 
@@ -101,8 +96,6 @@ def diagnose(
     names = list(names_in(requested))
     if requested and not names:
         raise InputError(Problem("--effects", "names no effect", "", "NAME[,NAME...]"))
-    if resume and run.output is None:
-        raise InputError(Problem("--resume", "needs the folder of the run to continue", "", "-o DIR"))
     with elsewhere(several, scheduler) as executor:
         if several and executor is None:
             # This rank has answered until the first one left the context.
@@ -133,11 +126,7 @@ def diagnose(
                 count = len(list(journal.glob(f"*{SUFFIX}")))
                 say_what_is_saved(error, run.output, f"{count} result{'s' * (count != 1)}")
             raise
-        run.deliver(
-            lambda: report.diagnosis_json(found),
-            lambda: report.diagnosis_document(found),
-            lambda: report.diagnosis_files(found),
-        )
+        run.deliver(found)
         ended = {condition.name for condition in found.conditions}
         if "interrupted" in ended:
             return INTERRUPTED

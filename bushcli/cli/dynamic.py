@@ -18,8 +18,8 @@ def dynamic(run: Run, weighting: str) -> int:
     The load cases are those with a table [load_cases.dynamic]. A law without parameters is fitted to the coupon tests
     first. The rubber has relaxed under the preload. The vibration is small, or has the amplitudes that the case gives.
     """
-    from bushcli import report
     from bushcli.recording.dynamic.read import read_dynamic
+    from bushcli.report.results import DynamicResult
     from bushcli.simulate.dynamic import DynamicInterrupted, vibrate
     from bushcli.simulate.extent import measured, of_table
 
@@ -32,11 +32,7 @@ def dynamic(run: Run, weighting: str) -> int:
             response = vibrate(case, found.material if found else None, progress=progress, tested=tested)
         except DynamicInterrupted as ended:
             response, interrupted = ended.response, True
-    run.deliver(
-        lambda: report.dynamic_json(response, found),
-        lambda: report.dynamic_document(response, found),
-        lambda: report.dynamic_files(response),
-    )
+    run.deliver(DynamicResult(response, found))
     if interrupted:
         raise KeyboardInterrupt
     return DONE if response.complete else NOT_CONVERGED

@@ -101,7 +101,7 @@ def export(
             what = f"has no parameters of {source.case.material.law}, and no coupon tests to fit it to"
             remedy = "run `bushcli inverse CASE -o OUT`, then export OUT"
             raise InputError(Problem(source.where, what, "", remedy))
-        fitted = fit_to_coupons(run, source.case, None, "relative")
+        fitted = fit_to_coupons(run, source.case)
         source = replace(source, case=replace(source.case, material=fitted.material))
     order = Order(source.case.title, source.where, units, form=form)
     if chosen.kind == "card":

@@ -9,15 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import click
 
 from bushcli.cli.progress import search_progress
-from bushcli.cli.run import (
-    DONE,
-    INTERRUPTED,
-    NEGATIVE,
-    NOT_CONVERGED,
-    Run,
-    on_a_case,
-    wait_for_ranks,
-)
+from bushcli.cli.run import DONE, NEGATIVE, Run, on_a_case, verdict_code
 from bushcli.cli.shared import names_in, pool, resumes, scheduled
 from bushcli.errors import InputError, Problem
 
@@ -25,7 +17,6 @@ if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.inverse import Fit, Task
     from bushcli.inverse.local import Loss
-    from bushcli.report.document import Document
     from bushcli.runtime.executor import Pool
 
 weighted = click.option(
@@ -82,47 +73,33 @@ def fit(
     Coupons' tables of dynamic moduli give relaxation spectra, the shift of their times with temperature, and a lag of
     the rig.
     """
-    from bushcli import report
     from bushcli.inverse.coupon_tables import fit_tables
-    from bushcli.report.json.spectrum import spectra_json, tables_json
-    from bushcli.report.views.spectrum import spectra_sections, tables_document
+    from bushcli.report.results import FitResult
 
     case = run.load()
     with run.timed("spectra"):
         spectra, problems = fit_tables(case, run.tables)
-    if spectra and not case.coupons:
-        run.deliver(
-            lambda: tables_json(case, spectra, problems),
-            lambda: tables_document(case, spectra, problems),
-            lambda: report.fit_files(case, None, spectra),
-        )
-        return NEGATIVE if strict and problems else DONE
     if problems and not spectra and not case.coupons:
         # The only tables of the case have no spectrum: what prevents it is the answer.
         raise InputError(*(Problem(case.path.name, one.message, "", one.remedy) for one in problems))
     if branch is not None:
         case = replace(case, coupons=tuple(replace(source, branch=branch) for source in case.coupons))
-    found = fit_to_coupons(run, case, model, weighting, names_in(held_out), names_in(fixed))
-    found = replace(found, conditions=(*found.conditions, *problems))
-    further = {"dynamic": spectra_json(spectra)} if spectra else {}
-
-    def document() -> Document:
-        law = report.fit_document(case, found)
-        return replace(law, sections=[*law.sections, *spectra_sections(spectra)])
-
-    run.deliver(
-        lambda: report.fit_json(case, found) | further,
-        document,
-        lambda: report.fit_files(case, found, spectra),
-    )
-    return _exit_code(found, strict, any(condition.name == "interrupted" for condition in found.conditions))
+    found = None
+    if case.coupons or not spectra:
+        found = fit_to_coupons(run, case, model, weighting, names_in(held_out), names_in(fixed))
+        found = replace(found, conditions=(*found.conditions, *problems))
+        problems = ()
+    run.deliver(FitResult(case, found, spectra, problems))
+    if found is None:
+        return NEGATIVE if strict and problems else DONE
+    return verdict_code(found.conditions, found.converged, strict and bool(found.conditions))
 
 
 def fit_to_coupons(
     run: Run,
     case: Case,
-    model: str | None,
-    weighting: str,
+    model: str | None = None,
+    weighting: str = "relative",
     held_out: tuple[str, ...] = (),
     fixed: tuple[str, ...] = (),
 ) -> Fit:
@@ -213,13 +190,12 @@ def inverse(
     same command continues after an interruption. --scheduler shares the starts among the workers of Dask, which write
     no such files.
     """
-    from bushcli import report
     from bushcli.inverse import Task, refuse_fixed
+    from bushcli.report.ranking import rank
+    from bushcli.report.results import InverseResult
     from forms.law import laws
 
     case = run.load()
-    if resume and run.output is None:
-        raise InputError(Problem("--resume", "needs the folder of the run to continue", "", "-o DIR"))
     if scheduler and workers > 1:
         raise InputError(
             Problem("--workers", "cannot be combined with --scheduler, which has its own workers")
@@ -250,14 +226,10 @@ def inverse(
             fits.append(_identified(run, task, resume, shared))
             if any(condition.name == "interrupted" for condition in fits[-1].conditions):
                 break
-    interrupted = any(condition.name == "interrupted" for condition in fits[-1].conditions)
-    fits.sort(key=report.rank)
-    run.deliver(
-        lambda: report.inverse_json(case, fits),
-        lambda: report.inverse_document(case, fits),
-        lambda: report.inverse_files(case, fits),
-    )
-    return _exit_code(fits[0], strict, interrupted)
+    last = fits[-1]
+    fits.sort(key=rank)
+    run.deliver(InverseResult(case, fits))
+    return verdict_code(last.conditions, fits[0].converged, strict and bool(fits[0].conditions))
 
 
 def _identified(run: Run, task: Task, resume: bool | None, shared: Pool | None) -> Fit:
@@ -289,13 +261,3 @@ def _identified(run: Run, task: Task, resume: bool | None, shared: Pool | None) 
             tables=run.tables,
             told=lambda fault: run.say(f"  {fault.channel}: {fault.where}"),
         )
-
-
-def _exit_code(best: Fit, strict: bool, interrupted: bool) -> int:
-    if interrupted:
-        # mpirun ends all ranks as soon as one has ended with this code, and the first one may still be writing.
-        wait_for_ranks()
-        return INTERRUPTED
-    if not best.converged:
-        return NOT_CONVERGED
-    return NEGATIVE if strict and best.conditions else DONE

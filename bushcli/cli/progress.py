@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 from bushcli.cli.run import Run, is_first_rank, on_terminal
 
 if TYPE_CHECKING:
+    from rich.progress import Progress
+
     from bushcli.effects.effect import EffectParameter
     from bushcli.inverse import Evaluation
 
@@ -36,17 +38,7 @@ def march_progress(run: Run) -> Iterator[Callable[[str, int, int, int, float], N
 
         yield line
         return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (
-        TextColumn("{task.description:12s}"),
-        BarColumn(),
-        TextColumn("step {task.completed:.0f}/{task.total:.0f}, {task.fields[newton]} iterations,"),
-        TimeRemainingColumn(compact=True),
-        TextColumn("left"),
-    )
-    with Progress(*columns, console=Console(stderr=True)) as bar:
+    with _bars("step {task.completed:.0f}/{task.total:.0f}, {task.fields[newton]} iterations,") as bar:
         tasks: dict[str, Any] = {}
 
         def advance(name: str, step: int, steps: int, newton: int, q: float) -> None:
@@ -84,17 +76,7 @@ def work_progress(run: Run, what: str) -> Iterator[Callable[[int, int, int], Non
 
         yield line
         return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (
-        TextColumn(f"{what:12s}"),
-        BarColumn(),
-        TextColumn("{task.completed:.0f}/{task.total:.0f}{task.fields[lost]},"),
-        TimeRemainingColumn(compact=True),
-        TextColumn("left"),
-    )
-    with Progress(*columns, console=Console(stderr=True)) as bar:
+    with _bars("{task.completed:.0f}/{task.total:.0f}{task.fields[lost]},") as bar:
         shared = bar.add_task(what, total=None, lost="")
 
         def advance(done: int, total: int, failed: int) -> None:
@@ -102,6 +84,15 @@ def work_progress(run: Run, what: str) -> Iterator[Callable[[int, int, int], Non
             bar.update(shared, completed=done, total=total, lost=lost)
 
         yield advance
+
+
+def _bars(done: str) -> Progress:
+    """Return bars on stderr, each with its name, with what is done as a template says, and with the time left."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    name, left = TextColumn("{task.description:12s}"), (TimeRemainingColumn(compact=True), TextColumn("left"))
+    return Progress(name, BarColumn(), TextColumn(done), *left, console=Console(stderr=True))
 
 
 def search_progress(

@@ -11,7 +11,7 @@ import resource
 import sys
 import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
@@ -26,8 +26,9 @@ from geometry.errors import GeometryError
 if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.recording.table_cache import TableCache
-    from bushcli.report import Files
     from bushcli.report.document import Document
+    from bushcli.report.results import Result
+    from bushcli.runtime.condition import Condition
 
 DONE, NEGATIVE, WRONG_INPUT, NOT_CONVERGED, MISTAKE, INTERRUPTED = 0, 1, 2, 3, 70, 130
 #: Meaning of each exit code, for `--help`; README and docs/results.md have the same codes.
@@ -71,6 +72,8 @@ class Run:
         """Read and validate the case; with `parts` also a CAD file or a drawing in place of one."""
         from bushcli.case import load_case, load_part, shape_of_part
 
+        if self.options.get("resume") and self.output is None:
+            raise InputError(Problem("--resume", "needs the folder of the run to continue", "", "-o DIR"))
         with self.timed("case"):
             if parts and shape_of_part(self.path):
                 case = load_part(self.path, self.overrides)
@@ -81,24 +84,17 @@ class Run:
         return case
 
     def prepare(self, output: Path, case: Case) -> None:
-        """Refuse a folder that cannot be used, or into which another run writes, and say what becomes of its result.
+        """Refuse a folder that cannot be used, or into which another run writes, and say what becomes of its result."""
+        from bushcli.report.writers.files import check_output, question_of
+        from bushcli.report.writers.folder import moves_to, occupy, staging
 
-        Parameters
-        ----------
-        output : Path
-            The folder of -o.
-        case : Case
-            Its input files are not replaced.
-        """
-        from bushcli import report
-
-        report.check_output(output, case, self.command)
+        check_output(output, case, self.command)
         several, ends = ranks_there_are() > 1, click.get_current_context()
         if is_first_rank():
             refused = None
             try:
-                ends.call_on_close(report.occupy(output))
-                ends.with_resource(report.staging(output))
+                ends.call_on_close(occupy(output))
+                ends.with_resource(staging(output))
             except InputError as error:
                 refused = error
         if several:
@@ -107,8 +103,8 @@ class Run:
             refused = MPI.COMM_WORLD.bcast(refused if is_first_rank() else None)
         if refused is not None:
             raise refused
-        self.question = report.question_of(self.command, case, self.options)
-        moved = report.moves_to(output, self.command, self.question)
+        self.question = question_of(self.command, case, self.options)
+        moved = moves_to(output, self.command, self.question)
         if moved is not None:
             _complain(
                 f"{output} holds a result of `bushcli {moved[0]}`; it moves to {moved[1]} when this run has a result"
@@ -122,34 +118,33 @@ class Run:
     @property
     def staged(self) -> Path | None:
         """Folder for files that are written while the command calculates; None without -o."""
-        from bushcli.report import STAGING
+        from bushcli.report.writers.folder import STAGING
 
         return None if self.output is None else self.output / STAGING
 
-    def deliver(
-        self,
-        result: Callable[[], dict[str, Any]],
-        document: Callable[[], Document],
-        files: Callable[[], Files],
-    ) -> None:
-        """Write the result into the folder of -o, then print it.
+    def deliver(self, result: Result) -> None:
+        """Write a result into the folder of -o, then print it.
 
         An interruption waits until the numbers are on disk. Whatever prevents the writing is raised after the printing.
         """
+        from bushcli import report
+
         failure: BaseException | None = None
         if self.output is not None and is_first_rank():
             hold()
-        found = result()
+        found = report.as_json(result)
         found["timings_s"] = {**self.timings(), **found["timings_s"]}
         if self.output is not None and is_first_rank():
-            from bushcli import report
+            from bushcli.report.writers.files import write
+            from bushcli.report.writers.folder import QUESTION, NotDrawn
 
             try:
-                answer = {**found, report.QUESTION: self.question}
-                written = report.write(self.output, answer, files(), document)
+                answer = {**found, QUESTION: self.question}
+                files = report.as_files(result)
+                written = write(self.output, answer, files, lambda: report.as_document(result))
                 self._say_where(self.output, written[0].parent)
                 let_go()
-            except report.NotDrawn as error:
+            except NotDrawn as error:
                 self._say_where(self.output, error.place)
                 _complain(
                     f"{error.place} holds the numbers of the result, but not all of its pictures, nor its page: "
@@ -159,7 +154,7 @@ class Run:
             except (InputError, OSError, KeyboardInterrupt) as error:
                 failure = error
         if self.shows:
-            self.show(document())
+            self.show(report.as_document(result))
         self.emit(found)
         if failure is not None:
             raise failure
@@ -168,7 +163,7 @@ class Run:
         if place == output:
             self.say(f"wrote {output}")
             return
-        from bushcli.report import earlier_result
+        from bushcli.report.writers.folder import earlier_result
 
         kept = (earlier_result(output) or {}).get("command", "")
         _complain(
@@ -209,7 +204,7 @@ class Run:
         """Print a document on stdout."""
         from rich.console import Console
 
-        from bushcli.report import terminal_text
+        from bushcli.report.writers.terminal import terminal_text
 
         shown = terminal_text(document)
         if on_terminal(sys.stdout):
@@ -308,6 +303,17 @@ def on_a_case(
         finish(lambda: command(run, **options), debug)
 
     return wrapper
+
+
+def verdict_code(conditions: Iterable[Condition], converged: bool, negative: bool) -> int:
+    """Return the code of an identification: interrupted, not converged, or whether its verdict is negative."""
+    if any(one.name == "interrupted" for one in conditions):
+        # mpirun ends all ranks as soon as one has ended with this code, and the first one may still be writing.
+        wait_for_ranks()
+        return INTERRUPTED
+    if not converged:
+        return NOT_CONVERGED
+    return NEGATIVE if negative else DONE
 
 
 def finish(work: Callable[[], int | None], debug: bool) -> None:

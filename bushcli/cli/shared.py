@@ -57,13 +57,7 @@ def scheduled(command: F) -> F:
 
 
 def resumes(what: str) -> Callable[[F], F]:
-    """Give a command the option ``--resume/--fresh``.
-
-    Parameters
-    ----------
-    what : str
-        What a run saves, in the plural.
-    """
+    """Give a command the option ``--resume/--fresh``."""
     return click.option(
         "--resume/--fresh",
         default=None,
@@ -88,13 +82,6 @@ def say_what_is_saved(error: BaseException, folder: Path | None, what: str) -> N
 @contextmanager
 def pool(workers: int | None, scheduler: str | None) -> Iterator[Pool | None]:
     """Yield the pool of workers; None on the ranks of `mpirun` that work for the first one.
-
-    Parameters
-    ----------
-    workers : int or None
-        Number of processes; None for as many as there are processors.
-    scheduler : str or None
-        Address of a Dask scheduler.
 
     Raises
     ------
@@ -125,13 +112,6 @@ def pool(workers: int | None, scheduler: str | None) -> Iterator[Pool | None]:
 def elsewhere(several: bool, scheduler: str | None) -> Iterator[Executor | None]:
     """Yield an executor on other ranks or on Dask; None without one, and on the ranks that work for the first one.
 
-    Parameters
-    ----------
-    several : bool
-        Whether `mpirun` has started several processes.
-    scheduler : str or None
-        Address of a Dask scheduler.
-
     Raises
     ------
     InputError
@@ -161,13 +141,6 @@ class PositiveNumber(click.FloatRange):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Return the number.
-
-        Parameters
-        ----------
-        value : object
-            As given on the command line.
-        param : click.Parameter or None
-        ctx : click.Context or None
 
         Raises
         ------

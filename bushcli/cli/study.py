@@ -89,15 +89,13 @@ def study(
     they come, and in DIR/designs.parquet at the end. Under `mpirun -n N` the first process leads and the others share
     the work; --scheduler shares it among the workers of Dask.
     """
-    from bushcli import report
+    from bushcli.report.results import StudyResult
     from bushcli.study.analysis import limits_of
     from bushcli.study.rows import parquet
     from bushcli.study.study import study as simulate
 
     parquet()
     case = run.load()
-    if resume and run.output is None:
-        raise InputError(Problem("--resume", "needs the folder of the run to continue", "", "-o DIR"))
     plan = _plan(case, varied, listed, sampling, designs, seed)
     limits = dict(limits_of(text, case.tolerance.percent) for text in limited)
     with pool(workers, scheduler) as shared:
@@ -129,11 +127,7 @@ def study(
             except BaseException as error:
                 say_what_is_saved(error, run.output, f"{done[0]} of {len(plan.rows)} designs")
                 raise
-            run.deliver(
-                lambda: report.study_json(found),
-                lambda: report.study_document(found),
-                lambda: report.study_files(found, rows.write),
-            )
+            run.deliver(StudyResult(found, rows.write))
             return NEGATIVE if strict and found.failed else DONE
 
 
@@ -164,7 +158,7 @@ def _plan(
 
 def _task(run: Run, case: Case, plan: Plan, asked: tuple[str, ...], curves: bool) -> StudyTask:
     from bushcli.case.hardness import HARDNESS
-    from bushcli.report import described
+    from bushcli.report.json.study import described
     from bushcli.study.answers import answer, default_answers
     from bushcli.study.task import StudyTask
 
@@ -172,7 +166,7 @@ def _task(run: Run, case: Case, plan: Plan, asked: tuple[str, ...], curves: bool
         expected = case.expected("[[recordings]] or [[load_cases]]")
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     answers = tuple(answer(case, text) for text in asked) or default_answers(case)
-    material = fit_to_coupons(run, case, None, "relative").material if case.needs_fit else None
+    material = fit_to_coupons(run, case).material if case.needs_fit else None
     hardness = next((one for one in plan.variables if one.key == HARDNESS), None)
     if hardness is not None and not hardness.numeric:
         raise InputError(

@@ -3,15 +3,14 @@
 Two stiffnesses are defined here, in the same way for coarse noise-free and for dense noisy cyclic curves:
 
 - *initial stiffness*: slope at zero displacement of the first loading branch that comes near zero: within 15 % of
-  the largest displacement or across it, else within 60 %; a recording without one has none. A polynomial
-  Q = Q0 + k q + c q^3 (bushing modes: an odd response with an offset) or Q0 + k q + c q^2 (coupons) is fitted, with
-  Huber's weights against outliers, to the points within 15 % of the largest displacement and at least 5 of them (at
-  least 3 of a simulated program, which have no noise). Where noise leaves k of a bushing a standard error above 1 %,
-  the window grows to 25, 40 and at most 60 %; a coupon is stretched too far for its curvature to be distinguished from
-  noise. Where fewer points than it needs are within 15 %, a curve is coarse: a polynomial with
-  one more term, in q^5 (q^3 of a coupon), through the same points must have a slope within a fifth of that without it,
-  or the curve has no initial stiffness; its slope counts unless noise explains the difference. Prescribed forces make
-  coarse curves of a response that stiffens: equal steps of force begin with a large step of displacement.
+  the largest displacement or across it, else within 60 %; a recording without one has none. Polynomials
+  Q = Q0 + k q + c q^3 + d q^5 (bushing modes: an odd response with an offset) or Q0 + k q + c q^2 + d q^3 (coupons)
+  of one to three terms besides Q0 are fitted, with Huber's weights against outliers, to the points within 15, 25, 40
+  and 60 % of the largest displacement (a coupon's only to those within 15 %: it is stretched too far for curvature to
+  be distinguished from noise) and at least 5 of them (4 of a simulated program). The k of least error counts: its
+  standard error and, in quadrature, the largest change that a further term makes; of the last term the change that
+  a geometric series of the terms would leave. A curve whose least error is above 10 % (5 % of a simulated program,
+  whose steps can be made smaller) has no initial stiffness.
 - *secant stiffness*: peak to peak, (Q(q_max) - Q(q_min)) / (q_max - q_min). Each end is the mean over
   the points within 1 % of the range from it, so that it does not depend on a single noisy sample; where a loop is open,
   loading and unloading points near the end are averaged.
@@ -19,7 +18,7 @@ Two stiffnesses are defined here, in the same way for coarse noise-free and for 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any, ClassVar, Literal
@@ -34,14 +33,9 @@ from cases.mode import modes
 Array = NDArray[np.float64]
 
 _WINDOWS = (0.15, 0.25, 0.4, 0.6)
-_SURE = 0.01
 _END = 0.01
 #: Share of the range below which two displacements count as equal.
 SMALLEST_STEP = 1e-9
-# Largest ratio of the slopes of two polynomials through the points of a coarse curve. Of 140 exact curves (seven
-# shapes, in 2 to 30 equal steps of force or displacement) it leaves 92, the worst of which is off by 2.1 %. With 1.3
-# one of 97 is off by 15 %.
-_AGREED = 1.2
 _HUBER = 1.345  # 95 % efficient for normal noise: Huber (1981), Robust Statistics, doi:10.1002/0471725250
 
 
@@ -63,8 +57,10 @@ class Curve:
     The arrays are read-only copies of finite numbers.
     """
 
-    #: Least number of points for the initial stiffness.
+    #: Least number of points for the initial stiffness, and its largest error.
     fewest: ClassVar[int] = 5
+    largest_error: ClassVar[float] = 0.1
+    noisy: ClassVar[bool] = True
 
     mode: str
     displacement: Array
@@ -209,8 +205,7 @@ class Curve:
         Returns
         -------
         float
-            nan where too few points (fewer than 2 displacements) are near zero, no loading branch comes near it, or the
-            points near it do not determine the slope.
+            nan where no loading branch comes near zero or the points near it do not determine the slope.
         """
         return self._initial
 
@@ -236,23 +231,17 @@ class Curve:
         coupon = mode is not None and mode.specimen == "coupon"
         powers = (2, 3) if coupon else (3, 5)
         distance = np.sort(np.abs(q))
-        coarse = np.count_nonzero(distance <= _WINDOWS[0] * largest) < self.fewest
-        # One more term has to be determined too where the points of a coarse curve have no noise.
-        fewest = max(self.fewest, 4) if coarse else self.fewest
-        slope = error = float("nan")
-        for window in _WINDOWS[:1] if coupon or fewest > self.fewest else _WINDOWS:
-            reach = max(window * largest, float(distance[:fewest][-1]))
+        noise = float(np.nan_to_num(np.hypot(self.force_noise, self.noise_of_motion))) if self.noisy else 0.0
+        least, slope = self.largest_error, float("nan")
+        for window in _WINDOWS[:1] if coupon else _WINDOWS:
+            reach = max(window * largest, float(distance[: self.fewest][-1]))
             near = np.abs(q) <= reach
-            x, y = np.asarray(q[near] / reach), force[near]
-            slope, error = (value / reach for value in _slope(x, y, powers[:1]))
-            if not error > _SURE * abs(slope):
-                break
-        if coarse:
-            terms = min(4, len(np.unique(x)))
-            less, more = (_slope(x, y, powers[: count - 2]) for count in (max(terms - 1, 2), terms))
-            if not (less[0] * more[0] > 0.0 and max(less[0] / more[0], more[0] / less[0]) <= _AGREED):
-                return float("nan")
-            slope = (more if abs(more[0] - less[0]) > 2.0 * more[1] else less)[0] / reach
+            x = np.asarray(q[near] / reach)
+            counts = range(1, min(len(np.unique(x)), 2 + len(powers)))
+            fits = [_slope(x, force[near], powers[: count - 1], noise) for count in counts]
+            for error, k in _errors(fits):
+                if error <= least * abs(k):
+                    least, slope = error / abs(k), k / reach
         return slope
 
     def _distance(self, cut: slice) -> float:
@@ -280,27 +269,40 @@ class Curve:
 class ExactCurve(Curve):
     """A simulated curve: its points have no noise, so that those next to rest determine its slope there."""
 
-    fewest: ClassVar[int] = 3
+    fewest: ClassVar[int] = 4
+    largest_error: ClassVar[float] = 0.05
+    noisy: ClassVar[bool] = False
 
 
-def _slope(x: Array, values: Array, powers: Sequence[int]) -> tuple[float, float]:
-    """Return k of ``values = a + k x + c x**power``, with a term for each power, by Huber's M-estimate, and its error.
-
-    Two distinct x give the slope of the line through them, a single one gives nan.
-    """
-    terms = min(2 + len(powers), len(np.unique(x)))
-    if terms < 2:
-        return float("nan"), float("nan")
-    matrix = np.column_stack([np.ones_like(x), x, *(x**power for power in powers)])[:, :terms]
+def _slope(x: Array, values: Array, powers: Sequence[int], noise: float) -> tuple[float, float]:
+    """Return k of ``values = a + k x + c x**power``, a term for each power, by Huber's M-estimate, and its error."""
+    matrix = np.column_stack([np.ones_like(x), x, *(x**power for power in powers)])
     solution = np.linalg.lstsq(matrix, values, rcond=None)[0]
+    free = len(x) - matrix.shape[1]
     scale = 0.0
     for _ in range(20):
         residuals = values - matrix @ solution
         # Corrected for the number of fitted terms: any curve can make three of five residuals small.
-        scale = median_deviation(np.abs(residuals)) * np.sqrt(len(x) / max(len(x) - terms, 1))
+        scale = median_deviation(np.abs(residuals)) * np.sqrt(len(x) / max(free, 1))
         if scale <= 1e-12 * float(np.abs(values).max()):
             break
         weights = np.sqrt(np.minimum(1.0, _HUBER * scale / np.maximum(np.abs(residuals), 1e-300)))
         solution = np.linalg.lstsq(matrix * weights[:, None], values * weights, rcond=None)[0]
-    error = scale * float(np.sqrt(np.linalg.pinv(matrix.T @ matrix)[1, 1]))
-    return float(solution[1]), error
+    # A few residuals say little of the noise.
+    scale = max(scale, noise) if free > 3 else noise
+    return float(solution[1]), scale * float(np.sqrt(np.linalg.pinv(matrix.T @ matrix)[1, 1]))
+
+
+def _errors(fits: list[tuple[float, float]]) -> Iterator[tuple[float, float]]:
+    """Yield the error of each slope, and the slope; ``fits`` are slopes with standard errors, by number of terms."""
+    slopes = [slope for slope, _ in fits]
+    changes = np.abs(np.diff(slopes))
+    for i, (slope, error) in enumerate(fits):
+        if i + 1 < len(fits):
+            left_out = max(abs(slope - more) for more in slopes[i + 1 :])
+        elif i >= 2:
+            left_out = changes[-1] * min(changes[-1] / max(changes[-2], 1e-300), 1.0)
+        else:
+            # Two or three points: nothing shows what their polynomial leaves out.
+            left_out = 0.0 if i == 0 else changes[-1]
+        yield float(np.hypot(left_out, error)), slope

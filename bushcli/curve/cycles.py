@@ -171,6 +171,12 @@ def _cycle(
     # Of each hold only the first sample.
     pieces = [np.arange(b.start, b.start + 1 if b.kind == "hold" else b.stop) for b in part]
     counted = np.unique(np.concatenate([[begin], *pieces]))
+    chord = Curve(path.mode, path.displacement[counted], force[counted])
+    secant, x = chord.secant_stiffness(), chord.displacement
+    lowest, highest = float(x.min()), float(x.max())
+    span = (highest - lowest) or np.nan
+    ends = [np.count_nonzero(one) for one in (x <= lowest + _END * span, x >= highest - _END * span)]
+    means = np.sqrt(1 / max(ends[0], 1) + 1 / max(ends[1], 1))
     peak = float(force[begin:end][np.argmax(np.abs(force[begin:end]))])
     return Cycle(
         number=part[0].cycle,
@@ -180,7 +186,7 @@ def _cycle(
         closed=closed,
         energy=energy,
         loss=loss,
-        secant=_secant(Curve(path.mode, path.displacement[counted], force[counted]), noise),
+        secant=Uncertain(secant, float(np.hypot(noise.force, secant * noise.displacement) * means / span)),
         peak_force=Uncertain(peak, noise.force),
     )
 
@@ -231,14 +237,3 @@ def _weights(x: Array, closed: bool) -> Array:
         return np.asarray(0.5 * (np.roll(ring, -1) - np.roll(ring, 1)))
     padded = np.concatenate([x[:1], x, x[-1:]])
     return np.asarray(0.5 * (padded[2:] - padded[:-2]))
-
-
-def _secant(curve: Curve, noise: Noise) -> Uncertain:
-    value = curve.secant_stiffness()
-    low, high = float(curve.displacement.min()), float(curve.displacement.max())
-    if low == high:
-        return Uncertain(float("nan"), float("nan"))
-    near_low = np.count_nonzero(curve.displacement <= low + _END * (high - low))
-    near_high = np.count_nonzero(curve.displacement >= high - _END * (high - low))
-    one = np.hypot(noise.force, value * noise.displacement)
-    return Uncertain(value, float(one * np.sqrt(1 / near_low + 1 / near_high) / (high - low)))

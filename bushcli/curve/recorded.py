@@ -212,6 +212,11 @@ class Recording(Curve):
         return "static"
 
     @property
+    def of_one_motion(self) -> bool:
+        """Whether the sleeve is driven in one motion, and not along a path of six."""
+        return self.six is None
+
+    @property
     def has_time(self) -> bool:
         """Whether rates are known."""
         return self.time is not None

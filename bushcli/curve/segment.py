@@ -121,11 +121,18 @@ def segment(
         size = 2 if _reverse(every, groups[-1] if groups else ()) else 1
         groups.append(every[:size])
         every = every[size:]
-    # A dip before the first cycle, and the way back to rest after the last one, are no cycles.
-    if len(groups) > 1 and _leads_in(groups[0], groups[1]):
-        groups[:2] = [[*groups[0], *groups[1]]]
-    if len(groups) > 1 and _runs_out(groups[-2], groups[-1]):
-        groups[-2:] = [[*groups[-2], *groups[-1]]]
+    # A dip before the first cycle, and the way back to rest or to a preload after the last one, are no cycles.
+    if len(groups) > 1 and len(groups[0]) == 1 and not groups[0][0].whole:
+        one, after = groups[0][0], groups[1]
+        if one.height < OVERSHOOT * after[0].height or _at_preload(one, after, after[0].begin):
+            groups[:2] = [[one, *after]]
+    if len(groups) > 1 and len(groups[-1]) == 1 and not groups[-1][0].whole:
+        before, one = groups[-2], groups[-1][0]
+        # A last loading as far as before is half a cycle more; a mere return to rest is not.
+        least = AT_THE_TURN * max(abs(each.furthest) for each in before)
+        returns = abs(one.furthest) < least or one.height == 0.0
+        if _at_preload(one, before, one.begin) if one.reverses else returns:
+            groups[-2:] = [[*before, one]]
     numbers = {one.number: i for i, group in enumerate(groups, 1) for one in group}
     return tuple(replace(branch, cycle=numbers[branch.cycle]) for branch in found)
 
@@ -251,12 +258,12 @@ def _is_abrupt(q: Sequence[float], x: Sequence[float], start: int, stop: int, ba
 
     At the crest of a sine, where the band takes a time t to leave, the next takes more than 0.37 t.
     """
-    patience = 0.3 * (x[stop - 1] - x[start])
-    before = q[bisect_left(x, x[start] - patience) : start]
+    margin = 0.3 * (x[stop - 1] - x[start])
+    before = q[bisect_left(x, x[start] - margin) : start]
     # The median is no further than a band from any sample: most stretches are none by that alone.
     if start and not (before and max(max(before) - q[start], q[start] - min(before)) > 0.5 * band):
         return False
-    after = q[stop : bisect_right(x, x[stop - 1] + patience)]
+    after = q[stop : bisect_right(x, x[stop - 1] + margin)]
     ordered, half = sorted(q[start:stop]), (stop - start) // 2
     centre = 0.5 * (ordered[half] + ordered[-1 - half])
     low, high = centre - 1.5 * band, centre + 1.5 * band
@@ -325,6 +332,11 @@ class _Excursion:
         """Distance from the beginning to the furthest displacement."""
         return abs(self.furthest - self.begin)
 
+    @property
+    def whole(self) -> bool:
+        """Whether it is a cycle of its own."""
+        return self.loop and self.reverses
+
 
 def _reverse(every: Sequence[_Excursion], before: Sequence[_Excursion]) -> bool:
     """Whether the first two excursions are the halves of one cycle, after the cycle `before`."""
@@ -365,25 +377,6 @@ def _at_preload(one: _Excursion, cycle: Sequence[_Excursion], turn: float) -> bo
 
 def _alike(one: float, other: float) -> bool:
     return abs(one - other) <= _ALIKE * max(one, other)
-
-
-def _leads_in(first: Sequence[_Excursion], after: Sequence[_Excursion]) -> bool:
-    """Whether what precedes a cycle is an overshoot, or only the way to it."""
-    one = first[0]
-    if len(first) > 1 or (one.loop and one.reverses):
-        return False
-    return one.height < OVERSHOOT * after[0].height or _at_preload(one, after, after[0].begin)
-
-
-def _runs_out(before: Sequence[_Excursion], last: Sequence[_Excursion]) -> bool:
-    """Whether the path after the last cycle does not reverse: it leads to a preload, or back to rest."""
-    one, largest = last[0], max(abs(each.furthest) for each in before)
-    if len(last) > 1 or (one.loop and one.reverses):
-        return False
-    if not one.reverses:
-        # A last loading as far as before is half a cycle more; a mere return to rest is not.
-        return abs(one.furthest) < AT_THE_TURN * largest or one.height == 0.0
-    return _at_preload(one, before, one.begin)
 
 
 def _overshoot(pieces: list[tuple[int, int, bool]], place: int, q: Array) -> float:

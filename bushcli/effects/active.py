@@ -158,15 +158,7 @@ class ActiveEffect:
 
 
 def identity(effect: Effect, channels: tuple[str, ...] | None) -> str:
-    """Return the name by which models are compared: "gain@radial" for an effect of a rig, else the effect's own name.
-
-    Parameters
-    ----------
-    effect : Effect
-        Effect as registered.
-    channels : tuple of str or None
-        Channels that have it; the first one names the rig. None for all channels.
-    """
+    """Return the name by which models are compared: "gain@radial" of an effect of a rig, else the effect's own name."""
     return in_rig(effect.name, channels[0]) if effect.of_rig and channels else effect.name
 
 

@@ -99,6 +99,8 @@ class EffectParameter:
         The choice of the effect with which the parameter is used; empty for any.
     searched : bool
         Whether a diagnosis may add it to a model; else only a case file gives it.
+    of_amplitude : bool
+        Whether it refines how the effect depends on the amplitude, so that tables of several amplitudes show it.
     within : (str, float) or None
         "thickness" or "length" of the rubber or their quotient, and the share of it that the value's size must not
         exceed: beyond it there is no such bushing.
@@ -130,6 +132,7 @@ class EffectParameter:
     twins: tuple[tuple[str, str], ...] = ()
     under: str = ""
     searched: bool = True
+    of_amplitude: bool = False
     within: tuple[Literal["thickness", "length", "thickness/length"], float] | None = None
     prior: Prior | None = None
 
@@ -218,6 +221,8 @@ class Effect:
     name : str
     title : str
         Its name in reports, as at the start of a sentence.
+    of_a_person : bool
+        Whether the title begins with the name of a person, which keeps its capital within a sentence.
     summary : str
         Its meaning in one sentence.
     acts : {"rubber", "assembly", "rig"}
@@ -293,6 +298,7 @@ class Effect:
     source: str
     how_often: Literal["usual", "occasional", "rare"] = "rare"
     families: tuple[str, ...] = ()
+    of_a_person: bool = False
     fades: bool = False
     is_factor: bool = False
     in_force_law: ForceLawPart | None = None

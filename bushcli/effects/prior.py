@@ -4,7 +4,8 @@ A prior may be relative to the test at hand: a gap scales with the travel, a rel
 recording. `Scales` holds what priors are relative to.
 
 Amplitudes have a Student's t prior: its numbers are judged from few cases, and the thin tails of a normal would rule
-out a rig or an assembly that is outside all experience.
+out a rig or an assembly that is outside all experience. What is confined to something that the test shows, such as a
+zero within the travel, has a normal prior.
 
 References
 ----------
@@ -19,7 +20,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-Shape = Literal["half_t", "t", "log_normal", "log_uniform", "choice"]
+Shape = Literal["half_t", "t", "normal", "log_normal", "log_uniform", "choice"]
 Of = Literal[
     "",
     "duration",
@@ -63,13 +64,13 @@ class Prior:
 
     Attributes
     ----------
-    shape : {"half_t", "t", "log_normal", "log_uniform", "choice"}
-        A half-t is for amplitudes that cannot be negative, a t for those of either sign, both about zero.
+    shape : {"half_t", "t", "normal", "log_normal", "log_uniform", "choice"}
+        A half-t is for amplitudes that cannot be negative, a t and a normal for those of either sign, all about zero.
         A log-normal or log-uniform parameter is positive; where `signed`, its absolute value has this prior, and both
         signs are equally probable. A choice is one of the numbers 0, 1, 2, ..., all equally probable.
     low : float
-        For a (half-)t the standard deviation of the normal with the same 95 % range; median of a log-normal; lower end
-        of a log-uniform; number of choices.
+        Standard deviation of a normal, for a (half-)t that of the normal with the same 95 % range; median of a
+        log-normal; lower end of a log-uniform; number of choices.
     high : float
         Standard deviation of the natural logarithm of a log-normal; upper end of a log-uniform.
     of : str
@@ -128,7 +129,8 @@ class Prior:
             if self.shape == "half_t" and x < 0.0:
                 return -math.inf
             double = math.log(2.0) if self.shape == "half_t" else 0.0
-            return double + _PEAK - 0.5 * self._residual(x) ** 2 - math.log(self._scale * unit)
+            peak = -0.5 * math.log(2.0 * math.pi) if self.shape == "normal" else _PEAK
+            return double + peak - 0.5 * self._residual(x) ** 2 - math.log(self._scale * unit)
         if x == 0.0 or (x < 0.0 and not self.signed):
             return -math.inf
         size = abs(x)
@@ -183,7 +185,7 @@ class Prior:
         if not self.is_logarithmic:
             residual = self._residual(x)
             if residual == 0.0:
-                return 0.0, math.sqrt((FREEDOM + 1.0) / FREEDOM) / (self._scale * unit)
+                return 0.0, math.sqrt(self.weight(value, scales))
             return residual, self.weight(value, scales) * value / residual
         size = abs(x)
         if size <= 0.0:
@@ -198,7 +200,7 @@ class Prior:
         return 0.0, 0.0
 
     def weight(self, value: float, scales: Scales) -> float:
-        """Return the precision of the zero-mean normal whose log density has the same slope as this Student's t.
+        """Return the precision of the zero-mean normal whose log density has the same slope as this (half-)t or normal.
 
         Parameters
         ----------
@@ -207,21 +209,23 @@ class Prior:
         scales : Scales
             What the prior is relative to: duration (s), travel (mm or rad), force (N or N mm) and so on.
         """
-        unit = self.unit(scales)
-        return (FREEDOM + 1.0) / (FREEDOM * (self._scale * unit) ** 2 + value**2)
+        square = (self._scale * self.unit(scales)) ** 2
+        return 1.0 / square if self.shape == "normal" else (FREEDOM + 1.0) / (FREEDOM * square + value**2)
 
     def _residual(self, x: float) -> float:
-        """Return the signed root of twice the fall of the log density of a t from its peak."""
+        """Return the signed root of twice the fall of the log density of a t or normal from its peak."""
+        if self.shape == "normal":
+            return x / self.low
         fall = (FREEDOM + 1.0) * math.log1p((x / self._scale) ** 2 / FREEDOM)
         return math.copysign(math.sqrt(fall), x)
 
     @property
     def _scale(self) -> float:
-        """Scale of a t: its 95 % range is that of a normal with the standard deviation `low`."""
-        return self.low * QUANTILE / QUANTILE_OF_T
+        """Scale of a normal or t; the 95 % range of a t is that of a normal with the standard deviation `low`."""
+        return self.low if self.shape == "normal" else self.low * QUANTILE / QUANTILE_OF_T
 
     def median(self, scales: Scales) -> float:
-        """Return the median; of the absolute value if the prior is signed or a t."""
+        """Return the median; of the absolute value if the prior is signed, a t or a normal."""
         if self.shape == "choice":
             return 0.0
         unit = self.unit(scales)
@@ -229,8 +233,8 @@ class Prior:
             return self.low * unit
         if self.shape == "log_uniform":
             return math.sqrt(self.low * self.high) * unit
-        # Quartile of Student's t of three degrees of freedom.
-        return 0.764892 * self._scale * unit
+        # Quartiles of the normal and of Student's t of three degrees of freedom.
+        return (0.674490 if self.shape == "normal" else 0.764892) * self._scale * unit
 
     def range(self, scales: Scales) -> tuple[float, float]:
         """Return the 95 % interval; of the absolute value if the prior is signed, of a choice all indices."""
@@ -263,6 +267,8 @@ class Prior:
             return 1.0 if value in range(round(self.low)) else 0.0
         unit = self.unit(scales)
         x = value / unit
+        if self.shape == "normal":
+            return math.erfc(abs(x) / self.low / math.sqrt(2.0))
         if not self.is_logarithmic:
             return _beyond_of_t(abs(x) / self._scale)
         if x == 0.0 or (x < 0.0 and not self.signed):

@@ -187,10 +187,7 @@ def reading(
     ValueError
         A lag, or other times, where there is no time.
     """
-    lag = Signal(np.zeros(()), np.zeros(len(columns)))
-    for change, given in _changes(active, columns):
-        if change.clock is not None:
-            lag = lag + given[change.clock]
+    lag = _lag(active, columns)
     lagging = lag.value != 0.0 or np.any(lag.slope)
     if lagging or at is not None:
         if time is None:
@@ -198,6 +195,22 @@ def reading(
         force = _late(time, force, lag, time if at is None else at, corners)
     logged_at = time if at is None else at
     elapsed = None if time is None or logged_at is None else logged_at - time[0]
+    return _read(active, columns, force, elapsed)
+
+
+def _lag(active: Sequence[ActiveEffect], columns: Sequence[str]) -> Signal:
+    """Return the time by which the force is logged late, s."""
+    lag = Signal(np.zeros(()), np.zeros(len(columns)))
+    for change, given in _changes(active, columns):
+        if change.clock is not None:
+            lag = lag + given[change.clock]
+    return lag
+
+
+def _read(
+    active: Sequence[ActiveEffect], columns: Sequence[str], force: Signal, elapsed: Array | None
+) -> Signal:
+    """Return what the load cell reads of a force, at times since the recording began (s)."""
     for change, given in _changes(active, columns):
         if change.read is not None:
             force = change.read(force, elapsed, given)
@@ -226,10 +239,7 @@ def sampled(
     columns : sequence of str
         Full names of the P parameters, in the order of the derivatives.
     """
-    lag = Signal(np.zeros(()), np.zeros(len(columns)))
-    for change, given in _changes(active, columns):
-        if change.clock is not None:
-            lag = lag + given[change.clock]
+    lag = _lag(active, columns)
     matrix = interpolation(times - float(lag.value))
     slope = matrix @ force.slope
     if np.any(lag.slope):
@@ -238,11 +248,7 @@ def sampled(
         ahead, behind = (interpolation(times - float(lag.value) + sign * apart) for sign in (1.0, -1.0))
         rate = (ahead - behind) @ force.value / (2.0 * apart)
         slope = slope - rate[:, None] * lag.slope
-    logged = Signal(matrix @ force.value, slope)
-    for change, given in _changes(active, columns):
-        if change.read is not None:
-            logged = change.read(logged, times - times[0], given)
-    return logged
+    return _read(active, columns, Signal(matrix @ force.value, slope), times - times[0])
 
 
 def has_slope(one: ActiveEffect) -> bool:
@@ -315,11 +321,6 @@ def vibrating(
     def beside(moved: Signal) -> Signal:
         return parallel(active, moved, bare, local, np.zeros(3))
 
-    def read(load: Signal) -> Signal:
-        for change, given in changes:
-            load = load if change.read is None else change.read(load, np.zeros(3), given)
-        return load
-
     at_rest = Signal(np.full(3, q), np.zeros((3, len(local))))
     stop, carried = _rate(beside, q, held), beside(at_rest).sampled(np.array([1]))
     spring = _rate(lambda load: extension(active, load, local), float(carried.value[0]), carried.slope[0, 1:])
@@ -339,22 +340,13 @@ def vibrating(
         if change.clock is not None:
             late = np.exp(-1j * omega * given[change.clock].value)
             found = found.scaled(Signal(late, (-1j * omega * late)[:, None] * given[change.clock].slope[1:]))
-    gain = _rate(read, float(carried.value[0]), held)
+    gain = _rate(lambda load: _read(active, local, load, np.zeros(3)), float(carried.value[0]), held)
     whole = np.ones(len(omega))
     return found.scaled(Signal(gain.value * whole, np.tile(gain.slope, (len(whole), 1))))
 
 
 def _rate(change: Callable[[Signal], Signal], at: float, by: Array) -> Signal:
-    """Return the slope of a change of a signal at a value, and its derivatives (P,) by the parameters.
-
-    Parameters
-    ----------
-    change : callable
-        Of a signal (3,) whose first column is the derivative by itself, the others those by the parameters.
-    at : float
-    by : shape (P,)
-        Derivatives of this value by the parameters.
-    """
+    """Return the slope of a change of a signal at a value, and its derivatives (P,) by the parameters."""
     step = _NEAR * max(abs(at), 1.0)
     columns = np.column_stack([np.ones(3), np.tile(by, (3, 1))])
     found = change(Signal(at + step * np.array([-1.0, 0.0, 1.0]), columns)).slope

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bushcli.effects.effect import effects
-from bushcli.effects.names import PEOPLE, effect_name, rig_of, within
+from bushcli.effects.names import effect_name, rig_of
 
 UNKNOWN, NOTHING, FREE_LAW = "unknown", "nothing", "free_law"
 _TITLES = {
@@ -18,10 +18,16 @@ def title(name: str) -> str:
     own, rig = effect_name(name), rig_of(name)
     known = effects().get(own)
     words = _TITLES.get(own) or getattr(known, "title", "") or own.replace("_", " ").capitalize()
-    words = " ".join(word.capitalize() if word.capitalize() in PEOPLE else word for word in words.split())
     return f"{words} ({rig})" if rig else words
 
 
 def phrase(name: str) -> str:
     """Return the name of an effect within a sentence: "internal friction", "unknown physics"."""
     return within(title(name))
+
+
+def within(words: str) -> str:
+    """Return the title of an effect as part of a sentence: "internal friction", but "Mullins softening"."""
+    first = words.split(maxsplit=1)[0] if words else ""
+    people = {one.title.split()[0] for one in effects().values() if one.of_a_person}
+    return words if first in people or not first[1:].islower() else words[:1].lower() + words[1:]

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-import numpy as np
-
 from bushcli.case import Case, LoadCase
 from bushcli.effects.active import in_state, state_in_words
 from bushcli.errors import InputError, Problem
@@ -16,7 +14,7 @@ from bushcli.export.reduce import Progress, reduce
 from bushcli.export.source import ExportSource
 from bushcli.export.vibration import motions
 from bushcli.export.writer import Writer
-from bushcli.recording import read_program, read_recording
+from bushcli.recording import read_recording
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
@@ -75,8 +73,8 @@ def bushing_of(
     kept = replace(
         source.case,
         effects=settled,
-        load_cases=tuple(one for one in source.case.load_cases if one.six is None),
-        recordings=tuple(one for one in source.case.recordings if one.six is None),
+        load_cases=tuple(one for one in source.case.load_cases if one.label not in several),
+        recordings=tuple(one for one in source.case.recordings if one.label not in several),
     )
     tables = TableCache() if tables is None else tables
     if chosen.kind == "force_law":
@@ -160,7 +158,7 @@ def _simulated(
 def _several(case: Case) -> list[str]:
     """Return the names of the channels that move in six directions at once."""
     channels: tuple[LoadCase | Source, ...] = (*case.load_cases, *case.recordings)
-    return [name for (name, _), one in zip(case.channels, channels, strict=True) if one.six is not None]
+    return [one.label for one in channels if one.six is not None]
 
 
 def _nothing(source: ExportSource) -> InputError:
@@ -176,17 +174,14 @@ def _nothing(source: ExportSource) -> InputError:
 
 def _moved(case: Case, tables: TableCache) -> Iterator[tuple[str, str, Array]]:
     """Yield name, mode and displacement of the channels that move a bushing in one direction."""
-    channels: tuple[LoadCase | Source, ...] = (*case.load_cases, *case.recordings)
-    for (name, mode), channel in zip(case.channels, channels, strict=True):
-        if mode not in modes() or modes()[mode].specimen != "bushing":
+    for load in case.load_cases:
+        if modes()[load.mode].specimen != "bushing":
             continue
-        if isinstance(channel, Source):
-            yield name, mode, read_recording(channel, tables=tables).displacement
-        elif channel.by_force:
-            what = f"{name} prescribes a force: its travel is known only in a result"
+        if load.by_force:
+            what = f"{load.label} prescribes a force: its travel is known only in a result"
             remedy = f"run bushcli direct {case.path.name} -o DIR, and export DIR; or give it an amplitude"
             raise InputError(Problem(case.path.name, what, "", remedy))
-        elif channel.source is not None:
-            yield name, mode, read_program(channel.source, tables).displacement
-        else:
-            yield name, mode, np.array(channel.path, dtype=float)
+        yield load.label, load.mode, load.program(tables).displacement
+    for source in case.recordings:
+        if modes()[source.mode].specimen == "bushing":
+            yield source.label, source.mode, read_recording(source, tables=tables).displacement

@@ -18,15 +18,7 @@ def rubber(order: Order) -> ExportedRubber:
 
 
 def stresses(order: Order, factor: float = 1.0) -> Mapping[str, float]:
-    """Return the law's parameters in the order's units, the energy multiplied by a factor.
-
-    Parameters
-    ----------
-    order : Order
-        With a rubber.
-    factor : float
-        Dimensionless, such as the ratio of instantaneous to long-term stiffness.
-    """
+    """Return the law's parameters in the order's units, the energy multiplied by a factor."""
     from forms.law import law
 
     one = rubber(order)
@@ -79,29 +71,13 @@ def instantaneous_shares(one: ExportedRubber) -> list[tuple[float, float]]:
 
 
 def joined(numbers: Sequence[float], per_line: int = 8) -> str:
-    """Return numbers separated by commas, broken into lines.
-
-    Parameters
-    ----------
-    numbers : sequence of float
-        In the order and units of the card.
-    per_line : int
-        Largest number of values on a line.
-    """
+    """Return numbers separated by commas, at most `per_line` on a line."""
     texts = [f"{number:.10g}" for number in numbers]
     return "\n".join(", ".join(texts[i : i + per_line]) for i in range(0, len(texts), per_line))
 
 
 def field(number: float, width: int = 10) -> str:
-    """Return a number right-aligned in a field, with as many digits as fit behind one blank.
-
-    Parameters
-    ----------
-    number : float
-        Any finite number.
-    width : int
-        Characters.
-    """
+    """Return a number right-aligned in a field, with as many digits as fit behind one blank."""
     if not math.isfinite(number):
         raise ValueError(f"{number} cannot be written into a card")
     best, error = "", math.inf

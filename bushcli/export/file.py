@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from pathlib import Path
 
 from bushcli.errors import InputError, Problem
@@ -38,7 +39,11 @@ def check_file(path: Path) -> None:
         raise InputError(
             Problem(str(path), "lies in a folder that does not exist", "", "give another -o FILE")
         )
-    if path.exists() and not _is_own(path):
+    if path.exists():
+        with suppress(OSError), path.open("rb") as file:
+            head = file.read(_LOOKED_AT)
+            if _MARK in head or head.startswith(_TABLE) or (head.startswith(_ARCHIVE) and _ENTRY in head):
+                return
         what = "exists already and was not written by an earlier export"
         raise InputError(Problem(str(path), what, "", "give another -o FILE, or delete this one"))
 
@@ -68,12 +73,3 @@ def write_file(path: Path, content: bytes) -> None:
         raise InputError(Problem(str(path), what, "", "free some space, or give another -o FILE")) from None
     finally:
         part.unlink(missing_ok=True)
-
-
-def _is_own(path: Path) -> bool:
-    try:
-        with path.open("rb") as file:
-            head = file.read(_LOOKED_AT)
-            return _MARK in head or head.startswith(_TABLE) or (head.startswith(_ARCHIVE) and _ENTRY in head)
-    except OSError:
-        return False

@@ -26,17 +26,7 @@ LAWS = {
 
 
 def hyperelastic(order: Order, moduli: str = "", absent: float = 0.0) -> str:
-    """Return the keyword with its data lines.
-
-    Parameters
-    ----------
-    order : Order
-        With a rubber whose law is one of `LAWS`.
-    moduli : str
-        Further parameter of the keyword line, such as "MODULI=LONG TERM".
-    absent : float
-        Number for the D_i of the higher volumetric terms, which the law does not have, in the units of the order.
-    """
+    """Return the keyword with its data lines; `absent` is the number for D_i of volumetric terms that the law lacks."""
     law, values, D = rubber(order).law, stresses(order), incompressibility(order)
     keyword, numbers = LAWS[law], [*values.values(), D]
     if law == "yeoh":

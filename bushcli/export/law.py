@@ -44,17 +44,7 @@ class BushingLaw:
         }
 
     def data(self, name: str, title: str, units: UnitSystem) -> dict[str, Any]:
-        """Return the data of an FMU.
-
-        Parameters
-        ----------
-        name : str
-            Identifier of the model.
-        title : str
-            Title of the case.
-        units : UnitSystem
-            Units of the FMU's variables; angles in rad.
-        """
+        """Return the data of an FMU."""
         length, moment = f"{units.length:.12g}", f"{units.force * units.length:.12g}"
         errors = "; ".join(f"{one.name} {one.rms_percent:.2g} % rms" for one in self.channels)
         return {

@@ -122,15 +122,6 @@ def reduce(
 ) -> tuple[Reduced, ...]:
     """Return the force law of each channel.
 
-    Parameters
-    ----------
-    case : Case
-        Its material has parameters and its effects have values; effects of the rig are left out.
-    channels : sequence of (str, str, float, float)
-        Name, mode, least and largest displacement, mm or rad.
-    progress : callable or None
-        As in `bushcli.simulate.predict.predict`.
-
     Raises
     ------
     InputError

@@ -17,15 +17,7 @@ _TIMES = {"s": "second", "ms": "millisecond"}
 
 
 def block(name: str, lines: Sequence[str]) -> list[str]:
-    """Return the lines of a block, with a rule above it.
-
-    Parameters
-    ----------
-    name : str
-        Name of the block, in brackets in the file.
-    lines : sequence of str
-        Its content.
-    """
+    """Return the lines of a block, with a rule above it."""
     return [f"${name:->79s}", f"[{name}]", *lines]
 
 
@@ -43,15 +35,6 @@ def units_block(units: UnitSystem, angle: str) -> list[str]:
 
 def curve(order: Order, direction: str, of: str) -> list[str]:
     """Return rows of displacement (length or degrees) and force of a direction.
-
-    Parameters
-    ----------
-    order : Order
-        With a bushing.
-    direction : str
-        "FX" to "TZ"; the bushing's axis is z.
-    of : str
-        Name of the writer, for messages.
 
     Raises
     ------

@@ -107,13 +107,5 @@ def poisson_ratio(shear: float, bulk: float) -> float:
 
 
 def bulk_modulus(shear: float, ratio: float) -> float:
-    """Return the bulk modulus in MPa of an initial shear modulus and Poisson's ratio below 0.5.
-
-    Parameters
-    ----------
-    shear : float
-        MPa.
-    ratio : float
-        Dimensionless.
-    """
+    """Return the bulk modulus in MPa of an initial shear modulus and Poisson's ratio below 0.5."""
     return 2 * shear * (1 + ratio) / (3 * (1 - 2 * ratio))

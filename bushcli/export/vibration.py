@@ -73,12 +73,6 @@ class Vibration:
 def by_direction(vibrations: tuple[Vibration, ...], of: str) -> dict[str, Vibration]:
     """Return the vibration of each direction FX to TZ: of the first load case, at its first preload and amplitude.
 
-    Parameters
-    ----------
-    vibrations : tuple of Vibration
-    of : str
-        Name of the writer, for the message.
-
     Raises
     ------
     InputError

@@ -1,5 +1,8 @@
 """Faults of a table of dynamic stiffness: a wrong unit, rows that belong to no curve, sweeps at the same temperature.
 
+Whether a file has the loss angle or 90 degrees minus it follows with some probability from how the stiffness rises with
+frequency.
+
 The neighbours of a row on its own curve predict it: stiffness and loss are smooth over the logarithm of frequency or
 amplitude. How much a step of temperature changes them varies smoothly from step to step, too.
 """
@@ -43,6 +46,12 @@ _OFF, _SCATTER = 0.05, 10.0
 _STEADY = 15.0
 #: Sweeps at two temperatures that differ by less are the same.
 _SAME = 0.03
+#: Probability that a table has another angle than is taken for it, before its values are looked at, and that from which
+#: it is mentioned: as for units of static recordings (`bushcli.faults.scale`; judgement).
+_WRONG, _MENTIONED = 0.02, 0.5
+#: Error of pi/2 d ln |K*| / d ln f as the loss angle: rubber, rigs with a mass or a lag (rad; judgement). At least so
+#: many frequencies, over this factor, give it.
+_RISE, _FREQUENCIES, _WIDE = np.radians(8.0), 5, 4.0
 
 
 def table_faults(shape: Shape, tables: Sequence[DynamicTable]) -> tuple[DataFault, ...]:
@@ -66,9 +75,47 @@ def table_faults(shape: Shape, tables: Sequence[DynamicTable]) -> tuple[DataFaul
             where += f", and {count} more row{'s are' if count > 1 else ' is'} off, too" if count else ""
             remedy = "correct the conditions of the row, or delete it; fits leave it out"
             every.append(DataFault(table.name, "spikes", where, remedy, False, off))
-        every += _temperatures(table, off)
+        every += [*_temperatures(table, off), *_angle(table, off)]
         found += [fault for fault in every if fault.kind not in table.accepted_faults]
     return tuple(sorted(found, key=lambda fault: not fault.fatal))
+
+
+def _angle(table: DynamicTable, off: NDArray[np.bool_]) -> Iterator[DataFault]:
+    """Yield a fault if 90 degrees minus the loss angles suit the stiffness better.
+
+    What is linear and causal has a loss angle of about pi/2 d ln |K*| / d ln f (Booij and Thoone 1982,
+    doi:10.1007/BF01535664). The error of that is one for all rows of a table, the median of which counts.
+    """
+    seen, expected = [], []
+    for rows in table.conditions() if table.over_frequency else ():
+        rows = rows[~off[rows]]
+        x = np.log(table.frequency[rows])
+        if len(np.unique(x)) >= _FREQUENCIES and np.ptp(x) > np.log(_WIDE):
+            expected.append(0.5 * np.pi * np.polyfit(x, np.log(table.stiffness[rows]), 1)[0])
+            seen.append(float(np.mean(table.loss_angle[rows])))
+    if not seen:
+        return
+    delta, rise = float(np.median(seen)), float(np.median(expected))
+    probability = _probability(((delta - rise) / _RISE) ** 2, ((0.5 * np.pi - delta - rise) / _RISE) ** 2)
+    if probability < _MENTIONED:
+        return
+    shown, slope, other = np.degrees([delta, rise, 0.5 * np.pi - delta])
+    where = f"loss angles of {shown:.3g} degrees on average, where the rise of the stiffness with frequency means "
+    where += f"about {max(slope, 0.0):.2g}: with a probability of {probability:.3g} the loss angles are "
+    where += f"90 degrees minus those of the file, {other:.3g}"
+    remedy = 'loss_angle_is = "complement" in the recording\'s table, or "loss" if it has "complement"; if the file is '
+    remedy += 'read as it was measured, accept = ["loss_angle"]'
+    none = np.zeros(len(table), dtype=bool)
+    yield DataFault(table.name, "loss_angle", where, remedy, False, none, probability)
+
+
+def _probability(read: float, other: float) -> float:
+    """Return the probability of another reading of a table, from chi square of the present and of the other one.
+
+    However clear, it is an opinion: the numbers contradict no other statement.
+    """
+    odds = _WRONG / (1.0 - _WRONG) * np.exp(min(0.5 * (read - other), 20.0))
+    return float(odds / (1.0 + odds))
 
 
 def _unit(shape: Shape, table: DynamicTable) -> Iterator[DataFault]:
@@ -99,26 +146,12 @@ def _off_curve(table: DynamicTable) -> NDArray[np.bool_]:
     """Return which rows (n,) miss what their neighbours on the same curve predict; the worst is taken first."""
     off = np.zeros(len(table), dtype=bool)
     curves = [rows for rows in table.conditions() if len(rows) >= 6]
-    over = [np.log(table.frequency if table.over_frequency else table.amplitude)]
-    if table.over_frequency:
-        # Inertia, of the rubber or of a fixture, changes the stiffness with the square of the frequency.
-        over.append(table.frequency**2)
-    values = np.column_stack([np.log(table.stiffness), table.loss_angle])
-
-    def misses() -> Array:
-        found = np.zeros(len(table))
-        for rows in curves:
-            used = rows[~off[rows]]
-            if len(used) >= 5:
-                found[used] = _misses([one[used] for one in over], values[used])
-        return found
-
-    seen = misses()
+    seen = _misses(table, curves, ~off)
     while True:
         worst = int(np.argmax(seen))
         off[worst] = True
         # The rows beside it are predicted from it: their scatter is that without it.
-        others = misses()
+        others = _misses(table, curves, ~off)
         scatter = float(np.median(others[others > 0.0])) if (others > 0.0).any() else 0.0
         if seen[worst] <= max(_OFF, _SCATTER * scatter) or off.sum() > 1 + 0.1 * len(table):
             off[worst] = False
@@ -126,35 +159,38 @@ def _off_curve(table: DynamicTable) -> NDArray[np.bool_]:
         seen = others
 
 
-def _misses(over: Sequence[Array], values: Array) -> Array:
-    """Return how far (n,) each row is from the line through its neighbours, two on each side; relative, or rad.
+def _misses(table: DynamicTable, curves: Sequence[NDArray[np.intp]], used: NDArray[np.bool_]) -> Array:
+    """Return how far (n,) each used row of some curves is from the line through its neighbours, relative or rad.
 
-    The line is one over any of the coordinates. At the ends, where it would leave a curve, four neighbours on one side
-    may also lie on a parabola, or on a plane over two coordinates.
+    These are two on each side; the line is one over the place along the curve or over the square of the frequency,
+    with which inertia, of the rubber or of a fixture, changes the stiffness. At the ends, where it would leave a curve,
+    four neighbours on one side may also lie on a parabola, or on a plane over both.
     """
-    order = np.argsort(over[0], kind="stable")
-    axes, y = [one[order] for one in over], values[order]
-    found = np.zeros(len(y))
-    for i in range(len(y)):
-        near = np.argsort(np.abs(np.arange(len(y)) - i), kind="stable")[1:5]
-        if np.ptp(axes[0][near]) < 1e-9:
-            continue
-        from_row = [x[near] - x[i] for x in axes]
-        shapes = [[x] for x in from_row]
-        if i in (0, len(y) - 1):
-            shapes += [[x, x**2] for x in from_row]
-            shapes += [from_row] if len(from_row) > 1 else []
-        designs = [np.column_stack([np.ones(len(near)), *shape]) for shape in shapes]
-        fitted = [np.linalg.lstsq(one, y[near], rcond=None)[0][0] for one in designs]
-        found[i] = min(float(np.hypot(*(y[i] - value))) for value in fitted)
-    back = np.empty(len(y))
-    back[order] = found
-    return back
+    found = np.zeros(len(table))
+    values = np.column_stack([np.log(table.stiffness), table.loss_angle])
+    place = table.along
+    over = [place, table.frequency**2] if table.over_frequency else [place]
+    for curve in curves:
+        rows = curve[used[curve]]
+        rows = rows[np.argsort(place[rows], kind="stable")] if len(rows) >= 5 else rows[:0]
+        for i, row in enumerate(rows):
+            near = rows[np.argsort(np.abs(np.arange(len(rows)) - i), kind="stable")[1:5]]
+            if np.ptp(place[near]) < 1e-9:
+                continue
+            from_row = [x[near] - x[row] for x in over]
+            shapes = [[x] for x in from_row]
+            if i in (0, len(rows) - 1):
+                shapes += [[x, x**2] for x in from_row]
+                shapes += [from_row] if len(from_row) > 1 else []
+            designs = [np.column_stack([np.ones(len(near)), *shape]) for shape in shapes]
+            fitted = [np.linalg.lstsq(one, values[near], rcond=None)[0][0] for one in designs]
+            found[row] = min(float(np.hypot(*(values[row] - value))) for value in fitted)
+    return found
 
 
 def _belongs(table: DynamicTable, row: int) -> str:
     """Return in words the conditions of the other curve on which a row lies; empty if there is none."""
-    over = np.log(table.frequency if table.over_frequency else table.amplitude)
+    over = table.along
     for rows in table.conditions():
         if row in rows or len(rows) < 3:
             continue
@@ -174,7 +210,7 @@ def _belongs(table: DynamicTable, row: int) -> str:
 def _temperatures(whole: DynamicTable, off: NDArray[np.bool_]) -> Iterator[DataFault]:
     """Yield a fault for two sweeps at neighbouring temperatures that agree, while their neighbours differ."""
     table = whole.rows(~off)
-    over = np.log(table.frequency if table.over_frequency else table.amplitude)
+    over = table.along
     if np.isnan(over).any() or np.isnan(table.temperature).any():
         return
     curves = sorted(table.conditions(), key=lambda rows: float(np.mean(table.temperature[rows])))

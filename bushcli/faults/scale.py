@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -61,6 +61,7 @@ _FEIGNED = 3.0
 # Range of the recorded travel over the rubber's thickness (axial, radial), of the rotation in rad and of the strain of
 # a coupon; and a typical value.
 _TRAVEL = {"length": (1e-3, 5.0), "angle": (2e-3, math.pi), "strain": (2e-3, 12.0)}
+_REFERENCE = {"length": "the rubber's thickness", "angle": "a radian", "strain": "the specimen's length"}
 _USUAL = 0.3
 # Travel beyond which the unit is wrong whatever the stiffness is: a bushing 10 mm thick is not tested over
 # 0.01 mm.
@@ -123,6 +124,40 @@ class _Scale:
         """Quantity of the displacement: "length", "angle" or "strain"."""
         return _dimension(self.recording, "displacement")
 
+    def travels(self, factor: float = 1.0) -> bool:
+        """Whether its travel, times a factor, is that of a test."""
+        low, high = _TRAVEL[self.kind]
+        return low <= self.travel * factor <= high
+
+    @property
+    def plausible(self) -> bool:
+        """Whether most rubber may have its moduli, and a test its travel."""
+        low, high = self.modulus
+        return high >= _RUBBER[0] and low <= _RUBBER[1] and self.travels()
+
+    @property
+    def exchanged(self) -> _Scale:
+        """What it is with the columns exchanged: that of the force in the default unit of a displacement."""
+        low, high = self.stiffness
+        unit = UNITS[self.kind]["deg" if self.kind == "angle" else "mm"]
+        thickness = float(np.abs(self.recording.displacement).max()) / self.travel
+        travel = float(np.abs(self.recording.force).max()) * unit / thickness
+        return replace(self, stiffness=(1.0 / high / unit**2, 1.0 / low / unit**2), travel=travel)
+
+    @property
+    def moduli(self) -> str:
+        """Its shear moduli in words."""
+        low, high = self.modulus
+        least, most = (f"{value:.2g}" if value < 99.5 else f"{value:.0f}" for value in self.modulus)
+        span = least if high < 1.05 * low else f"{least} to {most}"
+        return f"the {self.recording.name} stiffness implies a shear modulus of {span} MPa"
+
+    @property
+    def way(self) -> str:
+        """Its largest displacement in words."""
+        times = f"{self.travel:.2g}" if self.travel < 10 else f"{self.travel:.0f}"
+        return f"a travel of {times} times {_REFERENCE[self.kind]}"
+
 
 @dataclass(frozen=True)
 class _Change:
@@ -167,7 +202,7 @@ def scales(shape: Shape, recordings: Sequence[Recording], bad: Sequence[Mask]) -
                 yield DataFault(
                     own.recording.name,
                     "swapped",
-                    f"{_moduli(one)} and {_moduli(other)}; with the two exchanged they agree: channel "
+                    f"{one.moduli} and {other.moduli}; with the two exchanged they agree: channel "
                     f'"{own.recording.name}" contains the data of "{its.recording.name}"',
                     "exchange the file names (or the columns) of the two [[recordings]]",
                     True,
@@ -178,10 +213,18 @@ def scales(shape: Shape, recordings: Sequence[Recording], bad: Sequence[Mask]) -
         rest = [
             other
             for other in known
-            if other is not one and other.recording.name not in done and _plausible(other)
+            if other is not one and other.recording.name not in done and other.plausible
         ]
-        found = _columns(one) or _unit(one, rest)
-        if found is not None:
+        possible = _IMPOSSIBLE[one.kind][0] <= one.travel <= _IMPOSSIBLE[one.kind][1]
+        if one.kind != "strain" and not possible and not one.plausible and one.exchanged.plausible:
+            yield DataFault(
+                one.recording.name,
+                "swapped",
+                f"{one.moduli}, and {one.way}: displacement and force are read from each other's column",
+                "name the columns in the table of this recording: columns = { displacement = ..., force = ... }",
+                True,
+            )
+        elif (found := _unit(one, rest)) is not None:
             yield found
 
 
@@ -190,66 +233,9 @@ def _dimension(recording: Recording, quantity: Quantity) -> str:
     return dimension(quantity, mode.specimen, mode.rotational)
 
 
-def _plausible(one: _Scale) -> bool:
-    low, high = one.modulus
-    return high >= _RUBBER[0] and low <= _RUBBER[1] and _travels(one, 1.0)
-
-
-def _travels(one: _Scale, factor: float) -> bool:
-    low, high = _TRAVEL[one.kind]
-    return low <= one.travel * factor <= high
-
-
 def _apart(one: tuple[float, float], other: tuple[float, float]) -> float:
     """Return the ratio between two intervals of moduli; 1 where they overlap."""
     return max(one[0] / other[1], other[0] / one[1], 1.0)
-
-
-# -- channels and columns that are exchanged -----------------------------------------------------------------------
-
-
-def _moduli(one: _Scale) -> str:
-    low, high = one.modulus
-    least, most = (f"{value:.2g}" if value < 99.5 else f"{value:.0f}" for value in one.modulus)
-    span = least if high < 1.05 * low else f"{least} to {most}"
-    return f"the {one.recording.name} stiffness implies a shear modulus of {span} MPa"
-
-
-def _columns(one: _Scale) -> DataFault | None:
-    """Return the fault of a file whose displacement was read from the column of the force and vice versa."""
-    if _plausible(one) or one.kind == "strain":
-        return None
-    low, high = one.stiffness
-    per_displacement = UNITS[one.kind]["deg" if one.kind == "angle" else "mm"]
-    # The force column, read as displacement in the default unit, and vice versa.
-    exchanged = (1.0 / high / per_displacement**2, 1.0 / low / per_displacement**2)
-    modulus = exchanged[0] / one.unit[1], exchanged[1] / one.unit[0]
-    thickness = float(np.abs(one.recording.displacement).max()) / one.travel
-    travel = float(np.abs(one.recording.force).max()) * per_displacement / thickness
-    lowest, largest = _TRAVEL[one.kind]
-    if not (_RUBBER[0] <= modulus[1] and modulus[0] <= _RUBBER[1] and lowest <= travel <= largest):
-        return None
-    if _IMPOSSIBLE[one.kind][0] <= one.travel <= _IMPOSSIBLE[one.kind][1]:
-        return None
-    return DataFault(
-        one.recording.name,
-        "swapped",
-        f"{_moduli(one)}, and {_travel(one)}: displacement and force are read from each other's column",
-        "name the columns in the table of this recording: columns = { displacement = ..., force = ... }",
-        True,
-    )
-
-
-_REFERENCE = {"length": "the rubber's thickness", "angle": "a radian", "strain": "the specimen's length"}
-
-
-def _travel(one: _Scale) -> str:
-    """Return the largest displacement in words."""
-    times = f"{one.travel:.2g}" if one.travel < 10 else f"{one.travel:.0f}"
-    return f"a travel of {times} times {_REFERENCE[one.kind]}"
-
-
-# -- units ------------------------------------------------------------------------------------------------------------
 
 
 def _unit(one: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
@@ -272,7 +258,7 @@ def _unit(one: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
     for change in changes:
         factor = change.force / change.displacement
         changed = low * factor, high * factor
-        if not _travels(one, change.displacement):
+        if not one.travels(change.displacement):
             continue
         if any(_apart(changed, other.modulus) > _TOGETHER for other in rest):
             continue
@@ -294,7 +280,7 @@ def _unit(one: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
     return DataFault(
         one.recording.name,
         "unit",
-        f"{_moduli(one)} at {_travel(one)}; {SHEAR_WORDS}, and with another unit it would be "
+        f"{one.moduli} at {one.way}; {SHEAR_WORDS}, and with another unit it would be "
         f"{middle * best.force / best.displacement:.2g} MPa{certain}",
         f'{remedy}; or accept = ["unit"] if the values are right',
         proved,

@@ -76,6 +76,19 @@ class _Miss:
         """The misses from the last sample to the first."""
         return _Miss(self.score[::-1], self.large[::-1], self.alone[::-1], self.clean[::-1])
 
+    def agreed(self, other: _Miss) -> Array:
+        """Return by how many standard deviations (n,) both miss each sample in one direction; 0 where they do not."""
+        with np.errstate(invalid="ignore"):
+            least = np.minimum(np.abs(self.score), np.abs(other.score))
+            # Few samples are missed by as much.
+            at = np.flatnonzero((least >= _BOTH) & self.large & other.large & (self.score * other.score > 0))
+        own, its = self.clean[at], other.clean[at]
+        sure = np.abs(np.where(own, self.score[at], other.score[at])) >= _ALONE
+        at = at[(own & its) | (sure & (own | its))]
+        found = np.zeros(len(least))
+        found[at] = least[at]
+        return found
+
 
 def spikes(
     values: Array, x: Array, branch: NDArray[np.int_], explained: Array | float = 0.0, ends: bool = False
@@ -113,7 +126,7 @@ def _largest(values: Array, x: Array, branch: NDArray[np.int_], floor: Array, en
         block = np.full(n, np.inf)
         for k in range(width):
             before, after = left[k], right[width - k - 1]
-            one = _agreed(before, after)
+            one = before.agreed(after)
             for side, other in ((after, before), (before, after)) if ends else ():
                 none = np.flatnonzero(np.isnan(other.score))
                 one[none] = np.where(side.alone[none], np.abs(side.score[none]), 0.0)
@@ -138,20 +151,6 @@ def _largest(values: Array, x: Array, branch: NDArray[np.int_], floor: Array, en
     starts = high[best[high] == around.max(axis=1)]
     samples = [s + k for s in starts for k in range(int(np.argmax(height[:, s])) + 1)]
     return np.array(samples, dtype=np.intp)
-
-
-def _agreed(left: _Miss, right: _Miss) -> Array:
-    """Return by how many standard deviations (n,) both sides miss each sample in one direction; 0 if they do not."""
-    with np.errstate(invalid="ignore"):
-        least = np.minimum(np.abs(left.score), np.abs(right.score))
-        # Few samples are missed by as much.
-        at = np.flatnonzero((least >= _BOTH) & left.large & right.large & (left.score * right.score > 0))
-    clean = left.clean[at], right.clean[at]
-    sure = np.abs(np.where(clean[0], left.score[at], right.score[at])) >= _ALONE
-    at = at[(clean[0] & clean[1]) | (sure & (clean[0] | clean[1]))]
-    found = np.zeros(len(least))
-    found[at] = least[at]
-    return found
 
 
 def _miss(

@@ -41,17 +41,7 @@ FINE = 1e-4
 
 @dataclass(frozen=True)
 class CorrelatedErrors:
-    """Errors of the samples of a recording.
-
-    Attributes
-    ----------
-    variance : float
-        Of one sample, in the square of the error's unit.
-    correlation : float
-        Between neighbours.
-    time : float
-        How many neighbouring samples count as one.
-    """
+    """Errors of samples: variance of one, correlation of neighbours, and how many neighbouring ones count as one."""
 
     variance: float
     correlation: float
@@ -72,7 +62,10 @@ def errors_of(residual: Array, rows: Array, freedom: float) -> CorrelatedErrors:
         return CorrelatedErrors(plain, 0.0, 1.0)
     # A constant error does not correlate neighbours. What several recordings fit together is not orthogonal to the
     # rows of each; without its part along them, the residual is that of a fit of this recording alone.
-    basis = _basis(np.column_stack([rows, np.ones(n)]))
+    columns = np.column_stack([rows, np.ones(n)])
+    length = np.linalg.norm(columns, axis=0)
+    left_vectors, size, _ = np.linalg.svd(columns / np.where(length > 0.0, length, 1.0), full_matrices=False)
+    basis = left_vectors[:, size > RANK * size[0]]
     rest = residual - basis @ (basis.T @ residual)
     if float(rest @ rest) <= ROUNDING * power:
         return CorrelatedErrors(plain, 0.0, 1.0)
@@ -96,13 +89,6 @@ def correlated(correlation: float, rows: Array) -> Array:
 def _time(correlation: float) -> float:
     """Sum of correlation^|k| over all k."""
     return (1.0 + correlation) / (1.0 - correlation)
-
-
-def _basis(rows: Array) -> Array:
-    """Orthonormal basis of the columns of rows (n, p), each scaled to its length."""
-    length = np.linalg.norm(rows, axis=0)
-    left, size, _ = np.linalg.svd(rows / np.where(length > 0.0, length, 1.0), full_matrices=False)
-    return np.asarray(left[:, size > RANK * size[0]])
 
 
 def _correlation(rest: Array, basis: Array) -> float:

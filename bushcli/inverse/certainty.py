@@ -11,7 +11,7 @@ from scipy.special import stdtrit
 
 from bushcli.curve.misfit import correlation_time
 from bushcli.inverse.autoregression import errors_of
-from bushcli.inverse.problem import LeastSquaresProblem
+from bushcli.inverse.problem import LeastSquaresProblem, weighted
 from bushcli.inverse.result import NORMAL, Combination
 
 Array = NDArray[np.float64]
@@ -29,17 +29,11 @@ LEAST_FREEDOM = 3.0
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """How well the curves determine the parameters.
+    """How well the curves determine the parameters."""
 
-    Attributes
-    ----------
-    covariance : (p, p) array
-        Of the parameters, in their units; infinite variances of those that the curves leave open.
-    freedom : float
-        Independent samples less parameters: degrees of freedom of Student's distribution.
-    """
-
+    # Shape (p, p), in the units of the parameters; infinite variances of those that the curves leave open.
     covariance: Array
+    # Independent samples less parameters: degrees of freedom of Student's distribution.
     freedom: float
 
     @property
@@ -65,16 +59,14 @@ def uncertainty(problem: LeastSquaresProblem, x: Array) -> Uncertainty:
     forces = problem.forces(x)
     if forces is None:
         return Uncertainty(np.full((len(x), len(x)), np.nan), np.inf)
-    slopes, middle, independent = [], np.zeros((len(x), len(x))), 0.0
-    freedom = len(x) / len(problem.channels)
-    for channel, (force, slope) in zip(problem.channels, forces, strict=True):
-        weight = 1.0 / (channel.scale * np.sqrt(len(force)))
-        residual, rows = (force - channel.measured) * weight, slope * weight[:, None]
-        errors = errors_of(residual, rows, freedom)
+    middle, independent = np.zeros((len(x), len(x))), 0.0
+    channels = weighted(problem.channels, forces)
+    for residual, rows in channels:
+        errors = errors_of(residual, rows, len(x) / len(channels))
         middle += errors.between(rows)
-        independent += len(force) / errors.time
-        slopes.append(rows)
-    bread, is_open = inverted(sum(rows.T @ rows for rows in slopes))
+        independent += len(residual) / errors.time
+    every = np.vstack([rows for _, rows in channels])
+    bread, is_open = inverted(every.T @ every)
     covariance = np.asarray(bread @ middle @ bread)
     covariance[is_open, is_open] = np.inf
     return Uncertainty(covariance, max(independent - len(x), LEAST_FREEDOM))
@@ -104,14 +96,12 @@ def leverage(problem: LeastSquaresProblem, x: Array) -> dict[str, dict[str, floa
     forces = problem.forces(x)
     if forces is None:
         return {}
-    rows = [
-        slope / (c.scale * np.sqrt(len(c.scale)))[:, None]
-        for c, (_, slope) in zip(problem.channels, forces, strict=True)
-    ]
-    bread, _ = inverted(sum(r.T @ r for r in rows))
+    rows = [slope for _, slope in weighted(problem.channels, forces)]
+    every = np.vstack(rows)
+    bread, _ = inverted(every.T @ every)
     changes = {}
     for channel, row, (force, _) in zip(problem.channels, rows, forces, strict=True):
-        error = 0.01 * force / (channel.scale * np.sqrt(len(channel.scale)))
+        error = 0.01 * force / (channel.scale * np.sqrt(len(force)))
         change = bread @ row.T @ error / np.where(x == 0, 1.0, x)
         changes[channel.name] = dict(zip(problem.names, map(float, change), strict=True))
     return changes

@@ -116,26 +116,16 @@ class StepLimit:
 
 
 class FitChannel(ABC):
-    """What a least-squares problem asks of a channel: measured rows, their scale, and the model's answer to each.
-
-    Attributes
-    ----------
-    name : str
-    model : FiniteElementModel
-    active : tuple of ActiveEffect
-        Effects that act on it, at its temperature.
-    coupon : bool
-        Whether the data are from a material test.
-    measured : shape (n,)
-        Measured rows, proportional to the stiffness of the specimen.
-    scale : shape (n,)
-        Size of a unit of misfit at each row; inf where it is not used.
-    """
+    """What a least-squares problem asks of a channel: measured rows, their scale, and the model's answer to each."""
 
     model: FiniteElementModel
+    # Effects that act on it, at its temperature.
     active: tuple[ActiveEffect, ...] = ()
+    # Whether the data are from a material test.
     coupon: bool = False
+    # Measured rows (n,), proportional to the stiffness of the specimen.
     measured: Array
+    # Size of a unit of misfit at each row (n,); inf where it is not used.
     scale: Array
 
     @property
@@ -290,7 +280,7 @@ class SweptChannel(Channel):
                 ends.append(principal_stretches(self.model).reshape(-1, 3))
 
         history = sweep(
-            self.model, self.targets, sensitivity=tuple(names), observer=at_the_end, patience=limit.steps
+            self.model, self.targets, sensitivity=tuple(names), observer=at_the_end, failure_limit=limit.steps
         )
         limit.learn(history)
         none = np.zeros((len(history.force), 0))
@@ -353,7 +343,7 @@ class FollowedChannel(Channel):
     ) -> ChannelForces:
         limit = StepLimit() if limit is None else limit
         try:
-            answer = self.simulation.solve(parameters, names, patience=limit.steps)
+            answer = self.simulation.solve(parameters, names, failure_limit=limit.steps)
         except NoEquilibrium as error:
             raise unsolved(str(error)) from None
         limit.learn(answer.history)

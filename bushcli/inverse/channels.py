@@ -9,18 +9,15 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.curve.earlier import earlier
-from bushcli.effects.active import acting, require_time
 from bushcli.errors import InputError, Problem
 from bushcli.faults import bad_samples
 from bushcli.inverse.channel import Channel, Corrected, FollowedChannel, SweptChannel
 from bushcli.inverse.result import Weighting
-from bushcli.recording import Recording, displacement_noise, on_branch, read_coupon
+from bushcli.recording import Recording, on_branch, read_coupon
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.measured import Measured
-from bushcli.simulate.reaction import Paths, reaction
-from bushcli.simulate.simulation import FollowedPath, Simulation
+from bushcli.simulate.reaction import Paths, followed
 from cases.mode import modes
 from cases.simulate import Prepare, Rubber, prepare
 from geometry.shape import Shape, shapes
@@ -47,39 +44,12 @@ def curve_channel(
     bad: NDArray[np.bool_] | None = None,
     branch: str = "",
 ) -> Channel:
-    """Return the channel of a recording: of the case's bushing, or of another shape.
-
-    Raises
-    ------
-    InputError
-        The recording has no time, which an effect needs.
-    """
+    """Return the channel of a recording: of the case's bushing, or of another shape. An effect may require its time."""
     shape, mode, mesh = shape or case.geometry, modes()[recording.mode], case.mesh.refinement
     bad = bad_samples(recording) if bad is None else bad
-    active = acting(case.effects, recording.name, recording.mode)
-    simulation: FollowedPath
-    if recording.six is not None:
-        paths = {} if paths is None else paths
-        simulation = reaction(recording, recording.six, paths, shape, rubber, case, mesh, comm, prepared)
-    elif active:
-        path = recording.record
-        if path.time is None:
-            require_time(active, recording.name, recording.mode, str(recording.source))
-        simulation = Simulation(
-            shape,
-            mode,
-            rubber,
-            mesh,
-            active,
-            path.time,
-            path.displacement,
-            displacement_noise(path),
-            comm,
-            prepared,
-            earlier(path),
-            path.temperature,
-        )
-    else:
+    paths = {} if paths is None else paths
+    simulation = followed(recording, case, shape, rubber, mesh, comm, prepared, paths)
+    if simulation is None:
         return SweptChannel(recording, prepared(shape, mode, rubber, mesh, comm), weighting, bad, branch)
     return FollowedChannel(recording, simulation, weighting, bad, branch, corrected)
 
@@ -106,12 +76,7 @@ def fitted_branch(source: Source, recording: Recording) -> tuple[str, NDArray[np
     """Return the branch of a coupon to which a law is fitted, and which samples (n,) belong to it.
 
     A law has no memory: fitted to loading and unloading it would follow neither, but their mean. The branch is empty
-    where the recording has no other.
-
-    Raises
-    ------
-    InputError
-        The case chooses a branch of which there are too few samples.
+    where the recording has no other. Raises `InputError` where the branch that the case chooses has too few samples.
     """
     whole = np.ones(len(recording.displacement), dtype=bool)
     if source.branch == "both":
@@ -170,9 +135,9 @@ def dynamic_channels(
     from bushcli.simulate.dynamic_tables import by_temperature
 
     return [
-        DynamicChannel(one.rows(rows), rubber, case, comm, temperature=temperature)
-        for one in read
-        for rows, temperature in by_temperature(case, one)
+        DynamicChannel(table.rows(rows), rubber, case, comm, temperature=temperature)
+        for table in read
+        for rows, temperature in by_temperature(case, table)
     ]
 
 

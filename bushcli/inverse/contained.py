@@ -43,26 +43,16 @@ APART = 3.0
 
 @dataclass(frozen=True)
 class ContainedPart:
-    """An effect, one branch more of it, or one term more of the law.
-
-    Attributes
-    ----------
-    names : tuple of str
-        Its identified parameters.
-    off : mapping of str to float
-        Values of its amplitudes with which it is absent.
-    grid : mapping of str to tuple of float
-        Values of its other parameters that are tried, the start value first.
-    after : str
-        The effect or law whose earlier branches or terms come first.
-    earlier : mapping of str to str
-        The same parameters of the branch or term before it; empty for the first.
-    """
+    """An effect, one branch more of it, or one term more of the law: its identified parameters by name."""
 
     names: tuple[str, ...]
+    # Values of its amplitudes with which it is absent.
     off: Mapping[str, float]
+    # Values of its other parameters that are tried, the start value first.
     grid: Mapping[str, tuple[float, ...]]
+    # The effect or law whose earlier branches or terms come first.
     after: str
+    # The same parameters of the branch or term before it; empty for the first.
     earlier: Mapping[str, str]
 
 
@@ -180,8 +170,8 @@ def from_contained(
             starts = [np.where([name in chosen.names for name in problem.names], start, lowest.x)]
         if set(chosen.earlier) == set(chosen.names):
             starts.append(_split(problem, lowest.x, chosen))
-        for begin in starts:
-            lowest = _lower(problem, lowest, begin, free, loss)
+        for begins_at in starts:
+            lowest = _lower(problem, lowest, begins_at, free, loss)
     for i, part in enumerate(added if lowest is not None else ()):
         # A part took its place without those of other effects that came after it: it is tried again beside them.
         if lowest is None or all(later.after == part.after for later in added[i:]):
@@ -216,10 +206,10 @@ def _shortened(problem: LeastSquaresProblem, x: Array, point: Array) -> Array:
 
 
 def _lower(
-    problem: LeastSquaresProblem, lowest: Minimum, begin: Array, free: Sequence[str], loss: Loss
+    problem: LeastSquaresProblem, lowest: Minimum, begins_at: Array, free: Sequence[str], loss: Loss
 ) -> Minimum:
     """Search from another point, shape (p,); return the lower of both minima."""
-    further = _searched(problem, begin, free, loss)
+    further = _searched(problem, begins_at, free, loss)
     if further is None or not further.cost < (1.0 - problem.stopping.tolerance) * lowest.cost:
         return lowest
     return replace(further, iterations=lowest.iterations + further.iterations)

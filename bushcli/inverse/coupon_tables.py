@@ -74,7 +74,13 @@ def fit_tables(
         table = table.rows(~off)
         if swept := _sweeps(table):
             fits.append(TableSweep(table, swept))
-        table = _linear(table)
+        # The rows of the smallest amplitude and of the preload nearest to zero: a spectrum is linear.
+        linear = np.ones(len(table), dtype=bool)
+        for values in (table.amplitude, np.abs(table.preload), np.abs(table.preload_force)):
+            if not np.isnan(values).any():
+                # The amplitudes of one sweep scatter by some per cent about the value asked.
+                linear &= values <= 1.1 * values[linear].min() + 1e-12
+        table = table.rows(linear)
         count = len(np.unique(np.round(np.log(table.frequency), 2)))
         if count < _FEWEST and swept:
             continue
@@ -102,14 +108,3 @@ def _sweeps(table: DynamicTable) -> tuple[ThinnedFit, ...]:
     parts = [table.rows(step == k) for k in np.unique(step)]
     parts = [part for part in parts if len(np.unique(np.round(np.log(part.amplitude), 1))) >= _AMPLITUDES]
     return tuple(fit_thinned(part, float(shear)) for part in parts)
-
-
-def _linear(table: DynamicTable) -> DynamicTable:
-    """Return the rows of the smallest amplitude and of the preload nearest to zero."""
-    linear = np.ones(len(table), dtype=bool)
-    for values in (table.amplitude, np.abs(table.preload), np.abs(table.preload_force)):
-        known = ~np.isnan(values)
-        if known.all():
-            # The amplitudes of one sweep scatter by some per cent about the value asked.
-            linear &= values <= 1.1 * values[linear].min() + 1e-12
-    return table.rows(linear)

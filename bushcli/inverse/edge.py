@@ -33,18 +33,41 @@ POOR, SHRINK, GOOD, GROW = 0.25, 0.25, 0.75, 2.0
 
 def along_the_edge(problem: LeastSquaresProblem, ended: Minimum) -> Minimum:
     """Continue a search that the law's stability held back, to a minimum within the edge of stability."""
-    x, radius, steps, rejected, predicted = ended.x, np.inf, 0, 0, np.inf
+    x, steps, settled = descend(problem, ended.x, min(STATIONARY, problem.stopping.tolerance))
+    if not steps or not problem.cost(x) < ended.cost:
+        return ended
+    return replace(
+        ended,
+        x=x,
+        cost=problem.cost(x),
+        iterations=ended.iterations + steps,
+        converged=settled,
+        message="a minimum within the edge of stability" if settled else "no further step lowers the misfit",
+        beside_failure=ended.beside_failure and not settled,
+        at_edge=bool(problem.instability(x).max(initial=0.0) > ACTIVE),
+        stationary=False,
+    )
+
+
+def descend(
+    problem: LeastSquaresProblem, x: Array, enough: float, held: int | None = None
+) -> tuple[Array, int, bool]:
+    """Lower the misfit from a solvable point, within the edge of stability, with one parameter held, if any.
+
+    Returned are the point (p,), the number of trials, and whether it is a minimum: no step is predicted to remove a
+    share of more than `enough` of the sum of squares.
+    """
+    radius, steps, rejected, predicted, settled = np.inf, 0, 0, np.inf, False
     value, slope = problem.residual(x), problem.jacobian(x)
-    enough = min(STATIONARY, problem.stopping.tolerance)
-    settled = False
+    least = NOTHING * len(problem.channels)
     while steps < STEPS and rejected < WALL and not settled:
         before = float(value @ value)
         # Steps are measured by the misfit: the rows of stability change too fast.
-        at = _Linearised(problem, x, value, slope)
-        trial, left = at.step(radius)
+        at = Linearised(problem, x, value, slope)
+        trial, left = at.step(radius, held)
         predicted = before - left
         length = float(np.linalg.norm((trial - x) * at.norms))
-        if predicted <= enough * max(before, NOTHING * len(problem.channels)):
+        if predicted <= enough * max(before, least):
             settled = True
             break
         if length <= min(problem.stopping.tolerance, SHORT) * float(np.linalg.norm(x * at.norms)):
@@ -62,23 +85,11 @@ def along_the_edge(problem: LeastSquaresProblem, ended: Minimum) -> Minimum:
         elif fell > GOOD * predicted:
             radius = GROW * max(radius, length)
     # Where trials no longer fall by what is predicted, which is next to nothing, the march's own error hides the rest.
-    settled = settled or predicted <= STATIONARY * max(float(value @ value), NOTHING * len(problem.channels))
-    if not steps or not float(value @ value) < ended.cost * len(problem.channels):
-        return ended
-    return replace(
-        ended,
-        x=x,
-        cost=problem.cost(x),
-        iterations=ended.iterations + steps,
-        converged=settled,
-        message="a minimum within the edge of stability" if settled else "no further step lowers the misfit",
-        beside_failure=ended.beside_failure and not settled,
-        at_edge=bool(problem.instability(x).max(initial=0.0) > ACTIVE),
-        stationary=False,
-    )
+    settled = settled or predicted <= STATIONARY * max(float(value @ value), least)
+    return x, steps, settled
 
 
-class _Linearised:
+class Linearised:
     """The linearised misfit about a point, and the exact stability beside it, by changes s in units of their columns.
 
     Parameters
@@ -118,11 +129,18 @@ class _Linearised:
         rows, margins = self.problem.penalty_and_margins(x)
         return np.concatenate([[rows @ rows], margins])
 
-    def step(self, radius: float) -> tuple[Array, float]:
-        """Return the point (p,) with the least linearised misfit within edge, bounds and radius, and what it leaves."""
+    def step(
+        self, radius: float = np.inf, held: int | None = None, value: float = 0.0
+    ) -> tuple[Array, float]:
+        """Return the point (p,) with the least linearised misfit within edge, bounds and radius, and what it leaves.
+
+        A parameter that is held, by index, changes by a value.
+        """
         start, bounds = np.zeros(len(self.x)), self.problem.bounds
         low = np.maximum((bounds.lower - self.x) * self.norms, -radius)
         high = np.minimum((bounds.upper - self.x) * self.norms, radius)
+        if held is not None:
+            start[held] = low[held] = high[held] = value * self.norms[held]
         margins = {
             "type": "ineq",
             "fun": lambda s: self.stability(s)[0][1:],

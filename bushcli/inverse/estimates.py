@@ -14,8 +14,7 @@ from bushcli.case import Material
 from bushcli.case.case import DENSITY
 from bushcli.curve.curve import Curve
 from bushcli.curve.misfit import rms_percent
-from bushcli.effects.active import ActiveEffect
-from bushcli.inverse import certainty
+from bushcli.inverse.certainty import Uncertainty
 from bushcli.inverse.channel import Channel, ChannelForces
 from bushcli.inverse.local import Minimum
 from bushcli.inverse.problem import LeastSquaresProblem
@@ -39,10 +38,10 @@ def estimates(
     task: Task,
     problem: LeastSquaresProblem,
     x: Array,
+    uncertainty: Uncertainty,
     profiles: Sequence[Profile],
 ) -> tuple[dict[str, Estimate], Array]:
     """Return each parameter with its uncertainty, and their correlation, shape (parameters, parameters)."""
-    uncertainty = certainty.uncertainty(problem, x)
     covariance = uncertainty.covariance
     spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     intervals = {profile.name: interval(profile) for profile in profiles}
@@ -77,12 +76,6 @@ def material(task: Task, problem: LeastSquaresProblem, x: Array) -> Material:
     return replace(task.material, bulk_modulus=bulk, parameters=problem.law_parameters(x), density=density)
 
 
-def effects(task: Task, problem: LeastSquaresProblem, x: Array) -> tuple[ActiveEffect, ...]:
-    """Return the effects with their identified values."""
-    values = problem.parameters(x)
-    return tuple(active.with_values(values) for active in task.effects)
-
-
 def end_points(task: Task, minima: Sequence[Minimum]) -> tuple[EndPoint, ...]:
     """Return where each search began and ended, the one with the smallest misfit first."""
     named = [
@@ -105,8 +98,7 @@ def compared_curves(
     Channels held out are predicted; one that cannot be solved at `x` is left out.
     """
     # The search has solved both points already: nothing is solved again for the fitted channels.
-    after = problem.answers(x)
-    before = problem.answers(start) if problem.knows(start) else None
+    after, before = problem.answers(x), problem.solved(start)
     curves = []
     for channel in channels:
         if channel in problem.channels:
@@ -121,17 +113,20 @@ def compared_curves(
 
 
 def compared_tables(
-    problem: LeastSquaresProblem, channels: Sequence[DynamicChannel], x: Array, start: Array
+    problem: LeastSquaresProblem,
+    channels: Sequence[DynamicChannel],
+    x: Array,
+    start: Array,
+    deviations: Array | None,
 ) -> tuple[tuple[ComparedTable, ...], tuple[Condition, ...]]:
     """Return each table of dynamic stiffness beside the simulation at `x`, and what has to be known about it.
 
-    With the intervals of the simulation, and K* at `start` where that has been solved. What cannot be solved is left
-    out.
+    With the intervals of the simulation by the deviations of the parameters (`certainty`), and K* at `start` where that
+    has been solved. What cannot be solved is left out.
     """
     tables: list[ComparedTable] = []
     conditions: list[Condition] = []
-    before = problem.answers(start) if problem.knows(start) else None
-    deviations = certainty.uncertainty(problem, x).deviations if channels else None
+    before = problem.solved(start)
     for channel in channels:
         fitted = channel in problem.channels
         try:

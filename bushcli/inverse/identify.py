@@ -24,7 +24,6 @@ from bushcli.inverse.contained import additions, from_contained
 from bushcli.inverse.estimates import (
     compared_curves,
     compared_tables,
-    effects,
     end_points,
     estimates,
     material,
@@ -35,7 +34,6 @@ from bushcli.inverse.local import Minimum
 from bushcli.inverse.minimum_search import first_minimum, search
 from bushcli.inverse.problem import LeastSquaresProblem, Progress
 from bushcli.inverse.profile import profiles_of
-from bushcli.inverse.refine import Assignment, Refined, coarse_costs, refine_start
 from bushcli.inverse.result import Evaluation, Fit, Profile, Weighting
 from bushcli.inverse.task import Task, refuse_fixed
 from bushcli.inverse.verdict import conditions, history_not_saved, profiles_cut_short, start_replaced
@@ -180,9 +178,7 @@ def identify(
         run.minima.append(Minimum(start, x, cost, 0, False, "interrupted"))
     fit = run.result(interrupted, started)
     if run.instead is not None:
-        fit = replace(
-            fit, conditions=(*fit.conditions, start_replaced(values_by_name(task, run.instead), task))
-        )
+        fit = replace(fit, conditions=(*fit.conditions, start_replaced(run.values(run.instead), task)))
     unlike_bushings = unusual(task.case, task.case.material, run.recordings)
     # Data faults come first: they explain more of a poor fit than any condition found after them.
     return replace(
@@ -192,20 +188,11 @@ def identify(
 
 @dataclass
 class _Searches:
-    """An identification in progress.
-
-    Attributes
-    ----------
-    curves, dynamic : list of Channel, of DynamicChannel
-        All of the case, those held out too.
-    minima : list of Minimum
-        Ends of the searches, the first start's first.
-    instead : Array or None
-        Where the search began if the given start could not be solved, shape (parameters,).
-    """
+    """An identification in progress."""
 
     task: Task
     problem: LeastSquaresProblem
+    # All channels of the case, those held out too.
     curves: list[Channel]
     dynamic: list[DynamicChannel]
     start: Array
@@ -214,7 +201,9 @@ class _Searches:
     progress: Progress | None
     pool: Pool | None
     tables: TableCache
+    # Ends of the searches, the first start's first.
     minima: list[Minimum] = field(default_factory=list)
+    # Where the search began if the given start could not be solved, shape (parameters,).
     instead: Array | None = None
 
     @property
@@ -275,20 +264,39 @@ class _Searches:
             for condition in outside(channel.name, extent, fitted, channel.active)
         )
 
+    def values(self, x: Array) -> dict[str, float]:
+        """Return the values (parameters,) by name, in the units of the case file."""
+        return values_in_file_units(dict(zip(self.task.names, map(float, x), strict=True)), self.task.turned)
+
+    def unsolvable(self) -> Problem:
+        """Return why nothing can be fitted; the likely cause is a fatal fault of the data, if there is one."""
+        fatal = next((fault for fault in self.faults if fault.fatal), None)
+        values = ", ".join(f"{name} = {value:g}" for name, value in self.values(self.start).items())
+        where, what = (
+            self.task.case.path.name,
+            f"the curves cannot be simulated with {self.task.model}, from {values} ",
+        )
+        what += "or from the law's own start values"
+        if fatal is not None:
+            return Problem(where, f"{what}; {fatal.channel}: {fatal.where}", "", fatal.remedy)
+        return Problem(where, what, "", "give other start values in [material.parameters]")
+
     def search(self) -> None:
         """Search from all starts. Raises `InputError` where the start cannot be solved at all."""
         task, problem = self.task, self.problem
         every = additions(task, [channel.recording for channel in self.curves if channel in problem.channels])
         first = first_minimum(problem, self.start, task.loss, partial(from_contained, every=every))
         if first is None:
-            raise InputError(unsolvable(task, self.start, self.faults))
+            raise InputError(self.unsolvable())
         self.minima.append(first.minimum)
         self.instead = first.instead
         states = {0: problem.states}
         points = self._further_starts(first.initial)
         limits = tuple(problem.limits)
         given = [
-            Assignment(number, point, first.states, limits, first.minimum.cost, self.journal, self.resume)
+            starts.Assignment(
+                number, point, first.states, limits, first.minimum.cost, self.journal, self.resume
+            )
             for number, point in enumerate(points, 1)
         ]
 
@@ -296,14 +304,14 @@ class _Searches:
             if self.progress is not None:
                 self.progress(replace(evaluation, number=problem.sweeps + evaluation.number))
 
-        def done(refined: Refined) -> None:
+        def done(refined: starts.Refined) -> None:
             problem.count(refined.evaluations, refined.forward_solves, refined.failed_solves)
             if refined.answers is not None:
                 problem.learn(refined.minimum.x, refined.answers)
                 states[len(self.minima)] = refined.states
                 self.minima.append(refined.minimum)
 
-        refine_start(task, problem.channels, given, done, forward, self.pool)
+        starts.refine_start(task, problem.channels, given, done, forward, self.pool)
         problem.begin_profiles(states[_best(self.minima)])
 
     def _further_starts(self, initial: Array) -> list[Array]:
@@ -314,7 +322,7 @@ class _Searches:
         shear = task.law.shear_modulus(**self.problem.law_parameters(initial))
         low, high = starts.box(initial, self.problem.bounds, abs(shear))
         points: list[Array] = []
-        with coarse_costs(task, self.tables, self.pool) as costs:
+        with starts.coarse_costs(task, self.tables, self.pool) as costs:
             if task.globally:
                 points.append(starts.evolve_start(costs, low, high, task.seed))
             if task.starts > 1:
@@ -353,8 +361,9 @@ class _Searches:
         skipped = interrupted or fatal
         best, profiles, cut = self._profiled(best, skipped)
         rubber = material(task, problem, best.x)
-        parameters, correlation = estimates(task, problem, best.x, profiles)
-        tables, known = compared_tables(problem, self.dynamic, best.x, self.start)
+        uncertainty = certainty.uncertainty(problem, best.x)
+        parameters, correlation = estimates(task, problem, best.x, uncertainty, profiles)
+        tables, known = compared_tables(problem, self.dynamic, best.x, self.start, uncertainty.deviations)
         singular, undetermined = certainty.directions(problem, best.x)
         fit = Fit(
             material=rubber,
@@ -379,7 +388,7 @@ class _Searches:
             end_points=end_points(task, self.minima),
             profiles=tuple(profiles),
             leverage=certainty.leverage(problem, best.x),
-            effects=effects(task, problem, best.x),
+            effects=tuple(effect.with_values(problem.parameters(best.x)) for effect in task.effects),
             tables=tables,
         )
         starts_loaded = ((channel.name, channel.before) for channel in self.curves)
@@ -401,36 +410,3 @@ def _best(minima: Sequence[Minimum]) -> int:
     """Return the index of the lowest cost; of equal costs, the first."""
     costs = [m.cost if np.isfinite(m.cost) else np.inf for m in minima]
     return int(np.argmin(costs))
-
-
-def values_by_name(task: Task, x: NDArray[np.float64]) -> dict[str, float]:
-    """Return the values of the parameters by name, in the units of the case file.
-
-    Parameters
-    ----------
-    task : Task
-    x : (parameters,) array
-        In N, mm, MPa, s, rad.
-    """
-    return values_in_file_units(dict(zip(task.names, map(float, x), strict=True)), task.turned)
-
-
-def unsolvable(task: Task, initial: NDArray[np.float64], faults: Sequence[DataFault]) -> Problem:
-    """Return why nothing can be fitted; the likely cause is a fatal fault of the data, if there is one.
-
-    Parameters
-    ----------
-    task : Task
-    initial : (parameters,) array
-        Where the search should have starts_loaded, in N, mm, MPa, s, rad.
-    faults : sequence of DataFault
-        Of the recordings.
-    """
-    fatal = next((fault for fault in faults if fault.fatal), None)
-    values = ", ".join(f"{name} = {value:g}" for name, value in values_by_name(task, initial).items())
-    what = (
-        f"the curves cannot be simulated with {task.model}, from {values} or from the law's own start values"
-    )
-    if fatal is not None:
-        return Problem(task.case.path.name, f"{what}; {fatal.channel}: {fatal.where}", "", fatal.remedy)
-    return Problem(task.case.path.name, what, "", "give other start values in [material.parameters]")

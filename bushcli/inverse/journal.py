@@ -29,6 +29,7 @@ RUN = "run.json"
 # Largest admissible size of that file, bytes: ours have some hundred.
 _LARGEST = 10_000
 _FIELDS = ("displacement", "force", "slope", "states")
+_DAMAGED = (ValueError, LookupError, TypeError, RecursionError, OSError)
 _WORK = "bushcli.inverse.journal.evaluation"
 
 
@@ -46,13 +47,16 @@ class AnswersCodec:
             }
         return arrays
 
-    def decoded(self, found: dict[str, Any], question: tuple[Any, ...]) -> list[ChannelForces]:
+    def decoded(self, arrays: dict[str, Any], question: tuple[Any, ...]) -> list[ChannelForces]:
         """Return the answers from their arrays."""
         return [
             ChannelForces(
-                found[f"{i}.displacement"], found[f"{i}.force"], found[f"{i}.slope"], found.get(f"{i}.states")
+                arrays[f"{i}.displacement"],
+                arrays[f"{i}.force"],
+                arrays[f"{i}.slope"],
+                arrays.get(f"{i}.states"),
             )
-            for i in range(int(found["channels"]))
+            for i in range(int(arrays["channels"]))
         ]
 
 
@@ -61,12 +65,17 @@ def open_journal(folder: Path, identity: Mapping[str, Any], resume: bool | None)
 
     def is_of(candidate: Path) -> bool:
         try:
-            return bool(json.loads(read_bounded(candidate / RUN, _LARGEST))["identity"] == digest(identity))
-        except (ValueError, LookupError, TypeError, RecursionError, OSError):
+            return identity_in(candidate / RUN) == digest(identity)
+        except _DAMAGED:
             return False
 
     chosen, used = history_of(folder, is_of, resume)
     return Journal(chosen, identity, used)
+
+
+def identity_in(file: Path) -> str:
+    """Return the identity of the run whose evaluations are beside the file; one of `_DAMAGED` if it cannot be read."""
+    return str(json.loads(read_bounded(file, _LARGEST))["identity"])
 
 
 def digest(identity: Mapping[str, Any]) -> str:
@@ -75,21 +84,10 @@ def digest(identity: Mapping[str, Any]) -> str:
 
 
 class Journal:
-    """Saved evaluations of one identification.
+    """Saved evaluations of one identification, in a folder.
 
-    Parameters
-    ----------
-    folder : Path
-        Where they are saved.
-    identity : mapping
-        Everything that determines the answers, ready for JSON; a folder of another run is refused.
-    resume : bool
-        Use what the folder holds; otherwise the evaluations of earlier runs are deleted.
-
-    Raises
-    ------
-    InputError
-        The folder belongs to another case, law or option, or cannot be written.
+    The identity is all that determines the answers, ready for JSON. A folder of another case, law or option is refused;
+    its evaluations are deleted unless the run resumes.
     """
 
     def __init__(self, folder: Path, identity: Mapping[str, Any], resume: bool) -> None:
@@ -105,8 +103,8 @@ class Journal:
     def _check(self) -> None:
         """Refuse evaluations of another run."""
         try:
-            identity = json.loads(read_bounded(self._index, _LARGEST))["identity"]
-        except (ValueError, LookupError, TypeError, RecursionError, OSError) as error:
+            identity = identity_in(self._index)
+        except _DAMAGED as error:
             what = f"is damaged ({str(error)[:200]})"
             expected = "restore the file, or run without --resume, which begins a history of its own"
             raise InputError(Problem(str(self._index), what, "", expected)) from None

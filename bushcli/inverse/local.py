@@ -32,29 +32,7 @@ NOTHING = 1e-4
 
 @dataclass(frozen=True)
 class Minimum:
-    """Where a search ended.
-
-    Attributes
-    ----------
-    start, x : shape (parameters,)
-    cost : float
-        `Problem.cost` at the end.
-    iterations : int
-    converged : bool
-    message : str
-        What ended the search.
-    beside_failure : bool
-        Steps that would lower the misfit further lead to parameters that cannot be solved.
-    at_edge : bool
-        The law's stability holds the search back from a lower misfit.
-    rejected : bool
-        Trials were rejected because the law is unstable with their parameters.
-    stationary : bool
-        The search did not move, because its start is the minimum already: no step is predicted to lower the misfit.
-        A law that is linear in its parameters is solved exactly before the search begins.
-    hopeless : bool
-        The search was ended because its minimum cannot matter (`Ends`).
-    """
+    """Where a search began and ended, points (parameters,) with the cost at the end, and what ended it."""
 
     start: Array
     x: Array
@@ -62,10 +40,15 @@ class Minimum:
     iterations: int
     converged: bool
     message: str
+    # Steps that would lower the misfit further lead to parameters that cannot be solved.
     beside_failure: bool = False
+    # The law's stability holds the search back from a lower misfit.
     at_edge: bool = False
+    # Its start is the minimum already: a law that is linear in its parameters is solved exactly before the search.
     stationary: bool = False
+    # Trials were rejected because the law is unstable with their parameters.
     rejected: bool = False
+    # The search was ended because its minimum cannot matter (`Ends`).
     hopeless: bool = False
 
 
@@ -100,18 +83,9 @@ unstable in any trial.
 class Watched:
     """The misfit function for an optimiser; it counts iterations and failures, and keeps the best point.
 
-    Parameters
-    ----------
-    problem
-    squares
-        Whether the optimiser minimises the sum of squares, as that of a robust loss does not.
-    most_in_row
-        Failed trials in a row that end the search.
-    explained
-        Called with the best point so far when a trial fails; returns whether that point explains the failure, so that
-        the search should begin again from there.
-    ends
-        Called at each point of the search; returns why it ends there, or None.
+    `squares`: the optimiser minimises the sum of squares, as that of a robust loss does not. `explained` is called with
+    the best point so far when a trial fails; it returns whether that point explains the failure, so that the search
+    should begin again from there.
     """
 
     def __init__(
@@ -251,12 +225,13 @@ def full_step(problem: LeastSquaresProblem, x: Array) -> tuple[Array, float]:
     x : Array
         Parameters, shape (parameters,), in the units of the law.
     """
-    value, slope = problem.residual(x), problem.jacobian(x)
+    low, high = np.minimum(problem.bounds.lower - x, 0.0), np.maximum(problem.bounds.upper - x, 0.0)
+    return bounded_step(problem.residual(x), problem.jacobian(x), low, high)
+
+
+def bounded_step(value: Array, slope: Array, low: Array, high: Array) -> tuple[Array, float]:
+    """Return the step (p,) within bounds that is best for rows (n,) to first order, and the sum of squares left."""
     size = np.linalg.norm(slope, axis=0)
     size[size == 0] = 1.0
-    allowed = (
-        np.minimum((problem.bounds.lower - x) * size, 0.0),
-        np.maximum((problem.bounds.upper - x) * size, 0.0),
-    )
-    linear = lsq_linear(slope / size, -value, allowed)
+    linear = lsq_linear(slope / size, -value, (low * size, high * size))
     return linear.x / size, 2.0 * float(linear.cost)

@@ -73,11 +73,6 @@ def watch(problem: LeastSquaresProblem, x: Array) -> bool:
     return True
 
 
-def is_stable_there(problem: LeastSquaresProblem, x: Array) -> bool:
-    """Whether the law is stable in the states that the rubber reaches at `x`."""
-    return not is_unstable(problem, x, problem.reached(x))
-
-
 def is_unstable(problem: LeastSquaresProblem, x: Array, states: Array) -> bool:
     """Whether the law is unstable, or nearly so, in any of the states, shape (n, 3)."""
     return bool(problem.instability(x, states).max(initial=0.0) > ACTIVE)
@@ -85,22 +80,13 @@ def is_unstable(problem: LeastSquaresProblem, x: Array, states: Array) -> bool:
 
 @dataclass(frozen=True)
 class FirstSearch:
-    """The first search of an identification.
-
-    Attributes
-    ----------
-    minimum : Minimum
-    initial : shape (parameters,)
-        Where the search began.
-    instead : shape (parameters,) or None
-        Point that replaced a start which is unstable or could not be solved, before it was brought to scale.
-    states : shape (n, 3)
-        Principal stretches in which the law's stability was watched when the search began.
-    """
+    """The first search of an identification, and where it began, shape (parameters,)."""
 
     minimum: Minimum
     initial: Array
+    # Point that replaced a start which is unstable or could not be solved, before it was brought to scale.
     instead: Array | None
+    # Principal stretches (n, 3) in which the law's stability was watched when the search began.
     states: Array
 
 

@@ -230,10 +230,6 @@ class LeastSquaresProblem:
         """
         return penalty(self._smallest(x, self.states if states is None else states))
 
-    def stability(self, x: Array) -> tuple[Array, Array]:
-        """`instability` in the states watched, and its derivative, shape (states, parameters)."""
-        return self._stability(x)
-
     def penalty_and_margins(self, x: Array) -> tuple[Array, Array]:
         """`instability` in the states watched, and their margins in shear moduli, negative beyond the edge."""
         smallest = self._smallest(x, self.states)
@@ -286,17 +282,13 @@ class LeastSquaresProblem:
         if forces is None:
             size = self.samples + len(self.states)
             return np.full(size, np.nan), np.full((size, len(x)), np.nan)
-        values, slopes = [], []
-        for channel, (force, slope) in zip(self.channels, forces, strict=True):
-            weight = 1.0 / (channel.scale * np.sqrt(len(force)))
-            values.append((force - channel.measured) * weight)
-            slopes.append(slope * weight[:, None])
+        values, slopes = zip(*weighted(self.channels, forces), strict=True)
         value, slope = self._stability(x)
         return np.concatenate([*values, value]), np.concatenate([*slopes, slope])
 
-    def knows(self, x: Array) -> bool:
-        """Whether the parameters have been evaluated already."""
-        return np.ascontiguousarray(x, dtype=float).tobytes() in self._known
+    def solved(self, x: Array) -> list[ChannelForces] | None:
+        """Return the solved curves at parameters that have been evaluated already, otherwise None."""
+        return self._known.get(_key(x))
 
     def count(self, evaluations: Sequence[Evaluation], forward_solves: int, failed_solves: int) -> None:
         """Add the evaluations of another start, numbered after the own ones.
@@ -324,7 +316,7 @@ class LeastSquaresProblem:
         answers : list[ChannelForces]
             Solved curves, one for each channel.
         """
-        self._known.setdefault(np.ascontiguousarray(x, dtype=float).tobytes(), answers)
+        self._known.setdefault(_key(x), answers)
 
     def answers(self, x: Array, iteration: int = 0) -> list[ChannelForces] | None:
         """Solved curves of all channels; None where a march did not converge, or where a number is not finite.
@@ -336,30 +328,26 @@ class LeastSquaresProblem:
         iteration : int
             The optimiser's, which is recorded with a new evaluation.
         """
-        key = np.ascontiguousarray(x, dtype=float).tobytes()
+        key = _key(x)
         if key not in self._known:
             solved = self.journal.find(x) if self.journal is not None else None
             if solved is None:
                 meet(self.channels[0].comm)
-                solved = self._solve(x)
+                try:
+                    solved = [
+                        channel.solve(self.parameters(x), self.names, limit)
+                        for channel, limit in zip(self.channels, self.limits, strict=True)
+                    ]
+                except NotConverged:
+                    solved = []
                 if self.journal is not None:
                     self.journal.add(x, solved)
             if not all(answer.is_finite for answer in solved):
                 solved = []
-            self._known[key] = solved if solved else None
-            self.forward_solves += len(solved) if solved else 1
+            self._known[key] = solved or None
+            self.forward_solves += len(solved) or 1
             self._report(x, iteration)
         return self._known[key]
-
-    def _solve(self, x: Array) -> list[ChannelForces]:
-        """Answers of all channels, or an empty list where one of them failed."""
-        answers = []
-        for channel, limit in zip(self.channels, self.limits, strict=True):
-            try:
-                answers.append(channel.solve(self.parameters(x), self.names, limit))
-            except NotConverged:
-                return []
-        return answers
 
     def _report(self, x: Array, iteration: int) -> None:
         cost = self.cost(x)
@@ -384,6 +372,21 @@ class LeastSquaresProblem:
         """Smallest eigenvalue of the tangent moduli in each state, in initial shear moduli; -1 if not finite."""
         parameters = self.law_parameters(x)
         return smallest_moduli(self.law, parameters, states) if parameters else np.ones(len(states))
+
+
+def _key(x: Array) -> bytes:
+    return np.ascontiguousarray(x, dtype=float).tobytes()
+
+
+def weighted(
+    channels: Sequence[FitChannel], forces: Sequence[tuple[Array, Array]]
+) -> list[tuple[Array, Array]]:
+    """Return the misfit (n,) and its derivatives (n, parameters) of each channel, which counts by its mean square."""
+    rows = []
+    for channel, (force, slope) in zip(channels, forces, strict=True):
+        weight = 1.0 / (channel.scale * np.sqrt(len(force)))
+        rows.append(((force - channel.measured) * weight, slope * weight[:, None]))
+    return rows
 
 
 def differences(function: Callable[[Array], Array], x: Array) -> Array:

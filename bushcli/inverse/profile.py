@@ -13,18 +13,17 @@ Kent (1982), Biometrika 69:19-27, doi:10.1093/biomet/69.1.19 (its scale where th
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from bushcli.inverse import certainty
 from bushcli.inverse.certainty import Uncertainty
-from bushcli.inverse.local import Minimum, Stopped, Watched
-from bushcli.inverse.minimum_search import is_stable_there, is_unstable
-from bushcli.inverse.problem import LeastSquaresProblem
+from bushcli.inverse.edge import Linearised, descend
+from bushcli.inverse.local import NOTHING, Minimum
+from bushcli.inverse.minimum_search import is_unstable
+from bushcli.inverse.problem import LeastSquaresProblem, weighted
 from bushcli.inverse.result import NORMAL, POOR, Limit, Profile
 
 Array = NDArray[np.float64]
@@ -35,11 +34,6 @@ RISE_95 = 3.841
 FAR = 4.0
 # A refit is close enough when a further step would lower the rise by less than this: under 1 % of the interval.
 CLOSE = 0.02
-# Largest number of steps on the linearised misfit (one or two usually suffice), then of evaluations by a trust region.
-STEPS, EVALUATIONS = 3, 8
-# Tolerance and largest number of iterations of one such step. A step needs no solution of the model; its tolerance is
-# finer than `CLOSE`, because a law of many parameters has valleys.
-FINE, MOST_ITERATIONS = 1e-6, 40
 # Roots of the rise that steps aim at: half way, and a little beyond the end, so that the end can be interpolated.
 AIMS = (1.1, 2.2)
 # If the roots of the rise on both sides of the end are further apart than this, a point is added between them.
@@ -60,12 +54,11 @@ GROWTH = 4.0
 
 @dataclass(frozen=True)
 class _Point:
-    """A refitted point: value, root of the rise, all parameters, and the part of the rise that is instability."""
+    """A refitted point: value, root of the rise, and all parameters."""
 
     value: float
     root: float
     x: Array
-    instability: float
 
 
 def noise_unit(problem: LeastSquaresProblem, x: Array, uncertainty: Uncertainty, index: int) -> float:
@@ -76,12 +69,7 @@ def noise_unit(problem: LeastSquaresProblem, x: Array, uncertainty: Uncertainty,
     """
     forces = problem.forces(x)
     assert forces is not None
-    rows = np.vstack(
-        [
-            slope / (channel.scale * np.sqrt(len(force)))[:, None]
-            for channel, (force, slope) in zip(problem.channels, forces, strict=True)
-        ]
-    )
+    rows = np.vstack([slope for _, slope in weighted(problem.channels, forces)])
     inverse, _ = certainty.inverted(rows.T @ rows / len(problem.channels))
     variance = float(uncertainty.covariance[index, index]) * (uncertainty.quantile / NORMAL) ** 2
     unit = variance / float(inverse[index, index]) if inverse[index, index] > 0 else 0.0
@@ -147,7 +135,7 @@ def profile(
         spread = 0.05 * max(abs(float(x[index])), 1e-3)
     along = _Along(problem, x, index, unit)
     (below, down), (above, up) = (along.side(sign * spread) for sign in (-1.0, 1.0))
-    points = [*reversed(below), _Point(float(x[index]), 0.0, x, 0.0), *above]
+    points = [*reversed(below), _Point(float(x[index]), 0.0, x), *above]
     result = Profile(
         problem.names[index],
         np.array([point.value for point in points]),
@@ -156,110 +144,6 @@ def profile(
     )
     lowest = min(points, key=lambda point: point.root)
     return result, lowest.x if lowest.root < -BETTER else None
-
-
-class Refit:
-    """Refits all parameters but one.
-
-    Parameters
-    ----------
-    problem
-    index
-        Index of the parameter that is held.
-    unit
-        Unit in which the rise of the cost is measured.
-    """
-
-    def __init__(self, problem: LeastSquaresProblem, index: int, unit: float) -> None:
-        self.problem, self.unit = problem, unit
-        self.rest = np.arange(len(problem.bounds.lower)) != index
-
-    def rise_by_instability(self, x: Array) -> float:
-        """Return the rise that the penalty of instability causes by itself."""
-        rows = self.problem.instability(x)
-        return float(rows @ rows) / len(self.problem.channels) / self.unit
-
-    def minimum(self, known: Array, start: Array) -> Array | Limit:
-        """Return the best other parameters for the value of the parameter in `start`, by steps from a solved point.
-
-        Curves are nearly linear over such a step, and the law's stability is cheap to evaluate. A step therefore
-        minimises the linearised misfit plus the exact penalty of instability. One or two steps are usually enough; the
-        gain of a further one is predicted without another evaluation. Where steps fail, a trust region takes over.
-        """
-        x, moved = known, self._step(known, start)
-        if self.rise_by_instability(moved) > FAR * RISE_95:
-            return "stability"
-        for _ in range(STEPS):
-            if not np.isfinite(self.problem.residual(moved)).all():
-                return "unsolvable"
-            if x is not known and self.problem.cost(moved) >= self.problem.cost(x):
-                break
-            x, moved = moved, self._step(moved, moved)
-            if self.problem.cost(x) - self._expected(x, moved) < CLOSE * self.unit:
-                return x
-        return self._searched(x)
-
-    def _step(self, known: Array, start: Array) -> Array:
-        """Refit the other parameters to the misfit, linearised about `known`, plus the penalty of instability."""
-        rest, samples = self.rest, self.problem.samples
-        if not rest.any():
-            return start
-        value, slope = self.problem.residual(known)[:samples], self.problem.jacobian(known)[:samples]
-        size = np.linalg.norm(slope[:, rest], axis=0)
-        size[size == 0] = 1.0
-
-        def whole(y: Array) -> Array:
-            full = start.copy()
-            full[rest] = y / size
-            return full
-
-        def rows(y: Array) -> Array:
-            x = whole(y)
-            return np.concatenate([value + slope @ (x - known), self.problem.instability(x)])
-
-        def derivatives(y: Array) -> Array:
-            return np.vstack([slope, self.problem.stability(whole(y))[1]])[:, rest] / size
-
-        result = least_squares(
-            rows,
-            start[rest] * size,
-            jac=derivatives,
-            bounds=(self.problem.bounds.lower[rest] * size, self.problem.bounds.upper[rest] * size),
-            x_scale="jac",
-            ftol=FINE,
-            xtol=FINE,
-            max_nfev=MOST_ITERATIONS,
-        )
-        return whole(result.x)
-
-    def _expected(self, known: Array, x: Array) -> float:
-        """Return the cost at `x`, with the misfit linearised about `known`."""
-        samples = self.problem.samples
-        value, slope = self.problem.residual(known)[:samples], self.problem.jacobian(known)[:samples]
-        rows = np.concatenate([value + slope @ (x - known), self.problem.instability(x)])
-        return float(rows @ rows) / len(self.problem.channels)
-
-    def _searched(self, start: Array) -> Array:
-        rest = self.rest
-
-        def whole(y: Array) -> Array:
-            full = start.copy()
-            full[rest] = y
-            return full
-
-        watched = Watched(self.problem, False, most_in_row=2)
-        with suppress(Stopped):
-            least_squares(
-                lambda y: watched.residual(whole(y)),
-                start[rest],
-                jac=lambda y: self.problem.jacobian(whole(y))[:, rest],
-                bounds=(self.problem.bounds.lower[rest], self.problem.bounds.upper[rest]),
-                x_scale="jac",
-                ftol=1e-4,
-                xtol=self.problem.stopping.tolerance,
-                max_nfev=EVALUATIONS,
-            )
-        return watched.best[1]
 
 
 class _Along:
@@ -273,17 +157,16 @@ class _Along:
         unit: float,
     ) -> None:
         self.problem, self.x, self.index, self.unit = problem, x, index, unit
-        self.refit = Refit(problem, index, unit)
         self.best = problem.cost(x)
 
     def side(self, spread: float) -> tuple[list[_Point], Limit]:
         """Return the points outward from the best one, and what ends them; the sign of `spread` selects the side."""
-        points = [_Point(float(self.x[self.index]), 0.0, self.x, 0.0)]
+        points = [_Point(float(self.x[self.index]), 0.0, self.x)]
         end = float((self.problem.bounds.lower if spread < 0 else self.problem.bounds.upper)[self.index])
-        wall, reason, halvings = None, None, 0.0
+        failed_at, reason, halvings = None, None, 0.0
         initial = len(self.problem.evaluations)
         while len(points) <= POINTS and len(self.problem.evaluations) - initial < MOST_OF_A_SIDE:
-            value = self._next(points, spread, wall)
+            value = self._next(points, spread, failed_at)
             value = max(value, end) if spread < 0 else min(value, end)
             if value == points[-1].value:
                 return points[1:], "bound"
@@ -296,12 +179,12 @@ class _Along:
                 continue
             # A point that is far from stable needed no solution, and counts less.
             solved = len(self.problem.evaluations) > evaluations
-            wall, reason, halvings = value, refitted, halvings + (1.0 if solved else FREE)
+            failed_at, reason, halvings = value, refitted, halvings + (1.0 if solved else FREE)
             if halvings > HALVINGS:
                 return points[1:], reason
         return points[1:], "open" if reason is None else reason
 
-    def _next(self, points: list[_Point], spread: float, wall: float | None) -> float:
+    def _next(self, points: list[_Point], spread: float, failed_at: float | None) -> float:
         """Return the next value, extrapolated from the points so far, at most half way to a value that failed."""
         last = points[-1]
         if len(points) == 1:
@@ -312,9 +195,9 @@ class _Along:
             aim = next((a for a in AIMS if last.root < 0.8 * a), AIMS[-1])
             step = (aim - last.root) / slope if slope > 0 else np.inf
             value = last.value + np.sign(spread) * min(step, (GROWTH - 1) * abs(gone))
-        if wall is None:
+        if failed_at is None:
             return float(value)
-        half = 0.5 * (last.value + wall)
+        half = 0.5 * (last.value + failed_at)
         return float(min(value, half) if spread > 0 else max(value, half))
 
     def _closed(self, points: list[_Point]) -> tuple[list[_Point], Limit]:
@@ -328,31 +211,45 @@ class _Along:
                 break
             points[-1:] = [between, outer] if between.root**2 < RISE_95 else [between]
         last = points[-1]
-        return points[1:], "stability" if last.instability > 0.5 * last.root**2 else "misfit"
+        return points[1:], "stability" if self._rise_by_instability(last.x) > 0.5 * last.root**2 else "misfit"
 
     def _refitted(self, points: list[_Point], value: float) -> _Point | Limit:
         """Refit all other parameters, starting from the last point; return the reason if that fails."""
-        last = points[-1]
-        start = self.problem.bounds.inside(last.x)
-        start[self.index] = value
-        other = self.refit.minimum(last.x, start)
-        if isinstance(other, str):
-            return other
-        if not is_stable_there(self.problem, other):
-            # States in which the best point is unstable are not added, because they would change its cost.
+        for is_last in (False, True):
+            end = self._minimum(points[-1].x, value)
+            if isinstance(end, str):
+                return end
+            other = end
             states = self.problem.reached(other)
-            if is_unstable(self.problem, self.x, states):
+            if not is_unstable(self.problem, other, states):
+                break
+            # States in which the best point is unstable are not added, because they would change its cost.
+            if is_last or is_unstable(self.problem, self.x, states):
                 return "stability"
             self.problem.watch(states)
-            other = self.refit.minimum(last.x, start)
-            if isinstance(other, str):
-                return other
-            if not is_stable_there(self.problem, other):
-                return "stability"
         rise = (self.problem.cost(other) - self.best) / self.unit
-        return _Point(
-            value, float(np.sign(rise) * np.sqrt(abs(rise))), other, self.refit.rise_by_instability(other)
-        )
+        return _Point(value, float(np.sign(rise) * np.sqrt(abs(rise))), other)
+
+    def _minimum(self, known: Array, value: float) -> Array | Limit:
+        """Return the parameters with the least misfit and this value of the parameter, by steps from a solved point.
+
+        Curves are nearly linear over such a step, and the law's stability is cheap to evaluate: one or two evaluations
+        are usually enough.
+        """
+        problem, index = self.problem, self.index
+        at = Linearised(problem, known, problem.residual(known), problem.jacobian(known))
+        x, _ = at.step(held=index, value=value - known[index])
+        x[index] = value
+        if self._rise_by_instability(x) > FAR * RISE_95:
+            return "stability"
+        if not np.isfinite(problem.residual(x)).all():
+            return "unsolvable"
+        return descend(problem, x, CLOSE * self.unit / max(problem.cost(x), NOTHING), index)[0]
+
+    def _rise_by_instability(self, x: Array) -> float:
+        """Return the rise that the penalty of instability causes by itself."""
+        rows = self.problem.instability(x)
+        return float(rows @ rows) / len(self.problem.channels) / self.unit
 
 
 def interval(curve: Profile) -> tuple[float, float] | None:

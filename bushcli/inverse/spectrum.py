@@ -60,7 +60,7 @@ class Spectrum:
 
     @property
     def relative(self) -> Array:
-        """g_k (k,) = E_k / E_inf, as the branches of the effect viscoelasticity have them."""
+        """g_k (k,) = E_k / E_inf, as the branches of `viscoelasticity` have them."""
         return np.asarray(self.moduli / self.equilibrium, dtype=np.float64)
 
     def at(self, omega: Array) -> Complex:
@@ -191,11 +191,11 @@ def fit_spectrum(table: DynamicTable, reference: float | None = None, lag: bool 
     shown = count // 2 if reference is None else int(np.argmin(np.abs(temperatures - reference)))
     free = np.array([k != shown for k in range(count)] + [lag and count > 2])
     problem = _Problem(2.0 * np.pi * table.frequency, table.storage, table.loss, step, free)
-    shifts = np.append(_overlapping(problem, shown) if count > 1 else np.zeros(count), 0.0)
+    shifts = np.append(problem.overlapping(shown) if count > 1 else np.zeros(count), 0.0)
     # The weight of the penalty again at the end: at the first shifts the sweeps do not join.
     for _ in range(2):
         weight = problem.weight(shifts)
-        shifts, solved = _descended(problem, shifts, weight)
+        shifts, solved = problem.descended(shifts, weight)
     residual, errors = solved.residual.reshape(2, -1), problem.errors(shifts, solved)
     positive = solved.values[1:] > 0.0
     return SpectrumFit(
@@ -209,44 +209,8 @@ def fit_spectrum(table: DynamicTable, reference: float | None = None, lag: bool 
         storage_percent=100.0 * float(np.sqrt(np.mean(residual[0] ** 2))),
         loss_percent=100.0 * float(np.sqrt(np.mean(residual[1] ** 2))),
         rows=len(table),
-        spring_pot=_spring_pot(problem, shifts),
+        spring_pot=problem.spring_pot(shifts),
     )
-
-
-def _spring_pot(problem: _Problem, shifts: Array) -> SpringPot:
-    """Return the spring-pot of the rows at given shifts: E_inf and E_1 are linear, the exponent is searched for."""
-    from scipy.optimize import minimize_scalar, nnls
-
-    turned = np.exp(1j * problem.omega * shifts[-1])[:, None]
-
-    def solved(exponent: float) -> tuple[Array, Array]:
-        power = (1j * problem.reduced(shifts)) ** exponent
-        design = problem.relative(np.column_stack([np.ones(len(power), dtype=complex), power]) * turned)
-        values, _ = nnls(design, np.ones(len(design)))
-        return values, design @ values - 1.0
-
-    end = minimize_scalar(lambda b: float(np.sum(solved(b)[1] ** 2)), bounds=(1e-3, 0.999), method="bounded")
-    values, residual = solved(float(end.x))
-    misfit = 100.0 * np.sqrt(np.mean(residual.reshape(2, -1) ** 2, axis=1))
-    return SpringPot(float(values[0]), float(values[1]), float(end.x), float(misfit[0]), float(misfit[1]))
-
-
-def _descended(problem: _Problem, shifts: Array, weight: float) -> tuple[Array, _Solved]:
-    """Return the shifts of the least cost, by Gauss and Newton's method with halved steps, and the spectrum there."""
-    solved = problem.solve(shifts, weight)
-    for _ in range(_STEPS if problem.free.any() else 0):
-        change, share = problem.step(shifts, solved), 1.0
-        tried = problem.solve(shifts + change, weight)
-        while tried.cost >= solved.cost and share > 1e-3:
-            share *= 0.5
-            tried = problem.solve(shifts + share * change, weight)
-        if tried.cost >= solved.cost:
-            break
-        done = solved.cost - tried.cost < 1e-7 * solved.cost
-        shifts, solved = shifts + share * change, tried
-        if done:
-            break
-    return shifts, solved
 
 
 def relaxed(time: Array, modulus: Array) -> Spectrum:
@@ -367,6 +331,66 @@ class _Problem:
         )
         return spread
 
+    def descended(self, shifts: Array, weight: float) -> tuple[Array, _Solved]:
+        """Return the shifts of the least cost, by Gauss and Newton with halved steps, and the spectrum there.
+
+        SciPy's least_squares cannot: the grid of times, and with it the number of rows, follows the shifts.
+        """
+        solved = self.solve(shifts, weight)
+        for _ in range(_STEPS if self.free.any() else 0):
+            change, share = self.step(shifts, solved), 1.0
+            tried = self.solve(shifts + change, weight)
+            while tried.cost >= solved.cost and share > 1e-3:
+                share *= 0.5
+                tried = self.solve(shifts + share * change, weight)
+            if tried.cost >= solved.cost:
+                break
+            done = solved.cost - tried.cost < 1e-7 * solved.cost
+            shifts, solved = shifts + share * change, tried
+            if done:
+                break
+        return shifts, solved
+
+    def overlapping(self, shown: int) -> Array:
+        """Return first shifts (t,), natural logarithms: neighbouring sweeps overlap in ln E'."""
+        count = len(self.free) - 1
+        shifts = np.zeros(count)
+        for k in range(shown + 1, count):
+            shifts[k] = shifts[k - 1] + self._shift_between(k - 1, k)
+        for k in range(shown - 1, -1, -1):
+            shifts[k] = shifts[k + 1] + self._shift_between(k + 1, k)
+        return shifts
+
+    def _shift_between(self, first: int, other: int) -> float:
+        """Return ln a of the second sweep relative to the first, by their storage moduli over their common range."""
+        curves = []
+        for k in (first, other):
+            rows = np.flatnonzero(self.step_of == k)
+            order = rows[np.argsort(self.omega[rows])]
+            curves.append((np.log(self.omega[order]), np.log(self.storage[order])))
+        (x1, y1), (x2, y2) = curves
+        slope = 0.5 * (np.polyfit(x1, y1, 1)[0] + np.polyfit(x2, y2, 1)[0])
+        return float((np.mean(y2) - np.mean(y1)) / max(slope, 1e-3) - (np.mean(x2) - np.mean(x1)))
+
+    def spring_pot(self, shifts: Array) -> SpringPot:
+        """Return the spring-pot of the rows at given shifts: E_inf and E_1 are linear, the exponent is searched for."""
+        from scipy.optimize import minimize_scalar, nnls
+
+        turned = np.exp(1j * self.omega * shifts[-1])[:, None]
+
+        def solved(exponent: float) -> tuple[Array, Array]:
+            power = (1j * self.reduced(shifts)) ** exponent
+            design = self.relative(np.column_stack([np.ones(len(power), dtype=complex), power]) * turned)
+            values, _ = nnls(design, np.ones(len(design)))
+            return values, design @ values - 1.0
+
+        end = minimize_scalar(
+            lambda b: float(np.sum(solved(b)[1] ** 2)), bounds=(1e-3, 0.999), method="bounded"
+        )
+        values, residual = solved(float(end.x))
+        misfit = 100.0 * np.sqrt(np.mean(residual.reshape(2, -1) ** 2, axis=1))
+        return SpringPot(float(values[0]), float(values[1]), float(end.x), float(misfit[0]), float(misfit[1]))
+
 
 def _curvature(design: Array) -> Array:
     """Return the penalty's rows: second differences of the moduli, in units of the mean modulus of the data."""
@@ -403,26 +427,3 @@ def _regularised(design: Array, target: Array, weight: float | None) -> tuple[fl
             best = score, float(tried), values
     assert best is not None
     return best[1], best[2]
-
-
-def _overlapping(problem: _Problem, shown: int) -> Array:
-    """Return first shifts (t,), natural logarithms: neighbouring sweeps overlap in ln E'."""
-    count = len(problem.free) - 1
-    shifts = np.zeros(count)
-    for k in range(shown + 1, count):
-        shifts[k] = shifts[k - 1] + _shift_between(problem, k - 1, k)
-    for k in range(shown - 1, -1, -1):
-        shifts[k] = shifts[k + 1] + _shift_between(problem, k + 1, k)
-    return shifts
-
-
-def _shift_between(problem: _Problem, first: int, other: int) -> float:
-    """Return ln a of the second sweep relative to the first, by their storage moduli over their common range."""
-    curves = []
-    for k in (first, other):
-        rows = np.flatnonzero(problem.step_of == k)
-        order = rows[np.argsort(problem.omega[rows])]
-        curves.append((np.log(problem.omega[order]), np.log(problem.storage[order])))
-    (x1, y1), (x2, y2) = curves
-    slope = 0.5 * (np.polyfit(x1, y1, 1)[0] + np.polyfit(x2, y2, 1)[0])
-    return float((np.mean(y2) - np.mean(y1)) / max(slope, 1e-3) - (np.mean(x2) - np.mean(x1)))

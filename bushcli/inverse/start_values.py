@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import lsq_linear
 
+from bushcli.inverse.local import bounded_step
 from bushcli.inverse.problem import LeastSquaresProblem
 from cases.stability import moduli
 
@@ -130,13 +130,9 @@ def scaled(problem: LeastSquaresProblem, trial: Array) -> Array:
         points.append(np.where(free, trial * factor, trial))
     if all(channel.coupon for channel in problem.channels):
         slope = np.concatenate([s[:, free] * w[:, None] for (_, s), w in zip(forces, weights, strict=True)])
-        size = np.linalg.norm(slope, axis=0)
-        best = lsq_linear(
-            slope / size, wanted, (problem.bounds.lower[free] * size, problem.bounds.upper[free] * size)
-        )
-        whole = trial.copy()
-        whole[free] = best.x / size
-        points.append(whole)
+        best = trial.copy()
+        best[free], _ = bounded_step(-wanted, slope, problem.bounds.lower[free], problem.bounds.upper[free])
+        points.append(best)
     tried = [problem.bounds.inside(point) for point in points]
     costs = [problem.cost(point) for point in tried]
     reached = [(cost, i) for i, cost in enumerate(costs) if np.isfinite(cost)]
@@ -165,16 +161,14 @@ def sized(problem: LeastSquaresProblem, x: Array, enough: float = ENOUGH) -> Arr
     for _ in range(SIZINGS):
         # Relative changes of the stiffness, and changes of the effects.
         ways = np.column_stack([np.where(free, x, 0.0), np.eye(len(x))[:, effects]])
-        value, slope = problem.residual(x), problem.jacobian(x) @ ways
-        size = np.linalg.norm(slope, axis=0)
-        size[size == 0] = 1.0
-        low = np.concatenate([[-MOST], (problem.bounds.lower - x)[effects]]) * size
-        high = np.concatenate([[MOST], (problem.bounds.upper - x)[effects]]) * size
-        linear = lsq_linear(slope / size, -value, (low, high))
+        value = problem.residual(x)
+        low = np.concatenate([[-MOST], (problem.bounds.lower - x)[effects]])
+        high = np.concatenate([[MOST], (problem.bounds.upper - x)[effects]])
+        change, left = bounded_step(value, problem.jacobian(x) @ ways, low, high)
         before = float(value @ value)
-        if before - 2.0 * linear.cost <= enough * before:
+        if before - left <= enough * before:
             break
-        step = ways @ (linear.x / size)
+        step = ways @ change
         cost = problem.cost(x)
         tried = [problem.bounds.inside(x + share * step) for share in SHORTENED]
         better = next((i for i, point in enumerate(tried) if problem.cost(point) < cost), None)

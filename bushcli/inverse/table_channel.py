@@ -17,7 +17,8 @@ from bushcli.case import Case
 from bushcli.faults.dynamic import table_faults
 from bushcli.inverse.channel import Channel, ChannelForces, FitChannel, StepLimit
 from bushcli.inverse.channels import dynamic_tables
-from bushcli.inverse.dynamic_channel import DynamicChannel, Store
+from bushcli.inverse.dynamic_channel import DynamicChannel
+from bushcli.inverse.dynamic_simulation import Store
 from bushcli.recording.dynamic.rows import RecordedTable, recorded_table
 from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.dynamic_tables import by_temperature
@@ -48,7 +49,7 @@ class TableChannel(FitChannel):
         for rows, temperature in by_temperature(case, table):
             part = table.rows(rows)
             conditions = (part.preload, part.preload_force, part.frequency, part.amplitude)
-            name = (table.name, temperature, *(one.tobytes().hex() for one in conditions))
+            name = (table.name, temperature, *(values.tobytes().hex() for values in conditions))
 
             def stored(model: FiniteElementModel, uneven: bool, name: tuple[object, ...] = name) -> Store:
                 return stores(model, (*name, uneven))
@@ -109,10 +110,10 @@ def recorded_tables(case: Case, tables: TableCache | None = None) -> tuple[Recor
     tables : TableCache, optional
         Cache of the files that the caller reads.
     """
-    found = []
+    recorded = []
     for table in dynamic_tables(case, tables):
         faulty = np.zeros(len(table), dtype=bool)
         for fault in table_faults(case.geometry, [table]):
             faulty |= fault.samples & (not fault.fatal)
-        found.append(recorded_table(table, faulty))
-    return tuple(found)
+        recorded.append(recorded_table(table, faulty))
+    return tuple(recorded)

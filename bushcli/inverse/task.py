@@ -31,6 +31,7 @@ from forms.law import Law, law, laws
 
 if TYPE_CHECKING:
     from bushcli.inverse.dynamic_channel import DynamicChannel
+    from bushcli.recording.dynamic.table import DynamicTable
 
 Array = NDArray[np.float64]
 
@@ -64,6 +65,8 @@ class Task:
         Identify the bulk modulus, the density of the rubber too.
     hold_out : tuple of str
         Channels that are predicted instead of fitted.
+    tables : tuple of DynamicTable, optional
+        Of the bushing, where the caller has read them.
     """
 
     case: Case
@@ -81,6 +84,7 @@ class Task:
     seed: int = 0
     workers: int = 1
     terms: int | None = None
+    tables: tuple[DynamicTable, ...] | None = None
 
     @property
     def law(self) -> Law:
@@ -116,13 +120,20 @@ class Task:
     @property
     def effects(self) -> tuple[ActiveEffect, ...]:
         """The case's effects with start values of all their parameters."""
-        return tuple(active.started(self.period(active)) for active in self.case.effects)
+        return tuple(
+            active.started(self.period(active))
+            if any(p.name not in active.values for p in active.parameters)
+            else active
+            for active in self.case.effects
+        )
 
     @cached_property
     def _highest(self) -> dict[tuple[str, str], float]:
         """Highest frequency (Hz) of each table of the bushing, by name and mode."""
-        read = [] if self.source == "coupons" else dynamic_tables(self.case)
-        return {(table.name, table.mode): float(table.frequency.max()) for table in read}
+        if self.source == "coupons":
+            return {}
+        tables = dynamic_tables(self.case) if self.tables is None else self.tables
+        return {(table.name, table.mode): float(table.frequency.max()) for table in tables}
 
     def period(self, active: ActiveEffect) -> float | None:
         """Return the period (s) of the highest frequency of the tables that an effect changes; None without any."""

@@ -46,7 +46,7 @@ class ThinnedFit:
     equilibrium, modulus : float
         E_inf and E_1, MPa.
     constants : mapping
-        Of the effect payne, by name.
+        Of the effect `payne`, by name.
     shear : float
         Shear strain per unit of the coupon's strain.
     storage_percent, loss_percent : float
@@ -82,11 +82,7 @@ def _harmonics(constants: Mapping[str, float], gamma: Array, frequency: Array) -
     moduli, times = _unit(constants)
     clock = (constants[name] for name in ("path", "offset", "exponent"))
     thinned = ThinnedSpectrum(moduli / moduli.sum(), times, *clock)
-    s = np.empty(len(gamma), dtype=np.complex128)
-    for value in np.unique(frequency):
-        own = frequency == value
-        s[own] = thinned.harmonics(gamma[own], float(value))[0]
-    return s
+    return thinned.harmonics(gamma, frequency)[0]
 
 
 def _unit(constants: Mapping[str, float]) -> tuple[Array, Array]:
@@ -95,14 +91,9 @@ def _unit(constants: Mapping[str, float]) -> tuple[Array, Array]:
 
 
 def fit_thinned(table: DynamicTable, shear: float) -> ThinnedFit:
-    """Return the constants that fit a table of one temperature best.
+    """Return the constants that fit the table of a coupon best: of one temperature, with amplitudes.
 
-    Parameters
-    ----------
-    table : DynamicTable
-        Of a coupon, with amplitudes.
-    shear : float
-        Shear strain sqrt(2 dev eps : dev eps) per unit of the coupon's strain, a ratio: sqrt(3) in tension.
+    `shear` is the shear strain sqrt(2 dev eps : dev eps) per unit of the coupon's strain: sqrt(3) in tension.
     """
     gamma, frequency = shear * table.amplitude, table.frequency
     middle, pace = float(np.exp(np.log(gamma).mean())), float(np.exp(np.log(frequency).mean()))

@@ -32,23 +32,15 @@ _RATES = 3
 
 @dataclass(frozen=True)
 class Bins:
-    """The grid that a channel's samples are sorted into.
+    """The grid that a channel's samples are sorted into."""
 
-    Attributes
-    ----------
-    edges : (d + 1,) array
-        Edges of the bands of the absolute displacement, from 0, mm or rad.
-    cycles : tuple of (int, int)
-        First and last cycle of each group; every cycle is a group unless there are many.
-    rates : tuple of (float, float)
-        Slowest and fastest branch of each class of rates, mm/s or rad/s, the slowest first; (nan, nan) without time.
-    place : (5, n) array of int
-        Rate, branch (`KINDS`), side (`SIDES`), cycle group and band of each sample.
-    """
-
+    # Edges (d + 1,) of the bands of the absolute displacement, from 0, mm or rad.
     edges: Array
+    # First and last cycle of each group; every cycle is a group unless there are many.
     cycles: tuple[tuple[int, int], ...]
+    # Slowest and fastest branch of each class of rates, mm/s or rad/s, the slowest first; (nan, nan) without time.
     rates: tuple[tuple[float, float], ...]
+    # Rate, branch (`KINDS`), side (`SIDES`), cycle group and band of each sample, shape (5, n).
     place: Index
 
     @property
@@ -110,7 +102,7 @@ class Bin:
 
 def bins(recording: Recording) -> Bins:
     """Return the grid of a recording (n samples), and the place of each sample in it."""
-    found = branches(recording)
+    segments = branches(recording)
     q, n = recording.displacement, len(recording.displacement)
     # About `_BANDS` bands from 0 to the largest displacement, at round numbers of mm or degrees.
     unit = np.pi / 180 if modes()[recording.mode].rotational else 1.0
@@ -123,8 +115,8 @@ def bins(recording: Recording) -> Bins:
     cycle = np.empty(n, dtype=int)
     kind = np.empty(n, dtype=int)
     rate = np.empty(n, dtype=int)
-    classes, rates = _rates(found, recording)
-    for branch, its_class in zip(found, classes, strict=True):
+    classes, rates = _rates(segments, recording)
+    for branch, its_class in zip(segments, classes, strict=True):
         cut = slice(branch.start, branch.stop)
         cycle[cut], kind[cut], rate[cut] = branch.cycle, KINDS.index(branch.kind), its_class
     numbers = np.unique(cycle).tolist()
@@ -145,11 +137,6 @@ def bin_tests(compared: Compared, grid: Bins) -> list[Bin]:
     A mean of n samples has the standard error sigma sqrt(T / n), with T the correlation time, and a sum of squares has
     n / T degrees of freedom; the degrees of freedom of t and F allow for the estimation of the noise. The smaller
     probability of the two tests is doubled.
-
-    Parameters
-    ----------
-    compared : Compared
-    grid : Bins
     """
     known, noise = compared.known, compared.noise
     misfit = np.where(known, compared.misfit, 0.0)
@@ -182,15 +169,15 @@ def bin_tests(compared: Compared, grid: Bins) -> list[Bin]:
 
 
 def _rates(
-    found: tuple[Segment, ...], recording: Recording
+    segments: tuple[Segment, ...], recording: Recording
 ) -> tuple[list[int], tuple[tuple[float, float], ...]]:
     """Rate class of each branch, and the classes; a hold belongs to the rate at which it was reached."""
     time, q = recording.time, recording.displacement
     if time is None:
-        return [0] * len(found), ((float("nan"), float("nan")),)
+        return [0] * len(segments), ((float("nan"), float("nan")),)
     speeds, last = [], float("nan")
-    for i, branch in enumerate(found):
-        first = departure(found, i)
+    for i, branch in enumerate(segments):
+        first = departure(segments, i)
         seconds = float(time[branch.stop - 1] - time[first])
         if branch.kind != "hold" and seconds > 0:
             last = abs(float(q[branch.stop - 1] - q[first])) / seconds

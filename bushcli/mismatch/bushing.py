@@ -49,27 +49,16 @@ LARGE, REPEATS = 0.02, 3
 
 @dataclass(frozen=True)
 class Seen:
-    """Data of a channel for the map.
-
-    Attributes
-    ----------
-    compared : Compared
-    jacobian : shape (n, p)
-        Derivatives of the simulated force by the fitted parameters.
-    slope : shape (n, m)
-        Derivatives of the simulated force by the stiffness of the channel's cells.
-    cells : Cells
-    mirrors : frozenset of {"x", "y", "z"}
-        Planes at which its mesh is cut.
-    shared : float
-        Standard deviation of the common factor of its forces (`calibration`).
-    """
+    """Data of a channel for the map."""
 
     compared: Compared
+    # Derivatives of the simulated force by the fitted parameters (n, p), and by the stiffness of the cells (n, m).
     jacobian: Array
     slope: Array
     cells: Cells
+    # Planes at which its mesh is cut.
     mirrors: Mirrors
+    # Standard deviation of the common factor of its forces (`calibration`).
     shared: float
 
 
@@ -119,11 +108,11 @@ def local_map(
     shape, linear = channels[0].model.mesh.shape, channels[0].model.law.linear
     for repeat in range(REPEATS + 1):
         seen = []
-        for channel, one, jacobian in zip(channels, compared, jacobians, strict=True):
+        for channel, of_channel, jacobian in zip(channels, compared, jacobians, strict=True):
             notify(channel.name)
             slope, cells = _slopes(channel, parameters)
             mirrors, shared = channel.model.mesh.mirrors, calibration.factor_of(channel)
-            seen.append(Seen(one, jacobian, slope, cells, mirrors, shared))
+            seen.append(Seen(of_channel, jacobian, slope, cells, mirrors, shared))
         combined = Combined(seen, shape)
         before = before or combined.gains.before
         if not held or not LARGE <= abs(combined.uniform) < 0.9 or repeat == REPEATS:
@@ -132,8 +121,8 @@ def local_map(
         scale *= factor
         parameters |= {name: factor * value for name, value in parameters.items() if name in linear}
         compared = [
-            replace(one, simulated=np.where(one.known, force, np.nan))
-            for force, one in zip(
+            replace(of_channel, simulated=np.where(of_channel.known, force, np.nan))
+            for force, of_channel in zip(
                 (c.at_samples(c.solve(parameters, c.model.law.linear[:1]))[0] for c in channels),
                 compared,
                 strict=True,
@@ -152,21 +141,21 @@ def _slopes(channel: Channel, parameters: Mapping[str, float]) -> tuple[Array, C
     if isinstance(simulation, Reaction):
         return simulation.local()
     if not isinstance(simulation, Simulation) or not simulation.path_dependent:
-        found = local.swept(model, channel.targets)
-        q, slope = found.history.displacement, found.slope
+        sweep = local.swept(model, channel.targets)
+        q, slope = sweep.history.displacement, sweep.slope
         if channel.odd:
             # Mirrored halves of the rubber change places with the sign of the load.
-            plane, dimension = model.mode.reversed_by, found.cells.points.shape[1]
-            image = found.cells.centres.copy()
+            plane, dimension = model.mode.reversed_by, sweep.cells.points.shape[1]
+            image = sweep.cells.centres.copy()
             if plane is not None and (dimension == 3 or plane == "z"):
                 image[:, dimension - 1 if plane == "z" else "xy".index(plane)] *= -1.0
-            q, slope = unfolded(q, slope, -slope[:, KDTree(found.cells.centres).query(image)[1]])
-        return np.asarray(CubicSpline(q, slope)(channel.recording.displacement)), found.cells
+            q, slope = unfolded(q, slope, -slope[:, KDTree(sweep.cells.centres).query(image)[1]])
+        return np.asarray(CubicSpline(q, slope)(channel.recording.displacement)), sweep.cells
     # The rig's part in the curve is left out: it does not change which cells carry the force.
     steps, q = simulation.steps, simulation.displacement
-    found = local.marched(model, Program(steps.displacement, steps.time if steps.timed else None))
+    march = local.marched(model, Program(steps.displacement, steps.time if steps.timed else None))
     clock = np.arange(len(q), dtype=float) if simulation.time is None else simulation.time
-    return steps.interpolation(clock[channel.recording.places]) @ found.slope, found.cells
+    return steps.interpolation(clock[channel.recording.places]) @ march.slope, march.cells
 
 
 # -- one field for all of them ---------------------------------------------------------------------------------------
@@ -176,14 +165,14 @@ class Combined:
     """All channels on one set of cells: the mesh that is cut at the fewest planes, preferably a half-plane."""
 
     def __init__(self, seen: Sequence[Seen], shape: Shape) -> None:
-        self.names, self.shape = [one.compared.name for one in seen], shape
+        self.names, self.shape = [data.compared.name for data in seen], shape
         host = min(
-            seen, key=lambda one: (one.cells.points.shape[1], len(one.mirrors), -len(one.cells.volume))
+            seen, key=lambda data: (data.cells.points.shape[1], len(data.mirrors), -len(data.cells.volume))
         )
         self.cells, self.mirrors = host.cells, host.mirrors
-        slopes = [one.slope @ onto(one.cells, one.mirrors, self.cells, self.mirrors) for one in seen]
-        compared, jacobians = [one.compared for one in seen], [one.jacobian for one in seen]
-        shared = [one.shared for one in seen]
+        slopes = [data.slope @ onto(data.cells, data.mirrors, self.cells, self.mirrors) for data in seen]
+        compared, jacobians = [data.compared for data in seen], [data.jacobian for data in seen]
+        shared = [data.shared for data in seen]
         self.linear = calibration.linear_fit(compared, shared, jacobians)
         self.slope = calibration.columns(compared, shared, slopes)
         # The same without allowance for a common factor: what a reader calls the misfit.
@@ -199,8 +188,8 @@ class Combined:
 
         def left(change: Array | float) -> float:
             along = self.plain_slope @ np.broadcast_to(change, len(self.cells.volume))
-            found = self.plain.rest + self.plain.left(along)
-            return float(found @ found)
+            misfit = self.plain.rest + self.plain.left(along)
+            return float(misfit @ misfit)
 
         return Gains(left(0.0), left(self.uniform), left(self.beside + self.field.change))
 

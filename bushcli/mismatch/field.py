@@ -85,9 +85,9 @@ def covariance(cells: Cells, length: float) -> Array:
     np.add.at(precision, (j, j), length**2 * weight)
     np.add.at(precision, (i, j), -(length**2) * weight)
     np.add.at(precision, (j, i), -(length**2) * weight)
-    found = np.linalg.inv(precision)
-    found *= cells.volume.sum() / float(cells.volume @ np.diag(found))
-    return np.asarray(0.5 * (found + found.T))
+    prior = np.linalg.inv(precision)
+    prior *= cells.volume.sum() / float(cells.volume @ np.diag(prior))
+    return np.asarray(0.5 * (prior + prior.T))
 
 
 def _beside(linear: Linearised, slope: Array) -> tuple[Array, Array]:
@@ -161,11 +161,11 @@ def estimate(linear: Linearised, slope: Array, prior: Array) -> Field:
 
 def _likelihoods(squares: NDArray[np.floating], signal: NDArray[np.floating]) -> Array:
     """Twice the logarithm of the likelihood ratio against no field, shape (simulations, sizes)."""
-    found: Array = np.zeros((len(squares), len(SIZES)))
+    ratios: Array = np.zeros((len(squares), len(SIZES)))
     for i, size in enumerate(SIZES):
         gain = size**2 * signal
-        found[:, i] = squares @ (gain / (1.0 + gain)) - np.log1p(gain).sum()
-    return found
+        ratios[:, i] = squares @ (gain / (1.0 + gain)) - np.log1p(gain).sum()
+    return ratios
 
 
 @dataclass(frozen=True)

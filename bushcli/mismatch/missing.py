@@ -17,7 +17,6 @@ from bushcli.likelihood.calibration import UNREMARKABLE
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.noise import Compared
 from bushcli.mismatch.maps import Missing, MissingProfile
-from bushcli.mismatch.waves import waves
 from bushcli.recording import Recording, branches
 from cases.mode import modes
 
@@ -38,6 +37,9 @@ BY_CYCLE = 0.8
 # Judgement.
 WAVES = 6
 JUMPS = np.linspace(0.0, 1.0, 42)[1:-1]
+# Waves over the range of the displacement or the duration, from, to and step: fewer are a trend, as another law or a
+# slow drift gives; more are sampled too coarsely by recordings of some hundred samples.
+COUNTS = (3.0, 30.0, 0.1)
 # Share that each further coefficient has to describe in addition; weight of a misfit that no sentence describes.
 # Words only: with them the sentences of `tests/unit/mismatch/test_missing.py` are right.
 PRICE, UNSAID = 0.05, 0.1
@@ -59,8 +61,8 @@ def missing(
         Share of the plain law's squared misfit above the noise that is left.
     """
     force, profiles, said = {}, [], []
-    for channel, one in zip(channels, features, strict=True):
-        mean = missing_force(channel, one)
+    for channel, own in zip(channels, features, strict=True):
+        mean = missing_force(channel, own)
         force[channel.name] = mean
         profiles += _profiles(channel, mean)
         said += _said(channel, mean, len(channels) > 1)
@@ -90,18 +92,18 @@ def constant_factor(share: float, mode: str) -> str:
     return f"{said}, more than the error of {what} (about {100 * UNREMARKABLE:.0f} %): {causes} may differ"
 
 
-def missing_force(channel: Compared, one: Features) -> Array:
+def missing_force(channel: Compared, own: Features) -> Array:
     """Return the posterior mean (n,) of recorded less simulated force: its smooth part, without noise.
 
     Parameters
     ----------
     channel : Compared
         n samples, N, N mm or MPa.
-    one : Features
+    own : Features
         Of the channel.
     """
     misfit = np.where(channel.known, -channel.misfit, 0.0)
-    return one.shrunk(misfit)
+    return own.shrunk(misfit)
 
 
 def _profiles(channel: Compared, mean: Array) -> list[MissingProfile]:
@@ -110,25 +112,25 @@ def _profiles(channel: Compared, mean: Array) -> list[MissingProfile]:
     noise = channel.noise.sigma * np.sqrt(channel.noise.correlation_time)
 
     def profile(along: Along, branch: str, groups: Sequence[tuple[float, Index]]) -> list[MissingProfile]:
-        kept = [(x, index) for x, index in groups if len(index)]
-        if len(kept) < 2:
+        filled = [(x, index) for x, index in groups if len(index)]
+        if len(filled) < 2:
             return []
-        x = np.array([x for x, _ in kept])
-        value = np.array([float(np.mean(mean[index])) for _, index in kept]) * unit
-        std = np.array([noise / np.sqrt(len(index)) for _, index in kept]) * unit
+        x = np.array([x for x, _ in filled])
+        value = np.array([float(np.mean(mean[index])) for _, index in filled]) * unit
+        std = np.array([noise / np.sqrt(len(index)) for _, index in filled]) * unit
         return [MissingProfile(channel.name, along, branch, x, value, std)]
 
-    found: list[MissingProfile] = []
+    profiles: list[MissingProfile] = []
     by_kind: dict[str, list[Segment]] = {}
     for branch in branches(recording):
         by_kind.setdefault(branch.kind, []).append(branch)
     for kind, some in by_kind.items():
         index = np.concatenate([np.arange(b.start, b.stop) for b in some])
         if kind != "hold":
-            found += profile("displacement", kind, _binned(recording.displacement, index, POINTS))
+            profiles += profile("displacement", kind, _binned(recording.displacement, index, POINTS))
     everything = np.arange(len(recording.force))
     if recording.time is not None:
-        found += profile("time", "", _binned(recording.time, everything, TIMES))
+        profiles += profile("time", "", _binned(recording.time, everything, TIMES))
     cycles: dict[int, list[Index]] = {}
     rates: dict[float, list[Index]] = {}
     for branch in branches(recording):
@@ -142,9 +144,9 @@ def _profiles(channel: Compared, mean: Array) -> list[MissingProfile]:
         if rate > 0.0:
             near = next((r for r in rates if 0.7 < rate / r < 1.4), rate)
             rates.setdefault(near, []).append(index)
-    found += profile("cycle", "", [(float(c), np.concatenate(i)) for c, i in sorted(cycles.items())])
-    found += profile("rate", "", [(r, np.concatenate(i)) for r, i in sorted(rates.items())])
-    return found
+    profiles += profile("cycle", "", [(float(c), np.concatenate(i)) for c, i in sorted(cycles.items())])
+    profiles += profile("rate", "", [(r, np.concatenate(i)) for r, i in sorted(rates.items())])
+    return profiles
 
 
 def _binned(x: Array, index: Index, count: int) -> list[tuple[float, Index]]:
@@ -170,31 +172,31 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
     size = float(np.sqrt(power / len(mean))) / span
     if size < TINY:
         return []
-    found, best = [], 0.0
+    sentences, best = [], 0.0
     elastic, is_even = _elastic(recording, mean)
     for basis, words, timed in _descriptions(recording):
-        a: Any = np.linalg.lstsq(basis, mean, rcond=None)[0]
-        share = _described(basis, mean)
+        whole_share, coefficients = _described(basis, mean)
+        share = whole_share
         if basis.shape[1] > 1:
             # A sentence says something about the last coefficient, which has to describe more than those before it.
-            if share < _described(basis[:, :-1], mean) + PRICE:
+            if share < _described(basis[:, :-1], mean)[0] + PRICE:
                 continue
             share -= PRICE
         # Where it follows the displacement as well, nothing shows that it depends on time.
         if share > SAYS and not (timed and elastic >= share):
-            found.append((share * size, at + words(a)))
-            best = max(best, _described(basis, mean))
-    share, text = max(*_by_cycle(recording, mean), *_by_time(recording, mean))
+            sentences.append((share * size, at + words(coefficients)))
+            best = max(best, whole_share)
+    share, text = max(_varying(recording, mean))
     if share > max(BY_CYCLE, elastic, best + PRICE):
         return [(share * size, at + text)]
     # A wave has two coefficients and a period; a short one is smoothed away in the features of a branch.
     whole = np.where(channel.known, -channel.misfit, 0.0)
-    share, text = max(one for rows in (mean, whole) for one in waves(recording, rows))
+    share, text = max(described for rows in (mean, whole) for described in _waves(recording, rows))
     share -= 2 * PRICE
     if share > max(SAYS, elastic, best):
         return [(share * size, at + text)]
-    if found:
-        return found
+    if sentences:
+        return sentences
     if elastic > SAYS:
         law = (
             ": it has one sign in both directions, which no law of a symmetric bushing gives"
@@ -210,10 +212,11 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
     return [(UNSAID * size, at + text)]
 
 
-def _described(basis: Array, mean: Array) -> float:
-    """Return the share of the missing force's sum of squares that columns (n, k) explain."""
-    rest = mean - basis @ np.linalg.lstsq(basis, mean, rcond=None)[0]
-    return 1.0 - float(rest @ rest) / float(mean @ mean)
+def _described(basis: Array, mean: Array) -> tuple[float, Array]:
+    """Return the share of the missing force's sum of squares that columns (n, k) describe, and coefficients (k,)."""
+    size = np.asarray(np.linalg.lstsq(basis, mean, rcond=None)[0], dtype=np.float64)
+    rest = mean - basis @ size
+    return 1.0 - float(rest @ rest) / float(mean @ mean), size
 
 
 def _descriptions(recording: Recording) -> Iterator[tuple[Array, Words, bool]]:
@@ -266,54 +269,61 @@ def _passes(recording: Recording) -> tuple[Array, Array]:
     return loading, cycle
 
 
-def _by_cycle(recording: Recording, mean: Array) -> list[tuple[float, str]]:
-    """Shares of the missing force's square that a constant, or a factor, of each cycle describes, with a sentence."""
-    _, cycle = _passes(recording)
-    numbers = sorted(set(cycle))
-    if len(numbers) < 3:
-        return [(0.0, "")]
-    own = np.column_stack([np.where(cycle == one, 1.0, 0.0) for one in numbers])
-    found = []
-    for basis, what, unit in (
-        (own, "zero of the force", float(np.ptp(recording.force))),
-        (own * recording.force[:, None], "stiffness", 1.0),
-    ):
-        size = np.linalg.lstsq(basis, mean, rcond=None)[0] / unit
-        text = (
-            f"the {what} differs from cycle to cycle, by {100 * size.min():+.1f} to {100 * size.max():+.1f} %"
-        )
-        text += " of the range" if what != "stiffness" else ""
-        found.append((_described(basis, mean), text))
-    return found
+def _varying(recording: Recording, mean: Array) -> list[tuple[float, str]]:
+    """Shares of the missing force's square that a zero or a stiffness explains that changes, with a sentence each.
 
-
-def _by_time(recording: Recording, mean: Array) -> list[tuple[float, str]]:
-    """Shares of the missing force's square that a zero or a stiffness explains that varies slowly, with a sentence.
-
-    Slowly: as cosines of up to `WAVES` half-waves over the recording; or with one jump, where that explains as much.
+    It has a value of its own in each cycle; or it varies slowly, as cosines of up to `WAVES` half-waves over the
+    recording; or it jumps once.
     """
-    if recording.time is None:
-        return [(0.0, "")]
-    clock = (recording.time - recording.time[0]) / float(np.ptp(recording.time))
-    waves = np.cos(np.pi * np.outer(clock, np.arange(WAVES + 1)))
-    found = []
-    for factor, what, unit in (
-        (np.ones(len(mean)), "zero of the force", float(np.ptp(recording.force))),
-        (recording.force, "stiffness", 1.0),
+    _, cycle = _passes(recording)
+    numbers, time, sentences = sorted(set(cycle)), recording.time, [(0.0, "")]
+    for factor, what, unit, of in (
+        (np.ones(len(mean)), "zero of the force", float(np.ptp(recording.force)), " of the range"),
+        (recording.force, "stiffness", 1.0, ""),
     ):
-        of = " of the range" if what != "stiffness" else ""
-        slow = waves @ np.linalg.lstsq(waves * factor[:, None], mean, rcond=None)[0] / unit
-        share = _described(waves * factor[:, None], mean) - PRICE
-        text = f"the {what} varies with time, by {100 * slow.min():+.1f} to {100 * slow.max():+.1f} %{of}"
-        found.append((share, text))
-        jumps = [(at, np.column_stack([factor, np.where(clock >= at, factor, 0.0)])) for at in JUMPS]
-        at, best = max(jumps, key=lambda one: _described(one[1], mean))
-        size = 100 * float(np.linalg.lstsq(best, mean, rcond=None)[0][1]) / unit
-        seconds = float(recording.time[0]) + at * float(np.ptp(recording.time))
-        found.append(
-            (_described(best, mean), f"the {what} jumps by {size:+.1f} %{of} at about {seconds:.3g} s")
-        )
-    return found
+        if len(numbers) >= 3:
+            share, size = _described((cycle[:, None] == numbers) * factor[:, None], mean)
+            low, high = 100 * size.min() / unit, 100 * size.max() / unit
+            text = f"the {what} differs from cycle to cycle, by {low:+.1f} to {high:+.1f} %{of}"
+            sentences.append((share, text))
+        if time is None:
+            continue
+        clock = (time - time[0]) / float(np.ptp(time))
+        cosines = np.cos(np.pi * np.outer(clock, np.arange(WAVES + 1)))
+        share, size = _described(cosines * factor[:, None], mean)
+        low, high = 100 * (cosines @ size).min() / unit, 100 * (cosines @ size).max() / unit
+        text = f"the {what} varies with time, by {low:+.1f} to {high:+.1f} %{of}"
+        sentences.append((share - PRICE, text))
+        jumps = [(*_described(np.column_stack([factor, factor * (clock >= at)]), mean), at) for at in JUMPS]
+        share, size, at = max(jumps, key=lambda jump: jump[0])
+        text = f"the {what} jumps by {100 * size[1] / unit:+.1f} %{of} at about "
+        sentences.append((share, f"{text}{time[0] + at * np.ptp(time):.3g} s"))
+    return sentences
+
+
+def _waves(recording: Recording, mean: Array) -> list[tuple[float, str]]:
+    """Shares of the missing force's square that one wave explains, by displacement or time, with a sentence."""
+    mode = modes()[recording.mode]
+    unit, factor = (" degrees", 180.0 / np.pi) if mode.rotational else (" mm", 1.0)
+    if mode.specimen == "coupon":
+        unit = " of strain"
+    sentences = []
+    for x, along, by, unit_of_x in (
+        (recording.displacement, "along the displacement", factor, unit),
+        (recording.time, "with time", 1.0, " s"),
+    ):
+        if x is None or np.ptp(x) == 0.0:  # in a hold alone nothing moves
+            continue
+        waves = []
+        for count in np.arange(*COUNTS):
+            phase = 2.0 * np.pi * count * (x - x[0]) / float(np.ptp(x))
+            share, size = _described(np.column_stack([np.ones_like(x), np.cos(phase), np.sin(phase)]), mean)
+            waves.append((share, by * float(np.ptp(x)) / count, float(np.hypot(size[1], size[2]))))
+        share, period, amplitude = max(waves)
+        text = f"the force rises and falls {along} every {period:.2g}{unit_of_x}, by "
+        text += f"{100 * amplitude / float(np.ptp(recording.force)):.1f} % of the range to either side"
+        sentences.append((share, text))
+    return sentences
 
 
 def _elastic(recording: Recording, mean: Array) -> tuple[float, bool]:

@@ -60,15 +60,7 @@ def thickness(cells: Cells) -> float:
 
 
 def zones(cells: Cells, mirrors: Mirrors, shape: Shape) -> tuple[list[str], Array]:
-    """Names of parts of the rubber, and which cells (m, k) belong to each.
-
-    Parameters
-    ----------
-    cells : Cells
-    mirrors : frozenset of {"x", "y", "z"}
-        Planes at which their mesh is cut.
-    shape : Shape
-    """
+    """Names of parts of the rubber, and which cells (m, k) belong to each."""
     radius, height = _place_of(cells, True, frozenset()).T
     corners = _section(cells.points)
     across = (radius - corners[:, 0].min()) / thickness(cells)

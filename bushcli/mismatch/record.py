@@ -118,20 +118,24 @@ class Location:
 def locate(channels: Sequence[Compared]) -> Location:
     """Return where the misfit of all channels is."""
     grids = [bins(channel.recording) for channel in channels]
-    tested = [one for channel, grid in zip(channels, grids, strict=True) for one in bin_tests(channel, grid)]
+    tested = [
+        tested_bin
+        for channel, grid in zip(channels, grids, strict=True)
+        for tested_bin in bin_tests(channel, grid)
+    ]
     excess = sum(_excess(channel, channel.known) for channel in channels)
-    found: list[Mismatch] = []
+    mismatches: list[Mismatch] = []
     for channel, grid in zip(channels, grids, strict=True):
-        found += _mismatches(channel, grid, excess, len(channels))
-    found.sort(key=lambda one: -one.share)
+        mismatches += _mismatches(channel, grid, excess, len(channels))
+    mismatches.sort(key=lambda mismatch: -mismatch.share)
     count = max(sum(int(channel.known.sum()) for channel in channels), 1)
     ratio = float(np.sqrt(max(1.0 + excess / count, 0.0)))
     # Holm's procedure: bins that are significant among all that are tested.
     order = sorted(range(len(tested)), key=lambda i: tested[i].p)
     failed = (k for k, i in enumerate(order) if tested[i].p > LEVEL / (len(tested) - k))
     passed = set(order[: next(failed, len(order))])
-    marked = tuple(replace(one, significant=i in passed) for i, one in enumerate(tested))
-    return Location(tuple(found[:_MOST]), excess, marked, ratio)
+    marked = tuple(replace(tested_bin, significant=i in passed) for i, tested_bin in enumerate(tested))
+    return Location(tuple(mismatches[:_MOST]), excess, marked, ratio)
 
 
 def _excess(channel: Compared, samples: NDArray[np.bool_]) -> float:
@@ -159,7 +163,7 @@ def _mismatches(channel: Compared, grid: Bins, excess: float, channels: int) -> 
             break
         boxes.append((box, p))
         left &= ~mask
-    found = []
+    mismatches = []
     left = np.ones(grid.shape, dtype=bool)
     for box, p in _joined(boxes):
         whole = _to_zero(box, total * left, count * left, force)
@@ -168,9 +172,9 @@ def _mismatches(channel: Compared, grid: Bins, excess: float, channels: int) -> 
         if not samples.any():
             continue
         share = max(_excess(channel, samples), 0.0) / excess if excess > 0 else 0.0
-        found.append(_mismatch(channel, grid, whole, samples, share, p))
+        mismatches.append(_mismatch(channel, grid, whole, samples, share, p))
         left &= ~mask
-    return found
+    return mismatches
 
 
 def _joined(boxes: Sequence[tuple[Box, float]]) -> list[tuple[Box, float]]:
@@ -204,7 +208,7 @@ def _to_zero(box: Box, total: Array, count: Array, force: Array) -> Box:
     if the band's misfit is nearer to that expectation than to zero, or within the noise of it.
     """
     signs = np.array(box.signs)[None, None, :, None, None]
-    shape = count if _is_higher(box) else force * signs
+    shape = count if box.is_higher else force * signs
     mask = box.mask(count.shape)
     of_shape = float((total * signs)[mask].sum()) / max(abs(float(shape[mask].sum())), 1e-300)
     first = box.bands[0]
@@ -217,11 +221,6 @@ def _to_zero(box: Box, total: Array, count: Array, force: Array) -> Box:
             break
         first -= 1
     return replace(box, bands=(first, box.bands[1]))
-
-
-def _is_higher(box: Box) -> bool:
-    """Whether the misfit points the same way on both sides."""
-    return box.signs[0] * box.signs[1] > 0
 
 
 def _mismatch(
@@ -244,13 +243,13 @@ def _mismatch(
         signs = np.full(len(signs), -1.0 if sides == {1} else 1.0)
     force, misfit = channel.recording.force[samples], channel.misfit[samples]
     difference = float(np.mean(misfit * signs))
-    higher = len(sides) == 2 and _is_higher(box)
+    higher = len(sides) == 2 and box.is_higher
     rms = float(np.sqrt(np.mean(misfit**2)))
     # Factor, less 1, on the recorded force that comes nearest to the simulated one; it has no meaning where the force
     # goes both ways or is small.
-    level, relative = float(np.abs(force).mean()), None
-    one_way = abs(float((force * signs).mean())) >= _ONE_WAY * level
-    if not higher and one_way and level >= _LARGE_ENOUGH * float(np.abs(channel.recording.force).max()):
+    mean_force, relative = float(np.abs(force).mean()), None
+    one_way = abs(float((force * signs).mean())) >= _ONE_WAY * mean_force
+    if not higher and one_way and mean_force >= _LARGE_ENOUGH * float(np.abs(channel.recording.force).max()):
         relative = float(misfit @ force / (force @ force))
     mean = difference if relative is None else relative * float(np.sqrt(np.mean(force**2)))
     sense: Sign = "too_high" if higher else "too_stiff"

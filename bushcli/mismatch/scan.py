@@ -42,27 +42,22 @@ _AS_GOOD = 0.90
 
 @dataclass(frozen=True)
 class Box:
-    """A part of a grid.
-
-    Attributes
-    ----------
-    rates, branches : tuple of int
-        Classes of rates and indices of branches that belong to it.
-    signs : (float, float)
-        Of the misfit on the positive and the negative side: (1, -1) for too stiff on both, (1, 1) for too high on
-        both; 0 for a side that does not belong to the box.
-    cycles, bands : (int, int)
-        First and last.
-    z : float
-        Sum of the misfit with these signs, over its standard deviation by noise.
-    """
+    """A part of a grid: classes of rates, indices of branches, first and last cycle and band."""
 
     rates: tuple[int, ...]
     branches: tuple[int, ...]
+    # Of the misfit on the positive and the negative side: (1, -1) for too stiff on both, (1, 1) for too high on both; 0
+    # for a side that does not belong to the box.
     signs: tuple[float, float]
     cycles: tuple[int, int]
     bands: tuple[int, int]
+    # Sum of the misfit with these signs, over its standard deviation by noise.
     z: float
+
+    @property
+    def is_higher(self) -> bool:
+        """Whether the misfit points the same way on both sides."""
+        return self.signs[0] * self.signs[1] > 0
 
     def mask(self, shape: tuple[int, ...]) -> NDArray[np.bool_]:
         """Which bins of a grid belong to it, of the grid's shape."""
@@ -71,6 +66,18 @@ class Box:
         cycles, bands = range(self.cycles[0], self.cycles[1] + 1), range(self.bands[0], self.bands[1] + 1)
         mask[np.ix_(self.rates, self.branches, sides, cycles, bands)] = True
         return mask
+
+    def restrictions(self, count: Array) -> int:
+        """Number of restrictions that the description needs."""
+        sides = count.sum(axis=(0, 1, 3, 4)) > 0
+        present = {i for i in range(3) if count[:, i].any()}
+        return (
+            (len(self.rates) < count.shape[0])
+            + (not present <= set(self.branches))
+            + (bool(sides.all()) and 0.0 in self.signs)
+            + (self.cycles != (0, count.shape[3] - 1))
+            + (self.bands != (0, count.shape[4] - 1))
+        )
 
 
 def strongest(total: Array, count: Array) -> Box | None:
@@ -83,11 +90,11 @@ def strongest(total: Array, count: Array) -> Box | None:
     count : array of the same shape
         Numbers of samples.
     """
-    found: list[Box] = []
+    boxes: list[Box] = []
     if not count.any():
         return None
-    choices, kept = _choices(count)
-    for choice, z in zip(choices, _z(total[None], count, kept)[0], strict=True):
+    choices, signs_of = _choices(count)
+    for choice, z in zip(choices, _z(total[None], count, signs_of)[0], strict=True):
         size = np.abs(z)
         # The best ranges of cycles and bands, and the best with all cycles, with all bands, and with both. Ranges are
         # ordered by their first index: the full one is the last of those that begin at 0.
@@ -95,10 +102,10 @@ def strongest(total: Array, count: Array) -> Box | None:
         best_pair = np.unravel_index(int(np.argmax(size)), size.shape)
         for place in (best_pair, (i, np.argmax(size[i])), (np.argmax(size[:, j]), j), (i, j)):
             cycles, bands = _range(place[0], count.shape[3]), _range(place[1], count.shape[4])
-            found.append(Box(*choice, cycles, bands, float(z[place])))
-    best = max(box.z**2 for box in found)
-    near = [box for box in found if box.z**2 >= _AS_GOOD * best]
-    return min(near, key=lambda box: (_words(box, count), -(box.z**2)))
+            boxes.append(Box(*choice, cycles, bands, float(z[place])))
+    best = max(box.z**2 for box in boxes)
+    near = [box for box in boxes if box.z**2 >= _AS_GOOD * best]
+    return min(near, key=lambda box: (box.restrictions(count), -(box.z**2)))
 
 
 def false_alarm(z: float, count: Array, freedom: float) -> float:
@@ -126,10 +133,10 @@ def _null(shape: tuple[int, ...], counts: bytes) -> tuple[float, float]:
     count = np.frombuffer(counts, dtype=np.int64).reshape(shape).astype(float)
     generator = np.random.default_rng(_SEED)
     largest = np.zeros(_REPLICATES)
-    _, kept = _choices(count)
+    _, signs_of = _choices(count)
     for start in range(0, _REPLICATES, _CHUNK):
         noise = generator.normal(size=(_CHUNK, *shape)) * np.sqrt(count)
-        largest[start : start + _CHUNK] = np.max(_z(noise, count, kept) ** 2, axis=(1, 2, 3))
+        largest[start : start + _CHUNK] = np.max(_z(noise, count, signs_of) ** 2, axis=(1, 2, 3))
     # By the method of moments, which depends on all replicates and not only on the few in the tail.
     scale = float(np.std(largest)) * np.sqrt(6.0) / np.pi
     return float(np.mean(largest)) - np.euler_gamma * scale, max(scale, 1e-9)
@@ -140,23 +147,25 @@ def _choices(count: Array) -> tuple[list[Choice], Array]:
     rates = [tuple(range(count.shape[0]))]
     if count.shape[0] > 1:
         rates += [(i,) for i in range(count.shape[0])]
-    found: dict[bytes, tuple[Choice, Array]] = {}
+    distinct: dict[bytes, tuple[Choice, Array]] = {}
     for choice in product(rates, _BRANCHES, _SIDES):
         some_rates, branches, signs = choice
-        kept = np.zeros(count.shape[:3])
-        kept[np.ix_(some_rates, branches)] = np.array(signs)
+        signs_of = np.zeros(count.shape[:3])
+        signs_of[np.ix_(some_rates, branches)] = np.array(signs)
         # Without holds, "all branches" are "loading and unloading"; without a negative side both sides are one.
-        kept *= count.sum(axis=(3, 4)) > 0
-        if kept.any():
-            key = (kept * kept[np.nonzero(kept)][0]).tobytes()
-            found.setdefault(key, (choice, kept))
-    return [choice for choice, _ in found.values()], np.array([kept for _, kept in found.values()])
+        signs_of *= count.sum(axis=(3, 4)) > 0
+        if signs_of.any():
+            key = (signs_of * signs_of[np.nonzero(signs_of)][0]).tobytes()
+            distinct.setdefault(key, (choice, signs_of))
+    return [choice for choice, _ in distinct.values()], np.array(
+        [signs_of for _, signs_of in distinct.values()]
+    )
 
 
-def _z(total: Array, count: Array, kept: Array) -> Array:
+def _z(total: Array, count: Array, signs_of: Array) -> Array:
     """Return z of all boxes, (replicates, choices, ranges of cycles, ranges of bands)."""
-    n = _ranges(np.tensordot(np.abs(kept), count, axes=3))
-    s = _ranges(np.einsum("mrbs,krbscd->kmcd", kept, total, optimize=True))
+    n = _ranges(np.tensordot(np.abs(signs_of), count, axes=3))
+    s = _ranges(np.einsum("mrbs,krbscd->kmcd", signs_of, total, optimize=True))
     return np.where(n >= _FEWEST, s / np.sqrt(np.maximum(n, 1.0)), 0.0)
 
 
@@ -177,16 +186,3 @@ def _pairs(n: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 def _range(i: np.intp | int, n: int) -> tuple[int, int]:
     low, high = _pairs(n)
     return int(low[i]), int(high[i])
-
-
-def _words(box: Box, count: Array) -> int:
-    """Number of restrictions that the description of a box needs."""
-    sides = count.sum(axis=(0, 1, 3, 4)) > 0
-    present = {i for i in range(3) if count[:, i].any()}
-    return (
-        (len(box.rates) < count.shape[0])
-        + (not present <= set(box.branches))
-        + (bool(sides.all()) and 0.0 in box.signs)
-        + (box.cycles != (0, count.shape[3] - 1))
-        + (box.bands != (0, count.shape[4] - 1))
-    )

@@ -13,7 +13,7 @@ import resource
 import subprocess
 import sys
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -133,16 +133,11 @@ def _taken_over(answer: bytes) -> Iterator[tuple[FilePart, Sequence[NDArray[Any]
     head, _, content = answer.partition(b"\n")
     at = 0
     for shown in json.loads(head):
-        columns: list[NDArray[Any] | None] = []
-        for kind in shown["kinds"]:
-            if kind is None:
-                columns.append(None)
-                continue
-            dtype = np.dtype(kind)
-            columns.append(np.frombuffer(content, dtype, shown["samples"], at))
-            at += shown["samples"] * dtype.itemsize
-        described = {key: value for key, value in shown.items() if key != "kinds"}
-        yield FilePart(**described), columns
+        columns = list[NDArray[Any] | None]()
+        for kind in shown.pop("kinds"):
+            columns.append(None if kind is None else np.frombuffer(content, kind, shown["samples"], at))
+            at += 0 if columns[-1] is None else columns[-1].nbytes
+        yield FilePart(**shown), columns
 
 
 def _columns(part: FilePart, wanted: Collection[str | int], all_of_them: bool) -> list[NDArray[Any] | None]:
@@ -204,19 +199,8 @@ def copy_contents(format_name: str, path: Path, wanted: Collection[str | int], o
                 raise ValueError(
                     f"has more than {_MOST_IN_ALL / 1e6:g} million numbers; export only those needed"
                 )
-            shown.append(
-                {
-                    "name": part.name,
-                    "names": list(part.names),
-                    "units": list(part.units),
-                    "samples": part.samples,
-                    "cells": part.cells,
-                    "dates": part.dates,
-                    "origin": part.origin,
-                    "remarks": list(part.remarks),
-                    "kinds": [None if column is None else column.dtype.str for column in columns],
-                }
-            )
+            described = {one.name: getattr(part, one.name) for one in fields(part) if one.name != "load"}
+            shown.append(described | {"kinds": [None if one is None else one.dtype.str for one in columns]})
     output.write(json.dumps(shown).encode() + b"\n")
     for array in arrays:
         output.write(np.ascontiguousarray(array).view(np.uint8).data)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from bushcli.errors import Problem, RecordingError, nearest
 from bushcli.recording.header.columns import found_index
@@ -36,8 +37,15 @@ _LISTED = 12
 
 def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity], tables: TableCache) -> Table:
     """Return the table of a file that holds the columns of a recording."""
-    found = opened(source, list(source.columns.values()), tables, single=len(quantities) == 1)
-    table = found if isinstance(found, Table) else _meant(source, mode, quantities, found)
+    table = opened(source, list(source.columns.values()), tables, single=len(quantities) == 1)
+    if isinstance(table, FileContents):
+        needed = Needed(
+            f"columns for {' and '.join(quantities)}",
+            "columns = {...}, by name",
+            lambda one: has_columns(one, source, mode, quantities),
+            lambda together: on_one_raster(together, source, mode) if len(quantities) > 1 else None,
+        )
+        table = only_table(source, mode, table, needed)
     if source.rows:
         table = own_rows(table, source)
     if len(clock_columns(table, source, mode)) < 2:
@@ -58,31 +66,29 @@ def opened(
     if not name:
         if source.group is not None:
             what = f"group = {source.group!r} has no meaning: a text file is one table"
-            raise RecordingError(Problem(str(source.file), what))
+            raise source.refused(what)
         return tables.text(source, single)
     inside = tables.tables(source.file, name, wanted)
     if source.group is None:
         return inside
-    found = inside.tables
-    names = [table.part for table in found]
-    if isinstance(source.group, int):
-        if source.group <= len(found):
-            return found[source.group - 1]
-        what = f"has no group {source.group}"
-        raise RecordingError(Problem(str(source.file), what, "", f"it has {len(found)}: {listed(names)}"))
-    key = source.group.strip("/ ").casefold()
-    known = [(table.part.strip("/ ").casefold(), table) for table in found]
-    hits = [table for part, table in known if part == key]
-    if hits:
-        return hits[0]
+    names = [table.part for table in inside.tables]
     # Channels of the group have clocks of their own, or other lengths: `bushcli.recording.waveforms` names the pieces.
-    pieces = tuple(table for part, table in known if part.startswith(f"{key}, "))
-    if pieces:
-        return FileContents(pieces, {})
-    if source.group in inside.failed:
-        raise inside.failed[source.group]
-    what = f'has no sheet or group "{source.group}"'
-    raise RecordingError(Problem(str(source.file), what, nearest(source.group, names), listed(names)))
+    pieces: tuple[Table, ...] = ()
+    if isinstance(source.group, int):
+        hits = list(inside.tables[source.group - 1 : source.group])
+        problem = Problem(
+            str(source.file), f"has no group {source.group}", "", f"it has {len(names)}: {listed(names)}"
+        )
+    else:
+        key = source.group.strip("/ ").casefold()
+        known = [(table.part.strip("/ ").casefold(), table) for table in inside.tables]
+        hits = [table for part, table in known if part == key]
+        pieces = tuple(table for part, table in known if part.startswith(f"{key}, "))
+        what = f'has no sheet or group "{source.group}"'
+        problem = Problem(str(source.file), what, nearest(source.group, names), listed(names))
+    if not hits and not pieces:
+        raise inside.failed.get(str(source.group), RecordingError(problem))
+    return hits[0] if hits else FileContents(pieces, {})
 
 
 def format_of(path: Path) -> str:
@@ -106,43 +112,51 @@ def format_of(path: Path) -> str:
     return ""
 
 
-def _meant(source: Source, mode: Mode, quantities: Sequence[Quantity], inside: FileContents) -> Table:
-    """Return the only table, or the only one with the needed columns."""
+class Needed(NamedTuple):
+    """What is sought among the tables of a file.
+
+    Attributes
+    ----------
+    words, key : str
+        What it is, and how the case file names it.
+    fits : callable
+        Whether a table has it.
+    across : callable
+        Tables -> what the channels of several give together, None where that is nothing.
+    """
+
+    words: str
+    key: str
+    fits: Callable[[Table], bool]
+    across: Callable[[list[Table]], Table | None]
+
+
+def only_table(source: Source, mode: Mode, inside: FileContents, needed: Needed) -> Table:
+    """Return the only table of a file, or the only one that fits, or else what channels of several groups give."""
     found = inside.tables
-    if not found:
-        raise next(
-            iter(inside.failed.values()),
-            RecordingError(Problem(str(source.file), "holds no table of numbers")),
-        )
-    if len(found) == 1 and not inside.failed:
-        return found[0]
-    fitting = [table for table in found if has_columns(table, source, mode, quantities)]
-    if not fitting and len(quantities) > 1:
+    alone = len(found) == 1 and not inside.failed
+    fitting = [table for table in found if alone or needed.fits(table)]
+    if not fitting:
         together = joined(found, source, mode)
-        fitting = [table for table in together if has_columns(table, source, mode, quantities)]
-        common = None if fitting else on_one_raster(together, source, mode)
-        if common is not None:
-            return common
+        fitting = [table for table in together if needed.fits(table)]
+        common = None if fitting else needed.across(together)
+        fitting += [] if common is None else [common]
     if len(fitting) == 1:
         return fitting[0]
+    what, key = f"{len(fitting)} sheets or groups have {needed.words}: ", 'group = "..." (or sheet)'
+    what += listed([table.part for table in fitting])
     if not fitting:
         # A sheet with a bad row may be the sheet that is meant; a sheet without numbers is not.
         for error in inside.failed.values():
-            if "has no table" not in str(error):
+            if not found or "has no table" not in str(error):
                 raise error
-    needed = " and ".join(quantities)
-    if fitting:
-        what = (
-            f"{len(fitting)} sheets or groups have columns for {needed}: {listed([t.part for t in fitting])}"
-        )
-    else:
-        what = f"no sheet or group has columns for {needed}; there are {listed([t.part for t in found])}"
+        if not found:
+            raise source.refused("holds no table of numbers")
         widest = max(found, key=lambda table: len(table.names))
-        what += (
-            f'; "{widest.part}" has {", ".join(filter(None, widest.names))[:200] or "columns without names"}'
-        )
-    key = 'group = "..." (or sheet)' if fitting else "columns = {...}, by name"
-    raise RecordingError(Problem(str(source.file), what, "", f"choose in the case file: {key}"))
+        names = ", ".join(filter(None, widest.names))[:200] or "columns without names"
+        what = f"no sheet or group has {needed.words}; there are {listed([table.part for table in found])}"
+        what, key = f'{what}; "{widest.part}" has {names}', needed.key
+    raise source.refused(what, f"choose in the case file: {key}")
 
 
 def listed(names: Sequence[str]) -> str:

@@ -7,26 +7,24 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.curve.recorded import ReadColumn, RecordedPath, RecordedProgram, Recording, Repair
+from bushcli.curve.recorded import ReadColumn, RecordedProgram, Recording, Repair
 from bushcli.curve.segment import turning_points
 from bushcli.curve.signals import branches, select_cycles
-from bushcli.errors import Problem, RecordingError
 from bushcli.recording.header.above import factor_remarks, rate_remarks
 from bushcli.recording.header.columns import Column, chosen_index, column, untaken_time
 from bushcli.recording.header.name import heading
-from bushcli.recording.header.units import TEMPERATURES
+from bushcli.recording.header.units import read_unit
 from bushcli.recording.opened import open_table
 from bushcli.recording.several import refuse_several
-from bushcli.recording.six import motion_columns, read_motions, six_table
+from bushcli.recording.six import motion_columns, recorded_path, six_table
 from bushcli.recording.source import WARM, Quantity, Source
 from bushcli.recording.specimen import nominal
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import Table
-from bushcli.recording.time.clock import increasing
 from bushcli.recording.time.counted import counted
-from bushcli.recording.time.samples import timed, updated
+from bushcli.recording.time.samples import increasing, timed
 from cases.mode import Mode, modes
-from cases.six import MOTIONS, REACTIONS
+from cases.six import MOTIONS
 
 Array = NDArray[np.float64]
 
@@ -72,36 +70,33 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     moved = _enough(table, source, mode, fewest)
     forced = column(table, source, mode, "force")
     assert forced is not None
-    timed_by = stamps is not None or source.sample_rate is not None
-    if _is_still(moved.values) and not (timed_by and _relaxes(moved.values, forced.values)):
-        what = f"{table.label(moved.index)} is {table.text(0, moved.index)} throughout: nothing moves"
-        rest = "a hold is read if the displacement counts from rest, the force relaxes, and the file has the times"
-        raise table.refused(what, rest)
-    samples = timed(table, source, stamps, moved.values, forced.values, fewest)
-    samples = updated(table, samples, moved, forced, fewest)
-    if np.ptp(samples.force) <= _SMALLEST:
+    _refuse_still(table, moved, forced, stamps is not None or source.sample_rate is not None)
+    samples = timed(table, source, stamps, moved, forced, fewest)
+    displacement, force = moved.values[samples.rows], forced.values[samples.rows]
+    if np.ptp(force) <= _SMALLEST:
         what = f"{table.label(forced.index)} is {table.text(0, forced.index)} throughout: was the sensor connected?"
         raise table.refused(what)
-    displacement, force = nominal(source, mode, samples.displacement, samples.force, moved.form, forced.form)
-    kept: NDArray[np.bool_] = np.ones(len(displacement), dtype=bool)
+    if mode.specimen == "coupon":
+        displacement, force = nominal(source, mode, displacement, force, moved.form, forced.form)
     if source.largest_stretch is not None:
         kept = np.asarray(mode.stretch(displacement) <= source.largest_stretch)
         if np.count_nonzero(kept) < min(fewest, len(kept)):
             what = f"has {np.count_nonzero(kept)} points up to largest_stretch = {source.largest_stretch:g}"
             raise table.refused(what, f"at least {fewest}")
-    displacement, force = displacement[kept], force[kept]
-    time = None if samples.time is None else samples.time[kept]
+        displacement, force, samples = displacement[kept], force[kept], samples.only(kept)
     machine = mode.specimen == "coupon" and source.measured("force", "coupon", mode.rotational) == "force"
     there = {"displacement": moved, "force": forced} | ({"time": stamps} if stamps else {})
+    path = None
     if source.six is not None:
-        every = motion_columns(table, source).items()
+        every = motion_columns(table, source, source.six).items()
         there |= {MOTIONS[k]: c for k, c in every if k not in source.six.free and c.index != moved.index}
+        path = recorded_path(source, source.six, samples, tables)
     columns, unused, remarks = _used_columns(table, there, source)
     recording = Recording(
         mode.name,
         displacement,
         force,
-        time,
+        samples.time,
         name=source.label,
         source=source.file,
         units=("", "") if machine else (moved.unit, forced.unit),
@@ -111,10 +106,10 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         columns=columns,
         unused=unused,
         accepted_faults=source.accepted_faults,
-        six=None if source.six is None else _path(source, time, len(force), tables),
-        temperature=_warm(table, source, samples.rows[kept]),
+        six=path,
+        temperature=_warm(table, source, samples.rows),
     )
-    count = counted(table, samples.rows[kept], recording)
+    count = counted(table, samples.rows, recording)
     if count is not None:
         name = table.names[count[0]]
         columns += (ReadColumn("cycle", count[0] + 1, name, "", False),)
@@ -129,12 +124,12 @@ def _warm(table: Table, source: Source, rows: NDArray[np.int_]) -> Array | None:
     index = chosen_index(table, source.temperature_column)
     name = heading(table.names[index])
     given = (source.temperature_unit, table.units[index], *name.written, name.at_end)
-    told = [text.strip("[]() ").lower() for text in given if text]
-    unit = next((TEMPERATURES[text] for text in told if text in TEMPERATURES), None if told else (1.0, 0.0))
-    if unit is None:
-        what = f"{table.label(index)}: {told[0]} is no unit of a temperature"
+    told = [text for text in given if text] or ["degC"]
+    known = [unit for text in told if (unit := read_unit(text)) and unit.kind == "temperature"]
+    if not known:
+        what = f"{table.label(index)}: {told[0].strip('[]() ')} is no unit of a temperature"
         raise table.refused(what, 'units = {temperature = "degC"}, "K" or "degF"')
-    values = unit[0] * table.numbers(index, source.accept)[rows] + unit[1]
+    values = known[0].factor * table.numbers(index, source.accept)[rows] + known[0].zero
     off = np.flatnonzero(~((values >= WARM[0]) & (values <= WARM[1])))
     if len(off):
         row = int(rows[off[0]])
@@ -169,24 +164,13 @@ def _used(recording: Recording, source: Source) -> Recording:
         last = max(branch.cycle for branch in branches(recording))
         if source.conditioning >= last:
             what = f"conditioning = {source.conditioning}, but the recording has {last} cycle{'s' if last > 1 else ''}"
-            raise RecordingError(Problem(str(source.file), what, "", "leave at least one cycle to compare"))
+            raise source.refused(what, "leave at least one cycle to compare")
         named = source.cycles or range(source.conditioning + 1, last + 1)
         cycles = tuple(cycle for cycle in named if cycle > source.conditioning)
         if not cycles:
             what = f"conditioning = {source.conditioning} leaves none of the cycles that are to be used"
-            raise RecordingError(Problem(str(source.file), what))
+            raise source.refused(what)
     return recording if cycles is None else select_cycles(recording, cycles)
-
-
-def _path(source: Source, time: Array | None, count: int, tables: TableCache) -> RecordedPath:
-    """Return the path of a recording of six motions, at its samples."""
-    assert source.six is not None
-    stamps, motion = read_motions(source, tables)
-    if time is not None and stamps is not None:
-        motion = np.column_stack([np.interp(time, stamps, column) for column in motion.T])
-    assert len(motion) == count
-    number = REACTIONS.index(source.label.rpartition(".")[2])
-    return RecordedPath(time, motion, source.six.free, number, source.six.name)
 
 
 def read_coupon(source: Source, tables: TableCache | None = None) -> Recording:
@@ -206,7 +190,7 @@ def read_coupon(source: Source, tables: TableCache | None = None) -> Recording:
     if _mode(source).specimen != "coupon":
         coupons = ", ".join(mode.name for mode in modes().values() if mode.specimen == "coupon")
         what = f"mode {source.mode} is not a material test"
-        raise RecordingError(Problem(str(source.file), what, "", coupons))
+        raise source.refused(what, coupons)
     return read_recording(source, tables)
 
 
@@ -232,9 +216,7 @@ def read_program(
     table = open_table(source, mode, (quantity,), TableCache() if tables is None else tables)
     stamps = column(table, source, mode, "time")
     moved = _enough(table, source, mode, _FEWEST_PROGRAM, quantity)
-    if _is_still(moved.values):
-        what = f"{table.label(moved.index)} is {table.text(0, moved.index)} throughout: nothing moves"
-        raise table.refused(what)
+    _refuse_still(table, moved)
     time: Array | None = None
     if stamps is not None:
         time = increasing(table, stamps)
@@ -249,9 +231,7 @@ def read_program(
 def _mode(source: Source) -> Mode:
     mode = modes().get(source.mode)
     if mode is None:
-        raise RecordingError(
-            Problem(str(source.file), f'"{source.mode}" is not a mode', "", ", ".join(modes()))
-        )
+        raise source.refused(f'"{source.mode}" is not a mode', ", ".join(modes()))
     return mode
 
 
@@ -267,14 +247,15 @@ def _enough(
     return found
 
 
-def _is_still(displacement: Array) -> bool:
-    return bool(np.ptp(displacement) <= max(1e-12 * np.abs(displacement).max(), _SMALLEST))
-
-
-def _relaxes(displacement: Array, force: Array) -> bool:
-    """Whether a record at one displacement is a hold: away from rest, at a force that falls and keeps its sign.
+def _refuse_still(table: Table, moved: Column, forced: Column | None = None, timed: bool = False) -> None:
+    """Refuse a motion that never moves, but a hold in time: away from rest, at a force that falls and keeps its sign.
 
     A sensor of displacement that is dead shows the same displacement, but its force goes back and forth.
     """
-    falls = abs(force[-1]) < abs(force[0]) and force[-1] * force[0] > 0.0
-    return bool(displacement[0] != 0.0 and falls and not turning_points(force, _BACK * np.ptp(force)))
+    q, force = moved.values, np.zeros(2) if forced is None else forced.values
+    falls = timed and abs(force[-1]) < abs(force[0]) and force[-1] * force[0] > 0.0
+    still = np.ptp(q) <= max(1e-12 * np.abs(q).max(), _SMALLEST)
+    if still and not (q[0] != 0.0 and falls and not turning_points(force, _BACK * np.ptp(force))):
+        what = f"{table.label(moved.index)} is {table.text(0, moved.index)} throughout: nothing moves"
+        rest = "a hold is read if the displacement counts from rest, the force relaxes, and the file has the times"
+        raise table.refused(what, "" if forced is None else rest)

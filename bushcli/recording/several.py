@@ -29,8 +29,8 @@ def own_rows(table: Table, source: Source) -> Table:
     kept = np.ones(len(table), dtype=bool)
     for name, value in source.rows.items():
         index = chosen_index(table, int(name) if name.isdigit() else name)
-        texts = _texts(table, index)
-        fits = [text == str(value) or _number(text, table) == _number(str(value), table) for text in texts]
+        texts, number = _texts(table, index), to_float(str(value), table.decimal)
+        fits = [text == str(value) or to_float(text, table.decimal) == number for text in texts]
         if not any(fits):
             shown_value = f"{value:g}" if isinstance(value, float) else value
             shown = ", ".join(list(dict.fromkeys(texts))[:8])
@@ -61,8 +61,3 @@ def refuse_several(table: Table, stamps: Column | None) -> None:
 
 def _texts(table: Table, index: int) -> list[str]:
     return [table.text(row, index) for row in range(len(table))]
-
-
-def _number(text: str, table: Table) -> float:
-    """Return the value of a field; nan, which equals nothing, where it is no number."""
-    return to_float(text, getattr(table, "decimal", "."))

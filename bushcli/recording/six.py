@@ -9,14 +9,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.errors import Problem, RecordingError
+from bushcli.curve.recorded import RecordedPath
 from bushcli.recording.header.columns import Column, chosen_index, column
 from bushcli.recording.header.name import heading
-from bushcli.recording.opened import listed, opened
-from bushcli.recording.source import Source
+from bushcli.recording.isolated import FileContents
+from bushcli.recording.opened import Needed, listed, only_table, opened
+from bushcli.recording.source import SixColumns, Source
 from bushcli.recording.table_cache import TableCache
-from bushcli.recording.text.table import ArrayTable, Table
-from bushcli.recording.time.rasters import RasterColumns, interpolated, joined, own_clocks, stamped
+from bushcli.recording.text.table import Table
+from bushcli.recording.time.rasters import RasterColumns, interpolated, own_clocks, stamped
+from bushcli.recording.time.samples import Samples
 from cases.mode import modes
 from cases.six import MOTIONS, PAIR_MODES, REACTIONS
 
@@ -41,37 +43,22 @@ def named_in(table: Table) -> dict[str, int]:
 
 def six_table(source: Source, chosen: Mapping[str, str], tables: TableCache) -> Table:
     """Return the table of a recording of six motions."""
-    found = opened(source, list(chosen.values()), tables)
-    if isinstance(found, Table):
-        return _one_clock(found, chosen, source)
-    if len(found.tables) == 1 and not found.failed:
-        return _one_clock(found.tables[0], chosen, source)
-    every = {name for table in found.tables for name in _columns(table, chosen)}
-    together = joined(found.tables, source, modes()["axial"])
-    for among in (found.tables, together):
-        fitting = [table for table in among if every and every == _columns(table, chosen).keys()]
-        if len(fitting) == 1:
-            return _one_clock(fitting[0], chosen, source)
-        if fitting:
-            what = f"{len(fitting)} sheets or groups have motions and reactions: "
-            what += listed([table.part for table in fitting])
-            raise RecordingError(
-                Problem(str(source.file), what, "", 'choose in the case file: group = "..."')
-            )
-    parts = []
-    for table in together:
-        columns = tuple(_columns(table, chosen).values())
-        stamps = stamped(table, columns, source, modes()["axial"]) if columns else None
-        parts += [] if stamps is None else [stamps]
-    if len(parts) > 1:
-        return _on_one_raster(source, parts, chosen)
-    # A sheet with a bad row may be the sheet that is meant.
-    for error in found.failed.values():
-        raise error
-    what = "no sheet or group has all motions and reactions; there are "
-    what += listed([table.part for table in found.tables])
-    expected = "one table with columns such as time_s, ux_mm, fx_N; or their names: motions = {ux = ...}"
-    raise RecordingError(Problem(str(source.file), what, "", expected))
+    axial = modes()["axial"]
+    table = opened(source, list(chosen.values()), tables)
+    if isinstance(table, FileContents):
+        every = {name for one in table.tables for name in _columns(one, chosen)}
+        needed = Needed(
+            "all motions and reactions",
+            "motions = {ux = ...}, by name; names such as time_s, ux_mm, fx_N are found",
+            lambda one: bool(every) and every == _columns(one, chosen).keys(),
+            lambda together: _on_one_raster(source, together, chosen),
+        )
+        table = only_table(source, axial, table, needed)
+    # Motions and reactions of a table may have clocks of their own.
+    columns = _columns(table, chosen)
+    forced = [index for key, index in columns.items() if key in REACTIONS]
+    moved = [index for key, index in columns.items() if key in MOTIONS]
+    return own_clocks(table, forced, moved, source, axial, _WORDS)
 
 
 def _columns(table: Table, chosen: Mapping[str, str]) -> dict[str, int]:
@@ -82,29 +69,28 @@ def _columns(table: Table, chosen: Mapping[str, str]) -> dict[str, int]:
     return {key: index for key, index in named_in(table).items() if key not in known} | own
 
 
-def _one_clock(table: Table, chosen: Mapping[str, str], source: Source) -> Table:
-    """Return a table whose motions and reactions have one clock."""
-    columns = _columns(table, chosen)
-    forced = [index for key, index in columns.items() if key in REACTIONS]
-    moved = [index for key, index in columns.items() if key in MOTIONS]
-    return own_clocks(table, forced, moved, source, modes()["axial"], _WORDS)
-
-
-def _on_one_raster(source: Source, parts: Sequence[RasterColumns], chosen: Mapping[str, str]) -> ArrayTable:
-    """Return the reactions, and the motions interpolated at the stamps of the reactions."""
+def _on_one_raster(source: Source, tables: Sequence[Table], chosen: Mapping[str, str]) -> Table | None:
+    """Return the reactions, and the motions interpolated at their stamps; None where one table has all."""
+    parts = []
+    for table in tables:
+        columns = tuple(_columns(table, chosen).values())
+        stamps = stamped(table, columns, source, modes()["axial"]) if columns else None
+        parts += [] if stamps is None else [stamps]
+    if len(parts) < 2:
+        return None
     forced = [part for part in parts if any(key in REACTIONS for key in _columns(part.table, chosen))]
     if len(forced) != 1:
         what = f"reactions are in {len(forced)} groups with different time stamps: "
         what += listed([part.table.part for part in forced])
         expected = "export them with one common raster; forces are not interpolated"
-        raise RecordingError(Problem(str(source.file), what, "", expected))
+        raise source.refused(what, expected)
     (own,) = forced
     keys = [key for part in parts for key in _columns(part.table, chosen)]
     for key in keys:
         if keys.count(key) > 1:
             what = f"{key} is in several groups with different time stamps"
             expected = f'name the channel that is meant: motions = {{{key} = "..."}} in the case file'
-            raise RecordingError(Problem(str(source.file), what, "", expected))
+            raise source.refused(what, expected)
     moved = [
         RasterColumns(part.table, (index,), part.stamps)
         for part in parts
@@ -143,9 +129,7 @@ def columns_of(
     if not own:
         listed = ", ".join(name for name in table.names if name)[:300]
         what = f"has no column of a motion; its columns are {listed}" if listed else "has no header"
-        raise RecordingError(
-            Problem(str(source.file), what, "", "ux_mm ... rz_deg; or choose columns: motions = {ux = ...}")
-        )
+        raise source.refused(what, "ux_mm ... rz_deg; or choose columns: motions = {ux = ...}")
     for name in theirs.values():
         # Reactions whose motion stays zero are not read later.
         chosen_index(table, name)
@@ -164,21 +148,20 @@ def chosen(motions: Columns | None, forces: Columns | None) -> dict[str, str]:
     return {key: name for key, name in given.items() if isinstance(name, str)}
 
 
-def motion_columns(table: Table, source: Source) -> dict[int, Column]:
+def motion_columns(table: Table, source: Source, six: SixColumns) -> dict[int, Column]:
     """Return the columns of the motions of a recorded path, by their numbers from 0."""
-    assert source.six is not None
     columns = {}
     for k, name in enumerate(MOTIONS):
-        if name not in source.six.motions:
+        if name not in six.motions:
             continue
-        one = replace(source, columns={"displacement": source.six.motions[name]}, units={})
+        one = replace(source, columns={"displacement": six.motions[name]}, units={})
         found = column(table, one, modes()[PAIR_MODES[k]], "displacement")
         assert found is not None
         columns[k] = found
     return columns
 
 
-def read_motions(source: Source, tables: TableCache) -> tuple[Array | None, Array]:
+def read_motions(source: Source, six: SixColumns, tables: TableCache) -> tuple[Array | None, Array]:
     """Read the path of a recording or program: time (n,) in s or None, poses (n, 6) in mm and rad.
 
     Motions without a column are zero.
@@ -186,6 +169,8 @@ def read_motions(source: Source, tables: TableCache) -> tuple[Array | None, Arra
     Parameters
     ----------
     source : Source
+    six : SixColumns
+        Its columns.
     tables : TableCache
 
     Raises
@@ -193,10 +178,9 @@ def read_motions(source: Source, tables: TableCache) -> tuple[Array | None, Arra
     RecordingError
         A column is missing or cannot be read, or the time does not increase.
     """
-    assert source.six is not None
-    table = six_table(source, source.six.chosen, tables)
+    table = six_table(source, six.chosen, tables)
     poses: Array = np.zeros((0, 6))
-    for k, found in motion_columns(table, source).items():
+    for k, found in motion_columns(table, source, six).items():
         if not len(poses):
             poses = np.zeros((len(found.values), 6))
         poses[:, k] = found.values
@@ -208,7 +192,18 @@ def read_motions(source: Source, tables: TableCache) -> tuple[Array | None, Arra
         if np.any(np.diff(time) <= 0.0):
             row = int(np.argmax(np.diff(time) <= 0.0)) + 1
             what = f"the time does not increase, {time[row]:g} s follows {time[row - 1]:g} s"
-            raise RecordingError(Problem(str(source.file), what, "", "put the rows in the order of time"))
+            raise source.refused(what, "put the rows in the order of time")
     if len(poses) < 2:
-        raise RecordingError(Problem(str(source.file), f"has only {len(poses)} points", "", "at least 2"))
+        raise source.refused(f"has only {len(poses)} points", "at least 2")
     return time, poses
+
+
+def recorded_path(source: Source, six: SixColumns, samples: Samples, tables: TableCache) -> RecordedPath:
+    """Return the path of a recording of six motions, at its samples."""
+    stamps, motion = read_motions(source, six, tables)
+    if samples.time is None or stamps is None:
+        motion = motion[samples.rows]
+    else:
+        motion = np.column_stack([np.interp(samples.time, stamps, column) for column in motion.T])
+    number = REACTIONS.index(source.label.rpartition(".")[2])
+    return RecordedPath(samples.time, motion, six.free, number, six.name)

@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+from bushcli.errors import Problem, RecordingError
+
 #: What a case file writes as the column of a time that is not to be read.
 NO_TIME = "none"
 #: Degrees C between which rubber is tested: from below its glass transition to what silicone and fluorine rubber stand.
@@ -31,6 +33,7 @@ FaultKind = Literal[
     "extremes",
     "no_signal",
     "temperature",
+    "loss_angle",
 ]
 
 
@@ -164,6 +167,16 @@ class Source:
     def contents(self) -> bytes:
         """Return the present contents of the file (`bushcli.runtime.canonical`)."""
         return self.file.read_bytes()
+
+    def refused(self, what: str, remedy: str = "") -> RecordingError:
+        """Return an error about the file.
+
+        Parameters
+        ----------
+        what, remedy : str
+            What is wrong, and what to do.
+        """
+        return RecordingError(Problem(str(self.file), what, "", remedy))
 
     def measured(self, quantity: Quantity, specimen: str, rotational: bool) -> str:
         """Return the key of `UNITS` that applies to a column of the file.

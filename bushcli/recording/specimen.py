@@ -11,7 +11,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.errors import Problem, RecordingError
 from bushcli.recording.source import Source
 from cases.mode import Mode
 
@@ -19,6 +18,7 @@ Array = NDArray[np.float64]
 
 #: No rubber reaches a larger logarithmic strain: exp(3) = 20.
 _LARGEST_STRAIN = 3.0
+_IN_PERCENT = "if it is in percent, give its unit in units"
 
 
 def nominal(
@@ -26,8 +26,6 @@ def nominal(
 ) -> tuple[Array, Array]:
     """Return stretch - 1 and nominal stress in MPa of a coupon."""
     specimen = source.specimen
-    if mode.specimen != "coupon":
-        return moved, forced
     strain = np.asarray(moved / (1.0 if specimen.gauge_length is None else specimen.gauge_length))
     stress = np.asarray(forced / (1.0 if specimen.area is None else specimen.area))
     if strain_form == "true":
@@ -35,48 +33,32 @@ def nominal(
             what = (
                 f"reaches a logarithmic strain of {np.abs(strain).max():.3g}, beyond that of a stretch of 20"
             )
-            raise RecordingError(
-                Problem(str(source.file), what, "", "if it is in percent, give its unit in units")
-            )
+            raise source.refused(what, _IN_PERCENT)
         strain = np.expm1(strain)
-    if mode.sheared:
-        return np.asarray(strain), np.asarray(stress)
-    if (strain <= -1.0).any() and specimen.gauge_length is None:
-        what = f"a strain of {strain.min():.4g} compresses the specimen to zero size"
-        raise RecordingError(
-            Problem(str(source.file), what, "", "if it is in percent, give its unit in units")
-        )
-    if (strain <= -1.0).any():
-        length = f"{specimen.gauge_length:g} mm"
-        what = f"the travel of {moved.min():.4g} mm compresses a specimen of {length} to zero length"
-        expected = "gauge_length in mm; the travel must start at 0"
-        raise RecordingError(Problem(str(source.file), what, "", expected))
+    if not mode.sheared and (strain <= -1.0).any():
+        what, expected = f"a strain of {strain.min():.4g} compresses the specimen to zero size", _IN_PERCENT
+        if specimen.gauge_length is not None:
+            what = f"the travel of {moved.min():.4g} mm compresses a specimen of {specimen.gauge_length:g} mm"
+            what, expected = f"{what} to zero length", "gauge_length in mm; the travel must start at 0"
+        raise source.refused(what, expected)
     if mode.needs_compressibility:
-        return _hydrostatic(source, strain, stress, strain_form, stress_form)
-    if stress_form == "true":
+        volume = 1.0 + strain if strain_form == "volume" else (1.0 + strain) ** 3
+        stress = -stress if stress_form == "pressure" else stress
+        stress = stress if stress_form == "engineering" else stress * volume ** (2.0 / 3.0)
+        grows, pulled = (abs(values.min()) < values.max() for values in (volume - 1.0, stress))
+        # Rubber cavitates at a tension of some MPa from all sides: what is positive is compression.
+        if (grows or pulled) and source.reverse is None:
+            signs = "pressure is negative in compression"
+            if grows:
+                signs = f"volume increases {'under tension from all sides' if pulled else 'in compression'}"
+            what = f"by the signs of the columns the {signs}: nobody tests rubber like that"
+            turned = (("displacement", grows), ("force", pulled))
+            listed = ", ".join(f'"{name}"' for name, holds in turned if holds)
+            expected = (
+                f"reverse = [{listed}] in the table of the case file, or reverse = [] if the signs are right"
+            )
+            raise source.refused(what, expected)
+        strain = volume ** (1.0 / 3.0) - 1.0
+    elif stress_form == "true" and not mode.sheared:
         stress = stress / (1.0 + strain)
-    return np.asarray(strain), np.asarray(stress)
-
-
-def _hydrostatic(
-    source: Source, strain: Array, stress: Array, strain_form: str, stress_form: str
-) -> tuple[Array, Array]:
-    """Return stretch - 1 and nominal stress of a volumetric test; arguments as for `nominal`."""
-    volume = 1.0 + strain if strain_form == "volume" else (1.0 + strain) ** 3
-    stress = -stress if stress_form == "pressure" else stress
-    stress = stress if stress_form == "engineering" else stress * volume ** (2.0 / 3.0)
-    grows, pulled = (abs(values.min()) < values.max() for values in (volume - 1.0, stress))
-    # Rubber cavitates at a tension of some MPa from all sides: what is positive is compression, counted as positive.
-    if (grows or pulled) and source.reverse is None:
-        turned = [name for name, is_positive in (("displacement", grows), ("force", pulled)) if is_positive]
-        signs = "volume increases" if grows else "pressure is negative"
-        signs = (
-            "volume increases under tension from all sides" if grows and pulled else f"{signs} in compression"
-        )
-        what = f"by the signs of the columns the {signs}: nobody tests rubber like that"
-        listed = ", ".join(f'"{name}"' for name in turned)
-        expected = (
-            f"reverse = [{listed}] in the table of the case file, or reverse = [] if the signs are right"
-        )
-        raise RecordingError(Problem(str(source.file), what, "", expected))
-    return np.asarray(volume ** (1.0 / 3.0) - 1.0), np.asarray(stress)
+    return strain, stress

@@ -108,22 +108,18 @@ def _table(path: Path, lines: list[Line], runs: list[AlikeRows], given: _Given) 
     ):
         return None
     # A sign in front of rows of numbers makes them comments.
-    commented = []
-    for line in sheet.lines:
-        if line.comment and line.number > sheet.first:
-            fields = split_line(line.uncommented.strip(), sheet.dialect.delimiter)
-            if len(fields) == width and numbers_in(fields, sheet.dialect.decimal) == width:
-                commented.append(line.number)
-    if len(commented) > 1:
-        repeats = [
-            *repeats,
-            f"{len(commented)} rows of numbers behind # or % are left out as comments (line {commented[0]} and others)",
-        ]
-    elif commented:
-        repeats = [
-            *repeats,
-            f"a row of numbers behind # or % is left out as comments (line {commented[0]})",
-        ]
+    below = (line for line in sheet.lines if line.comment and line.number > sheet.first)
+    split = ((line.number, split_line(line.uncommented.strip(), dialect.delimiter)) for line in below)
+    commented = [n for n, cells in split if len(cells) == numbers_in(cells, dialect.decimal) == width]
+    if commented:
+        several = len(commented) > 1
+        rows_are = (
+            f"{len(commented)} rows of numbers behind # or % are"
+            if several
+            else "a row of numbers behind # or % is"
+        )
+        place = f"line {commented[0]}{' and others' if several else ''}"
+        repeats.append(f"{rows_are} left out as comments ({place})")
     found = _with_header(sheet, width, len(rows[0]), (*said, *repeats))
     if grouped is not None:
         # The decimal sign of each number could as well be a thousands separator.

@@ -28,9 +28,8 @@ def conditions(case: Case, material: Material | None = None, source: str = "") -
     sizes = [f"{_words(k)} {v:g} {'degrees' if 'angle' in k else 'mm'}" for k, v in numbers.items()]
     sizes += [f"{_words(k)} {v}" for k, v in words.items()]
     rows = [("geometry", ": ".join([type(shape).name, ", ".join(sizes)]) if sizes else type(shape).name)]
-    if shape.overall is not None:
-        wall = "" if shape.wall is None else f", rubber {shape.wall.thickness:.4g} mm between the bonds"
-        rows.append(("size", f"{shape.overall:.4g} mm overall{wall}"))
+    if size := size_of(shape):
+        rows.append(("size", size))
     units = {"thickness": " mm", "youngs_modulus": " MPa"}
     for name, sleeve in ((k, v) for k, v in entries.items() if k.endswith("sleeve")):
         texts = {
@@ -66,6 +65,12 @@ def conditions(case: Case, material: Material | None = None, source: str = "") -
     if case.tolerance != type(case.tolerance)():  # the default is not mentioned
         rows.append(("accepted", f"simulations within {case.tolerance.text} of the measurement"))
     return rows
+
+
+def size_of(shape: Shape) -> str:
+    """Return the overall size of a geometry file, and how thick the rubber is; empty for a shape by its dimensions."""
+    wall = "" if shape.wall is None else f", rubber {shape.wall.thickness:.4g} mm between the bonds"
+    return "" if shape.overall is None else f"{shape.overall:.4g} mm overall{wall}"
 
 
 def _effects(case: Case) -> list[tuple[str, str]]:

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.curve.cycles import NO_NOISE, Cycle, Uncertain, cycles_along, noise_of
 from bushcli.curve.holds import Hold, holds_along
-from bushcli.recording import Segment, branches
-from bushcli.report.quantity import number, percent, quantities
+from bushcli.recording import branches
+from bushcli.report.quantity import Quantities, number, percent, quantities
 from bushcli.runtime.condition import Condition
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from bushcli.simulate.response import Response
 
 Array = NDArray[np.float64]
+_Part = TypeVar("_Part", Cycle, Hold)
 
 # Recorded loops are real if their energy, over all closed cycles of a channel, exceeds this many standard errors...
 SURE = 5.0
@@ -37,57 +38,48 @@ ROUNDING = 1e-6
 
 @dataclass(frozen=True)
 class ChannelHistory:
-    """One channel along its path.
+    """One channel along its path: the recording, or the simulated curve of a channel without one.
 
-    Attributes
-    ----------
-    path : Curve
-        The recording; the simulated curve for a channel without one.
-    simulated_force : (n,) array
-        At the samples of the path; nan where the simulation ended earlier.
-    found : tuple of Segment
-        Branches of the path.
-    recorded, simulated : tuple of Cycle or None
-        Equally long; None where there is no recording, or the simulation ended before the end of the cycle.
-    recorded_holds, simulated_holds : tuple of Hold or None
-        As for the cycles.
-    held_out : bool
-        Whether an identification did not use the channel, so that the simulation is a prediction.
+    A cycle and a hold are three: one that describes its path, the recorded and the simulated one. These are None where
+    there is no recording, or where the simulation ended before the end of the cycle.
     """
 
     name: str
     mode: str
     path: Curve
-    simulated_force: Array = field(repr=False)
-    found: tuple[Segment, ...] = field(repr=False)
-    recorded: tuple[Cycle | None, ...]
-    simulated: tuple[Cycle | None, ...]
-    recorded_holds: tuple[Hold | None, ...]
-    simulated_holds: tuple[Hold | None, ...]
-    held_out: bool = False
+    simulated_force: Array = field(repr=False)  # (n,), nan where the simulation ended earlier
+    cycles: tuple[tuple[Cycle, Cycle | None, Cycle | None], ...]
+    holds: tuple[tuple[Hold, Hold | None, Hold | None], ...]
+    comes_back: bool  # whether the path reverses
+    held_out: bool = False  # no identification used it: the simulation is a prediction
 
     @property
     def has_recording(self) -> bool:
         """Whether the path is that of a recording."""
-        return any(cycle is not None for cycle in self.recorded)
+        return any(recorded is not None for _, recorded, _ in self.cycles)
 
     @property
     def has_history(self) -> bool:
         """Whether the path comes back or holds; a path in one direction has neither loop nor relaxation."""
-        comes_back = {branch.direction for branch in self.found} >= {1, -1}
-        return (comes_back and bool(self.cycles)) or bool(self.holds)
+        return (self.comes_back and bool(self.cycles)) or bool(self.holds)
 
-    @property
-    def cycles(self) -> list[tuple[Cycle, Cycle | None, Cycle | None]]:
-        """For each cycle: one that describes its path, the recorded cycle, the simulated cycle."""
-        pairs = zip(self.recorded, self.simulated, strict=True)
-        return [(known, r, s) for r, s in pairs if (known := r or s) is not None]
 
-    @property
-    def holds(self) -> list[tuple[Hold, Hold | None, Hold | None]]:
-        """For each hold: one that describes its path, the recorded hold, the simulated hold."""
-        pairs = zip(self.recorded_holds, self.simulated_holds, strict=True)
-        return [(known, r, s) for r, s in pairs if (known := r or s) is not None]
+def shown_values(one: Cycle | Hold, shown: Quantities) -> dict[str, Uncertain]:
+    """Return the values of a cycle or a hold by their keys in JSON, in the units that are shown."""
+    if isinstance(one, Hold):
+        forces = {"force_start": one.force_start, "force_end": one.force_end}
+        return forces | {"relaxation_percent": times(100.0, one.relaxation)}
+    return {
+        "energy": one.energy,
+        "loss_percent": times(100.0, one.loss),
+        "secant_stiffness": times(1.0 / shown.per_internal, one.secant),
+        "peak_force": one.peak_force,
+    }
+
+
+def times(factor: float, one: Uncertain) -> Uncertain:
+    """Return a value and its standard error times a factor."""
+    return Uncertain(factor * one.value, factor * one.std)
 
 
 def response_histories(response: Response, misfits: Mapping[str, Misfit]) -> tuple[ChannelHistory, ...]:
@@ -105,7 +97,7 @@ def response_histories(response: Response, misfits: Mapping[str, Misfit]) -> tup
 
 def fit_histories(fit: Fit) -> tuple[ChannelHistory, ...]:
     """Return the channels of an identification whose path reverses or has holds, except paths of six motions."""
-    curves = [curve for curve in fit.curves if curve.recording.six is None]
+    curves = [curve for curve in fit.curves if curve.recording.of_one_motion]
     found = (
         _history(c.name, c.recording, c.fitted.force, recorded=True, held_out=c.held_out) for c in curves
     )
@@ -131,29 +123,33 @@ def _history(
     found = branches(path)
     noise = noise_of(path) if recorded else NO_NOISE
     measured = path.force if recorded else np.full(len(path.force), np.nan)
+    # A simulated energy within the solver's rounding is zero.
+    without_rounding = (
+        replace(cycle, energy=Uncertain(0.0), loss=Uncertain(0.0))
+        if cycle is not None and abs(cycle.loss.value) < ROUNDING
+        else cycle
+        for cycle in cycles_along(path, simulated, NO_NOISE, found)
+    )
     return ChannelHistory(
-        name=name,
-        mode=path.mode,
-        path=path,
-        simulated_force=simulated,
-        found=found,
-        recorded=cycles_along(path, measured, noise, found),
-        # A simulated energy within the solver's rounding is zero.
-        simulated=tuple(
-            replace(cycle, energy=Uncertain(0.0, 0.0), loss=Uncertain(0.0, 0.0))
-            if cycle is not None and abs(cycle.loss.value) < ROUNDING
-            else cycle
-            for cycle in cycles_along(path, simulated, NO_NOISE, found)
+        name,
+        path.mode,
+        path,
+        simulated,
+        _threes(cycles_along(path, measured, noise, found), without_rounding),
+        _threes(
+            holds_along(path, measured, noise, found),
+            holds_along(path, simulated, NO_NOISE, found, SURE * noise.force),
         ),
-        recorded_holds=holds_along(path, measured, noise, found),
-        simulated_holds=holds_along(path, simulated, NO_NOISE, found, SURE * noise.force),
-        held_out=held_out,
+        {branch.direction for branch in found} >= {1, -1},
+        held_out,
     )
 
 
-def unexplained_hysteresis(histories: Iterable[ChannelHistory]) -> tuple[Condition, ...]:
-    """Return a condition for each channel whose recording dissipates, well above its noise, but not its simulation."""
-    return tuple(filter(None, map(_unexplained, histories)))
+def _threes(
+    recorded: Iterable[_Part | None], simulated: Iterable[_Part | None]
+) -> tuple[tuple[_Part, _Part | None, _Part | None], ...]:
+    pairs = zip(recorded, simulated, strict=True)
+    return tuple((known, r, s) for r, s in pairs if (known := r or s) is not None)
 
 
 def with_hysteresis(
@@ -162,10 +158,11 @@ def with_hysteresis(
     """Add the conditions of loops without simulated dissipation, unless the data have to be corrected first."""
     if any(one.name == "faulty_data" for one in conditions):
         return conditions
-    return (*conditions, *unexplained_hysteresis(histories))
+    return (*conditions, *filter(None, map(unexplained_hysteresis, histories)))
 
 
-def _unexplained(history: ChannelHistory) -> Condition | None:
+def unexplained_hysteresis(history: ChannelHistory) -> Condition | None:
+    """Return a condition if the recording dissipates, well above its noise, but not its simulation."""
     pairs = [(r, s) for _, r, s in history.cycles if r is not None and s is not None and r.closed]
     energy = sum(recorded.energy.value for recorded, _ in pairs)
     std = math.sqrt(sum(recorded.energy.std**2 for recorded, _ in pairs))
@@ -193,8 +190,3 @@ def energy_unit(mode: str) -> str:
     """Return the unit of the hysteresis energy: N mm, or MPa (energy per volume) for a coupon."""
     # N mm x rad of a rotation is N mm.
     return "MPa" if quantities(mode).force_unit == "MPa" else "N mm"
-
-
-def by_name(histories: Sequence[ChannelHistory]) -> dict[str, ChannelHistory]:
-    """Return the histories by channel name."""
-    return {history.name: history for history in histories}

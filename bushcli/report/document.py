@@ -29,70 +29,31 @@ Tone = Literal["good", "bad", "plain"]
 
 @dataclass(frozen=True)
 class Series:
-    """A curve or a set of points.
+    """A curve or a set of points; NaN interrupts a line."""
 
-    Attributes
-    ----------
-    key : str
-        Its role, from which the drawing takes colour and width: a key of `drawing.looks.LOOKS`.
-    label : str
-        In the legend, where it can be switched off; empty for none.
-    x, y : shape (n,)
-        NaN interrupts the line.
-    mark : {"line", "dots", "both", "crosses"}
-    error : shape (n,), optional
-        Half lengths of vertical error bars.
-    """
-
-    key: str
-    label: str
+    key: str  # its role, from which the drawing takes colour and width: a key of `drawing.looks.LOOKS`
+    label: str  # in the legend, where it can be switched off; empty for none
     x: NDArray[np.floating[Any]]
     y: NDArray[np.floating[Any]]
     mark: Literal["line", "dots", "both", "crosses"] = "line"
-    error: NDArray[np.floating[Any]] | None = None
+    error: NDArray[np.floating[Any]] | None = None  # half lengths of vertical error bars
 
 
 @dataclass(frozen=True)
 class Region:
-    """A filled area: a place to which the user can zoom by its number, a band along a curve, a bar.
-
-    Attributes
-    ----------
-    key : str
-        Its role, as of a series.
-    label : str
-        The sentence that describes a numbered place; otherwise the entry of the legend.
-    outlines : sequence of shape (n, 2)
-        Polygons.
-    number : int
-        From 1; 0 for an area without number.
-    at : shape (k, 2), optional
-        Places where the number may stand, the best first.
-    value : float, optional
-        Value that is shown as a colour of the plot's scale.
-    """
+    """A filled area: a place to which the user can zoom by its number, a band along a curve, a bar."""
 
     key: str
-    label: str
-    outlines: Sequence[Array]
-    number: int = 0
-    at: Array | None = None
-    value: float | None = None
+    label: str  # the sentence that describes a numbered place; otherwise the entry of the legend
+    outlines: Sequence[Array]  # polygons (n, 2)
+    number: int = 0  # from 1; 0 for an area without number
+    at: Array | None = None  # places (k, 2) where the number may stand, the best first
+    value: float | None = None  # shown as a colour of the plot's scale
 
 
 @dataclass(frozen=True)
 class Stripe:
-    """A rectangle behind everything else; a line, where its two ends are equal.
-
-    Attributes
-    ----------
-    key : str
-        Its role, as of a series.
-    x, y : (float, float)
-        NaN means the edge of the plot.
-    label : str
-        In the legend; empty for none.
-    """
+    """A rectangle behind everything else; a line, where its two ends are equal. NaN means the edge of the plot."""
 
     key: str
     x: tuple[float, float] = (math.nan, math.nan)
@@ -102,15 +63,7 @@ class Stripe:
 
 @dataclass(frozen=True)
 class Note:
-    """A text in a plot.
-
-    Attributes
-    ----------
-    at : (float, float)
-        On the axes of the plot.
-    place : {"left", "right", "middle"}
-        Whether the text ends or begins at that point, or has its middle there.
-    """
+    """A text in a plot that ends, begins or has its middle at a point on the axes."""
 
     text: str
     at: tuple[float, float]
@@ -119,95 +72,52 @@ class Note:
 
 @dataclass(frozen=True)
 class Plot:
-    """A plot that can be zoomed on the page and saved as a picture: axes, curves and marked places.
+    """A plot that can be zoomed on the page and saved as a picture: axes, curves and marked places."""
 
-    Attributes
-    ----------
-    name : str
-        Unique in its panels.
-    labels : (str, str)
-        Of the axes.
-    series : sequence of Series
-        Later series are drawn on top.
-    x, y : (float, float), optional
-        Range that is shown at first; by default that of everything drawn.
-    heading : str
-        Text above the plot.
-    height, width : float
-        In the units of a page that is 900 wide.
-    numbers_only : bool
-        Whether the regions are described elsewhere on the page, so that the legend has their numbers only.
-    log : {"", "x", "y"}
-        The axis that is logarithmic.
-    x_names, y_names : sequence of (float, str)
-        Names instead of numbers at an axis.
-    scale : (float, str), optional
-        End of the symmetric colour scale of the regions' values, and what it shows.
-    is_prepared : bool
-        Whether it is ready to be drawn: curves thinned, limits and places of numbers found.
-    """
-
-    name: str
-    labels: tuple[str, str]
-    series: Sequence[Series] = ()
+    name: str  # unique in its panels
+    labels: tuple[str, str]  # of the axes
+    series: Sequence[Series] = ()  # later series are drawn on top
     regions: Sequence[Region] = ()
     bands: Sequence[Stripe] = ()
     notes: Sequence[Note] = ()
-    x: tuple[float, float] | None = None
+    x: tuple[float, float] | None = None  # range that is shown at first; None: of everything drawn
     y: tuple[float, float] | None = None
     heading: str = ""
-    height: float = 280.0
+    height: float = 280.0  # in the units of a page that is 900 wide
     width: float = 900.0
-    numbers_only: bool = False
-    log: Literal["", "x", "y"] = ""
-    x_names: Sequence[tuple[float, str]] = ()
+    numbers_only: bool = False  # the regions are described elsewhere: the legend has their numbers only
+    log: Literal["", "x", "y"] = ""  # the axis that is logarithmic
+    x_names: Sequence[tuple[float, str]] = ()  # names instead of numbers at an axis
     y_names: Sequence[tuple[float, str]] = ()
-    scale: tuple[float, str] | None = None
-    is_prepared: bool = False
+    scale: tuple[float, str] | None = (
+        None  # end of the symmetric colours of the regions' values, and their meaning
+    )
+    is_prepared: bool = False  # curves are thinned, limits and places of numbers found
+
+    @property
+    def limits(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Ranges of x and y of a prepared plot."""
+        assert self.x is not None
+        assert self.y is not None
+        return self.x, self.y
 
 
 @dataclass(frozen=True)
 class Panels:
-    """Plots that belong together: one picture in the folder of results, one figure of the page.
+    """Plots that belong together: one picture in the folder of results, one figure of the page."""
 
-    Attributes
-    ----------
-    name : str
-        Name of its files.
-    kind : str
-        Kind of picture, by which a view chooses its place.
-    title : str
-        Contents in words.
-    rows : sequence of sequences of Plot
-        Plots beside each other, row by row.
-    channel : str
-        The channel that it belongs to; empty for all channels.
-    note : str
-        Small print below the plots.
-    still : bool
-        Whether the page shows the picture, because the plots are too small to be zoomed.
-    """
-
-    name: str
-    kind: str
+    name: str  # of its files
+    kind: str  # kind of picture, by which a view chooses its place
     title: str
-    rows: Sequence[Sequence[Plot]]
-    channel: str = ""
-    note: str = ""
-    still: bool = False
+    rows: Sequence[Sequence[Plot]]  # plots beside each other, row by row
+    channel: str = ""  # empty for all channels
+    note: str = ""  # small print below the plots
+    still: bool = False  # the page shows the picture, because the plots are too small to be zoomed
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A drawn figure, on the page only.
-
-    Attributes
-    ----------
-    name, kind, title, channel : str
-        As of `Panels`.
-    panels : Panels, optional
-        The plots of which it was drawn, which the page makes zoomable.
-    """
+    """A drawn figure, on the page only; `panels` are the plots of which it was drawn, which the page makes zoomable."""
 
     name: str
     kind: str
@@ -221,14 +131,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Paragraph:
-    """A paragraph, or a line of a list.
-
-    Attributes
-    ----------
-    kind : {"plain", "note"}
-        A note is in small print on the page, and dim on a terminal.
-    on : {"both", "page", "terminal"}
-    """
+    """A paragraph, or a line of a list; a note is in small print on the page, and dim on a terminal."""
 
     text: str
     kind: Literal["plain", "note"] = "plain"
@@ -242,28 +145,17 @@ class Paragraph:
 
 @dataclass(frozen=True)
 class Table:
-    """A table.
+    """A table."""
 
-    Attributes
-    ----------
-    title : str
-        Empty for a table that its section's heading describes.
-    left : int
-        Number of columns, from the left, that are words; the others are numbers and aligned right.
-    on : {"both", "page", "terminal"}
-    detail : collection of int
-        Columns, counted from 0, that are on the page only.
-    most : int or None
-        Largest number of rows on the terminal, for tables that may be long; None for all.
-    """
-
-    title: str
+    title: str  # empty if its section's heading describes it
     heads: Row
     rows: tuple[Row, ...]
-    left: int = 1
+    left: int = (
+        1  # number of columns, from the left, that are words; the others are numbers and aligned right
+    )
     on: On = "both"
-    detail: Sequence[int] = ()
-    most: int | None = None
+    detail: Sequence[int] = ()  # columns, counted from 0, that are on the page only
+    most: int | None = None  # largest number of rows on the terminal, for tables that may be long
 
     def without_detail(self) -> Table:
         """Return the table without the columns that are on the page only."""
@@ -292,15 +184,7 @@ def table_of(
 
 @dataclass(frozen=True)
 class Figures:
-    """A place on the page for the pictures of some kinds, kind by kind.
-
-    Attributes
-    ----------
-    kinds : tuple of str
-        As of `Panels`.
-    channel : str
-        The channel whose pictures stand here; empty for those of all channels.
-    """
+    """A place on the page for the pictures of some kinds, kind by kind; of one channel, or of all if it is empty."""
 
     kinds: tuple[str, ...]
     channel: str = ""
@@ -317,53 +201,27 @@ Block = Paragraph | Table | Figures | Picture
 
 @dataclass(frozen=True)
 class Section:
-    """A part of a document; one without blocks, or with explanations of the page alone, is left out.
+    """A part of a document; one without blocks, or with explanations of the page alone, is left out."""
 
-    Attributes
-    ----------
-    heading : str
-        On a terminal it is written above text, and above a table that has no title.
-    on : {"both", "page", "terminal"}
-    fold : str
-        Label to be clicked on the page to unfold what is in `folded`.
-    folded : sequence of blocks
-        At the end of the section, on the page only.
-    """
-
-    heading: str
+    heading: str  # on a terminal it is written above text, and above a table that has no title
     blocks: Sequence[Block]
     on: On = "both"
-    fold: str = ""
+    fold: str = ""  # label to be clicked on the page to unfold what is in `folded`, at the end of the section
     folded: Sequence[Block] = ()
 
 
 @dataclass(frozen=True)
 class Document:
-    """What is told of a result: the verdict, its sections, its problems.
+    """What is told of a result: the verdict, its sections, its problems."""
 
-    Attributes
-    ----------
-    headline : str
-        The verdict in one sentence, without its full stop; empty for a result without a verdict.
-    lines : sequence of str
-        Sentences below the headline.
-    tone : {"good", "bad", "plain"}
-    conditions : sequence of (str, str)
-        What was simulated, in pairs of name and value, for the page.
-    warning : Section or None
-        Above everything else.
-    ends_with_verdict : bool
-        Whether the verdict follows the sections on a terminal, where the last lines are seen first.
-    """
-
-    headline: str
-    lines: Sequence[str]
+    headline: str  # the verdict in one sentence, without its full stop; empty for a result without a verdict
+    lines: Sequence[str]  # sentences below it
     tone: Tone
     sections: Sequence[Section]
     problems: Sequence[Condition] = ()
-    conditions: Sequence[tuple[str, str]] = ()
-    warning: Section | None = None
-    ends_with_verdict: bool = False
+    conditions: Sequence[tuple[str, str]] = ()  # what was simulated, in names and values, for the page
+    warning: Section | None = None  # above everything else
+    ends_with_verdict: bool = False  # on a terminal, where the last lines are seen first
 
     def illustrated(self, pictures: Sequence[Picture]) -> Document:
         """Return the document with pictures in the places for them."""

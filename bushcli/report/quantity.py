@@ -55,11 +55,14 @@ class Quantities:
         return internal / self.per_internal
 
     @property
+    def rate_unit(self) -> str:
+        """Unit of a rate of the displacement."""
+        return f"{self.displacement_unit or '1'}/s"
+
+    @property
     def displacement_label(self) -> str:
         """Label of an axis for the displacement."""
-        return (
-            f"{self.displacement} [{self.displacement_unit}]" if self.displacement_unit else self.displacement
-        )
+        return f"{self.displacement} [{self.displacement_unit}]".removesuffix(" []")
 
     @property
     def labels(self) -> tuple[str, str]:
@@ -121,9 +124,8 @@ def percent(value: float | None, limit: float | None = None) -> str:
     """Return a percentage as text: one decimal below ten, and enough to show on which side of a limit it is."""
     if value is None or not math.isfinite(value):
         return "-"
-    if limit is not None:
-        return f"{beside(value, limit, decimals=2 if abs(value) < 1 else 1 if abs(value) < 10 else 0)} %"
-    return f"{value:.2f} %" if abs(value) < 1 else f"{value:.1f} %" if abs(value) < 10 else f"{value:.0f} %"
+    limits, decimals = [] if limit is None else [limit], 2 if abs(value) < 1 else 1 if abs(value) < 10 else 0
+    return f"{beside(value, *limits, decimals=decimals)} %"
 
 
 def interval(low: float, high: float, shown: Callable[[float], str] = number) -> str:
@@ -131,6 +133,11 @@ def interval(low: float, high: float, shown: Callable[[float], str] = number) ->
     if not math.isfinite(low):
         return f"below {shown(high)}" if math.isfinite(high) else "all"
     return f"{shown(low)} to {shown(high)}" if math.isfinite(high) else f"above {shown(low)}"
+
+
+def held(name: str, held_out: bool) -> str:
+    """Return the name of a channel, with "(held out)" where it was not used in a fit."""
+    return f"{name} (held out)" if held_out else name
 
 
 def listed(names: list[str]) -> str:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bushcli.faults import DataFault
+from bushcli.report.document import Tone
 from bushcli.report.quantity import Quantities, listed, number, percent, quantities
 from bushcli.runtime.digits import beside
 from bushcli.simulate.misfit import Misfit
@@ -45,16 +46,22 @@ AGREE = 0.05
 
 
 @dataclass(frozen=True)
-class ChannelVerdict:
-    """The verdict on one channel.
+class Verdict:
+    """The verdict on a result in words: a headline without its full stop, and sentences."""
 
-    Attributes
-    ----------
-    text : str
-        One sentence.
-    within : bool or None
-        None without a recording to compare with.
-    """
+    headline: str
+    lines: tuple[str, ...]
+    tone: Tone
+
+    @property
+    def text(self) -> str:
+        """The whole verdict."""
+        return " ".join([f"{self.headline}.", *self.lines])
+
+
+@dataclass(frozen=True)
+class ChannelVerdict:
+    """The verdict on one channel in one sentence; `within` is None without a recording to compare with."""
 
     name: str
     mode: str
@@ -66,14 +73,8 @@ class ChannelVerdict:
 class SingleFactor:
     """The common factor on all simulated forces that brings them closest to the recordings.
 
-    Attributes
-    ----------
-    by_channel
-        Channel -> the best factor for this channel alone.
-    rms_before, rms_after
-        Channel -> rms misfit in percent of the force range, without and with the common factor.
-    explains : bool
-        Whether it removes most of the misfit, and the channels agree on it.
+    By channel: the best factor for this channel alone, and the rms misfit in percent of the force range, without and
+    with the common factor; and whether this removes most of the misfit, and the channels agree on it.
     """
 
     factor: float
@@ -84,39 +85,16 @@ class SingleFactor:
 
 
 @dataclass(frozen=True)
-class Verdict:
-    """The verdict on a direct prediction.
+class DirectVerdict(Verdict):
+    """The verdict on a direct prediction; `within` is None without recorded channels."""
 
-    Attributes
-    ----------
-    headline : str
-        A short sentence.
-    text : str
-        The whole verdict.
-    within : bool or None
-        Whether all recorded channels are within the tolerance; None without recorded channels.
-    lines : tuple of str
-        The sentences after the headline.
-    """
-
-    headline: str
-    text: str
     within: bool | None
     channels: tuple[ChannelVerdict, ...]
     single_factor: SingleFactor | None
-    lines: tuple[str, ...]
 
 
-def judge(response: Response, misfits: Mapping[str, Misfit]) -> Verdict:
-    """Return the verdict on a direct prediction in words.
-
-    Parameters
-    ----------
-    response
-        The simulated channels.
-    misfits
-        Channel name -> misfit, for the channels that could be compared.
-    """
+def judge(response: Response, misfits: Mapping[str, Misfit]) -> DirectVerdict:
+    """Return the verdict on a direct prediction in words; the misfits are those of the channels that were compared."""
     faulty = {fault.channel for fault in response.faults if fault.fatal}
     channels = tuple(
         _channel(channel, misfits.get(channel.name), channel.name in faulty) for channel in response.channels
@@ -131,7 +109,8 @@ def judge(response: Response, misfits: Mapping[str, Misfit]) -> Verdict:
     # Within the tolerance there is no deviation to be explained.
     if factor is not None and not within and not faulty:
         lines.append(_factor_text(factor))
-    return Verdict(headline, " ".join([f"{headline}.", *lines]), within, channels, factor, tuple(lines))
+    tone: Tone = "plain" if within is None else "good" if within else "bad"
+    return DirectVerdict(headline, tuple(lines), tone, within, channels, factor)
 
 
 def single_factor(misfits: Sequence[Misfit]) -> SingleFactor | None:
@@ -165,12 +144,8 @@ def _headline(
     response: Response, misfits: Mapping[str, Misfit], within: bool | None, outside: list[str]
 ) -> str:
     if within is None:
-        stopped = [c.name for c in response.channels if c.stopped]
-        return (
-            f"Simulated, but {listed(stopped)} stopped early; no recording to compare with"
-            if stopped
-            else "Simulated; no recording to compare with"
-        )
+        stopped = listed([c.name for c in response.channels if c.stopped])
+        return f"Simulated{f', but {stopped} stopped early' if stopped else ''}; no recording to compare with"
     accepted = f"the accepted {response.case.tolerance.text}"
     if within:
         return f"Within {accepted} of the recording" + ("s" if len(misfits) > 1 else "")
@@ -221,17 +196,16 @@ def _channel(channel: Simulated, found: Misfit | None, is_faulty: bool) -> Chann
 
 def _alone(channel: Simulated, shown: Quantities) -> str:
     stiffness = f"{number(shown.stiffness(channel.curve.secant_stiffness()))} {shown.stiffness_unit} (secant)"
-    low, high = (
-        number(shown.at(q)) for q in (channel.curve.displacement.min(), channel.curve.displacement.max())
-    )
+    q = channel.curve.displacement
+    low, high = (number(shown.at(end)) for end in (q.min(), q.max()))
     text = f"simulated {stiffness} from {low} to {high} {shown.displacement_unit}".rstrip()
     if not channel.stopped:
         return text
-    force = float(channel.curve.force[int(np.argmax(np.abs(channel.curve.displacement)))])
+    force = float(channel.curve.force[int(np.argmax(np.abs(q)))])
     return f"{text}, where it stopped at {number(force)} {shown.force_unit}"
 
 
-def all_within_10_percent(verdict: Verdict, misfits: Mapping[str, Misfit]) -> bool | None:
+def all_within_10_percent(verdict: DirectVerdict, misfits: Mapping[str, Misfit]) -> bool | None:
     """Return whether every recorded channel is within 10 %; None where there is nothing to compare."""
     found = [misfits[one.name].within_10_percent for one in verdict.channels if one.name in misfits]
     # If all compared channels are within the tolerance but the verdict is not, a recorded channel was not compared.
@@ -251,20 +225,17 @@ def stiffer(ratio: float, limit: float) -> str:
 
 def _factor_text(found: SingleFactor) -> str:
     left = listed([f"{percent(rms)} ({name})" for name, rms in found.rms_after.items()])
+    factor, alone = f"{found.factor:.2f}", len(found.by_channel) == 1
     if found.explains:
-        alone = len(found.by_channel) == 1
-        return (
-            f"A single factor of {found.factor:.2f} on the stiffness would explain most of the gap"
-            f"{'' if alone else ' in all channels'}, leaving {left} rms: another batch of rubber?"
-        )
-    own = listed([f"{factor:.2f} ({name})" for name, factor in found.by_channel.items()])
-    if len(found.by_channel) > 1:
-        return (
-            f"No single factor on the stiffness explains the gap: the channels need {own}, and a common "
-            f"{found.factor:.2f} leaves {left} rms."
-        )
-    best = f"the best, {found.factor:.2f}, leaves {left} rms"
-    return f"A single factor on the stiffness does not explain the gap: {best}."
+        gap = "the gap" if alone else "the gap in all channels"
+        what = f"would explain most of {gap}, leaving {left} rms: another batch of rubber?"
+        return f"A single factor of {factor} on the stiffness {what}"
+    if alone:
+        best = f"the best, {factor}, leaves {left} rms"
+        return f"A single factor on the stiffness does not explain the gap: {best}."
+    own = listed([f"{value:.2f} ({name})" for name, value in found.by_channel.items()])
+    need = f"the channels need {own}, and a common {factor} leaves {left} rms"
+    return f"No single factor on the stiffness explains the gap: {need}."
 
 
 def fault_kind(fault: DataFault) -> str:

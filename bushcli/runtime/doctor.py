@@ -62,7 +62,8 @@ def examine() -> Examination:
             problems.append(
                 Condition(f"no_{name}", f"{name} ({purpose}) cannot be imported: {error}", _SET_UP)
             )
-    for found in (_dolfinx(modules), _blas(modules), _mpi(modules), _compiler(), _cache(), _threads()):
+    problems += untried_dolfinx(_version(modules["dolfinx"])) if "dolfinx" in modules else ()
+    for found in (_blas(modules), _mpi(modules), _compiler(), _cache(), _threads()):
         facts |= found.facts
         problems += found.problems
     return Examination(facts, tuple(problems))
@@ -73,21 +74,10 @@ def _version(module: ModuleType) -> str:
     return str(version) if version else importlib.metadata.version(module.__name__)
 
 
-def _dolfinx(modules: Mapping[str, ModuleType]) -> Examination:
-    if "dolfinx" not in modules:
-        return Examination({}, ())
-    return Examination({}, untried_dolfinx(_version(modules["dolfinx"])))
-
-
 def blas_among(libraries: Iterable[str]) -> str:
     """Name the BLAS that PETSc works with, given the paths of the loaded shared libraries.
 
     NumPy and SciPy from PyPI carry a BLAS of their own, which the factorisations do not use.
-
-    Returns
-    -------
-    str
-        ``OpenBLAS``, ``MKL``, ``BLIS``, ``ATLAS``, ``reference``, or empty when none is recognised.
     """
     shared = [p for p in libraries if "numpy" not in p and "scipy" not in p]
     kinds = {

@@ -43,7 +43,7 @@ DEATHS = 3
 Question = tuple[Any, ...]
 
 # Seconds to wait for a scheduler that does not answer, and between two questions whether it still does.
-PATIENCE = 10.0
+TIMEOUT = 10.0
 # Seconds without a worker after which the work is given up: arbitrary, long enough to start others.
 WORKERLESS = 300.0
 
@@ -60,15 +60,7 @@ class Here(Executor):
     """An executor that does the work at once, in this process."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Return a future that has its result already.
-
-        Parameters
-        ----------
-        fn : callable
-            The work.
-        *args, **kwargs : object
-            Its arguments.
-        """
+        """Return a future that has its result already."""
         future: Future[Any] = Future()
         try:
             future.set_result(fn(*args, **kwargs))
@@ -226,9 +218,9 @@ def dask(address: str) -> Iterator[Pool]:
     client: Any = None
     try:
         client = _connected(
-            lambda: distributed.Client(**place, timeout=PATIENCE, set_as_default=False, name="bushcli")
+            lambda: distributed.Client(**place, timeout=TIMEOUT, set_as_default=False, name="bushcli")
         )
-        workers = len(client.sync(client.scheduler.ncores, callback_timeout=PATIENCE))
+        workers = len(client.sync(client.scheduler.ncores, callback_timeout=TIMEOUT))
     except (OSError, ValueError, TypeError, TimeoutError) as error:
         _close(client, 1.0)
         what = f"{address} does not answer: {str(error) or type(error).__name__}"
@@ -245,7 +237,7 @@ def dask(address: str) -> Iterator[Pool]:
         watched = _Watched(client, client.get_executor(pure=False), address)
         yield Pool(watched, workers)
     finally:
-        _close(client, 1.0 if watched is not None and watched.lost else PATIENCE)
+        _close(client, 1.0 if watched is not None and watched.lost else TIMEOUT)
 
 
 def _connected(connect: Callable[[], Any]) -> Any:
@@ -260,9 +252,9 @@ def _connected(connect: Callable[[], Any]) -> Any:
 
     threading.Thread(target=work, daemon=True).start()
     try:
-        return found.result(timeout=1.5 * PATIENCE)
+        return found.result(timeout=1.5 * TIMEOUT)
     except TimeoutError as error:
-        raise TimeoutError(str(error) or f"no answer within {1.5 * PATIENCE:g} s") from None
+        raise TimeoutError(str(error) or f"no answer within {1.5 * TIMEOUT:g} s") from None
 
 
 def _close(client: Any, seconds: float) -> None:
@@ -273,16 +265,7 @@ def _close(client: Any, seconds: float) -> None:
 
 
 class _Watched(Executor):
-    """The executor of a Dask client, whose futures end in `SchedulerLost` when the scheduler is lost.
-
-    Parameters
-    ----------
-    client : distributed.Client
-    executor : Executor
-        The client's.
-    address : str
-        Of the scheduler, for messages.
-    """
+    """The executor of a Dask client, whose futures end in `SchedulerLost` when the scheduler is lost."""
 
     def __init__(self, client: Any, executor: Executor, address: str) -> None:
         self.lost = ""
@@ -292,15 +275,7 @@ class _Watched(Executor):
         threading.Thread(target=self._watch, daemon=True).start()
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Hand work to the scheduler.
-
-        Parameters
-        ----------
-        fn : callable
-            The work.
-        *args, **kwargs : object
-            Its arguments.
-        """
+        """Hand work to the scheduler."""
         future: Future[Any] = Future()
         with self._lock:
             self._waiting.add(future)
@@ -334,9 +309,9 @@ class _Watched(Executor):
     def _watch(self) -> None:
         """Check from time to time that the scheduler answers and has workers."""
         while not self.lost and self._client.status not in ("closing", "closed"):
-            time.sleep(PATIENCE / 2.0)
+            time.sleep(TIMEOUT / 2.0)
             try:
-                there = self._client.sync(self._client.scheduler.ncores, callback_timeout=PATIENCE)
+                there = self._client.sync(self._client.scheduler.ncores, callback_timeout=TIMEOUT)
             except Exception as error:  # noqa: BLE001 - of whatever kind: it does not answer
                 if self._client.status not in ("closing", "closed"):
                     self._lose(f"it does not answer ({str(error) or type(error).__name__})")

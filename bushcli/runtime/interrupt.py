@@ -94,15 +94,7 @@ def _keep_signals() -> None:
 
 
 class _Dropped:
-    """Hook for exceptions that Python drops, where an object is destroyed or a weak reference dies.
-
-    Parameters
-    ----------
-    before : callable
-        Hook for other exceptions.
-    interrupted : callable
-        Called if the exception was an interruption.
-    """
+    """Hook for exceptions that Python drops, where an object is destroyed or a weak reference dies."""
 
     def __init__(self, before: Callable[[Any], None], interrupted: Callable[[], None]) -> None:
         self.before, self._interrupted = before, interrupted
@@ -195,7 +187,8 @@ def abandon_compilation(frame: FrameType | None) -> None:
         if caller.f_code.co_name in _COMPILER and caller.f_globals.get("__name__", "").startswith("ffcx."):
             folder, name = caller.f_locals.get("cache_dir"), caller.f_locals.get("module_name")
             # The source that another process is compiling, while this one waits, is kept.
-            if folder and name and not _waits(frame):
+            waits = any(one.f_code.co_name == "get_cached_module" for one in _callers(frame))
+            if folder and name and not waits:
                 source = Path(folder) / f"{name}.c"
                 if not source.with_suffix(".c.cached").exists():
                     with suppress(OSError):
@@ -210,10 +203,6 @@ def _loads_native_code(frame: FrameType | None) -> bool:
         and str(caller.f_locals.get("name", "")).partition(".")[0] in _NATIVE
         for caller in _callers(frame)
     )
-
-
-def _waits(frame: FrameType | None) -> bool:
-    return any(caller.f_code.co_name == "get_cached_module" for caller in _callers(frame))
 
 
 def _callers(frame: FrameType | None) -> Iterator[FrameType]:

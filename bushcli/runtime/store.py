@@ -87,13 +87,6 @@ class Codec(Protocol):
     def decoded(self, found: dict[str, Any], question: tuple[Any, ...]) -> Any:
         """Return the answer to a question from its arrays.
 
-        Parameters
-        ----------
-        found : dict
-            Arrays by name, as `encoded` returned them.
-        question : tuple
-            Arguments of the work that gave the answer.
-
         Raises
         ------
         Exception

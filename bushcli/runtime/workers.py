@@ -151,9 +151,12 @@ class Workers:
         future = executor.submit(_answer, None, None, work, question)
         store = self.store
         if file is not None and store is not None:
-            future.add_done_callback(
-                lambda done: store.write(file, done.result()) if _has_answer(done) else None
-            )
+
+            def save(done: Future[Any]) -> None:
+                if not done.cancelled() and done.exception() is None:
+                    store.write(file, done.result())
+
+            future.add_done_callback(save)
         return future
 
     def _file(self, work: Work, question: tuple[Any, ...]) -> Path | None:
@@ -168,10 +171,6 @@ def _answer(store: Store | None, file: Path | None, work: Work, question: tuple[
     if file is not None and store is not None:
         store.write(file, answer)
     return answer
-
-
-def _has_answer(future: Future[Any]) -> bool:
-    return not future.cancelled() and future.exception() is None
 
 
 @contextmanager

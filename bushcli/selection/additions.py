@@ -62,7 +62,7 @@ def relaxing(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> Iterator[
 
     No rubber is without loss, so that a law alone is too far from any table for its neighbours to be judged beside it:
     one branch of relaxation and more, whose times divide the range that tables show. Temperature and amplitude change a
-    table as much, where it has several.
+    table as much, where it has several; how relaxation depends on the amplitude is refined, too.
 
     Parameters
     ----------
@@ -73,10 +73,10 @@ def relaxing(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> Iterator[
         To be considered.
     """
     case, recordings, shear = fits.problem.case, fits.problem.recordings, fits.derivatives.shear
-    times = [one.times for one in recordings if isinstance(one, RecordedTable)]
-    if not times:
+    vibrating = [one for one in recordings if isinstance(one, RecordedTable)]
+    if not vibrating:
         return
-    fast, slow = min(one for one, _ in times), max(one for _, one in times)
+    fast, slow = min(one.times[0] for one in vibrating), max(one.times[1] for one in vibrating)
     maxwell, model = effect_in_force_law("maxwell"), replace(plain, anchor=plain.start)
     for count in range(1, maxwell.branches + 1) if maxwell in catalogue else ():
         own = np.geomspace(slow, fast, count + 2)[1:-1]
@@ -85,10 +85,17 @@ def relaxing(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> Iterator[
         model = replace(model, effects=(ActiveEffect(maxwell, values).started(),))
         yield model
     thinned = [
-        one for one in catalogue if one.needs_amplitudes and trials(case, plain, one, recordings, shear)[0]
+        one for one in catalogue if one.needs_amplitudes and trials(case, plain, one, vibrating, shear)[0]
     ]
-    relaxed = [model, *(replace(model, effects=(ActiveEffect(one).started(),)) for one in thinned)]
-    yield from relaxed[1:]
+    relaxed = [model]
+    for one in thinned:
+        active = ActiveEffect(one).started()
+        for finer in ({}, *({p.name: p.start} for p in one.parameters if p.of_amplitude)):
+            model = replace(model, effects=(replace(active, values=dict(active.values) | finer),))
+            yield model
+            if model.structure in fits.states:
+                (active,) = fits.states[model.structure].model.effects
+        relaxed.append(model)
     for warm in (one for one in catalogue if one.needs_temperature):
         for beside in (fits.states[one.structure].model for one in relaxed if one.structure in fits.states):
             for trial in trials(case, beside, warm, recordings, shear)[0]:

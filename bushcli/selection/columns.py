@@ -293,7 +293,7 @@ def columns(cache: ModelCache, case: Case, base: Model, trial: Candidate) -> tup
         With its best-fitting values.
     trial : Candidate
     """
-    model = replace(base, effects=(*beside(base, trial), trial.active))
+    model = replace(base, effects=(*beside(case, base, trial), trial.active))
     # If the model has the same effect in another rig, this one may have another name there.
     there = next(one for one in model.effects if one.identity == trial.active.identity)
     names = [f"{there.name}.{name}" for name in trial.amplitudes]
@@ -345,25 +345,30 @@ def _at_own_shape(model: Model, case: Case) -> Model:
     return replace(model, start=scaled)
 
 
-def beside(model: Model, trial: Candidate) -> tuple[ActiveEffect, ...]:
+def beside(case: Case, model: Model, trial: Candidate) -> tuple[ActiveEffect, ...]:
     """Return the effects of the model that stay active while an effect is tried.
 
     An effect in the bushing is tried without the other effects in the bushing, so that its derivatives can be reused
     for all models that differ in these (`derivatives`), and beside those of the rig that move the bushing otherwise or
     log its force late. One that only scales the force, or adds to it, changes the derivatives by no more than that
-    factor. Effects of the rig, one branch more of an effect, and the temperature, which changes what others do, are
-    tried beside all effects of the model.
+    factor, and so does any of a dynamic rig alone, about one preload. Effects of the rig, one branch more of an effect,
+    and the temperature, which changes what others do, are tried beside all effects of the model.
 
     Parameters
     ----------
+    case : Case
     model : Model
     trial : Candidate
     """
     others = tuple(one for one in model.effects if one.identity != trial.active.identity)
     if trial.effect.acts == "rig" or len(others) < len(model.effects) or trial.effect.needs_temperature:
         return others
+    tables = {one.label for one in case.dynamic}
     return tuple(
-        one for one in others if one.effect.acts == "rig" and one.effect.rig and one.effect.rig.moves
+        one
+        for one in others
+        if one.effect.acts == "rig" and one.effect.rig and one.effect.rig.moves
+        if one.channels is None or not tables.issuperset(one.channels)
     )
 
 

@@ -154,7 +154,7 @@ class Derivatives:
         """Return the name of a derivative: effects in the bushing are taken without the other effects there."""
         base: Name = ()
         has_branches = any(one.identity == trial.active.identity for one in state.model.effects)
-        if has_branches or beside(state.model, trial):
+        if has_branches or beside(self.problem.case, state.model, trial):
             base = (*sorted(state.model.values.items()), *state.model.identities)
         shape: Mapping[str, float] = trial.shape
         return (state.model.law, trial.active.identity, trial.amplitudes, *shape.items(), trial.size, base)

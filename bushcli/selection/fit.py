@@ -207,7 +207,7 @@ def pose(
         Features of the channels -> their variances with which the fit begins, dimensionless; those of the likelihood if
         not given.
     """
-    task = model.task(case)
+    task = model.task(case, cache.recorded(case))
     coarse: Coarse = "never" if model.anchor is None else "memory"
     channels = cache.channels(task, coarse=coarse, anchor=model.anchor, tolerance=COMPARED)
     plain = task.pose(channels)

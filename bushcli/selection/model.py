@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from bushcli.case import Case
 from bushcli.effects.active import ActiveEffect, uniquely_named
 from bushcli.inverse.task import Task
+from bushcli.recording import Recording
+from bushcli.recording.dynamic.rows import RecordedTable
 
 Array = NDArray[np.float64]
 Key = tuple[str, ...]
@@ -111,8 +113,15 @@ class Model:
                 found[one.full_name(p)] = float(kept)
         return found
 
-    def task(self, case: Case) -> Task:
-        """The identification task of the model."""
+    def task(self, case: Case, recordings: Iterable[Recording] | None = None) -> Task:
+        """Return the identification task of the model.
+
+        Parameters
+        ----------
+        case : Case
+        recordings : iterable of Recording, optional
+            Tables of dynamic stiffness among them are not read again.
+        """
         held = tuple(self.start) if self.fixed else ()
         return Task(
             replace(case, effects=self.effects),
@@ -120,6 +129,9 @@ class Model:
             start=dict(self.start),
             fixed=held,
             terms=self.terms,
+            tables=None
+            if recordings is None
+            else tuple(one.table for one in recordings if isinstance(one, RecordedTable)),
         )
 
 

@@ -16,12 +16,13 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
+from bushcli.case import Case
 from bushcli.effects.active import ActiveEffect
 from bushcli.inverse.channel import MeshCorrection
-from bushcli.inverse.dynamic_channel import Store
+from bushcli.inverse.dynamic_simulation import Store
 from bushcli.inverse.table_channel import AnyChannel, TableChannel, recorded_tables
 from bushcli.inverse.task import Task
-from bushcli.recording.dynamic.rows import recorded_table
+from bushcli.recording.dynamic.rows import RecordedTable, recorded_table
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.canonical import canonical
@@ -67,6 +68,7 @@ class ModelCache:
         # Each with its body, whose name another one could get.
         self._vibrating: OrderedDict[bytes, tuple[FiniteElementModel, Store]] = OrderedDict()
         self._corrections: OrderedDict[bytes, dict[str, MeshCorrection]] = OrderedDict()
+        self._recorded: OrderedDict[bytes, tuple[RecordedTable, ...]] = OrderedDict()
 
     def channels(
         self,
@@ -109,20 +111,24 @@ class ModelCache:
                 plain = replace(task, case=whole, start=anchor, fixed=tuple(anchor))
                 return self.mesh_corrections(plain, anchor)[channel]
 
-            found, _ = task.channels(
+            recorded = self.recorded(whole)
+            known = replace(task, tables=tuple(one.table for one in recorded))
+            found, _ = known.channels(
                 comm=MPI.COMM_SELF, prepared=prepared, measured=self.measured, corrected=corrected
             )
             for channel in found:
                 if (fineness, tolerance) != (1.0, TOLERANCE):
                     channel.plan(fineness, tolerance)
             rubber = rubber_of(task.material)
-            vibrating = [
-                TableChannel(one, rubber, task.case, prepared, self._stores)
-                for one in recorded_tables(task.case, self.tables)
-            ]
+            vibrating = [TableChannel(one, rubber, task.case, prepared, self._stores) for one in recorded]
             return [*found, *vibrating]
 
         return _kept(self._sets, SETS, name, made)
+
+    def recorded(self, case: Case) -> tuple[RecordedTable, ...]:
+        """Return the tables of dynamic stiffness of a case; those that count and those held out are kept."""
+        name = canonical((case.geometry, case.dynamic))
+        return _kept(self._recorded, 2, name, lambda: recorded_tables(case, self.tables))
 
     def vibrating(
         self, task: Task, table: DynamicTable, values: Mapping[str, float], names: Sequence[str]
@@ -209,8 +215,15 @@ class ModelCache:
                 refinement = shape.coarse
                 if modes is not None:
                     modes.add(mode.name)
-            path = None if mode.solid.six is None else mode.solid.six.identity
-            what = (shape, mode.name, path, _law(task), rubber.bulk_modulus, refinement, _structure(acting))
+            what = (
+                shape,
+                mode.name,
+                mode.solid.six,
+                _law(task),
+                rubber.bulk_modulus,
+                refinement,
+                _structure(acting),
+            )
             return _kept(
                 self._bodies,
                 BODIES,

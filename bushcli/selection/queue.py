@@ -104,18 +104,26 @@ class Search:
         for model in relaxing(self, self.plain.model, self.catalogue):
             if model.structure not in self._tried and time.perf_counter() < self.deadline:
                 self._tried.add(model.structure)
-                self.fit_anyway(Queued(model, self.plain, self.plain.evidence.log, self.odds(model)))
+                # Beside relaxation the law is softer than alone.
+                best = max(self.states.values(), key=lambda one: one.evidence.log)
+                begun = replace(model, start=best.model.start)
+                self.fit_anyway(Queued(begun, best, self.plain.evidence.log, self.odds(model)))
         while True:
             for key in self._to_expand():
                 self._expand(key)
                 if time.perf_counter() > self.deadline:
                     break
             self._branch()
-            if self.left < LEFT:
+            outweighed = self._outweighed() if self.left < LEFT else None
+            if self.left < LEFT and outweighed is None:
                 return "nothing left"
             if time.perf_counter() > self.deadline:
                 return "budget"
-            self._fit_next()
+            if outweighed is None:
+                self._fit_next()
+            else:
+                self._tried.add(outweighed.model.structure)
+                self.fit_anyway(outweighed)
 
     @property
     def left(self) -> float:
@@ -303,6 +311,18 @@ class Search:
             found = [best] if best not in self._expanded else []
         return found
 
+    def _outweighed(self) -> Queued | None:
+        """Return a model that is predicted better than all fitted ones without an unknown effect, or None.
+
+        Beside branches that leave ten times the noise of a table, first order finds half of what a fit of the right
+        effect does, and an unknown effect outweighs it: it counts when no known one is left that may do better.
+        """
+        known, unknown = (max(w) for w in zip(*map(self.weights, self.states.values()), strict=True))
+        if unknown < known or all(one.kind == "static" for one in self.problem.recordings):
+            return None
+        better = [one for one in self.waiting.values() if not one.is_bound and one.predicted > known]
+        return max(better, key=lambda one: one.predicted, default=None)
+
     def _branch(self) -> None:
         """Queue single effects with one branch more where the effect by itself is too poor to be expanded."""
         for state, one in more_branches(self, self._expanded | self._branched, NEIGHBOURS):
@@ -317,7 +337,8 @@ class Search:
             self._beside_plain = beside.grouped
         room = MOST_EFFECTS - len(state.model.effects)
         predictions = beside.singles() if room > 0 else []
-        if state is self.plain and room > 1:
+        best = max(one.evidence.coarse for one in self.states.values())
+        if state is self.plain and room > 1 and best < state.evidence.coarse + FAR:
             predictions += beside.pairs()
         for one in predictions:
             silent = len(one.model.identities) > len(state.model.identities) and one.gain < FAINT

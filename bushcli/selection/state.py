@@ -140,7 +140,7 @@ class State:
     @cached_property
     def bounds(self) -> Bounds:
         """Bounds of the parameters (p,) in the order of the fit."""
-        task = self.model.task(self.problem.case)
+        task = self.model.task(self.problem.case, self.problem.recordings)
         bounds = task.vectors()[1]
         order = [task.names.index(name) for name in self.fitted.names]
         return Bounds(bounds.lower[order], bounds.upper[order])

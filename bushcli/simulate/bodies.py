@@ -31,15 +31,7 @@ CACHED_MODELS = 24
 
 
 class _Kept:
-    """A model that can be moved to another shape.
-
-    Parameters
-    ----------
-    model
-        As it was built.
-    refinement
-        Refinement of its mesh.
-    """
+    """A model that can be moved to another shape."""
 
     def __init__(self, model: FiniteElementModel, refinement: Refinement) -> None:
         self.model, self._refinement = model, refinement
@@ -92,13 +84,7 @@ class PreparedModels:
         comm: MPI.Comm,
         features: Sequence[Installed] = (),
     ) -> FiniteElementModel:
-        """Return the model of a shape under a mode, with these parameters.
-
-        Parameters
-        ----------
-        shape, mode, rubber, refinement, comm, features
-            As for `cases.simulate.prepare`.
-        """
+        """Return the model of a shape under a mode, with these parameters."""
         # A mode outside the catalogue belongs to one load case; its name does not identify it.
         of_rubber = all(item.feature.of_rubber for item in features)
         if not of_rubber or plates(shape) or modes().get(mode.name) is not mode:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.case import Case, LoadCase, load_case_names
+from bushcli.case import Case, LoadCase
 from bushcli.effects.active import ActiveEffect, acting
 from bushcli.effects.change import Signal
 from bushcli.effects.rig import parallel
@@ -26,7 +26,7 @@ from cases.march import History, march
 from cases.march import Progress as StepProgress
 from cases.mode import modes
 from cases.model import FiniteElementModel
-from cases.program import Program, path, steps_along
+from cases.program import Program
 from cases.simulate import even_targets, is_odd, sweep
 from cases.six import SixPath
 
@@ -50,8 +50,6 @@ class SimulatedChannel:
         mm or rad, of the whole path; s of a path of six motions.
     recording : Recording or None
         The samples in use.
-    six : SixPath or None
-        Path of six motions that is prescribed.
     path : SixPath or None
         Path of six motions, prescribed or recorded, that the program follows.
     temperature : float or None
@@ -67,7 +65,6 @@ class SimulatedChannel:
     time: Array | None
     displacement: Array
     recording: Recording | None = None
-    six: SixPath | None = None
     path: SixPath | None = None
     temperature: float | None = None
     by_force: bool = False
@@ -75,7 +72,7 @@ class SimulatedChannel:
     @property
     def by_travel(self) -> bool:
         """Whether the travel of one motion is prescribed or recorded: effects of a rig act along it."""
-        return self.six is None and not self.by_force
+        return self.path is None and not self.by_force
 
     def found(self, history: History) -> SimulatedChannel:
         """Return the channel with the travel that a march found at the prescribed forces."""
@@ -85,29 +82,10 @@ class SimulatedChannel:
         return replace(self, program=program, time=program.time, displacement=program.displacement)
 
 
-def prescribed(case: Case, load: LoadCase, number: int, tables: TableCache) -> SimulatedChannel:
-    """Return the channel of a load case.
-
-    Parameters
-    ----------
-    case : Case
-    load : LoadCase
-        The load case.
-    number : int
-        Its number, from 0.
-    tables : TableCache
-    """
-    if load.six is not None:
-        program = steps_along(load.six, load.steps)
-    elif load.source is not None:
-        from bushcli.recording import read_program  # with the readers, which few load cases need
-
-        read = read_program(load.source, tables, "force" if load.by_force else "displacement")
-        program = Program(read.displacement, read.time)
-    else:
-        program = path(load.path, load.steps, load.rate)
-    name = load_case_names(case.load_cases, case.recordings)[number]
-    active = tuple(one.started() for one in acting(case.effects, name, load.mode))
+def prescribed(case: Case, load: LoadCase, tables: TableCache) -> SimulatedChannel:
+    """Return the channel of a load case."""
+    program = load.program(tables)
+    active = tuple(one.started() for one in acting(case.effects, load.label, load.mode))
     drive = with_all_beside(active, program.time) if load.by_force else None
 
     def followed(model: FiniteElementModel, keep: bool, report: StepProgress) -> History:
@@ -115,13 +93,12 @@ def prescribed(case: Case, load: LoadCase, number: int, tables: TableCache) -> S
         return found if drive is None else drive.carrying(found)
 
     return SimulatedChannel(
-        name,
+        load.label,
         load.mode,
         followed,
         program,
         program.time,
         program.displacement,
-        six=load.six,
         path=load.six,
         temperature=load.temperature,
         by_force=load.by_force,
@@ -129,15 +106,7 @@ def prescribed(case: Case, load: LoadCase, number: int, tables: TableCache) -> S
 
 
 def with_all_beside(active: Sequence[ActiveEffect], time: Array | None = None) -> PrescribedForce:
-    """Return a prescribed force that the bushing carries together with all that stands beside it.
-
-    Parameters
-    ----------
-    active : sequence of ActiveEffect
-        Effects of the channel, all with values.
-    time : shape (n,) or None
-        Times of the program, s.
-    """
+    """Return a prescribed force that the bushing carries together with all that stands beside it."""
     beside = [one for one in active if one.effect.rig is not None and one.effect.rig.parallel is not None]
     if not beside:
         return PrescribedForce()
@@ -155,12 +124,6 @@ def recorded(case: Case, recording: Recording) -> SimulatedChannel:
     """Return the channel of a recording.
 
     Without memory in the rubber, one solve over the range serves every cycle; if the curve is odd, one side of it.
-
-    Parameters
-    ----------
-    case : Case
-    recording : Recording
-        The samples in use.
     """
     low, high = min(0.0, float(recording.displacement.min())), max(0.0, float(recording.displacement.max()))
     odd = is_odd(case.geometry, modes()[recording.mode])
@@ -199,9 +162,7 @@ def channels_to_simulate(
         wanted = case.expected("[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`")
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
     check_travel(case, recordings, faults)
-    channels = [
-        prescribed(case, load, number, measured.tables) for number, load in enumerate(case.load_cases)
-    ]
+    channels = [prescribed(case, load, measured.tables) for load in case.load_cases]
     channels += [recorded(case, one) for one in recordings]
     for channel in [one for one in channels if not one.by_force]:
         check_play(case, channel.name, channel.mode, channel.displacement)

@@ -22,20 +22,10 @@ Array = NDArray[np.float64]
 def curve_of(
     case: Case, channel: SimulatedChannel, history: History, answer: Answer | None
 ) -> tuple[Curve, SixCurve | None]:
-    """Return the curve of a channel; on a prescribed path of six motions that of the leading one, and all of them.
-
-    Parameters
-    ----------
-    case : Case
-    channel : SimulatedChannel
-    history : History
-        Its march or sweep.
-    answer : Answer or None
-        The force at its samples, where effects act on it.
-    """
+    """Return the curve of a channel; on a prescribed path of six motions that of the leading one, and all of them."""
     recording, mode = channel.recording, channel.mode
-    if channel.six is not None:
-        all_six = six_curve(history, channel.six)
+    if channel.path is not None and recording is None:
+        all_six = six_curve(history, channel.path)
         return all_six.curve, all_six
     if answer is not None:
         if recording is None:
@@ -68,24 +58,12 @@ def six_curve(history: History, six: SixPath) -> SixCurve:
 
 
 def change(force: Array, fine: Array) -> float:
-    """Return the largest change of a force (n,) over its range.
-
-    Parameters
-    ----------
-    force, fine : (n,) array
-        Before and after.
-    """
+    """Return the largest change of a force (n,) over its range."""
     return float(np.max(np.abs(force - fine)) / np.ptp(fine))
 
 
 def changed(history: History, fine: History) -> float:
-    """Return the largest change of the force over its range; for six reactions, the larger of forces and moments.
-
-    Parameters
-    ----------
-    history, fine : History
-        Before and after.
-    """
+    """Return the largest change of the force over its range; for six reactions, the larger of forces and moments."""
     if history.reactions is None or fine.reactions is None:
         return change(history.force, fine.force)
     groups = [(history.reactions[:, part], fine.reactions[:, part]) for part in (slice(0, 3), slice(3, 6))]

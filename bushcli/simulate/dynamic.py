@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
-import numpy as np
 from mpi4py import MPI
 
-from bushcli.case import Case, DynamicTest, Material, load_case_names
+from bushcli.case import Case, DynamicTest, Material
 from bushcli.effects.active import ActiveEffect, acting, in_state, require_values
 from bushcli.effects.assembly import features_of
 from bushcli.effects.effect import effect_in_force_law
@@ -25,7 +24,7 @@ from bushcli.simulate.touching import sharing
 from bushcli.simulate.vibrations import PROMISED, DynamicCurve, Vibrations, branches_of, thinned_of
 from cases.history import Interrupted
 from cases.march import NotConverged, march
-from cases.mode import mode_of, modes
+from cases.mode import modes
 from cases.program import Program
 from cases.simulate import prepare
 
@@ -100,17 +99,17 @@ def vibrate(
         )
         raise InputError(Problem(where, "no load case has vibrations", "", expected))
     require_values(case.effects, where)
-    tests = list(zip(load_case_names(case.vibrations, ()), case.vibrations, strict=True))
     problems: list[Problem] = []
-    for name, test in tests:
-        problems += unfit(where, name, acting(case.effects, name, test.mode, "dynamic", test.temperature))
+    for test in case.vibrations:
+        active = acting(case.effects, test.label, test.mode, "dynamic", test.temperature)
+        problems += unfit(where, test.label, active)
     if problems:
         raise InputError(*problems)
     check_material(case, material)
     run = _Run(case, material, sharing(case, comm), progress)
     try:
-        for name, test in tests:
-            run.test(name, test, tested)
+        for test in case.vibrations:
+            run.test(test, tested)
     except (KeyboardInterrupt, Interrupted) as stopped:
         if not run.curves:
             raise KeyboardInterrupt from stopped
@@ -175,34 +174,26 @@ class _Run:
         done = self._complete and not interrupted
         return DynamicResponse(self._case, self._material, curves, tuple(found), done, self._seconds)
 
-    def test(self, name: str, test: DynamicTest, tested: Sequence[Extent]) -> None:
+    def test(self, test: DynamicTest, tested: Sequence[Extent]) -> None:
         """Reach the preloads of a load case, and compute the stiffness about each."""
+        name = test.label
         active = acting(self._case.effects, name, test.mode, "dynamic", test.temperature)
         self._conditions += outside(name, of_test(test), tested, active)
         self._conditions += effects_left_out(name, active)
-        six = test.six and test.six.whole_body
         features = features_of(in_state(active, unrelaxed=False))
-        mesh = self._case.mesh.refinement
-        rubber = rubber_of(self._material)
-        model = prepare(self._case.geometry, mode_of(test.mode, six), rubber, mesh, self._comm, features)
-        made = Vibrations(
-            name,
-            replace(test, six=six),
-            model,
-            branches_of(active),
-            self._material.density,
-            thinned_of(active),
-        )
+        mesh, mode = self._case.mesh.refinement, test.simulated_mode
+        model = prepare(self._case.geometry, mode, rubber_of(self._material), mesh, self._comm, features)
+        density, thinned = self._material.density, thinned_of(active)
+        made = Vibrations(name, test, model, branches_of(active), density, thinned)
         try:
-            for program in made.programs():
+            for program in test.programs():
                 self._march(made, program)
         finally:
             # Also of a march that was interrupted.
             self.curves += [one for i in sorted(made.curves) for one in made.curves[i]]
             self._complete = self._complete and not made.unstable
             for q in made.unstable.values():
-                at = f"{name}: the preload {_shown(test, q)}"
-                what = f"{at} is unstable: the stiffness has a negative eigenvalue there"
+                what = f"{name}: the preload {test.place(q)} is unstable: the stiffness has a negative eigenvalue there"
                 remedy = "set a smaller preload, or a law that is stable there; the part buckles, or would jump to "
                 self._conditions.append(Condition("unstable_preload", what, f"{remedy}another state"))
             self._seconds["dynamic"] += made.seconds
@@ -224,21 +215,15 @@ class _Run:
             self._seconds["static"] += time.perf_counter() - begin
 
 
-def _shown(test: DynamicTest, q: float) -> str:
-    if test.six is not None:
-        return f"{q:.4g} s of the path"
-    return f"{np.degrees(q):.4g} deg" if modes()[test.mode].rotational else f"{q:.4g} mm"
-
-
 def _not_reached(name: str, test: DynamicTest, failure: NotConverged) -> Condition:
     if failure.largest is None:
-        what = f"the preload {_shown(test, failure.target)} was not reached: no equilibrium beyond "
-        what += f"{_shown(test, failure.last)} ({failure.reason})"
+        what = f"the preload {test.place(failure.target)} was not reached: no equilibrium beyond "
+        what += f"{test.place(failure.last)} ({failure.reason})"
     else:
         q, force = failure.largest
         unit = "N mm" if modes()[test.mode].rotational else "N"
         what = (
-            f"a preload was not reached: the largest force found is {force:.4g} {unit} at {_shown(test, q)} "
+            f"a preload was not reached: the largest force found is {force:.4g} {unit} at {test.place(q)} "
             f"({failure.reason})"
         )
     what = f"{name}: {what}; preloads up to there have their results"
@@ -283,7 +268,7 @@ def doubts(curve: DynamicCurve) -> list[Condition]:
     if curve.touching:
         surfaces = ", ".join(f"{a} and {b}" for a, b in curve.touching)
         what = (
-            f"{curve.name} at {_shown(curve.test, curve.preload)}: {surfaces} touch under the preload, and the "
+            f"{curve.name} at {curve.test.place(curve.preload)}: {surfaces} touch under the preload, and the "
             "vibration neither opens nor closes the contact"
         )
         found.append(

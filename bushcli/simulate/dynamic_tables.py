@@ -10,7 +10,6 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.case import Case, DynamicTest, Material, checks
-from bushcli.case.case import LoadCase
 from bushcli.effects.active import ActiveEffect, acting, in_state, require_values
 from bushcli.effects.assembly import features_of
 from bushcli.effects.rig import has_slope, vibrating
@@ -193,14 +192,15 @@ def by_temperature(case: Case, table: DynamicTable) -> list[tuple[NDArray[np.int
     InputError
         A row has no temperature, nor has the case.
     """
-    if not any(
-        one.effect.needs_temperature for one in acting(case.effects, table.name, table.mode, "dynamic")
-    ):
+    heated = [
+        one for one in acting(case.effects, table.name, table.mode, "dynamic") if one.effect.needs_temperature
+    ]
+    if not heated:
         return [(np.arange(len(table)), None)]
     degrees = np.where(np.isnan(table.temperature), case.temperature or np.nan, table.temperature)
     if np.isnan(degrees).any():
         row = int(np.argmax(np.isnan(degrees)))
-        what = f"{table.name}: has no temperature, which the effect temperature needs"
+        what = f"{table.name}: has no temperature, which the effect {heated[0].name} needs"
         raise InputError(
             Problem(
                 table.places[row], what, "", "write temperature = 23.0 (degrees C) in its entry, or a column"
@@ -230,9 +230,7 @@ def check_preloads(case: Case, table: DynamicTable) -> None:
     """
     travel = np.abs(np.nan_to_num(table.preload))
     row = int(np.argmax(travel))
-    found = next(
-        checks.travel(("preload",), LoadCase(table.mode, (0.0, float(travel[row]))), case.geometry), None
-    )
+    found = next(checks.travel(("preload",), table.mode, (float(travel[row]),), case.geometry), None)
     if travel[row] and found is not None:
         remedy = f"{found.expected}; units = {{preload = ...}} in the recording's table, if the file has another unit"
         raise InputError(Problem(table.places[row], found.what, "", remedy))

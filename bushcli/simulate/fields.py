@@ -31,21 +31,7 @@ def _silent() -> Iterator[None]:
 
 
 def written(model: FiniteElementModel, history: History, file: Path) -> str:
-    """Write the field file of a march.
-
-    Parameters
-    ----------
-    model : FiniteElementModel
-    history : History
-        March with its states.
-    file : Path
-        Ends in .xdmf; its HDF5 file is written beside it.
-
-    Returns
-    -------
-    str
-        Why the files could not be written, in which case nothing is left of them; empty if they were written.
-    """
+    """Write the field file of a march with its states; return why that failed, or an empty text. Parts are removed."""
     assert history.states is not None
     try:
         with _silent():
@@ -59,15 +45,7 @@ def written(model: FiniteElementModel, history: History, file: Path) -> str:
 
 
 def picture(model: FiniteElementModel, history: History) -> Surface | None:
-    """Return the surface at the largest displacement, for a picture; None where no state was reached.
-
-    Parameters
-    ----------
-    model : FiniteElementModel
-        Model of the march; its state becomes the one shown.
-    history : History
-        With states.
-    """
+    """Return the surface at the largest displacement, for a picture; None where no state was reached."""
     assert history.states is not None
     if not len(history.states):
         return None

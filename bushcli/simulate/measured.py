@@ -51,10 +51,6 @@ class Measured:
     def __call__(self, case: Case) -> tuple[list[Recording], tuple[DataFault, ...]]:
         """Return the samples of each recording that are compared, and faults of the data.
 
-        Parameters
-        ----------
-        case : Case
-
         Raises
         ------
         InputError

@@ -9,9 +9,10 @@ from pathlib import Path
 from mpi4py import MPI
 
 from bushcli.case import Case
+from bushcli.case.case import Load
 from bushcli.errors import InputError, Problem
 from cases.fields import write_mesh
-from cases.mode import mode_of, modes, setting_for
+from cases.mode import modes, setting_for
 from cases.stretches import Surface, mesh_surface
 from geometry.mesh import build
 from geometry.shape import Mirrors
@@ -58,8 +59,8 @@ def meshes(case: Case, directory: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> tupl
     comm : MPI.Comm
         Ranks that share each mesh.
     """
-    asked = {load.mode: mode_of(load.mode, load.six) for load in case.load_cases}
-    asked |= {test.mode: mode_of(test.mode, test.six and test.six.whole_body) for test in case.vibrations}
+    loads: tuple[Load, ...] = (*case.load_cases, *case.vibrations)
+    asked = {one.mode: one.simulated_mode for one in loads}
     asked |= {source.mode: modes()[source.mode] for source in case.recordings}
     specimen = case.geometry.specimen
     alone = {name: mode for name, mode in modes().items() if mode.specimen == specimen and not mode.follow}

@@ -100,12 +100,6 @@ class Misfit:
 def misfit(channel: Simulated, tolerance: Tolerance = DEFAULT) -> Misfit:
     """Return the misfit between a simulated channel and its recording.
 
-    Parameters
-    ----------
-    channel : Simulated
-    tolerance : Tolerance
-        Band within which it is accepted.
-
     Raises
     ------
     ValueError

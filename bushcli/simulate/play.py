@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.case import Case, load_case_names
+from bushcli.case import Case
 from bushcli.case.unit import outside, unit
 from bushcli.effects.active import acting
 from bushcli.effects.rig import Travel, bushing_path
@@ -60,14 +60,6 @@ def check_play_of_load_cases(case: Case, tables: TableCache) -> None:
     ------
     InputError
     """
-    names = load_case_names(case.load_cases, case.recordings)
-    for name, load in zip(names, case.load_cases, strict=True):
-        if load.six is not None or load.by_force or not acting(case.effects, name, load.mode):
-            continue
-        if load.source is not None:
-            from bushcli.recording import read_program  # with the readers, which few load cases need
-
-            displacement = read_program(load.source, tables).displacement
-        else:
-            displacement = np.asarray(load.path, dtype=float)
-        check_play(case, name, load.mode, displacement)
+    for load in case.load_cases:
+        if load.by_travel and acting(case.effects, load.label, load.mode):
+            check_play(case, load.label, load.mode, load.program(tables).displacement)

@@ -15,13 +15,11 @@ from numpy.typing import NDArray
 from bushcli.case import Case, Material
 from bushcli.case.hardness import known_from_hardness
 from bushcli.case.typical import unusual
-from bushcli.curve.earlier import earlier
 from bushcli.effects.active import acting, in_state, require_time, state_in_words
 from bushcli.effects.assembly import features_of
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.faults import DataFault
 from bushcli.faults import condition as fault_condition
-from bushcli.recording import displacement_noise
 from bushcli.runtime.interrupt import meet
 from bushcli.runtime.names import file_names
 from bushcli.simulate import fields as field_files
@@ -226,7 +224,7 @@ class _Prediction:
     ) -> FiniteElementModel:
         refinement = replace(self.case.mesh.refinement, factor=factor)
         features = features_of(acting(self.case.effects, channel.name, channel.mode))
-        mode = mode or mode_of(channel.mode, channel.six)
+        mode = mode or mode_of(channel.mode, channel.path)
         return self.kept.prepared(self.case.geometry, mode, self.rubber, refinement, self.comm, features)
 
     def matrices(self, channel: SimulatedChannel) -> dict[str, tuple[float, Array]] | None:
@@ -331,33 +329,30 @@ class _Prediction:
 
     def simulation(self, channel: SimulatedChannel, factor: float = 1.0) -> FollowedPath | None:
         """Return the channel with the effects that act on it; None if no effect does."""
-        recording = channel.recording
-        refinement = replace(self.case.mesh.refinement, factor=factor)
-        if recording is not None and recording.six is not None:
-            # Few recordings are such a path: what simulates it is loaded with the first one.
-            from bushcli.simulate.reaction import reaction
+        case, recording = self.case, channel.recording
+        refinement, prepared = replace(case.mesh.refinement, factor=factor), self.kept.prepared
+        if recording is not None:
+            from bushcli.simulate.reaction import followed  # a case of load cases does not need it
 
-            shape, path = self.case.geometry, recording.six
-            return reaction(recording, path, self.paths, shape, self.rubber, self.case, refinement, self.comm)
-        active = acting(self.case.effects, channel.name, channel.mode)
+            return followed(
+                recording, case, case.geometry, self.rubber, refinement, self.comm, prepared, self.paths
+            )
+        active = acting(case.effects, channel.name, channel.mode)
         if not active or not channel.by_travel:
             return None
-        where = self.case.path.name if recording is None else str(recording.source)
         if channel.time is None:
-            require_time(active, channel.name, channel.mode, where)
+            require_time(active, channel.name, channel.mode, case.path.name)
         return Simulation(
-            self.case.geometry,
+            case.geometry,
             modes()[channel.mode],
             self.rubber,
             refinement,
             active,
             channel.time,
             channel.displacement,
-            None if recording is None else displacement_noise(recording.record),
+            None,
             self.comm,
-            self.kept.prepared,
-            None if recording is None else earlier(recording),
-            None if recording is None else recording.record.temperature,
+            prepared,
         )
 
     def _mesh_error(self, channel: SimulatedChannel, history: History, answer: Answer | None) -> float:

@@ -1,4 +1,4 @@
-"""A recorded path of six motions with the effects that act on it: one march, and a channel for each reaction."""
+"""Recordings with the effects that act on them; of a path of six motions one march, and a channel for each reaction."""
 
 from __future__ import annotations
 
@@ -10,17 +10,19 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from bushcli.case import Case
+from bushcli.curve.earlier import earlier
 from bushcli.curve.recorded import RecordedPath, Recording
+from bushcli.curve.signals import displacement_noise
 from bushcli.effects.active import ActiveEffect, acting, require_time
 from bushcli.effects.assembly import features_of
 from bushcli.effects.change import Signal
 from bushcli.simulate.derivatives import columns
 from bushcli.simulate.schedule import six_schedule
-from bushcli.simulate.simulation import Answer, FollowedPath, Steps, logged_force, with_values
+from bushcli.simulate.simulation import Answer, FollowedPath, Simulation, Steps, logged_force, with_values
 from cases.equilibrium import Equilibrium
 from cases.local import Cells, LocalStiffness
 from cases.march import TOLERANCE, History, march
-from cases.mode import mode_of
+from cases.mode import mode_of, modes
 from cases.model import FiniteElementModel
 from cases.simulate import Prepare, Rubber, prepare
 from cases.stretches import principal_stretches
@@ -32,19 +34,7 @@ Paths = dict[tuple[str, Refinement], "PathSimulation"]
 
 
 class PathSimulation:
-    """A recorded path that can be solved for any values of its parameters.
-
-    Parameters
-    ----------
-    shape, rubber, refinement, comm
-        Arguments of the finite-element model.
-    active
-        Effects on the rubber and on the assembly, with values.
-    recorded
-        The recorded path, mm, rad and s.
-    prepared
-        Makes the finite-element model.
-    """
+    """A recorded path that can be solved for any values of its parameters."""
 
     def __init__(
         self,
@@ -79,23 +69,10 @@ class PathSimulation:
         names: Sequence[str],
         keep_states: bool = False,
         progress: Steps | None = None,
-        patience: int | None = None,
+        failure_limit: int | None = None,
         observer: Callable[[Equilibrium], None] | None = None,
     ) -> History:
         """Follow the path with the model's present parameters; the last march is reused for the other reactions.
-
-        Parameters
-        ----------
-        names : sequence of str
-            Parameters by which derivatives are wanted.
-        keep_states : bool
-            Whether the history holds the displacement field of each step.
-        progress : callable or None
-            Called after each step.
-        patience : int or None
-            Failed steps after which the march is given up.
-        observer : callable or None
-            Called at each step.
 
         Raises
         ------
@@ -114,7 +91,7 @@ class PathSimulation:
             keep_states=keep_states,
             sensitivity=tuple(names),
             progress=progress,
-            patience=patience,
+            failure_limit=failure_limit,
             observer=observer,
         )
         self._last = (asked, found)
@@ -167,11 +144,11 @@ class Reaction(FollowedPath):
         *,
         keep_states: bool = False,
         progress: Steps | None = None,
-        patience: int | None = None,
+        failure_limit: int | None = None,
     ) -> Answer:
         active = with_values(self.model, self.active, parameters)
         inner = tuple(name for name in names if name in self.model.constants)
-        history = self._whole.march(inner, keep_states, progress, patience)
+        history = self._whole.march(inner, keep_states, progress, failure_limit)
         assert history.motion is not None
         assert history.reactions is not None
         names, k = tuple(names), self._number
@@ -183,7 +160,7 @@ class Reaction(FollowedPath):
         return Answer(read.value, read.slope, history)
 
     @override
-    def reached(self, patience: int | None = None) -> list[Array]:
+    def reached(self, failure_limit: int | None = None) -> list[Array]:
         found: list[Array] = []
         corners = {float(self._whole.program.displacement[i]) for i in self._whole.program.corners}
         ends = corners | {float(self._whole.program.displacement[-1])}
@@ -192,7 +169,7 @@ class Reaction(FollowedPath):
             if solver.q in ends:
                 found.append(principal_stretches(self.model).reshape(-1, 3))
 
-        self._whole.march((), patience=patience, observer=observe)
+        self._whole.march((), failure_limit=failure_limit, observer=observe)
         return found
 
     def local(self) -> tuple[Array, Cells]:
@@ -209,50 +186,65 @@ class Reaction(FollowedPath):
         return self._whole.steps.interpolation(self._clock) @ np.array(rows), stiffness.cells
 
 
-def reaction(
+def followed(
     recording: Recording,
-    path: RecordedPath,
-    paths: Paths,
+    case: Case,
     shape: Shape,
     rubber: Rubber,
-    case: Case,
     refinement: Refinement,
     comm: MPI.Comm,
-    prepared: Prepare = prepare,
-) -> Reaction:
-    """Return the model of one channel of a path of six motions; the channels of a path share one march.
+    prepared: Prepare,
+    paths: Paths,
+) -> FollowedPath | None:
+    """Return a recording with the effects that act on it; None where the force depends on the displacement alone.
 
     Parameters
     ----------
     recording : Recording
-        Of the channel.
-    path : RecordedPath
-        The path to which it belongs.
-    paths : Paths
-        The paths that have been made; the new one is added.
-    shape, rubber, refinement, comm
-        Arguments of the finite-element model.
+        The samples in use.
     case : Case
         Its effects act.
+    shape, rubber, refinement, comm
+        Arguments of the finite-element model.
     prepared : callable
         Makes the finite-element model.
+    paths : Paths
+        Paths of six motions that have been made: their channels share one march.
 
     Raises
     ------
     InputError
-        The path has no time, which an effect needs.
+        The recording has no time, which an effect needs.
     """
-    active = acting(case.effects, recording.name, recording.mode)
-    if path.time is None:
-        require_time(case.effects, recording.name, recording.mode, str(recording.source))
-    key = (path.name, refinement)
-    if key not in paths:
-        on_it = [
-            one.at(one.temperatures.get(recording.name))
-            for one in case.effects
-            if one.effect.feature is not None
-            and one.effect.acts_on("path")
-            and (one.channels is None or recording.name in one.channels)
-        ]
-        paths[key] = PathSimulation(shape, rubber, refinement, on_it, path, comm, prepared)
-    return Reaction(paths[key], path.number, active)
+    active, whole = acting(case.effects, recording.name, recording.mode), recording.record
+    if whole.time is None:
+        require_time(active, recording.name, recording.mode, str(recording.source))
+    if recording.six is not None:
+        # The channels of a path share one march.
+        key = (recording.six.name, refinement)
+        if key not in paths:
+            on_it = [
+                one.at(one.temperatures.get(recording.name))
+                for one in case.effects
+                if one.effect.feature is not None
+                and one.effect.acts_on("path")
+                and (one.channels is None or recording.name in one.channels)
+            ]
+            paths[key] = PathSimulation(shape, rubber, refinement, on_it, recording.six, comm, prepared)
+        return Reaction(paths[key], recording.six.number, active)
+    if not active:
+        return None
+    return Simulation(
+        shape,
+        modes()[recording.mode],
+        rubber,
+        refinement,
+        active,
+        whole.time,
+        whole.displacement,
+        displacement_noise(whole),
+        comm,
+        prepared,
+        earlier(whole),
+        whole.temperature,
+    )

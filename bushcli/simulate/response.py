@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from bushcli.curve.curve import Curve, ExactCurve
 from bushcli.curve.earlier import not_from_rest
+from bushcli.effects.effect import effects
 from bushcli.effects.names import readable_name
 from bushcli.runtime.condition import Condition
 from cases.history import Interrupted
@@ -209,13 +210,7 @@ class PredictionInterrupted(KeyboardInterrupt):
 
 
 def conditions(case: Case, channel: Simulated) -> list[Condition]:
-    """Return what is doubtful about a channel: an early end, distorted elements, an unstable law, a coarse mesh.
-
-    Parameters
-    ----------
-    case : Case
-    channel : Simulated
-    """
+    """Return what is doubtful about a channel: an early end, distorted elements, an unstable law, a coarse mesh."""
     folded = OVERHANGING if case.geometry.meeting == "sleeves" else LONGER_SLEEVES
     acting = [one.effect for one in case.effects if one.acts_on(channel.name, channel.mode)]
     acts = {one.acts for one in acting}
@@ -265,7 +260,7 @@ def _left_out(case: Case, channel: Simulated) -> list[Condition]:
         remedy = "prescribe the travel where the curve that the rig would log is wanted"
         return [Condition("effect_left_out", what, remedy)]
     results = ["its stiffness matrices"] if channel.stiffness else []
-    results += ["its reactions"] if channel.six is not None and channel.recording is None else []
+    results += ["its reactions"] if channel.in_time and channel.recording is None else []
     if not acting or not results:
         return []
     names = " and ".join(readable_name(one.name) for one in acting)
@@ -281,7 +276,7 @@ def _of_the_assembly(channel: Simulated) -> list[Condition]:
     """Return a condition if the assembled part exerts a force at rest, which a rig would have zeroed."""
     q, force = channel.curve.displacement, channel.curve.force
     stiffness = channel.curve.initial_stiffness()
-    if channel.six is not None or q[0] != 0.0 or not abs(stiffness) > 0.0:
+    if channel.in_time or q[0] != 0.0 or not abs(stiffness) > 0.0:
         return []
     if abs(force[0]) <= AT_REST * float(np.ptp(force)):
         return []
@@ -293,12 +288,14 @@ def _of_the_assembly(channel: Simulated) -> list[Condition]:
     (at,) = np.nonzero((y[:-1] * y[1:] <= 0.0) & (np.diff(y) != 0.0))
     crossings = x[at] - y[at] * (x[at + 1] - x[at]) / (y[at + 1] - y[at])
     free = factor * float(min(crossings, key=abs) if len(crossings) else -force[0] / stiffness)
+    zero, rig = next((one, one.rig) for one in effects().values() if one.rig is not None and one.rig.zero)
+    shift = next(p.name for p in zero.amplitudes if p.unit == "mm" and p.name != rig.zero)
     return [
         Condition(
             "force_at_rest",
             f"{channel.name}: the assembled part is asymmetric and exerts {force[0]:.4g} {kind} before it is loaded; "
             f"without load its inner sleeve would settle at about {free:.3g} {unit}",
-            f"if the rig was set to zero on the free part, add the effect offset with displacement = {-free:.3g}",
+            f"if the rig was set to zero on the free part, add the effect {zero.name} with {shift} = {-free:.3g}",
         )
     ]
 

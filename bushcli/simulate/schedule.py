@@ -144,15 +144,7 @@ def schedule(time: Array | None, displacement: Array, noise: float, fineness: fl
 
 
 def prescribed(time: Array | None, displacement: Array) -> Schedule:
-    """Return the steps of a prescribed program: its own points, cut into legs where it turns or stands still.
-
-    Parameters
-    ----------
-    time : (n,) array or None
-        Seconds, increasing; None where the rate does not matter.
-    displacement : (n,) array
-        mm or rad.
-    """
+    """Return the steps of a prescribed program: its own points, cut into legs where it turns or stands still."""
     q = np.asarray(displacement, dtype=float)
     clock = np.arange(len(q), dtype=float) if time is None else np.asarray(time, dtype=float)
     kinds = np.sign(np.diff(q))
@@ -266,15 +258,7 @@ def _leg_times(t: Array, q: Array, span: float, fineness: float) -> Array:
 
 
 def still(motion: Array, time: Array | None) -> NDArray[np.bool_]:
-    """Return which motions (6,) stand still apart from noise.
-
-    Parameters
-    ----------
-    motion : (n, 6) array
-        mm and rad.
-    time : (n,) array or None
-        s.
-    """
+    """Return which motions (6,) stand still apart from noise."""
     found = np.ones(6, dtype=bool)
     for k in range(6):
         span = float(np.ptp(motion[:, k]))

@@ -70,17 +70,7 @@ class Answer:
 def with_values(
     model: FiniteElementModel, active: Sequence[ActiveEffect], parameters: Mapping[str, float]
 ) -> tuple[ActiveEffect, ...]:
-    """Set the values of a model's parameters, and return the effects with theirs.
-
-    Parameters
-    ----------
-    model : FiniteElementModel
-        Model of a channel.
-    active : sequence of ActiveEffect
-        Effects of the channel.
-    parameters : mapping of str to float
-        Values by name, N, mm, MPa, s, rad; what is not given keeps its value.
-    """
+    """Set parameters of a model by name, and return the effects with theirs; what is not given keeps its value."""
     model.set_parameters({k: v for k, v in parameters.items() if k in model.constants})
     found = []
     for one in active:
@@ -139,7 +129,7 @@ class FollowedPath(ABC):
         *,
         keep_states: bool = False,
         progress: Steps | None = None,
-        patience: int | None = None,
+        failure_limit: int | None = None,
     ) -> Answer:
         """Return the force at the samples and its derivatives.
 
@@ -154,8 +144,8 @@ class FollowedPath(ABC):
             Whether the history holds the displacement field of each step.
         progress : Steps or None
             Called after each step of the march.
-        patience : int or None
-            Failed steps after which a march is given up (`cases.march`).
+        failure_limit : int or None
+            Largest number of failed steps before the march is given up (`cases.march`).
 
         Raises
         ------
@@ -166,10 +156,10 @@ class FollowedPath(ABC):
         """
 
     @abstractmethod
-    def reached(self, patience: int | None = None) -> list[Array]:
+    def reached(self, failure_limit: int | None = None) -> list[Array]:
         """Principal stretches of the rubber at the ends of the path, each of shape (n, 3); collective.
 
-        The model has the values with which they are wanted. ``patience``: failed steps after which a march is given up.
+        The model has the values with which they are wanted. ``failure_limit``: failed steps that a march is allowed.
 
         Raises
         ------
@@ -232,19 +222,6 @@ def logged_force(
     """Return the force as it is logged at the samples, from that of the bushing at the nodes of a march.
 
     If the rig was set to zero under a preload, the node at recorded zero comes before those of the steps.
-
-    Parameters
-    ----------
-    active : sequence of ActiveEffect
-        Effects of the channel, with values.
-    steps : Schedule
-        Nodes of the march.
-    clock : shape (samples,)
-        Times of the samples, s, or their numbers.
-    q, force : Signal
-        Displacement and force of the bushing at the nodes: mm or rad, N or N mm.
-    names : sequence of str
-        Parameters of the derivatives.
     """
     zeroed = len(force.value) - len(steps.time)
     elapsed = np.concatenate([np.zeros(zeroed), np.maximum(steps.time - clock[0], 0.0)])
@@ -357,19 +334,19 @@ class Simulation(FollowedPath):
         *,
         keep_states: bool = False,
         progress: Steps | None = None,
-        patience: int | None = None,
+        failure_limit: int | None = None,
     ) -> Answer:
         active = with_values(self.model, self.active, parameters)
         if self.path_dependent:
-            return self._marched(active, tuple(names), keep_states, progress, patience)
-        return self._swept(active, tuple(names), keep_states, progress, patience)
+            return self._marched(active, tuple(names), keep_states, progress, failure_limit)
+        return self._swept(active, tuple(names), keep_states, progress, failure_limit)
 
     @override
-    def reached(self, patience: int | None = None) -> list[Array]:
+    def reached(self, failure_limit: int | None = None) -> list[Array]:
         targets = even_targets(*swept_range(self.displacement, self.odd), IDENTIFIED)
         stretches: list[Array] = []
         for side in filter(len, (targets[targets < 0.0], targets[targets > 0.0])):
-            sweep(self.model, side, patience=patience)
+            sweep(self.model, side, failure_limit=failure_limit)
             stretches.append(principal_stretches(self.model).reshape(-1, 3))
         return stretches
 
@@ -379,7 +356,7 @@ class Simulation(FollowedPath):
         names: tuple[str, ...],
         keep_states: bool,
         progress: Steps | None,
-        patience: int | None,
+        failure_limit: int | None,
     ) -> Answer:
         travel = rig.Travel(self.path, self.time)
         begun = [[0.0]] if rig.is_zeroed(active) else []
@@ -389,7 +366,7 @@ class Simulation(FollowedPath):
             raise rig.NoEquilibrium(STANDS_STILL)
         inner = tuple(name for name in names if name in self.model.constants)
         targets = even_targets(low, high, self._count)
-        history = self._sweep(targets, inner, keep_states, progress, patience)
+        history = self._sweep(targets, inner, keep_states, progress, failure_limit)
         response = elastic_curve(history, self.odd, inner, names)
         read = rig.elastic_response(active, travel, response, names)
         return Answer(read.value, read.slope, history)
@@ -400,7 +377,7 @@ class Simulation(FollowedPath):
         inner: tuple[str, ...],
         keep_states: bool,
         progress: Steps | None,
-        patience: int | None,
+        failure_limit: int | None,
     ) -> History:
         """Return the curve of the body; one of the last two is reused if only the rig has changed since."""
         asked = (self._shape, self._values(), targets.tobytes(), inner, self._tolerance)
@@ -414,7 +391,7 @@ class Simulation(FollowedPath):
             keep_states=keep_states,
             sensitivity=inner,
             progress=progress,
-            patience=patience,
+            failure_limit=failure_limit,
         )
         if not keep_states:
             self.model.curves.put(asked, found)
@@ -426,7 +403,7 @@ class Simulation(FollowedPath):
         names: tuple[str, ...],
         keep_states: bool,
         progress: Steps | None,
-        patience: int | None,
+        failure_limit: int | None,
     ) -> Answer:
         steps, times, lead = self.steps, self.steps.time, 0
         if rig.is_zeroed(active):
@@ -452,7 +429,7 @@ class Simulation(FollowedPath):
         if self.temperature is not None and self.time is not None:
             warm = np.interp(times, self.time, self.temperature)
         program = Program(driven.value, times if steps.timed else None, temperature=warm)
-        history = self._march(program, inner, path_rates, series, keep_states, progress, patience)
+        history = self._march(program, inner, path_rates, series, keep_states, progress, failure_limit)
         q = Signal(history.displacement, columns(history.path_sensitivity, inner, names, len(history.force)))
         force = Signal(history.force, columns(history.sensitivity, inner, names, len(history.force)))
         if lead:
@@ -468,7 +445,7 @@ class Simulation(FollowedPath):
         series: SeriesSpring | None,
         keep_states: bool,
         progress: Steps | None,
-        patience: int | None,
+        failure_limit: int | None,
     ) -> History:
         """Return the body's response to a path; one of the last two is reused if only the rig has changed since."""
         rates = tuple((name, rate.tobytes()) for name, rate in path_rates.items())
@@ -488,7 +465,7 @@ class Simulation(FollowedPath):
             path_rates=path_rates,
             drive=series,
             progress=progress,
-            patience=patience,
+            failure_limit=failure_limit,
         )
         if can_be_reused:
             self.model.curves.put(asked, found)

@@ -66,14 +66,6 @@ def matrices(
     Each matrix, in N, mm and rad, follows its displacement (mm or rad, s of a path). The model has no planes of
     symmetry, so that all six motions are possible.
 
-    Parameters
-    ----------
-    channel : SimulatedChannel
-    at : float or None
-        mm or degrees, s of a path.
-    made : callable
-        Makes the model of a mode, with its effects on the rubber and on the assembly.
-
     Raises
     ------
     NotConverged
@@ -94,17 +86,7 @@ def matrices(
 
 
 def matrices_along(model: FiniteElementModel, program: Program, at: Sequence[float]) -> dict[float, Array]:
-    """March along a path of six motions, and return the stiffness matrix at some of its targets.
-
-    Parameters
-    ----------
-    model : FiniteElementModel
-        Model of the path.
-    program : Program
-        Steps.
-    at : sequence of float
-        Targets with a stiffness matrix, in the unit of the program.
-    """
+    """March along a path of six motions, and return the stiffness matrix at some of its targets."""
     found: dict[float, Array] = {}
 
     def observe(solver: Equilibrium) -> None:

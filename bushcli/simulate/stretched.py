@@ -53,16 +53,7 @@ class Stretched:
 
 
 def stretched(model: FiniteElementModel, history: History, rubber: Rubber) -> Stretched:
-    """Return the strains of the rubber over a march.
-
-    Parameters
-    ----------
-    model : FiniteElementModel
-    history : History
-        With its states.
-    rubber : Rubber
-        Law and parameters.
-    """
+    """Return the strains of the rubber over a march."""
     assert history.states is not None
     low, high, bad, total = np.array([1.0, 1.0]), np.array([1.0, 1.0]), 0, 0
     distorted: float | None = None

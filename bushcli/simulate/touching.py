@@ -45,15 +45,7 @@ class Touched:
 
 
 def touched(model: FiniteElementModel, history: History) -> tuple[Touched, ...]:
-    """Return which surfaces met at the steps of a march, in the order in which they did.
-
-    Parameters
-    ----------
-    model : FiniteElementModel
-        Model with the parameters of the march; its state is not changed.
-    history : History
-        March with its states.
-    """
+    """Return which surfaces met at the steps of a march, in the order in which they did."""
     contact = model.surfaces.contact
     if contact is None or history.states is None:
         return ()
@@ -73,13 +65,6 @@ def sharing(case: Case, comm: MPI.Comm) -> MPI.Comm:
     """Return the processes that share a mesh: only this one if the case file asks for contact.
 
     Otherwise surfaces that can meet are shared at first, and solved again where they do (`met_unnoticed`).
-
-    Parameters
-    ----------
-    case : Case
-        The validated case.
-    comm : MPI.Comm
-        Processes of the command.
     """
     shape = case.geometry
     if comm.size == 1 or not (shape.meeting and "contact" in shape.model_fields_set):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -22,16 +22,12 @@ from cases.dynamic.slopes import Changes, changes
 from cases.equilibrium import Equilibrium
 from cases.load import PrescribedForce
 from cases.model import FiniteElementModel
-from cases.program import Program, path, steps_along
 from cases.ranks import summed
 from cases.sine import ThinnedSpectrum
-from cases.six import PAIR_MODES
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-# Largest deviation of the force from a prescribed one, as a share of the largest: the march leaves a tenth of it.
-NEAR = 1e-6
 # Gap of the plates in front of the free ends, and one that no preload closes, mm.
 _GAP, _AWAY = "snubber.gap", 1e6
 # Relative error of the stiffness by the reduction: what is promised, and what vectors are chosen for.
@@ -102,7 +98,7 @@ class DynamicCurve:
     @property
     def mode(self) -> str:
         """Mode whose displacement and force are those of the vibration."""
-        return self.test.mode if self.test.six is None else PAIR_MODES[self.test.motion]
+        return self.test.vibrating_mode
 
     @property
     def loss_angle(self) -> Array:
@@ -173,21 +169,9 @@ class Vibrations:
         """What a march needs beside a program."""
         return PrescribedForce() if self.test.by_force else None
 
-    def programs(self) -> Iterator[Program]:
-        """Yield the ways from rest to the preloads: on each side from the nearest to the furthest."""
-        if self.test.six is not None:
-            yield steps_along(self.test.six, self.test.steps)
-            return
-        sides = [sorted((q for q in self.test.preload if sign * q > 0.0), key=abs) for sign in (1, -1)]
-        for side in sides:
-            if side:
-                yield path(side, self.test.steps)
-        if not any(sides):
-            yield Program(np.zeros(1))
-
     def observe(self, solver: Equilibrium) -> None:
         """Compute the stiffness if the equilibrium is a preload."""
-        number = self._number(solver)
+        number = self.test.preload_number(solver.q, solver.force)
         if number is None or number in self.curves or number in self.unstable:
             return
         begin = time.perf_counter()
@@ -197,14 +181,6 @@ class Vibrations:
             self.unstable[number] = solver.q
         finally:
             self.seconds += time.perf_counter() - begin
-
-    def _number(self, solver: Equilibrium) -> int | None:
-        """Return which preload an equilibrium is; None if it is none."""
-        test = self.test
-        if test.six is not None:
-            return 0 if solver.q == test.six.time[-1] else None
-        at, near = (solver.force, NEAR * max(map(abs, test.preload))) if test.by_force else (solver.q, 0.0)
-        return next((i for i, one in enumerate(test.preload) if abs(at - one) <= near), None)
 
     def _curves(self, solver: Equilibrium) -> list[DynamicCurve]:
         test, frequency = self.test, np.array(self.test.frequency)

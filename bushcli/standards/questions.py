@@ -19,24 +19,12 @@ _HOLD = 10.0
 
 @dataclass(frozen=True)
 class Lack:
-    """A question that recordings leave open.
+    """A question that recordings leave open."""
 
-    Attributes
-    ----------
-    channels : tuple of str
-        Channels that leave it open.
-    question : str
-        What the recordings leave open.
-    why : str
-        What the recordings have.
-    remedy : str
-        The recording that would answer it.
-    """
-
-    channels: tuple[str, ...]
+    channels: tuple[str, ...]  # that leave it open
     question: str
-    why: str
-    remedy: str
+    why: str  # what the recordings have
+    remedy: str  # the recording that would answer it
 
 
 def lacking(seen: Sequence[Observed], coupons: Sequence[Observed] = ()) -> tuple[Lack, ...]:

@@ -15,24 +15,13 @@ from bushcli.standards.observed import Observed
 
 @dataclass(frozen=True)
 class Clause:
-    """One requirement, and whether a recording meets it.
+    """One requirement, and whether a recording meets it."""
 
-    Attributes
-    ----------
-    text : str
-        The requirement.
-    found : str
-        What the recording has.
-    met : bool or None
-        None where the recording cannot show it.
-    practice : bool
-        Whether the clause is good practice for tests of this kind: the text of the standard is not public, and what is
-        known of it does not confirm the clause word for word.
-    """
-
-    text: str
-    found: str
-    met: bool | None
+    text: str  # the requirement
+    found: str  # what the recording has
+    met: bool | None  # None where the recording cannot show it
+    # Good practice for tests of this kind: the text of the standard is not public, and what is known of it does not
+    # confirm the clause word for word.
     practice: bool = False
 
 

@@ -43,25 +43,15 @@ class Extreme:
 
 @dataclass(frozen=True)
 class Influence:
-    """Influence of one key on one answer.
+    """Influence of one key on one answer."""
 
-    Attributes
-    ----------
-    pearson, spearman : float
-        Correlation of values and of ranks, from -1 to 1.
-    swing : tuple of float
-        Change of the answer from its mean, in its unit, when the key goes to its 5 % and to its 95 % quantile and the
-        others stay at their means, by the linear regression on all keys.
-    first, total : float
-        Sobol indices: shares of the variance due to the key alone, and with its interactions; nan unless the sampling
-        is Saltelli's.
-    first_error, total_error : float
-        Half widths of their 95 % intervals, shares.
-    """
-
-    pearson: float
-    spearman: float
+    pearson: float  # correlation of values, from -1 to 1
+    spearman: float  # and of ranks
+    # Change of the answer from its mean, in its unit, when the key goes to its 5 % and to its 95 % quantile and the
+    # others stay at their means, by the linear regression on all keys.
     swing: tuple[float, float]
+    # Sobol indices, shares of the variance due to the key alone, and with its interactions; half widths of their 95 %
+    # intervals. They are nan unless the sampling is Saltelli's.
     first: float = float("nan")
     total: float = float("nan")
     first_error: float = float("nan")

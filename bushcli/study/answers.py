@@ -157,13 +157,7 @@ def answer(case: Case, text: str) -> Asked:
 def answer_columns(
     answers: Sequence[Asked], response: Response, document: Mapping[str, Any] | None
 ) -> dict[str, float]:
-    """Return the numbers by name.
-
-    Raises
-    ------
-    NoAnswer
-        A curve does not reach the travel, or the result has no such number.
-    """
+    """Return the numbers by name; raise `NoAnswer` where a curve or the result has none."""
     channels = {channel.name: channel for channel in response.channels}
     missing = next((one for one in answers if one.channel and one.channel not in channels), None)
     if missing is not None:
@@ -205,13 +199,7 @@ def loading(curve: Curve, travel: float, name: str) -> tuple[Array, Array]:
 
 
 def travel_at(curve: Curve, load: float, name: str) -> float:
-    """Return the travel at which a curve first carries a load, mm or rad.
-
-    Raises
-    ------
-    NoAnswer
-        The curve does not reach the load.
-    """
+    """Return the travel at which a curve first carries a load, mm or rad; raise `NoAnswer` where it never does."""
     from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
 
     force = curve.force - load

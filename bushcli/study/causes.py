@@ -30,18 +30,10 @@ EXPLAINS = 0.75
 
 @dataclass(frozen=True)
 class Cause:
-    """A cause that a recording shows.
+    """A cause that a recording shows."""
 
-    Attributes
-    ----------
-    kind : str
-        Kind of a data fault, "travel", or name of an effect.
-    text : str
-        The observation, with numbers.
-    """
-
-    kind: str
-    text: str
+    kind: str  # of a data fault, "travel", or the name of an effect
+    text: str  # the observation, with numbers
 
 
 def travel_cause(part: Recording, common: Recording) -> Cause:

@@ -77,15 +77,10 @@ class Difference:
 
 @dataclass(frozen=True)
 class CurveDifference:
-    """Largest difference of each result's curve to the first one's, over the displacements that both have.
-
-    Attributes
-    ----------
-    percent : tuple of float or None
-        Percent of the first curve's force range; None where a result has no such curve, or no common displacement.
-    """
+    """Largest difference of each result's curve to the first one's, over the displacements that both have."""
 
     channel: str
+    # Of the first curve's force range; None where a result has no such curve, or no common displacement.
     percent: tuple[float | None, ...]
 
 

@@ -86,13 +86,7 @@ SHOWN = 1000
 
 
 def first_valid_design(cache: DesignCache, task: StudyTask, plan: Plan) -> tuple[Case, Sequence[Value]]:
-    """Return the case of the first design that is valid, and its values.
-
-    Raises
-    ------
-    InputError
-        None of the first designs is a valid case, for example because a key is unknown; or a column has two meanings.
-    """
+    """Return the case of the first design that is valid, and its values; an error where none of the first ones is."""
     names = [*plan.keys, *(one.name for one in task.answers)]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice:

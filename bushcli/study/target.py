@@ -18,32 +18,15 @@ _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)\Z")
 
 @dataclass(frozen=True)
 class Target:
-    """A target rate of a design.
+    """A target rate of a design."""
 
-    Attributes
-    ----------
-    name : str
-        As the user wrote it, without the value.
-    kind : str
-        "initial" (stiffness at rest), "secant" (stiffness over the travel), "tangent" (stiffness there), "force", or
-        "travel" (at a load).
-    travel : float
-        mm or rad; nan for the initial stiffness and at a load.
-    value : float
-        Target value: N/mm or N mm/rad, N or N mm.
-    deviation : float
-        Allowed deviation, in the same unit; nan where none is given.
-    load : float
-        N or N mm; nan where a travel is given.
-    """
-
-    name: str
+    name: str  # as the user wrote it, without the value
     mode: str
-    kind: str
-    travel: float
-    value: float
-    deviation: float = math.nan
-    load: float = math.nan
+    kind: str  # "initial" (stiffness at rest), "secant", "tangent", "force", or "travel" (at a load)
+    travel: float  # mm or rad; nan for the initial stiffness and at a load
+    value: float  # N/mm or N mm/rad, N or N mm
+    deviation: float = math.nan  # that is allowed, in the same unit; nan where none is given
+    load: float = math.nan  # N or N mm; nan where a travel is given
 
     @property
     def per_shown(self) -> float:

@@ -188,15 +188,7 @@ def curve_columns(case: Case) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class DesignCache:
-    """Finite-element models and recordings, from one design to the next; they serve one thread at a time.
-
-    Attributes
-    ----------
-    bodies : PreparedModels
-        The models.
-    measured : Measured
-        The recordings.
-    """
+    """Finite-element models and recordings, from one design to the next; they serve one thread at a time."""
 
     bodies: PreparedModels = field(default_factory=PreparedModels)
     measured: Measured = field(default_factory=Measured)

@@ -16,7 +16,7 @@ Krack and Gross (2019), Harmonic Balance for Nonlinear Vibration Problems, doi:1
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 
@@ -26,13 +26,10 @@ from numpy.typing import NDArray
 from cases.dynamic.model import Branches, modulus
 from cases.dynamic.reduction import Change, ReducedPencil, Sweep, VectorBasis
 from cases.ranks import summed
-from cases.sine import ThinnedSpectrum
+from cases.sine import TabulatedHarmonics, ThinnedSpectrum
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-
-LocalResponse = Callable[[Array], tuple[Complex, Complex]]
-"""First and third harmonic of the stress of a sine of shear amplitudes gamma (n,), over 2 mu gamma: s and t, (n,)."""
 
 # The stiffness has settled when it moves by less than this share; else `Balance.moved` says by how much it still moves.
 # Each turn shrinks the change: from 0.01 to 20 % strain two to four turns were enough (`benchmarks/amplitude.py`).
@@ -145,12 +142,11 @@ class UnevenModel:
             Hz.
         """
         found: dict[int, Balance] = {}
-        for one in np.unique(frequency):
+        for one, response in self._responses(frequency, float(amplitude.max())).items():
             own = np.flatnonzero(frequency == one)
-            response = self._response(float(one), float(amplitude[own].max()))
             local = self._elastic
             for i in map(int, own[np.argsort(amplitude[own])]):
-                found[i] = self._balance(float(amplitude[i]), float(one), response, local)
+                found[i] = self._balance(float(amplitude[i]), one, response, local)
                 local = found[i].local
         return [found[i] for i in range(len(amplitude))]
 
@@ -185,15 +181,13 @@ class UnevenModel:
         more, less : UnevenModel
             Those of `of`.
         """
-        moved = np.empty(len(found), dtype=np.complex128)
-        for frequency in {one.frequency for one in found}:
-            own = [i for i, one in enumerate(found) if one.frequency == frequency]
-            largest = max(found[i].amplitude for i in own)
-            high, low = more._response(frequency, largest), less._response(frequency, largest)
-            for i in own:
-                gamma, x = found[i].amplitude * found[i].local, found[i].state
-                moved[i] = x @ self._over(high(gamma)[0] - low(gamma)[0]) @ x
-        return moved
+        frequency = np.array([one.frequency for one in found])
+        largest = max(one.amplitude for one in found)
+        high, low = (other._responses(frequency, largest) for other in (more, less))
+        change = {one: high[one].less(low[one]) for one in high}
+        return np.array(
+            [self._work(one.state, change[one.frequency].first(one.amplitude * one.local)) for one in found]
+        )
 
     def along(self, change: Change, found: Sequence[Balance]) -> Complex:
         """Return the derivative of the stiffness of balances (n,) by a parameter of the model that is no relaxation's.
@@ -229,11 +223,11 @@ class UnevenModel:
         frequency : float
             Hz.
         """
-        response = self._response(frequency, amplitude)
+        response = self._responses(np.array([frequency]), amplitude)[frequency]
         found = self._balance(amplitude, frequency, response, self._elastic)
         for _ in range(MOST_ROUNDS):
             before, local = found.stiffness, found.local
-            vectors = self._residuals(response(amplitude * local)[0], frequency)
+            vectors = self._residuals(response.first(amplitude * local), frequency)
             comm = self._basis.pencil.model.comm
             # Real and imaginary part may be parallel: of their span what is larger than rounding errors is added.
             moved = self._basis.vectors[self._motion : self._motion + 1]
@@ -251,18 +245,16 @@ class UnevenModel:
                 break
         return abs(found.stiffness - before) / abs(found.stiffness)
 
-    def _response(self, frequency: float, amplitude: float) -> LocalResponse:
-        """Return the local harmonics at a frequency up to what the largest amplitude (mm or rad) may cause."""
-        own = self._thinned.response(frequency, ABOVE * amplitude * float(self._elastic.max()))
-        beside = modulus(np.array([frequency]), self._branches)[0]
+    def _responses(self, frequency: Array, amplitude: float) -> dict[float, TabulatedHarmonics]:
+        """Return the local harmonics at each frequency up to what the largest amplitude (mm or rad) may cause."""
+        frequency = np.unique(frequency)
+        own = self._thinned.responses(frequency, ABOVE * amplitude * float(self._elastic.max()))
+        beside = modulus(frequency, self._branches)
+        return {float(f): replace(one, beside=s) for f, one, s in zip(frequency, own, beside, strict=True)}
 
-        def harmonics(local: Array) -> tuple[Complex, Complex]:
-            first, third = own(local)
-            return first + beside, third
-
-        return harmonics
-
-    def _balance(self, amplitude: float, frequency: float, response: LocalResponse, local: Array) -> Balance:
+    def _balance(
+        self, amplitude: float, frequency: float, response: TabulatedHarmonics, local: Array
+    ) -> Balance:
         """Bring moduli and state into balance.
 
         Parameters
@@ -276,12 +268,12 @@ class UnevenModel:
         """
         known, moved = 0j, np.inf
         for _ in range(MOST_TURNS):
-            s, t = response(amplitude * local)
-            found, x = self._stiffness(s, frequency)
+            before = local
+            found, x = self._stiffness(response.first(amplitude * before), frequency)
             local, moved, known = self._local(x), abs(found - known) / abs(found), found
             if moved <= SETTLED:
                 break
-        third = float(abs(x @ self._over(t) @ x) / abs(found))
+        third = float(abs(self._work(x, response.third(amplitude * before))) / abs(found))
         return Balance(amplitude, frequency, found, third, x, local, moved)
 
     def _stiffness(self, s: Complex, frequency: float) -> tuple[complex, Complex]:
@@ -303,6 +295,17 @@ class UnevenModel:
         found[:, d:m] = 0.0
         found[:, :, d:m] = 0.0
         return np.asarray(found[0] + 1j * found[1])
+
+    def _work(self, x: Complex, s: Complex) -> complex:
+        """Integral of a local modulus times the square of a state's strain; rigid motions have none."""
+        reduced, model = self._reduced, self._basis.pencil.model
+        x = x.copy()
+        x[reduced.driven : reduced.motions] = 0.0
+        squares = ((x @ self._strains) ** 2).reshape(len(self._weight), -1).sum(axis=1)
+        work = np.array([(self._weight * s) @ squares])
+        return complex(
+            model.multiplicity * (summed(model.comm, work.real) + 1j * summed(model.comm, work.imag))[0]
+        )
 
     def _local(self, x: Complex) -> Array:
         """Shear amplitude at each point, per unit of the sleeve's motion."""

@@ -94,6 +94,8 @@ class Pencil:
         if negative_eigenvalues(solver.factor) > model.system.free_pressures:
             raise Unstable
         self._metal = [metal[name] for name in model.mesh.sleeves]
+        space, self._parent = collapsed(model.space.sub(0))
+        self._nodes: Array = space.tabulate_dof_coordinates()[:, : model.mesh.dimension].T
         self._take(solver.q)
 
     def at(self, q: float) -> Pencil:
@@ -142,15 +144,13 @@ class Pencil:
         if self.model.mode.specimen == "coupon":
             return self.motions[:0]
         model = self.model
-        space, parent = collapsed(model.space.sub(0))
-        components = model.space.sub(0).num_sub_spaces
+        components = len(self._parent) // self._nodes.shape[1]
         # Of the half-plane the radius and z; its angle moves no point of it.
         plane = [0, components - 1] if model.mesh.dimension == 2 else [0, 1, 2]
-        x = space.tabulate_dof_coordinates()[:, : model.mesh.dimension].T
-        now = x + self._state[parent].reshape(-1, components).T[plane]
+        now = self._nodes + self._state[self._parent].reshape(-1, components).T[plane]
         moved = model.motion.rigid(now, q)
         found = np.zeros((len(moved), len(self._state)))
-        found[:, parent] = moved.transpose(0, 2, 1).reshape(len(moved), -1)
+        found[:, self._parent] = moved.transpose(0, 2, 1).reshape(len(moved), -1)
         return found
 
     def act(self, directions: Array) -> Actions:

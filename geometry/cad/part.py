@@ -200,8 +200,8 @@ def _fragmented(solids: list[int], names: list[str], where: str) -> dict[int, st
                     where,
                     f"solids {both} overlap near {_place(*_on_surface(tag))}, in {common:.4g} of "
                     f"{volumes[other]:.4g} and {volumes[number]:.4g} mm3",
-                    "solids that touch; draw rubber as moulded, up to the sleeve, and give a press fit as the effect "
-                    "swaging",
+                    "solids that touch; draw rubber as moulded, up to the sleeve, and give a press fit as an effect "
+                    "(swaging)",
                     view_of(
                         {
                             int(face): "overlap" if solid == tag else "free"

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
@@ -137,13 +137,17 @@ def test_nothing_is_left_to_the_environment(tmp_path, plain):
     assert run.stdout.splitlines()[-1] == "one"
 
 
-def test_every_name_of_the_reports_is_where_it_is_looked_for():
-    """A module of the same name as a function would replace it as soon as it is loaded."""
-    names = re.findall(r"import \w+ as (\w+)", Path(report.__file__).read_text(encoding="utf-8"))
-    modules = {path.stem for path in Path(report.__file__).parent.glob("*.py")}
-    assert report._HOME.keys() < set(names)
-    assert not modules & set(names)
-    assert not [name for name in names if isinstance(getattr(report, name), ModuleType)]
+def test_every_result_has_a_view_keys_and_files():
+    from bushcli.report.results import Result
+
+    assert set(Result.split(" | ")) == report._NAMES.keys()
+    for name in report._NAMES.values():
+        for module, kind in (
+            (f"json.{name}", "json"),
+            (f"views.{name}", "document"),
+            ("writers.files", "files"),
+        ):
+            assert callable(getattr(import_module(f"bushcli.report.{module}"), f"{name}_{kind}"))
 
 
 @pytest.mark.parametrize("package", [recording, faults])

@@ -121,7 +121,7 @@ def test_exceptions_are_needed() -> None:
 
 CONFIGURED = {
     "an attribute": ("problem.stage = 'profile'", "problem.stage"),
-    "an attribute of an attribute": ("self.simulation.patience = 3", "self.simulation.patience"),
+    "an attribute of an attribute": ("self.simulation.failure_limit = 3", "self.simulation.failure_limit"),
     "one of several": ("a, (model.share, *b) = found", "model.share"),
     "by an operator": ("problem.solves += 1", "problem.solves"),
     "with a type": ("problem.best: float = 1.0", "problem.best"),
@@ -129,7 +129,7 @@ CONFIGURED = {
     "a loop": ("for model.stage in (0, 1):\n    pass", "model.stage"),
     "a context": ("with opened() as model.file:\n    pass", "model.file"),
     "a deletion": ("del model.cache['a']", "model.cache"),
-    "a copy of itself": ("other = copy(self)\nother.patience = 1", "other.patience"),
+    "a copy of itself": ("other = copy(self)\nother.failure_limit = 1", "other.failure_limit"),
     "by name": ("setattr(channel, name, 1)", "channel"),
     "of a frozen object": ("object.__setattr__(task, 'start', 1)", "task"),
 }

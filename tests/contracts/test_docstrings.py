@@ -176,7 +176,7 @@ def test_arguments_are_described(path: Path) -> None:
 
 def test_what_another_room_calls_is_known() -> None:
     """`report` hands its functions on; a helper of its drawings is its own business."""
-    assert is_asked_for(Path("bushcli/report/json/direct.py"), "direct_json")
+    assert is_asked_for(Path("bushcli/report/__init__.py"), "as_json")
     assert is_asked_for(Path("geometry/mesh.py"), "build")
     assert not is_asked_for(Path("bushcli/report/drawing/zoom.py"), "svg")
 

@@ -25,6 +25,7 @@ from bushcli.effects import library
 from bushcli.effects.active import ActiveEffect, require_time, require_values
 from bushcli.effects.effect import Effect, UnknownName, effect, effects
 from bushcli.effects.rig import RigStiffness, Travel, elastic_response, vibrating
+from bushcli.effects.titles import phrase
 from bushcli.errors import InputError
 from bushcli.evidence.prior import ODDS, effect_odds
 from bushcli.export.rubber import rubber_of
@@ -230,8 +231,8 @@ _OTHER_MEANINGS = {
 def test_only_its_own_file_names_an_effect() -> None:
     # A temperature is a condition of every test, too.
     names = "|".join(effects().keys() - {"temperature"})
-    # The name alone or with a parameter ("gain.error"), or as a case file has it.
-    naming = re.compile(rf'^({names})(?:[.@]\w+)?$|name = "(?:{names})"')
+    # The name alone or with a parameter ("gain.error"), as a case file has it, or in a sentence.
+    naming = re.compile(rf'^({names})(?:[.@]\w+)?$|name = "(?:{names})"|the effect (?:{names})\b')
     found: dict[str, set[str]] = {}
     # In `forms` a branch of the rubber may have the name of the effect that adds it.
     for file in (f for root in ("bushcli", "cases", "geometry") for f in (ROOT / root).rglob("*.py")):
@@ -242,6 +243,12 @@ def test_only_its_own_file_names_an_effect() -> None:
             if isinstance(node, ast.Constant) and isinstance(node.value, str) and naming.search(node.value):
                 found.setdefault(place, set()).add(node.value)
     assert found == _OTHER_MEANINGS
+
+
+def test_a_title_keeps_the_capital_of_a_name_within_a_sentence() -> None:
+    assert [phrase(name) for name in ("mullins", "payne", "friction", "unknown", "offset@radial")] == [
+        *("Mullins softening", "Payne effect", "internal friction", "unknown physics", "zero offset (radial)")
+    ]
 
 
 def test_one_file_adds_an_effect(tmp_path, monkeypatch) -> None:

@@ -15,7 +15,10 @@ from bushcli.case import Case, load_case
 from bushcli.diagnosis.diagnose import diagnose
 from bushcli.effects.active import ActiveEffect, acting
 from bushcli.effects.effect import effect
-from bushcli.report import diagnosis_document, diagnosis_files, diagnosis_json, terminal_text, write
+from bushcli.report.json.diagnosis import diagnosis_json
+from bushcli.report.views.diagnosis import diagnosis_document
+from bushcli.report.writers.files import diagnosis_files, write
+from bushcli.report.writers.terminal import terminal_text
 from bushcli.selection.queue import LEFT
 from bushcli.simulate.simulation import Simulation
 from cases.mode import modes

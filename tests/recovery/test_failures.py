@@ -26,10 +26,10 @@ def failing(monkeypatch):
     solve = SweptChannel.solve
 
     def arrange(condition, mode=None):
-        def partly(self, parameters, names, patience):
+        def partly(self, parameters, names, limit):
             if mode in (None, self.recording.mode) and condition(parameters):
                 raise NotConverged(NOTHING, float(self.targets[-1]), "forced", 0.0)
-            return solve(self, parameters, names, patience)
+            return solve(self, parameters, names, limit)
 
         monkeypatch.setattr(SweptChannel, "solve", partly)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bushcli.inverse import Task, identify, refine, starts
+from bushcli.inverse import Task, identify, starts
 from bushcli.inverse.channel import SweptChannel
 from bushcli.runtime.executor import processes
 
@@ -62,8 +62,8 @@ def test_a_hopeless_start_is_given_up_and_listed(case, monkeypatch):
     """A valley with no way out: the second start cannot improve."""
     solve = SweptChannel.solve
 
-    def stuck(self, parameters, names, patience):
-        found = solve(self, parameters, names, patience)
+    def stuck(self, parameters, names, limit):
+        found = solve(self, parameters, names, limit)
         # Where C20 is positive the force has no part that the parameters change.
         return (
             found
@@ -72,7 +72,7 @@ def test_a_hopeless_start_is_given_up_and_listed(case, monkeypatch):
         )
 
     monkeypatch.setattr(SweptChannel, "solve", stuck)
-    monkeypatch.setattr(refine, "is_outperformed", lambda costs, reference: costs[0] > 9 * reference)
+    monkeypatch.setattr(starts, "is_outperformed", lambda costs, reference: costs[0] > 9 * reference)
     monkeypatch.setattr(starts, "screen_starts", lambda *_: [np.array([0.5, 0.02, 0.001])])
     fit = identify(Task(case, "yeoh", starts=2))
     assert "given up" in fit.end_points[-1].message

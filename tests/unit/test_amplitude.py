@@ -50,7 +50,8 @@ def test_harmonics_are_those_of_an_integration_along_time() -> None:
 
 def test_without_amplitude_the_response_is_that_of_the_branches() -> None:
     for frequency in (0.1, 1.0, 30.0):
-        first, third = THINNED.response(frequency, 0.1)(np.array([1e-9]))
+        found = THINNED.responses(np.array([frequency]), 0.1)[0]
+        first, third = found.first(np.array([1e-9])), found.third(np.array([1e-9]))
         exact = modulus(np.array([frequency]), THINNED.branches())
         assert_allclose(first, exact, rtol=2e-3)
         assert abs(third[0]) < 1e-2

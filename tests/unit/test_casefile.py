@@ -15,6 +15,7 @@ from bushcli.case.schema import EffectTable
 from bushcli.effects.active import acting, uniquely_named
 from bushcli.effects.effect import effect
 from bushcli.errors import CaseError, InputError
+from bushcli.recording.table_cache import TableCache
 from forms.law import laws
 
 CASE = """
@@ -110,7 +111,7 @@ def test_a_case_is_read(folder):
     assert case.material.parameter_names == ("C10", "C20", "C30")
     assert not case.needs_fit
     axial, torsional = case.load_cases
-    assert (axial.path, axial.steps, axial.rate, axial.amplitude) == ((0.0, 8.0), 10, None, 8.0)
+    assert (axial.path, axial.steps, axial.rate) == ((0.0, 8.0), 10, None)
     np.testing.assert_allclose(torsional.path, [0, math.pi / 6, -math.pi / 6])
     assert torsional.rate == pytest.approx(math.radians(2))
     assert torsional.steps == 20
@@ -413,7 +414,7 @@ def test_overrides_change_and_create(folder):
         "material.bulk_modulus=inf",
     )
     assert case.geometry.length == 38.0
-    assert case.load_cases[0].amplitude == 5.0
+    assert case.load_cases[0].path == (0.0, 5.0)
     assert case.load_cases[1].steps == 7
     assert case.geometry.outer_sleeve.thickness == 2.0
     assert case.title == "a = b"
@@ -815,6 +816,34 @@ def test_channels_are_those_that_a_prediction_names(folder):
     case = load(folder)
     assert case.channels == (("axial-1", "axial"), ("torsional", "torsional"), ("axial", "axial"))
     assert case.effects == ()
+    # The name of a table of dynamic stiffness is taken, too.
+    tables = load(folder, CASE, "recordings=[{mode = 'axial', kind = 'dynamic', file = 'axial.csv'}]")
+    assert [load.label for load in tables.load_cases] == ["axial-1", "torsional"]
+
+
+def test_a_path_of_six_motions_is_one_more_kind_of_load_case(folder):
+    path = "mode = 'path', path = {time = [0, 1, 3], uz = [0, 0, 2], rz = [0, 1, 1]}"
+    moved = f"load_cases.0={{{path}, steps = 4}}"
+    vibrating = f"load_cases.1={{{path}, steps = 4, dynamic = {{frequency = 5, amplitude = 0.1}}}}"
+    case = load(folder, CASE, moved, vibrating)
+    (along,), (posed,) = case.load_cases, case.vibrations
+    np.testing.assert_allclose(along.program(TableCache()).time[[0, -1]], [0.0, 3.0])
+    assert not along.by_travel
+    assert not along.simulated_mode.solid.mirrors
+    # It vibrates about the end of the path, in the motion that goes furthest.
+    (way,) = posed.programs()
+    assert [posed.preload_number(q, 7.0) for q in way.displacement[-2:]] == [None, 0]
+    assert (posed.vibrating_mode, posed.shown_motion) == ("axial", " (uz)")
+    assert posed.place(1.5) == "1.5 s of the path"
+    np.testing.assert_allclose(posed.pose, [0.0, 0.0, 2.0, 0.0, 0.0, math.radians(1.0)])
+    shown = resolved(case)["load_cases"]
+    assert shown[0] == {
+        "mode": "path", "steps": 4, "path": {"time": [0, 1, 3], "uz": [0, 0, 2], "rz": [0, 1, 1]},
+    }  # fmt: skip
+    assert shown[1]["dynamic"] == {
+        "amplitude": [0.1], "frequency": [5], "point": "transfer", "motion": "uz",
+    }  # fmt: skip
+    assert load(folder, CASE).load_cases[0].by_travel
 
 
 def test_an_effect_without_anything_to_act_on_is_refused(folder):

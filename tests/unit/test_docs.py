@@ -23,7 +23,7 @@ from bushcli.export import all_writers
 from bushcli.recording import read_recording
 from bushcli.recording.header.name import match_quality
 from bushcli.recording.source import UNITS, Source
-from bushcli.report import diagnosis_json
+from bushcli.report.json.diagnosis import diagnosis_json
 from cases.mode import Mode, modes
 from forms.law import Law, laws
 

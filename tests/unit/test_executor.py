@@ -81,7 +81,7 @@ def test_a_question_that_kills_its_process_is_named(tmp_path):
 
 def test_a_scheduler_that_is_not_there_is_refused(monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("bushcli.runtime.executor.PATIENCE", 1.0)
+    monkeypatch.setattr("bushcli.runtime.executor.TIMEOUT", 1.0)
     with (
         pytest.raises(InputError, match=r"--scheduler: tcp://127\.0\.0\.1:9 does not answer"),
         dask("tcp://127.0.0.1:9"),
@@ -91,7 +91,7 @@ def test_a_scheduler_that_is_not_there_is_refused(monkeypatch):
 
 def test_a_port_that_accepts_and_never_answers_is_refused(monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("bushcli.runtime.executor.PATIENCE", 1.0)
+    monkeypatch.setattr("bushcli.runtime.executor.TIMEOUT", 1.0)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
         with pytest.raises(InputError, match="does not answer: "), dask(address):

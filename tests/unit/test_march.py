@@ -9,7 +9,7 @@ import pytest
 
 from cases.equilibrium import MAX_BROYDEN
 from cases.history import Interrupted
-from cases.limit import IMPATIENT, MAX_NEWTON, SOON, limit
+from cases.limit import LIMITED_NEWTON, MAX_NEWTON, SOON, limit
 from cases.march import NotConverged, march
 from cases.mode import modes
 from cases.program import Program, path, ramp
@@ -239,32 +239,32 @@ def test_an_interrupted_sweep_has_both_sides_as_far_as_they_went(axial):
 
 
 def test_a_march_with_little_patience_has_little_with_newton_too(locking):
-    for patience, least, most in ((None, MAX_NEWTON, MAX_NEWTON), (3, SOON, IMPATIENT)):
+    for failure_limit, least, most in ((None, MAX_NEWTON, MAX_NEWTON), (3, SOON, LIMITED_NEWTON)):
         with pytest.raises(NotConverged) as stopped:
-            march(locking, ramp(3.0, 3), patience=patience)
+            march(locking, ramp(3.0, 3), failure_limit=failure_limit)
         tried = [one for one in stopped.value.history.attempts if one.reason == "DIVERGED_MAX_IT"]
         # Broyden's iterations count too; Newton's method gives up after a few.
         assert all(least <= one.newton <= most + 2 * MAX_BROYDEN for one in tried)
 
 
-def test_newton_is_given_up_early_only_by_an_impatient_march_and_only_without_any_progress():
+def test_newton_is_given_up_early_only_by_a_limited_march_and_only_without_any_progress():
     falling, wandering = np.logspace(0, -8, 9), np.array([1.0, 0.4, 2.0, 0.3, 0.9, 0.2, 0.5, 0.3, 0.4])
-    for norms, patient, impatient in ((falling, None, None), (wandering, None, SOON)):
-        for patience, expected in ((None, patient), (3, impatient)):
-            one = limit(patience)
+    for norms, unlimited, limited in ((falling, None, None), (wandering, None, SOON)):
+        for failure_limit, expected in ((None, unlimited), (3, limited)):
+            one = limit(failure_limit)
             for _ in range(2):  # A new solution forgets the last one.
                 ended = [i for i, norm in enumerate(norms) if one.ends(i, norm)]
                 assert ended == ([] if expected is None else [expected])
     assert limit(None).ends(MAX_NEWTON, 1e-7)
-    assert limit(3).ends(IMPATIENT, 1e-7)
+    assert limit(3).ends(LIMITED_NEWTON, 1e-7)
 
 
 def test_a_march_is_given_up_when_patience_is_out(locking):
     """With locking chains; otherwise the step would be cut back to the smallest."""
     failed = []
-    for patience in (None, 3):
+    for failure_limit in (None, 3):
         with pytest.raises(NotConverged) as stopped:
-            march(locking, ramp(3.0, 3), patience=patience)
+            march(locking, ramp(3.0, 3), failure_limit=failure_limit)
         failed.append(sum(not one.accepted for one in stopped.value.history.attempts))
     assert failed[1] == 4 < failed[0]
 

@@ -16,6 +16,7 @@ PRIORS = {
     "half_t": Prior("half_t", 0.3),
     "half_t_of": Prior("half_t", 0.02, of="travel"),
     "t": Prior("t", 0.25),
+    "normal": Prior("normal", 0.5, of="travel"),
     "log_normal": Prior("log_normal", 1.0, 0.8, of="stiffness"),
     "log_normal_signed": Prior("log_normal", 0.1, 1.2, signed=True),
     "log_uniform": Prior("log_uniform", 1e-4, 0.02, of="1/shear"),
@@ -46,7 +47,8 @@ def whole(prior: Prior) -> tuple[float, float]:
     low, high = prior.range(SCALES)
     if not prior.is_logarithmic:
         # The tails of Student's t fall with the cube of the distance.
-        return (low if low == 0.0 else low - 1e3 * (high - low)), high + 1e3 * (high - low)
+        far = (5.0 if prior.shape == "normal" else 1e3) * (high - low)
+        return (low if low == 0.0 else low - far), high + far
     wide = 10 * (prior.high if prior.shape == "log_normal" else TAIL)
     return low * math.exp(-wide), high * math.exp(wide)
 
@@ -66,7 +68,7 @@ def test_the_range_holds_95_percent_and_the_median_halves_it(prior: Prior) -> No
     below = whole(prior)[0]
     median = prior.median(SCALES)
     assert low < median < high
-    if prior.shape == "t":
+    if prior.shape in ("t", "normal"):
         assert mass(prior, -median, median) == pytest.approx(0.5, abs=1e-6)
     else:
         assert sides * mass(prior, below, median) == pytest.approx(0.5, abs=1e-6)
@@ -90,7 +92,7 @@ def test_the_tail_is_a_probability(prior: Prior) -> None:
     sides = 2.0 if prior.signed else 1.0
     for value in (1.2 * prior.range(SCALES)[1], 0.9 * prior.range(SCALES)[1]):
         above = sides * mass(prior, value, high)
-        both = 2.0 if prior.is_logarithmic or prior.shape == "t" else 1.0
+        both = 2.0 if prior.is_logarithmic or prior.shape in ("t", "normal") else 1.0
         assert prior.tail(value, SCALES) == pytest.approx(both * above, rel=1e-5)
     assert low < high
 

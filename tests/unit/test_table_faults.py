@@ -85,3 +85,29 @@ def test_inertia_of_a_fixture_is_no_row_off_its_curve(mass):
     table.storage[5] *= 1.5
     (fault,) = table_faults(PLAIN, [table])
     assert list(np.flatnonzero(fault.samples)) == [5]
+
+
+def relaxing(glass, tau=0.005, mass=0.0):
+    """Return a sweep of rubber that stiffens by `glass` times its modulus about a time, on a rig with a mass."""
+    frequency = np.geomspace(1.0, 200.0, 20)
+    K = 1.0 + glass * (2j * np.pi * frequency * tau) ** 0.4 / (1.0 + (2j * np.pi * frequency * tau) ** 0.4)
+    K -= mass * (frequency / 200.0) ** 2
+    unknown = np.full(20, np.nan)
+    return DynamicTable(
+        name="sweep", mode="axial", quantity="stiffness", frequency=frequency, storage=400.0 * K.real,
+        loss=400.0 * K.imag, amplitude=unknown, preload=np.zeros(20), preload_force=unknown, temperature=unknown,
+        storage_error=unknown, loss_error=unknown, third_harmonic=unknown,
+        places=tuple(f"a.csv:{i + 2}" for i in range(20)),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("glass", "mass"), [(0.2, 0.0), (0.6, 0.0), (0.6, 0.3), (20.0, 0.0)])
+def test_the_rise_of_the_stiffness_tells_the_loss_angle_from_its_complement(glass, mass):
+    table = relaxing(glass, mass=mass)
+    assert kinds(table) == []
+    turned = replace(table, storage=table.loss, loss=table.storage)
+    (fault,) = table_faults(PLAIN, [turned])
+    assert (fault.kind, fault.fatal, fault.doubtful) == ("loss_angle", False, True)
+    assert fault.probability > 0.9
+    assert 'loss_angle_is = "complement"' in fault.remedy
+    assert kinds(replace(turned, accepted_faults=("loss_angle",))) == []

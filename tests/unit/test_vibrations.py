@@ -20,6 +20,7 @@ from bushcli.effects.effect import effect
 from bushcli.errors import InputError
 from bushcli.report.json.dynamic import dynamic_json
 from bushcli.report.plots.dynamic import dynamic_panels
+from bushcli.report.results import DynamicResult
 from bushcli.report.views.dynamic import dynamic_document
 from bushcli.report.writers.files import dynamic_files
 from bushcli.simulate.dynamic import DynamicInterrupted, DynamicResponse, vibrate
@@ -225,7 +226,7 @@ def test_one_model_serves_other_branches_and_densities(tmp_path: Path, response:
 
 
 def test_result_as_json_document_plots_and_file(response: DynamicResponse, tmp_path: Path) -> None:
-    document = dynamic_json(response, None)
+    document = dynamic_json(DynamicResult(response))
     entry = document["load_cases"][2]
     assert entry["mode"] == "axial"
     assert entry["preload"]["displacement"] == 2
@@ -236,7 +237,7 @@ def test_result_as_json_document_plots_and_file(response: DynamicResponse, tmp_p
     assert_allclose(size * np.sin(angle), entry["loss"])
     assert entry["reduction_error"] < 1e-4
     assert json.loads(json.dumps(document)) == document
-    sections = {one.heading: one for one in dynamic_document(response, None).sections}
+    sections = {one.heading: one for one in dynamic_document(DynamicResult(response)).sections}
     (summary,) = sections["Preloads"].blocks
     assert [row[1] for row in summary.rows] == [
         "-1.000 mm, -190.8 N",
@@ -248,7 +249,7 @@ def test_result_as_json_document_plots_and_file(response: DynamicResponse, tmp_p
     assert len([one for one in stiffness.series if one.label]) == 3
     dots = [one for one in angles.series if one.mark == "dots"]
     assert_allclose(dots[0].y, document["load_cases"][0]["loss_angle_deg"])
-    files = dynamic_files(response)
+    files = dynamic_files(DynamicResult(response))
     table = np.genfromtxt(files.contents["axial-dynamic.csv"].splitlines(), delimiter=",", names=True)  # type: ignore[union-attr]
     assert table.dtype.names == (
         *("frequency_Hz", "preload_mm", "preload_N"),
@@ -275,9 +276,9 @@ def test_modulus_of_a_coupon(tmp_path: Path) -> None:
     found = vibrate(one("uniaxial", "frequency = [10]\npreload = [0, 0.5]", tmp_path, text=COUPON))
     turned = 2j * math.pi * 10 * 0.01
     assert_allclose(found.curves[0].stiffness, 3 * (1 + 0.3 * turned / (1 + turned)), rtol=1e-6)
-    (first, *_) = dynamic_document(found, None).sections[2].blocks
+    (first, *_) = dynamic_document(DynamicResult(found)).sections[2].blocks
     assert first.title.startswith("uniaxial: modulus, preload 1.000, 0 MPa")
-    text = dynamic_files(found).contents["uniaxial-dynamic.csv"]
+    text = dynamic_files(DynamicResult(found)).contents["uniaxial-dynamic.csv"]
     table = np.genfromtxt(text.splitlines(), delimiter=",", names=True)  # type: ignore[union-attr]
     assert_allclose(table["preload_stretch"], [1, 1.5])
     assert "stiffness_MPa" in table.dtype.names

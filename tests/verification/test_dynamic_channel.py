@@ -169,7 +169,7 @@ def test_branches_take_no_further_march(specimen, monkeypatch):
     channel = problem.channels[1]
     known = problem.parameters(task.vectors()[0])
     before = channel.solve(known, ()).force
-    monkeypatch.setattr("bushcli.inverse.dynamic_channel.march", None)
+    monkeypatch.setattr("bushcli.inverse.dynamic_simulation.march", None)
     after = channel.solve(known | {"viscoelasticity.g1": 0.5, "viscoelasticity.tau1": 0.02}, ()).force
     assert not np.allclose(after, before, rtol=1e-2)
     with pytest.raises(TypeError):

@@ -22,19 +22,7 @@ from bushcli.effects.prior import Prior
 
 
 def parallel(q: Signal, force: Signal, time: Array | None, given: Given) -> Signal:
-    """Multiply the force by exp(log_factor).
-
-    Parameters
-    ----------
-    q : Signal
-        Displacement of the bushing (n,), mm or rad; not used.
-    force : Signal
-        Force of the bushing (n,), N or N mm.
-    time : (n,) array or None
-        Seconds since the recording began; not used.
-    given : Given
-        Value of `log_factor` (dimensionless) with its derivatives.
-    """
+    """Multiply the force by exp(log_factor)."""
     factor = np.exp(given["log_factor"].value)
     return force * Signal(factor, factor * given["log_factor"].slope)
 

@@ -16,19 +16,7 @@ from bushcli.effects.prior import Prior
 
 
 def parallel(q: Signal, force: Signal, time: Array | None, given: Given) -> Signal:
-    """Add the force of the stop to the force of the bushing.
-
-    Parameters
-    ----------
-    q : Signal
-        Displacement of the bushing (n,), mm or rad.
-    force : Signal
-        Force of the bushing (n,), N or N mm.
-    time : (n,) array or None
-        Seconds since the recording began; not used.
-    given : Given
-        Values of `stiffness` (N/mm or N mm/rad) and `gap` (mm or rad) with their derivatives.
-    """
+    """Add the force of the stop to the force of the bushing."""
     over = q - given["gap"]
     engaged = over.value > 0.0 if given["gap"].value >= 0.0 else over.value < 0.0
     return force + given["stiffness"] * over.where(engaged)

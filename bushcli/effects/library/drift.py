@@ -21,17 +21,7 @@ SERIES = 1e-4
 
 
 def read(force: Signal, time: Array | None, given: Given) -> Signal:
-    """Add the drift since the recording began to the force.
-
-    Parameters
-    ----------
-    force : Signal
-        Force that the rig carries (n,), N or N mm.
-    time : (n,) array or None
-        Seconds since the recording began.
-    given : Given
-        Values of `rate` (N/s or N mm/s) and, where it comes to rest, `settling` (1/s) with their derivatives.
-    """
+    """Add the drift since the recording began to the force."""
     if time is None:
         raise ValueError("a drift needs time")
     if "settling" not in given:

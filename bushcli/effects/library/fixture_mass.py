@@ -23,15 +23,7 @@ _PER_MM = 1e-3
 
 
 def vibrate(omega: Array, given: Given) -> tuple[Signal, Signal]:
-    """Return the factor of K* (n,), 1, and what is added to it, -mass omega^2, N/mm or N mm/rad.
-
-    Parameters
-    ----------
-    omega : (n,) array
-        Angular frequency, rad/s.
-    given : Given
-        Value of `mass` (kg or kg mm^2) with its derivatives.
-    """
+    """Return the factor of K* (n,), 1, and what is added to it, -mass omega^2, N/mm or N mm/rad."""
     mass, inertia = given["mass"], -_PER_MM * omega**2
     same = Signal(np.ones(len(omega)), np.zeros((len(omega), len(mass.slope))))
     return same, Signal(inertia * mass.value, inertia[:, None] * mass.slope)

@@ -18,15 +18,7 @@ from bushcli.effects.prior import Prior
 
 
 def drive(q: Signal, given: Given) -> Signal:
-    """Return the part of the rig's displacement that lies beyond the dead band.
-
-    Parameters
-    ----------
-    q : Signal
-        Displacement of the rig (n,), mm or rad.
-    given : Given
-        Value of `half_width` (mm or rad) with its derivatives.
-    """
+    """Return the part of the rig's displacement that lies beyond the dead band."""
     width = given["half_width"]
     sign = np.sign(q.value)
     edge = Signal(sign * width.value, sign[:, None] * width.slope)

@@ -17,17 +17,7 @@ from bushcli.effects.prior import Prior
 
 
 def read(force: Signal, time: Array | None, given: Given) -> Signal:
-    """Multiply the force by 1 + error.
-
-    Parameters
-    ----------
-    force : Signal
-        Force that the load cell carries (n,), N or N mm.
-    time : (n,) array or None
-        Seconds since the recording began; not used.
-    given : Given
-        Value of `error` (dimensionless) with its derivatives.
-    """
+    """Multiply the force by 1 + error."""
     error = given["error"]
     return force * Signal(np.asarray(1.0 + error.value), error.slope)
 

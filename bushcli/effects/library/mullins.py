@@ -41,6 +41,7 @@ def card(values: Mapping[str, float]) -> CardPart:
 EFFECT = Effect(
     name="mullins",
     title="Mullins softening",
+    of_a_person=True,
     summary="Reloading below the largest earlier deformation is softer than the first loading.",
     acts="rubber",
     parameters=(

@@ -21,30 +21,12 @@ AT = ("at_rest", "under_preload")
 
 
 def drive(q: Signal, given: Given) -> Signal:
-    """Return the displacement from the true rest position.
-
-    Parameters
-    ----------
-    q : Signal
-        Displacement as recorded (n,), mm or rad.
-    given : Given
-        Value of `displacement` (mm or rad) with its derivatives; none where the rig was zeroed under a preload.
-    """
+    """Return the displacement from the true rest position."""
     return q - given["displacement"] if "displacement" in given else q
 
 
 def read(force: Signal, time: Array | None, given: Given) -> Signal:
-    """Add the force that the load cell reads at rest.
-
-    Parameters
-    ----------
-    force : Signal
-        Force that the rig carries (n,), N or N mm.
-    time : (n,) array or None
-        Seconds since the recording began; not used.
-    given : Given
-        Value of `force` (N or N mm) with its derivatives; none where the rig was zeroed under a preload.
-    """
+    """Add the force that the load cell reads at rest."""
     return force + given["force"] if "force" in given else force
 
 
@@ -97,7 +79,7 @@ EFFECT = Effect(
             of_channel=True,
             under=AT[1],
             prior=Prior(
-                "t",
+                "normal",
                 0.5,
                 of="travel",
                 source="engineering judgement: where a part is clamped under load, zero may be anywhere in the travel",

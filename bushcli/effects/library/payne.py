@@ -71,6 +71,7 @@ _MEASURED = "engineering judgement about fits of this law to measured strain swe
 EFFECT = Effect(
     name="payne",
     title="Payne effect",
+    of_a_person=True,
     summary="Filled rubber is stiffer in small motions: it relaxes the faster, the more and the farther it moves.",
     acts="rubber",
     parameters=(
@@ -136,22 +137,6 @@ EFFECT = Effect(
             prior=Prior("log_uniform", 30.0, 1e6, source=_MEASURED),
         ),
         EffectParameter(
-            "offset",
-            "1",
-            "shear strain added to the amplitude, well below which all thin alike",
-            0.01,
-            1e-6,
-            1.0,
-            optional=True,
-            scan=(0.01,),
-            prior=Prior(
-                "log_normal",
-                0.03,
-                1.5,
-                source=_MEASURED,
-            ),
-        ),
-        EffectParameter(
             "exponent",
             "1",
             "power of the amplitude in the clock",
@@ -159,8 +144,26 @@ EFFECT = Effect(
             0.0,
             5.0,
             optional=True,
+            of_amplitude=True,
             scan=(1.5,),
             prior=Prior("log_normal", 1.5, 0.4, source=_MEASURED),
+        ),
+        EffectParameter(
+            "offset",
+            "1",
+            "shear strain added to the amplitude, well below which all thin alike",
+            0.01,
+            1e-6,
+            1.0,
+            optional=True,
+            of_amplitude=True,
+            scan=(0.01,),
+            prior=Prior(
+                "log_normal",
+                0.03,
+                1.5,
+                source=_MEASURED,
+            ),
         ),
         EffectParameter(
             "recovery",

@@ -22,15 +22,7 @@ from bushcli.effects.prior import Prior
 
 
 def drive(q: Signal, given: Given) -> Signal:
-    """Return q - set (M+ + M-).
-
-    Parameters
-    ----------
-    q : Signal
-        Displacement of the rig (n,), mm or rad, in the order of the recording.
-    given : Given
-        Value of `set` (dimensionless) with its derivatives.
-    """
+    """Return q - set (M+ + M-)."""
     return q - given["set"] * (_running_maximum(q, 1) + _running_maximum(q, -1))
 
 

@@ -21,15 +21,7 @@ from cases.mode import modes
 
 
 def spring(force: Signal, given: Given) -> Signal:
-    """Return the extension of the rig (n,), mm.
-
-    Parameters
-    ----------
-    force : Signal
-        Force that the rig carries (n,), N.
-    given : Given
-        Values of `compliance` (mm/N) and, where the rig has one, `curvature` (1/N) with their derivatives.
-    """
+    """Return the extension of the rig (n,), mm."""
     if "curvature" not in given:
         return given["compliance"] * force
     sign = np.sign(force.value)

@@ -19,15 +19,7 @@ from bushcli.effects.prior import Prior
 
 
 def vibrate(omega: Array, given: Given) -> tuple[Signal, Signal]:
-    """Return the factor of K* (n,), and what is added to it, nothing.
-
-    Parameters
-    ----------
-    omega : (n,) array
-        Angular frequency, rad/s.
-    given : Given
-        Value of `period` (s) with its derivatives.
-    """
+    """Return the factor of K* (n,), and what is added to it, nothing."""
     period, cycles = given["period"], omega / (2.0 * np.pi)
     factor = np.asarray(1.0 / (1.0 - (cycles * period.value) ** 2), dtype=np.float64)
     slope = (2.0 * cycles**2 * period.value * factor**2)[:, None] * period.slope

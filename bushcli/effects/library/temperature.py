@@ -40,16 +40,7 @@ _GLASS, _LARGEST = 5.0, 100.0
 
 
 def heated(values: Values, temperature: Scalar, shift: str) -> tuple[Scalar, Scalar, Scalar]:
-    """Return the factors on the law's moduli, on the branches' moduli beyond these, and on the relaxation times.
-
-    Parameters
-    ----------
-    values : mapping
-        Parameters of the effect; kelvins, kJ/mol, and degrees C of the reference.
-    temperature : float
-        Degrees C.
-    shift : {"wlf", "arrhenius"}
-    """
+    """Return the factors on the law's moduli, on the branches' moduli beyond these, and on the relaxation times."""
     above = temperature - values["reference"]
     absolute = values["reference"] + ZERO
     # (1/T - 1/Tr) / R, mol/kJ.

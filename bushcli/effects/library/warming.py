@@ -19,19 +19,7 @@ from bushcli.effects.prior import Prior
 
 
 def parallel(q: Signal, force: Signal, time: Array | None, given: Given) -> Signal:
-    """Multiply the force by 1 - amount (1 - exp(-t / tau)).
-
-    Parameters
-    ----------
-    q : Signal
-        Displacement of the bushing (n,), mm or rad; not used.
-    force : Signal
-        Force of the bushing (n,), N or N mm.
-    time : (n,) array or None
-        Seconds since the recording began.
-    given : Given
-        Values of `amount` (dimensionless) and `tau` (s) with their derivatives.
-    """
+    """Multiply the force by 1 - amount (1 - exp(-t / tau))."""
     if time is None:
         raise ValueError("warming needs time")
     amount, tau = given["amount"], given["tau"]

@@ -23,13 +23,6 @@ _LIBRARIES = {2: "pythonfmu", 3: "pythonfmu3"}
 def build(data: dict[str, Any], version: Literal[2, 3]) -> bytes:
     """Return the FMU as an archive.
 
-    Parameters
-    ----------
-    data : dict
-        The force law: ``name``, ``description``, ``units``, ``base_units``, ``channels``.
-    version : {2, 3}
-        Version of the FMI standard.
-
     Raises
     ------
     InputError

@@ -5,24 +5,31 @@ The FMU needs a Python on the machine that runs it, like every FMU made with Pyt
 
 from __future__ import annotations
 
+from typing import Literal
+
 from bushcli.export.writer import Order, Writer, one_line
 
 
-def write(order: Order) -> bytes:
-    """Return the archive."""
-    from bushcli.export.fmu.build import build
+def writer(version: Literal[2, 3]) -> Writer:
+    """Return the writer of a version of the standard."""
 
-    assert order.bushing is not None
-    assert order.bushing.law is not None
-    return build(order.bushing.law.data(order.name, one_line(order.title), order.units), 2)
+    def write(order: Order) -> bytes:
+        from bushcli.export.fmu.build import build
+
+        assert order.bushing is not None
+        assert order.bushing.law is not None
+        return build(order.bushing.law.data(order.name, one_line(order.title), order.units), version)
+
+    standard = f"FMI {version}.0"
+    return Writer(
+        name=f"fmu{version}",
+        title=f"{standard} (FMU)",
+        kind="force_law",
+        ending=".fmu",
+        comment=("", ""),
+        write=write,
+        source=f"{standard}, https://fmi-standard.org",
+    )
 
 
-WRITER = Writer(
-    name="fmu2",
-    title="FMI 2.0 (FMU)",
-    kind="force_law",
-    ending=".fmu",
-    comment=("", ""),
-    write=write,
-    source="FMI 2.0, https://fmi-standard.org",
-)
+WRITER = writer(2)

@@ -1,28 +1,5 @@
-"""FMI 3.0: the force law with memory of every channel as a co-simulation FMU, which contains its own code.
+"""FMI 3.0: the same co-simulation FMU as of FMI 2.0 (`fmu2`)."""
 
-The FMU needs a Python on the machine that runs it, like every FMU made with PythonFMU, but not bushcli.
-"""
+from bushcli.export.writers.fmu2 import writer
 
-from __future__ import annotations
-
-from bushcli.export.writer import Order, Writer, one_line
-
-
-def write(order: Order) -> bytes:
-    """Return the archive."""
-    from bushcli.export.fmu.build import build
-
-    assert order.bushing is not None
-    assert order.bushing.law is not None
-    return build(order.bushing.law.data(order.name, one_line(order.title), order.units), 3)
-
-
-WRITER = Writer(
-    name="fmu3",
-    title="FMI 3.0 (FMU)",
-    kind="force_law",
-    ending=".fmu",
-    comment=("", ""),
-    write=write,
-    source="FMI 3.0, https://fmi-standard.org",
-)
+WRITER = writer(3)

@@ -11,13 +11,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording.dynamic.names import ACROSS, KINDS, ColumnName, Stated, condition_of, meaning, stated
+from bushcli.recording.dynamic.names import (
+    ACROSS,
+    CONDITIONS,
+    KINDS_OF_MODES,
+    ColumnName,
+    Stated,
+    condition_of,
+    meaning,
+    stated,
+)
 from bushcli.recording.dynamic.source import DynamicSource
-from bushcli.recording.dynamic.units import read_unit
 from bushcli.recording.header.columns import chosen_index
+from bushcli.recording.header.units import read_unit
 from bushcli.recording.header.vocabulary import is_foreign
 from bushcli.recording.text.fields import is_number, to_float
-from bushcli.recording.text.rows import SplitRows
 from bushcli.recording.text.table import Table, TextTable
 from cases.mode import Mode
 
@@ -25,8 +33,7 @@ Array = NDArray[np.float64]
 
 #: Columns of which two give K' and K''.
 MEASURED = ("stiffness", "modulus", "storage", "loss", "loss_angle", "tan_delta", "damping")
-_FURTHER = ("storage_error", "loss_error")
-_CONDITIONS = ("frequency", "amplitude", "preload", "preload_force", "temperature")
+ERRORS = ("storage_error", "loss_error")
 #: Units that are proposed for a column without one, by its quantity or by the kind of its unit.
 _PROPOSED = {
     "frequency": ('"Hz"', '"rad/s"'), "temperature": ('"°C"', '"K"'), "loss_angle": ('"deg"', '"rad"'),
@@ -63,9 +70,7 @@ class ColumnGroup:
 
 def is_dynamic(table: Table, source: DynamicSource) -> bool:
     """Whether a table has columns of which K' and K'' may be made."""
-    if set(source.columns) & set(MEASURED):
-        return True
-    return any(one.quantity in MEASURED for one in meanings(table))
+    return any(key in MEASURED for key in (*source.columns, *(one.quantity for one in meanings(table))))
 
 
 def meanings(table: Table) -> list[ColumnName]:
@@ -76,8 +81,7 @@ def meanings(table: Table) -> list[ColumnName]:
     # A row of lengths above the names may have been taken for one of units. What a line has for a column, a quantity,
     # ``Kdyn [N/mm]`` above ``0 N``, ``500 N``, or a condition, holds until the next one of the line.
     for text in (*(text for _, text in table.preamble), ";".join(table.units)):
-        split = [[field.strip() for field in text.split(delimiter)] for delimiter in ";\t,|"]
-        lines = [fields for fields in split if 1 < len(fields) <= width]
+        lines = [fields for fields in _fields(text) if 1 < len(fields) <= width]
         for fields in lines:
             if any(meaning(field).quantity in MEASURED for field in fields if field):
                 over |= {i: title for i, title in enumerate(_carried(fields, width)) if title}
@@ -98,6 +102,11 @@ def meanings(table: Table) -> list[ColumnName]:
     return found
 
 
+def _fields(text: str) -> list[list[str]]:
+    """Return the fields of a line above a table, by each delimiter that it may have."""
+    return [[field.strip() for field in text.split(delimiter)] for delimiter in ";\t,|"]
+
+
 def _carried(fields: Sequence[str], width: int) -> list[str]:
     """Return the fields of a row, each of which holds until the next one."""
     carried: list[str] = []
@@ -109,7 +118,7 @@ def _carried(fields: Sequence[str], width: int) -> list[str]:
 def _conditions_in(fields: Sequence[str]) -> dict[int, Stated]:
     """Return the conditions in a row, by column: ``0 N;500 N``, or ``Preload [N];0;500``, whose label has the unit."""
     label = meaning(fields[0]) if fields and fields[0] else ColumnName("")
-    said = label.quantity if label.quantity in _CONDITIONS else ""
+    said = label.quantity if label.quantity in CONDITIONS else ""
     found: dict[int, Stated] = {}
     for i, field in enumerate(fields):
         one = condition_of(field) if field else None
@@ -125,13 +134,12 @@ def _conditions_in(fields: Sequence[str]) -> dict[int, Stated]:
 
 def with_names_above(table: Table) -> Table:
     """Return a table whose names are units, as ``Hz;Ns/mm``, with the line above them as its names."""
-    if not table.preamble or not all(read_unit(name) for name in table.names if name):
-        return table
-    for delimiter in ";\t,|":
-        fields = [field.strip() for field in table.preamble[-1][1].split(delimiter)]
+    unnamed = table.preamble and all(read_unit(name) for name in table.names if name)
+    for fields in _fields(table.preamble[-1][1]) if unnamed else ():
         found = {meaning(field).quantity for field in fields}
         if len(fields) == len(table.names) and "frequency" in found and found & set(MEASURED):
-            return replace(table, names=tuple(fields), units=table.names, preamble=table.preamble[:-1])
+            table = replace(table, names=tuple(fields), units=table.names, preamble=table.preamble[:-1])
+            break
     return table
 
 
@@ -146,14 +154,8 @@ def with_conditions_above(table: Table) -> Table:
     fields = [table.text(0, i).strip() for i in range(width)]
     if is_number(fields[0], table.decimal) or len(_conditions_in(fields)) < 2:
         return table
-    rows = range(1, len(table))
-    split = [[table.text(row, i) for i in range(width)] for row in rows]
-    return replace(
-        table,
-        units=tuple(_carried(table.units, width)),
-        preamble=(*table.preamble, (table.line(0), ";".join(fields))),
-        parts=(SplitRows(split, [table.line(row) for row in rows]),),
-    )
+    units, preamble = _carried(table.units, width), (*table.preamble, (table.line(0), ";".join(fields)))
+    return replace(table.of_rows(np.arange(1, len(table))), units=tuple(units), preamble=preamble)
 
 
 def groups(table: Table, source: DynamicSource, mode: Mode) -> list[ColumnGroup]:
@@ -177,7 +179,7 @@ def groups(table: Table, source: DynamicSource, mode: Mode) -> list[ColumnGroup]
     conditioned: dict[tuple[tuple[str, float], ...], list[int]] = {}
     for i, one in enumerate(found):
         if one.quantity:
-            values = sorted((c.quantity, c.unit.factor * c.number + c.unit.zero) for c in one.conditions)
+            values = sorted((c.quantity, c.value) for c in one.conditions)
             conditioned.setdefault(tuple(values), []).append(i)
     shared = conditioned.pop((), [])
     if not any(found[i].quantity in MEASURED for columns in conditioned.values() for i in columns):
@@ -222,17 +224,7 @@ def suited_kinds(quantity: str, mode: Mode) -> frozenset[str]:
     quantity : str
     mode : Mode
     """
-    coupon, turned = mode.specimen == "coupon", mode.rotational
-    if quantity in (*MEASURED[:4], *_FURTHER):
-        own = {"stress"} if coupon else {"rotational stiffness", "moment"} if turned else {"stiffness"}
-        return frozenset(own)
-    if quantity in ("amplitude", "preload"):
-        return frozenset({"strain"} if coupon else {"angle"} if turned else {"length"})
-    if quantity == "preload_force":
-        return frozenset({"stress"} if coupon else {"moment"} if turned else {"force"})
-    if quantity == "damping":
-        return frozenset({"rotational damping"} if turned else {"damping"})
-    return KINDS[quantity]
+    return KINDS_OF_MODES[quantity][0 if mode.specimen == "coupon" else 1 if mode.rotational else 2]
 
 
 def numbers(
@@ -270,26 +262,18 @@ def numbers(
 
 def above(table: Table) -> dict[str, Stated]:
     """Return the conditions that the lines above a table state for all its rows, by quantity."""
-    decimal = table.decimal if isinstance(table, TextTable) else ""
-    found = [one for _, text in table.preamble if (one := stated(text, decimal)) is not None]
+    found = [one for _, text in table.preamble if (one := stated(text, table.decimal)) is not None]
     return {one.quantity: one for one in found}
 
 
 def between(table: Table, quantity: str) -> list[tuple[int, Stated]]:
     """Return the conditions of a quantity that lines between the rows state for the rows below, with their lines."""
-    if not isinstance(table, TextTable):
-        return []
     found = ((line, stated(text, table.decimal)) for line, text in table.between)
     return [(line, one) for line, one in found if one is not None and one.quantity == quantity]
 
 
 def with_values(table: Table, group: ColumnGroup) -> Table:
     """Return the rows of a table in which a group of columns has values."""
-    if not isinstance(table, TextTable):
-        return table
     columns = [i for i, one in group.columns.values() if one.quantity in MEASURED or one.conditions]
     kept = [row for row in range(len(table)) if any(table.text(row, i) for i in columns)]
-    if len(kept) == len(table):
-        return table
-    fields = [[table.text(row, i) for i in range(len(table.names))] for row in kept]
-    return replace(table, parts=(SplitRows(fields, [table.line(row) for row in kept]),))
+    return table if len(kept) == len(table) else table.of_rows(np.array(kept, dtype=np.int_))

@@ -48,7 +48,6 @@ class Harmonics:
         The same of the displacement.
     mean : (float, float)
         Mean displacement and mean force.
-    periods : int
     span : (float, float)
         Times of the first and last sample, s.
     """
@@ -60,7 +59,6 @@ class Harmonics:
     third: float
     third_motion: float
     mean: tuple[float, float]
-    periods: int
     span: tuple[float, float]
 
 
@@ -151,7 +149,6 @@ def harmonics(
         third[1],
         third[0],
         mean,
-        periods,
         (float(t[0]), float(t[-1])),
     )
 

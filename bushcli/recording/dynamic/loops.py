@@ -7,11 +7,11 @@ from typing import Literal
 
 import numpy as np
 
-from bushcli.errors import Problem, RecordingError
+from bushcli.errors import RecordingError
 from bushcli.recording.dynamic.columns import above
 from bushcli.recording.dynamic.harmonics import LARGEST_THIRD, bursts, harmonics
 from bushcli.recording.dynamic.source import LOOP_COLUMNS, DynamicSource
-from bushcli.recording.dynamic.table import TablePart
+from bushcli.recording.dynamic.table import TablePart, refuse_rows
 from bushcli.recording.opened import opened
 from bushcli.recording.read import read_recording
 from bushcli.recording.source import Source
@@ -35,10 +35,10 @@ def read_loops(source: DynamicSource, plain: Source, tables: TableCache) -> list
         expected = (
             "columns = {frequency = ..., storage = ..., loss = ...} in the recording's table of the case file"
         )
-        raise RecordingError(Problem(str(plain.file), what, "", expected)) from None
+        raise plain.refused(what, expected) from None
     if record.time is None:
         what = "has loops without a time, so that their frequency is not known"
-        raise RecordingError(Problem(str(plain.file), what, "", "columns = {time = ...} in the case file"))
+        raise plain.refused(what, "columns = {time = ...} in the case file")
     time, moved, force = record.time, record.displacement, record.force
     fitted = [
         one for burst in bursts(time, moved) if (one := harmonics(time, moved, force, burst)) is not None
@@ -49,7 +49,7 @@ def read_loops(source: DynamicSource, plain: Source, tables: TableCache) -> list
         expected = (
             "bursts of constant frequency and amplitude; a sweep of frequency, or a triangle, gives no K*"
         )
-        raise RecordingError(Problem(str(plain.file), what, "", expected))
+        raise plain.refused(what, expected)
     said = [
         f"{plain.file.name}: {len(sines)} sine bursts give a row each, by a fit of harmonics to whole periods"
     ]
@@ -57,12 +57,11 @@ def read_loops(source: DynamicSource, plain: Source, tables: TableCache) -> list
         said.append(
             f"{plain.file.name}: {len(fitted) - len(sines)} periodic motions that are no sine are left out"
         )
-    unknown = np.full(len(sines), np.nan)
     temperature = source.temperature
     if temperature is None:
         table = opened(plain, list(own.values()), tables)
         stated = above(table).get("temperature") if isinstance(table, Table) else None
-        temperature = np.nan if stated is None else stated.unit.factor * stated.number + stated.unit.zero
+        temperature = np.nan if stated is None else stated.value
     complex_ = np.array([one.stiffness for one in sines])
     arrays = {
         "frequency": np.array([one.frequency for one in sines]),
@@ -71,17 +70,17 @@ def read_loops(source: DynamicSource, plain: Source, tables: TableCache) -> list
         "amplitude": np.array([one.amplitude for one in sines]),
         "preload": np.array([one.mean[0] for one in sines]),
         "preload_force": np.array([one.mean[1] for one in sines]),
-        "temperature": unknown + 0.0 if np.isnan(temperature) else np.full(len(sines), temperature),
+        "temperature": np.full(len(sines), temperature),
         "storage_error": np.array([one.error for one in sines]),
         "loss_error": np.array([one.error for one in sines]),
         "third_harmonic": np.array([one.third for one in sines]),
     }
     places = tuple(f"{plain.file}, {one.span[0]:.4g} to {one.span[1]:.4g} s" for one in sines)
-    bad = complex_.real <= 0.0
-    if bad.any():
-        row = int(np.argmax(bad))
-        what = f"the force runs against the motion: K' = {complex_[row].real:.4g}"
-        expected = "put the sign of the force right in the file; or the fixture's inertia is larger than the stiffness"
-        raise RecordingError(Problem(places[row], what, "", expected))
+    refuse_rows(
+        complex_.real <= 0.0,
+        places,
+        lambda row: f"the force runs against the motion: K' = {complex_[row].real:.4g}",
+        "put the sign of the force right in the file; or the fixture's inertia is larger than the stiffness",
+    )
     modulus: Literal["E", "G", ""] = "" if mode.specimen == "bushing" else "G" if mode.sheared else "E"
     return [TablePart(arrays, places, tuple(said), modulus)]

@@ -3,29 +3,35 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from bushcli.recording.dynamic.units import DynamicUnit, read_unit
+from bushcli.recording.header.units import DynamicUnit, read_unit
+from bushcli.recording.header.vocabulary import plain_name
 from bushcli.recording.text.fields import is_thousands
 
 Peak = Literal["peak", "double", ""]
 
-#: Kinds of units that a quantity can have; the first three depend on the mode.
-KINDS: Mapping[str, frozenset[str]] = {
-    "amplitude": frozenset({"length", "angle", "strain"}),
-    "preload": frozenset({"length", "angle", "strain"}),
-    "preload_force": frozenset({"force", "moment", "stress"}),
-    "frequency": frozenset({"frequency"}),
-    "temperature": frozenset({"temperature"}),
-    "loss_angle": frozenset({"angle"}),
-    "tan_delta": frozenset({"strain"}),
-    "damping": frozenset({"damping", "rotational damping"}),
-} | dict.fromkeys(
-    ("stiffness", "modulus", "storage", "loss", "storage_error", "loss_error"),
-    frozenset({"stiffness", "rotational stiffness", "moment", "stress"}),
-)
+#: Kinds of units that a quantity has, of a coupon, of a rotation and of a translation; and of any of these.
+KINDS_OF_MODES: Mapping[str, tuple[frozenset[str], ...]] = {
+    quantity: tuple(frozenset(kinds.split(", ")) for kinds in by_mode)
+    for quantities, by_mode in (
+        ("amplitude preload", ("strain", "angle", "length")),
+        ("preload_force", ("stress", "moment", "force")),
+        ("damping", ("damping", "rotational damping", "damping")),
+        ("frequency", ("frequency",) * 3),
+        ("temperature", ("temperature",) * 3),
+        ("loss_angle", ("angle",) * 3),
+        ("tan_delta", ("strain",) * 3),
+        (
+            "stiffness modulus storage loss storage_error loss_error",
+            ("stress", "rotational stiffness, moment", "stiffness"),
+        ),
+    )
+    for quantity in quantities.split()
+}
+KINDS = {quantity: frozenset[str]().union(*kinds) for quantity, kinds in KINDS_OF_MODES.items()}
 #: Words for a column, in lower case with single blanks; the longest that a name contains decides. "modulus" is one of
 #: |K*| and K', as a rig's "stiffness" is: the file or the user has to say which.
 _WORDS: Mapping[str, tuple[str, ...]] = {
@@ -102,8 +108,7 @@ _DOUBLE = re.compile(
     r"\b(double|p p|pp|pk pk|peak to peak|peak peak|pkpk|ptp|spitze (?:zu )?spitze|doppel\w*|schwingbreite|range|dda"
     r"|total|crête à crête)\b"
 )
-_CONDITIONS = ("frequency", "amplitude", "preload", "preload_force", "temperature")
-_STRAINED = ("strain", "dehnung", "gamma", "γ")
+CONDITIONS = ("frequency", "amplitude", "preload", "preload_force", "temperature")
 #: K', E'' (with one sign, two, or an inch mark), E*, |G*|, |K|.
 _MAGNITUDE = re.compile(r"\|\s*([KCEGkceg])\s*\*?\s*\|")
 _PRIMED = re.compile(
@@ -147,6 +152,11 @@ class Stated:
     unit: DynamicUnit
     peak: Peak = ""
 
+    @property
+    def value(self) -> float:
+        """The number in internal units."""
+        return self.unit.factor * self.number + self.unit.zero
+
 
 @dataclass(frozen=True)
 class ColumnName:
@@ -163,8 +173,6 @@ class ColumnName:
     peak : {"peak", "double", ""}
         What the name says of an amplitude.
     modulus : {"E", "G", ""}
-    strained : bool
-        Whether an amplitude or preload is called a strain.
     conditions : tuple of Stated
         Of all rows of this column.
     """
@@ -174,21 +182,22 @@ class ColumnName:
     written: str = ""
     peak: Peak = ""
     modulus: Literal["E", "G", ""] = ""
-    strained: bool = False
     conditions: tuple[Stated, ...] = field(default=())
 
 
 def meaning(name: str, unit: str = "") -> ColumnName:
     """Return the meaning of the name of a column."""
-    conditions = tuple(found for m in _CONDITION.finditer(name) if (found := _condition(m)) is not None)
+    conditions = tuple(map(_condition, _CONDITION.finditer(name)))
 
     def kept(found: re.Match[str]) -> str:
         # Of a condition its word is kept if it is the column's, "Kdyn 500 N", not the number's, "preload 5 N".
         key = (found["key"] or "").lower()
-        own = _quantity(key, None) in _CONDITIONS or key in ("a", "at", "bei")
-        return found[0] if not _condition(found) else " " if own else f" {found['key'] or ''} "
+        own = _quantity(key, None) in CONDITIONS or key in ("a", "at", "bei")
+        return " " if own else f" {found['key'] or ''} "
 
-    text, written, known = _apart(_CONDITION.sub(kept, name), unit)
+    text, written, known = next(_apart(_CONDITION.sub(kept, name)))
+    if unit.strip() and (row := read_unit(unit)) is not None:
+        written, known = unit, row
     plain = text.replace("_", " ")
     modulus: Literal["E", "G", ""] = "G" if _SHEAR.search(plain) else "E" if _TENSILE.search(plain) else ""
     text = _MAGNITUDE.sub(r" \1 complex ", text)
@@ -204,17 +213,14 @@ def meaning(name: str, unit: str = "") -> ColumnName:
         quantity += "_error"
     elif quantity and _ERRORS.search(words):
         quantity = ""
-    peak = _peak(words)
-    strained = any(word in words for word in _STRAINED)
     if known is not None and quantity and known.kind not in KINDS[quantity]:
         # A preload in N is one of force.
         if known.kind in KINDS["preload_force"]:
             quantity = {"preload": "preload_force", "amplitude": ""}.get(quantity, quantity)
         elif quantity == "modulus" and known.kind in KINDS["damping"]:
             quantity = "damping"
-    return ColumnName(
-        quantity, known, written, peak if quantity == "amplitude" else "", modulus, strained, conditions
-    )
+    peak = _peak(words) if quantity == "amplitude" else ""
+    return ColumnName(quantity, known, written, peak, modulus, conditions)
 
 
 def stated(line: str, decimal: str = "") -> Stated | None:
@@ -223,7 +229,7 @@ def stated(line: str, decimal: str = "") -> Stated | None:
     if found is None:
         return None
     said = meaning(found["key"], found["unit"])
-    if said.quantity not in _CONDITIONS or said.unit is None:
+    if said.quantity not in CONDITIONS or said.unit is None:
         return None
     # "(peak)" behind the number is said of it, unless there is more, such as another range.
     behind = _words(re.split(r"[:=;\t]", found["rest"])[0])
@@ -241,7 +247,7 @@ def condition_of(text: str) -> Stated | None:
 
 def _words(text: str) -> str:
     """Return a text in lower case with single blanks; a sign of a peak is its word."""
-    return " ".join(re.sub(r"[\W_]+", " ", re.sub(r"±|\+/-", " peak ", text)).lower().split())
+    return plain_name(re.sub(r"±|\+/-", " peak ", text))
 
 
 def _peak(text: str) -> Peak:
@@ -257,46 +263,40 @@ def _number(text: str, decimal: str = "") -> float:
     """
     digits = re.sub(r"±|\+/-|\s", "", text)
     signs = re.findall(r"[.,]", digits)
-    if not signs:
-        return float(digits)
-    last = signs[-1]
+    last = signs[-1] if signs else "."
     grouped = signs.count(last) > 1 or (decimal not in ("", last) and is_thousands(digits, last))
-    if not grouped:
-        whole, _, part = digits.rpartition(last)
-        return float(f"{re.sub(r'[.,]', '', whole)}.{part}")
-    return float(re.sub(r"[.,]", "", digits))
+    whole, part = digits.rsplit(last, 1) if signs and not grouped else (digits, "")
+    return float(re.sub(r"[.,]", "", whole) + (f".{part}" if part else ""))
 
 
-def _condition(found: re.Match[str]) -> Stated | None:
+def _condition(found: re.Match[str]) -> Stated:
     unit = read_unit(found["unit"])
-    if unit is None:
-        return None
+    assert unit is not None  # the pattern has known units only
     key = (found["key"] or "").lower()
     peak: Peak = "peak" if found["sign"] in ("±", "+/-") else ""
     if found["pp"]:
-        peak = "double" if _DOUBLE.search(" ".join(re.split(r"\W+", found["pp"].lower()))) else "peak"
+        peak = "double" if _peak(found["pp"]) == "double" else "peak"
     number = _number(found["number"]) * (-1.0 if found["sign"] == "-" else 1.0)
     named = _quantity(key, unit) if len(key) > 2 else ""
-    if unit.kind in ("frequency", "temperature"):
-        return Stated(unit.kind, number, unit)
-    if unit.kind in KINDS["preload_force"]:
-        return Stated("preload_force", number, unit)
-    if unit.kind not in KINDS["amplitude"]:
-        return None
+    quantity = "preload" if named == "preload" else ACROSS
     if peak or named == "amplitude" or key == "a":
-        return Stated("amplitude", number, unit, peak)
-    return Stated("preload" if named == "preload" else ACROSS, number, unit)
+        quantity = "amplitude"
+    # The unit of these is enough.
+    sure = [one for one in ("frequency", "temperature", "preload_force") if unit.kind in KINDS[one]]
+    return Stated(sure[0], number, unit) if sure else Stated(quantity, number, unit, peak)
 
 
-def _apart(text: str, unit: str) -> tuple[str, str, DynamicUnit | None]:
-    """Return a name without its unit, the unit as written, and the unit; that of a row of units first."""
+def _apart(text: str) -> Iterator[tuple[str, str, DynamicUnit | None]]:
+    """Yield the ways to split a name into what is no unit, the unit as written, and the unit, the surest first.
+
+    The last one has no unit.
+    """
     brackets = re.compile(r"[\[({<]([^\[\](){}<>]*)[\])}>]")
     for found in reversed(list(brackets.finditer(text))):
         inside = _BESIDE.sub(" ", found[1]).strip(" ,;")
-        known = read_unit(inside)
-        if known is not None:
+        if (known := read_unit(inside)) is not None:
             said = " ".join(_BESIDE.findall(found[1]))
-            return _with_row(f"{text[: found.start()]} {said} {text[found.end() :]}", inside, known, unit)
+            yield f"{text[: found.start()]} {said} {text[found.end() :]}", inside, known
     bare = brackets.sub(r" \1 ", text)
     per = re.sub(r"(?<=[^\W_])[\s_]+per[\s_]+(?=[^\W_])", "/", bare)
     for found in re.finditer(r"[\s_,;/]+(?:in\s+)?(±|\+/-)?", per):
@@ -304,15 +304,8 @@ def _apart(text: str, unit: str) -> tuple[str, str, DynamicUnit | None]:
         known = read_unit(tail) if tail and found.start() else None
         # The dash of "E - modulus" is no unit, and neither is the number of "K 1".
         if known is not None and tail not in ("1", "-", "--"):
-            return _with_row(per[: found.start()] + " " + (found[1] or ""), tail, known, unit)
-    return _with_row(bare, "", None, unit)
-
-
-def _with_row(
-    text: str, written: str, known: DynamicUnit | None, unit: str
-) -> tuple[str, str, DynamicUnit | None]:
-    row = read_unit(unit) if unit.strip() else None
-    return (text, unit, row) if row is not None else (text, written, known)
+            yield per[: found.start()] + " " + (found[1] or ""), tail, known
+    yield bare, "", None
 
 
 def _quantity(words: str, unit: DynamicUnit | None) -> str:

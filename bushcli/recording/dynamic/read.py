@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.dynamic.columns import (
+    ERRORS,
     MEASURED,
     ColumnGroup,
     above,
@@ -26,7 +27,7 @@ from bushcli.recording.dynamic.columns import (
     with_values,
 )
 from bushcli.recording.dynamic.loops import read_loops
-from bushcli.recording.dynamic.names import Stated
+from bushcli.recording.dynamic.names import CONDITIONS, Stated
 from bushcli.recording.dynamic.source import HIGHEST, DynamicSource
 from bushcli.recording.dynamic.stiffness import StiffnessColumns, complex_stiffness
 from bushcli.recording.dynamic.table import DynamicTable, Quantity, TablePart, refuse_rows
@@ -40,10 +41,8 @@ Array = NDArray[np.float64]
 
 #: Larger amplitudes of a strain are in percent: 100 % is beyond any dynamic test.
 _LARGEST_STRAIN = 1.0
-_CONDITIONS = ("frequency", "amplitude", "preload", "preload_force", "temperature")
-_ERRORS = ("storage_error", "loss_error")
 #: Columns of the arrays of a `DynamicTable`.
-_ARRAYS = ("frequency", "storage", "loss", *_CONDITIONS[1:], *_ERRORS, "third_harmonic")
+_ARRAYS = ("frequency", "storage", "loss", *CONDITIONS[1:], *ERRORS, "third_harmonic")
 
 
 def read_dynamic(source: DynamicSource, tables: TableCache | None = None) -> DynamicTable:
@@ -166,7 +165,7 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
         asked += error.problems
     if asked:
         raise RecordingError(*asked)
-    for quantity in _CONDITIONS:
+    for quantity in CONDITIONS:
         if quantity not in arrays:
             arrays[quantity] = np.full(len(table), _stated(table, quantity, stated, source, mode))
             for line, one in between(table, quantity) if quantity not in group.conditions else ():
@@ -198,7 +197,7 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
     measured = {key: arrays.pop(key) for key in MEASURED if key in arrays}
     labels = {key: table.label(group.columns[key][0]) for key in measured}
     columns = StiffnessColumns(
-        measured, labels, arrays["frequency"], table.where, places, source.stiffness_is, source.loss_angle_is
+        measured, table, labels, places, arrays["frequency"], source.stiffness_is, source.loss_angle_is
     )
     storage, loss, said_of = complex_stiffness(columns)
     unknown = np.full(len(table), np.nan)
@@ -214,15 +213,11 @@ def _stated(
 ) -> float:
     """Return a condition of all rows, as the case file or else the file states it, in internal units; or nan."""
     given = getattr(source, quantity)
-    if given is not None:
-        return float(given)
-    found = stated.get(quantity)
-    if found is None:
-        return float("nan")
-    if found.unit.kind not in suited_kinds(quantity, mode):
+    found = stated.get(quantity) if given is None else None
+    if found is not None and found.unit.kind not in suited_kinds(quantity, mode):
         what = f"states a {quantity.replace('_', ' ')} in a unit of a {found.unit.kind}, which mode {mode.name} has not"
         raise table.refused(what, f"{quantity} = ... in the recording's table of the case file")
-    return found.unit.factor * found.number + found.unit.zero
+    return found.value if found is not None else math.nan if given is None else float(given)
 
 
 def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source: DynamicSource) -> str:
@@ -230,12 +225,10 @@ def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source
     if "amplitude" in group.columns:
         index, said = group.columns["amplitude"]
         named, label = said.peak, table.label(index)
-    elif source.amplitude is not None:
-        return source.amplitude_is or "peak"
-    elif "amplitude" in stated:
+    elif source.amplitude is None and "amplitude" in stated:
         named, label = stated["amplitude"].peak, "the amplitude that the file states"
     else:
-        return "peak"
+        named, label = source.amplitude_is or "peak", ""
     if source.amplitude_is is not None and named and named != source.amplitude_is:
         what = (
             f'{label} is the {named} amplitude, and the case file has amplitude_is = "{source.amplitude_is}"'

@@ -141,8 +141,8 @@ class RecordedTable(Recording):
 
     def curves(self) -> list[tuple[NDArray[np.intp], Array]]:
         """Return the rows of each curve, and their places along it: logarithms of frequency or amplitude."""
-        over = self.table.frequency if self.table.over_frequency else self.table.amplitude
-        return [(rows, np.log(over[rows])) for rows in self.table.conditions()]
+        along = self.table.along
+        return [(rows, along[rows]) for rows in self.table.conditions()]
 
 
 def recorded_table(table: DynamicTable, faulty: NDArray[np.bool_] | None = None) -> RecordedTable:
@@ -155,25 +155,7 @@ def recorded_table(table: DynamicTable, faulty: NDArray[np.bool_] | None = None)
     faulty : (n,) array of bool, optional
         Rows that do not count.
     """
-    errors, freedom = _errors(table, np.zeros(len(table), dtype=bool) if faulty is None else faulty)
-    force = np.concatenate([1.0 / errors[0], np.zeros(len(table))])
-    by_force = np.nan_to_num(table.preload_force) / table.stiffness.max()
-    return RecordedTable(
-        table.mode,
-        np.tile(np.where(np.isnan(table.preload), by_force, table.preload), 2),
-        force,
-        name=table.name,
-        source=table.files[0] if table.files else None,
-        accepted_faults=table.accepted_faults,
-        table=table,
-        errors=errors,
-        freedom=freedom,
-    )
-
-
-def _errors(table: DynamicTable, faulty: NDArray[np.bool_]) -> tuple[Array, float]:
-    """Return the standard errors (2, n) of ln |K*| and loss angle, and the degrees of freedom of their variance."""
-    found, count = _scatter(table, ~faulty)
+    found, count = _scatter(table, np.ones(len(table), dtype=bool) if faulty is None else ~faulty)
     usual, least = np.array([MAGNITUDE, ANGLE]), np.array(_LEAST)
     known = found > 0.0
     # Both are estimates of a logarithm.
@@ -185,13 +167,24 @@ def _errors(table: DynamicTable, faulty: NDArray[np.bool_]) -> tuple[Array, floa
     across = np.hypot(sine * table.storage_error, cosine * table.loss_error)
     stated = (along > 0.0) & (across > 0.0)
     errors[:, stated] = np.array([along, across])[:, stated] / table.stiffness[stated]
-    freedom = float(count) + _USUAL
-    return errors, _STATED if stated.all() else freedom
+    force = np.concatenate([1.0 / errors[0], np.zeros(len(table))])
+    by_force = np.nan_to_num(table.preload_force) / table.stiffness.max()
+    return RecordedTable(
+        table.mode,
+        np.tile(np.where(np.isnan(table.preload), by_force, table.preload), 2),
+        force,
+        name=table.name,
+        source=table.files[0] if table.files else None,
+        accepted_faults=table.accepted_faults,
+        table=table,
+        errors=errors,
+        freedom=_STATED if stated.all() else float(count) + _USUAL,
+    )
 
 
 def _scatter(table: DynamicTable, used: NDArray[np.bool_]) -> tuple[Array, float]:
     """Return the scatter (2,) of ln |K*| and loss angle about smooth curves, zero if unknown; degrees of freedom."""
-    over = np.log(table.frequency if table.over_frequency else table.amplitude)
+    over = table.along
     values = np.column_stack([np.log(table.stiffness), table.loss_angle])
     squares: list[Array] = []
     for rows in table.conditions():

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.errors import Problem, RecordingError
 from bushcli.recording.dynamic.table import refuse_rows
+from bushcli.recording.text.table import Table
 
 Array = NDArray[np.float64]
 
@@ -20,13 +20,24 @@ _TOLERANCE = 0.02
 #: The loss angle of rubber stays below this but in its glass transition, where tan delta reaches 2 to 3 at some
 #: temperatures and frequencies; a table in which *every* row is above it has probably 90 degrees minus the angle.
 _IMPLAUSIBLE_ANGLE = np.radians(45.0)
-_SHOWN = 3
 #: Pairs that give K' and K'', the best conditioned first.
 _PAIRS = (
     ("storage", "loss"), ("stiffness", "loss_angle"), ("stiffness", "tan_delta"), ("storage", "tan_delta"),
     ("storage", "loss_angle"), ("stiffness", "loss"), ("loss", "tan_delta"), ("loss", "loss_angle"),
     ("stiffness", "storage"),
 )  # fmt: skip
+#: K' and K'' from the quantities of a pair; from a loss angle by its tangent.
+_SOLVED: Mapping[tuple[str, str], Callable[[Array, Array], tuple[Array, Array]]] = {
+    ("storage", "loss"): lambda storage, loss: (storage, loss),
+    ("storage", "tan_delta"): lambda storage, tangent: (storage, storage * tangent),
+    ("loss", "tan_delta"): lambda loss, tangent: (loss / tangent, loss),
+    ("stiffness", "tan_delta"): lambda size, tangent: (
+        size * np.cos(np.arctan(tangent)),
+        size * np.sin(np.arctan(tangent)),
+    ),
+    ("stiffness", "loss"): lambda size, loss: (np.sqrt(np.maximum(size**2 - loss**2, 0.0)), loss),
+    ("stiffness", "storage"): lambda size, storage: (storage, np.sqrt(np.maximum(size**2 - storage**2, 0.0))),
+}
 
 
 @dataclass(frozen=True)
@@ -38,24 +49,24 @@ class StiffnessColumns:
     values : mapping of str to (n,) array
         By quantity: "stiffness" |K*|, "modulus" (|K*| or K'), "storage", "loss", "loss_angle", "tan_delta",
         "damping"; N/mm, N mm/rad or MPa, rad.
+    table : Table
+        Where they stand.
     labels : mapping of str to str
         ``column 2 (K')`` by quantity.
-    frequency : shape (n,)
-        Hz.
-    where : str
-        The file.
     places : sequence of str
         File and line of each row.
+    frequency : shape (n,)
+        Hz.
     stiffness_is : {"magnitude", "storage"}, optional
         What the case says that the "modulus" is.
     loss_angle_is : {"loss", "complement"}, optional
     """
 
     values: Mapping[str, Array]
+    table: Table
     labels: Mapping[str, str]
-    frequency: Array
-    where: str
     places: Sequence[str]
+    frequency: Array
     stiffness_is: Literal["magnitude", "storage"] | None
     loss_angle_is: Literal["loss", "complement"] | None
 
@@ -79,8 +90,10 @@ def complex_stiffness(columns: StiffnessColumns) -> tuple[Array, Array, tuple[st
         have = ", ".join(columns.labels.values()) or "none of them"
         what = f"K' and K'' need two of |K*|, K', K'', loss angle, tan delta and damping; there is {have}"
         expected = "columns = {storage = ..., loss = ...} in the case file, if others are meant"
-        raise RecordingError(Problem(columns.where, what, "", expected))
-    storage, loss = _solved(pair, values)
+        raise columns.table.refused(what, expected)
+    one, two = values[pair[0]], values[pair[1]]
+    two = np.tan(two) if pair[1] == "loss_angle" else two
+    storage, loss = _SOLVED[pair[0], pair[1].replace("loss_angle", "tan_delta")](one, two)
     _refuse_contradictions(columns, values, storage, loss, pair)
     if columns.loss_angle_is is None and {"loss_angle", "tan_delta"} & set(pair):
         angle = np.arctan2(loss, storage)
@@ -89,26 +102,8 @@ def complex_stiffness(columns: StiffnessColumns) -> tuple[Array, Array, tuple[st
             what = f"loss angles of {low:.3g} to {high:.3g} degrees are those of a fluid"
             complement = 'loss_angle_is = "complement" if the file has 90 degrees minus them'
             expected = f'{complement}, "loss" if they were measured so'
-            raise RecordingError(Problem(columns.where, what, "", expected))
+            raise columns.table.refused(what, expected)
     return storage, loss, tuple(remarks)
-
-
-def _solved(pair: Sequence[str], values: Mapping[str, Array]) -> tuple[Array, Array]:
-    """Return K' and K'' from two given quantities."""
-    tangent = np.tan(values["loss_angle"]) if "loss_angle" in pair else values.get("tan_delta", np.zeros(1))
-    if pair == ("storage", "loss"):
-        return values["storage"], values["loss"]
-    if pair[0] == "storage":
-        return values["storage"], values["storage"] * tangent
-    if pair == ("stiffness", "loss"):
-        return np.sqrt(np.maximum(values["stiffness"] ** 2 - values["loss"] ** 2, 0.0)), values["loss"]
-    if pair == ("stiffness", "storage"):
-        squared = np.maximum(values["stiffness"] ** 2 - values["storage"] ** 2, 0.0)
-        return values["storage"], np.sqrt(squared)
-    if pair[0] == "loss":
-        return values["loss"] / tangent, values["loss"]
-    angle = np.arctan(tangent)
-    return values["stiffness"] * np.cos(angle), values["stiffness"] * np.sin(angle)
 
 
 def _named(columns: StiffnessColumns, values: Mapping[str, Array]) -> tuple[str, list[str]]:
@@ -136,7 +131,7 @@ def _named(columns: StiffnessColumns, values: Mapping[str, Array]) -> tuple[str,
             return best, [f"{label} is read as {shown}, which agrees with the loss and the angle"]
     what = f"{label} may be |K*| or K', and the file does not say which"
     expected = 'stiffness_is = "magnitude" for |K*|, or "storage" for K\', in the recording\'s table of the case file'
-    raise RecordingError(Problem(columns.where, what, "", expected))
+    raise columns.table.refused(what, expected)
 
 
 def _refuse_impossible(columns: StiffnessColumns, values: Mapping[str, Array]) -> None:
@@ -146,7 +141,7 @@ def _refuse_impossible(columns: StiffnessColumns, values: Mapping[str, Array]) -
         if (angle < 0.0).all():
             what = f"{columns.labels['loss_angle']} is negative throughout: the force would run behind the motion"
             expected = "change the sign of the column, if it has the phase of the motion behind the force"
-            raise RecordingError(Problem(columns.where, what, "", expected))
+            raise columns.table.refused(what, expected)
         refuse_rows(
             (angle < 0.0) | (angle >= 0.5 * np.pi),
             columns.places,

@@ -123,6 +123,11 @@ class DynamicTable:
             np.unique(_level("amplitude", self.amplitude))
         )
 
+    @property
+    def along(self) -> Array:
+        """Place (n,) of each row along its curve: the logarithm of its frequency, or of its amplitude."""
+        return np.log(self.frequency if self.over_frequency else self.amplitude)
+
 
 #: Values of a condition that differ by less are the same: the share of a frequency, an amplitude or a preload; kelvins,
 #: because temperatures scatter by some tenths of a degree within one step of a climatic chamber (judgement).

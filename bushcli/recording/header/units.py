@@ -12,7 +12,7 @@ import functools
 import math
 import re
 import unicodedata
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -203,10 +203,22 @@ _SCALED = re.compile(
 )
 
 #: Factor to kelvins, and the value in degrees C of zero.
-TEMPERATURES = {
+_TEMPERATURES = {
     "°c": (1.0, 0.0), "degc": (1.0, 0.0), "℃": (1.0, 0.0), "c": (1.0, 0.0), "celsius": (1.0, 0.0), "∑c": (1.0, 0.0),
     "k": (1.0, -273.15), "kelvin": (1.0, -273.15),
     "°f": (5 / 9, -160 / 9), "degf": (5 / 9, -160 / 9), "f": (5 / 9, -160 / 9), "fahrenheit": (5 / 9, -160 / 9),
+}  # fmt: skip
+#: Factor to Hz.
+_FREQUENCIES = {
+    "hz": 1.0, "hertz": 1.0, "khz": 1e3, "mhz": 1e-3, "rad/s": 0.5 / math.pi, "rads-1": 0.5 / math.pi,
+    "rad/sec": 0.5 / math.pi, "rad·s-1": 0.5 / math.pi, "rad*s-1": 0.5 / math.pi, "rpm": 1 / 60, "cpm": 1 / 60,
+}  # fmt: skip
+#: "Ns/mm", "kNs/m", "Nms/rad": a force, or a moment, times seconds, written together.
+_IMPULSE = re.compile(r"(?<![^\W_])([kM]?N)(mm|m)?s(?![^\W_])")
+#: Kinds of units by powers of time, length, force and angle: those of a recording, and of stiffness and damping.
+_KINDS = _MEASURED | {
+    (0, -1, 1, 0): "stiffness", (0, 1, 1, -1): "rotational stiffness", (1, -1, 1, 0): "damping",
+    (1, 1, 1, -1): "rotational damping", (1, 1, 1, 0): "rotational damping",
 }  # fmt: skip
 
 
@@ -229,17 +241,22 @@ class Unit:
     factor: float
 
 
-def _spelled() -> Iterator[tuple[str, _Size]]:
-    """Yield each spelling of the table, with each prefix that is in use, and its size."""
-    for measured, factor, prefixes, spellings in _TABLE:
-        for spelling in spellings.split():
-            yield spelling, _Size(_POWERS[measured], factor)
-            for prefix in prefixes.split():
-                size = _Size(_POWERS[measured], factor * _PREFIXES[prefix])
-                yield from ((one + spelling, size) for one in {prefix, _ALSO.get(prefix, prefix)})
+@dataclass(frozen=True)
+class DynamicUnit:
+    """A unit: its kind, and ``value in internal units = factor * number + zero``."""
+
+    kind: str
+    factor: float
+    zero: float = 0.0
 
 
-_EXACT = dict(_spelled())
+#: Each spelling of the table, with each prefix that is in use, and its size.
+_EXACT = {
+    prefix + spelling: _Size(_POWERS[measured], factor * _PREFIXES.get(prefix, 1.0))
+    for measured, factor, prefixes, spellings in _TABLE
+    for spelling in spellings.split()
+    for prefix in ("", *prefixes.split(), *(_ALSO[one] for one in prefixes.split() if one in _ALSO))
+}
 _FOLDED: dict[str, set[_Size]] = {}
 for _spelling, _one in _EXACT.items():
     _FOLDED.setdefault(_spelling.lower(), set()).add(_one)
@@ -332,10 +349,22 @@ def scaled_unit(text: str, measured: str) -> Unit | None:
     return replace(unit, name=text.strip(), factor=number * unit.factor) if 0.0 < number < math.inf else None
 
 
-def unit_size(text: str) -> tuple[tuple[int, int, int, int], float] | None:
-    """Return the powers of time, length, force and angle of a unit and its factor to s, mm, N, rad; None for others."""
-    size = _size(plain_unit(text), "")
-    return None if size is None else (size.powers, size.factor)
+def read_unit(text: str) -> DynamicUnit | None:
+    """Return the unit that a text names: to Hz, degrees C, and the internal units of a recording; None for others."""
+    inside = text.strip().strip("[](){}")
+    bare = re.sub(r"\s+", "", inside)
+    size, low = None, bare.lower()
+    if bare and not bare[0].isdigit():
+        spaced = _IMPULSE.sub(lambda m: f"{m[1]}*{m[2] + '*' if m[2] else ''}s", inside)
+        size = _size(plain_unit(re.sub(r"(?<=[^\W_])\s+(?=[^\W_])", "*", spaced)), "")
+    found = DynamicUnit(_KINDS[size.powers], size.factor) if size and size.powers in _KINDS else None
+    if low in _FREQUENCIES:
+        found = DynamicUnit("frequency", _FREQUENCIES[low])
+    elif low in _TEMPERATURES:
+        found = DynamicUnit("temperature", *_TEMPERATURES[low])
+    elif bare in ("1", "-", "--"):
+        found = DynamicUnit("strain", 1.0)
+    return found
 
 
 def slip(text: str, measured: str) -> str:
@@ -381,9 +410,16 @@ def _size(bare: str, measured: str) -> _Size | None:
 
 @functools.lru_cache(maxsize=4096)
 def _word(word: str, measured: str) -> _Size | None:
-    """Return the size of one word: a unit with or without prefix, or a force and a length written together."""
-    pairs = (_glued(word[:cut], word[cut:], measured) for cut in range(1, len(word)))
-    return _single(word, measured) or next(filter(None, pairs), None)
+    """Return the size of one word: a unit with or without prefix, or a force and a length, ``ftlb``."""
+    found = _single(word, measured)
+    for cut in range(1, len(word) if found is None else 0):
+        one, two = _single(word[:cut], measured), _single(word[cut:], measured)
+        kinds = [_MEASURED.get(size.powers) if size else None for size in (one, two)]
+        # "mN" is a millinewton; a length comes first before pounds, ounces and kiloponds only.
+        before = word[cut:].lower() in ("lb", "lbs", "lbf", "oz", "ozf", "kp", "kgf", "kip", "kips")
+        if one and two and (kinds == ["force", "length"] or (before and kinds == ["length", "force"])):
+            return one.times(two)
+    return found
 
 
 def _single(word: str, measured: str) -> _Size | None:
@@ -402,16 +438,6 @@ def _single(word: str, measured: str) -> _Size | None:
     else:
         size = _EXACT.get(word) or (next(iter(folded)) if len(folded) == 1 else None)
     return size
-
-
-def _glued(first: str, second: str, measured: str) -> _Size | None:
-    """Return the moment of a force and a length written together, ``daNcm``, ``ftlb``, ``mkp``, ``nm``; or None."""
-    one, two = _single(first, measured), _single(second, measured)
-    kinds = [_MEASURED.get(size.powers) if size else None for size in (one, two)]
-    # "mN" is a millinewton; a length comes first before pounds, ounces and kiloponds only.
-    before = second.lower() in ("lb", "lbs", "lbf", "oz", "ozf", "kp", "kgf", "kip", "kips")
-    fits = kinds == ["force", "length"] or (before and kinds == ["length", "force"])
-    return one.times(two) if one and two and fits else None
 
 
 def _foreign(bare: str) -> Unit | None:
@@ -439,32 +465,21 @@ def _foreign(bare: str) -> Unit | None:
         quantity = _registry().Quantity(1.0, known).to_base_units()
     except (pint.PintError, ArithmeticError, AttributeError, TypeError, ValueError):
         return None
-    found = _judged(bare, known, quantity)
-    if found is None or found.measured == OTHER:
-        return found
-    if found.measured in ("angle", "strain"):
-        return Unit(OTHER, bare, 0.0)  # mV/V, the angle "mil" of gunners
-    return None if any(prefix for prefix, _, _ in parsed) else found
-
-
-def _judged(text: str, known: str, quantity: Any) -> Unit | None:
-    """Return the unit for a quantity in base units."""
-    base = str(quantity.units)
-    dimensions = {name: int(power) for name, power in quantity.dimensionality.items()}
     size = float(f"{float(quantity.magnitude):.14g}")
-    if base in ("radian", "dimensionless"):
-        return Unit("angle" if base == "radian" else "strain", text, size)
-    # An energy has the dimensions of a moment, and so has a moment per angle.
-    # pint's pixels and points are lengths on a printed page.
+    dimensions = {name: int(power) for name, power in quantity.dimensionality.items()}
+    # An energy has the dimensions of a moment, and so has a moment per angle; pint's pixels and points are lengths on a
+    # printed page. The numbers mV/V and the angle "mil" of gunners are no strains and angles.
     foreign = re.search(
-        r"pixel|point|pica|dot|joule|calor|thermal|watt|volt|erg|hartree|radian|bit|count", f"{known} {base}"
+        r"pixel|point|pica|dot|joule|calor|thermal|watt|volt|erg|hartree|radian|bit|count",
+        f"{known} {quantity.units}",
     )
-    for of, wanted, scale in _DIMENSIONS:
-        if dimensions == wanted and not foreign:
+    for of, wanted, scale in () if foreign else _DIMENSIONS:
+        if dimensions == wanted:
             low, high = _SENSIBLE[of]
             factor = float(f"{size * scale:.14g}")
-            return Unit(of, text, factor) if low <= factor <= high else None
-    return Unit(OTHER, text, 0.0)
+            prefixed = any(prefix for prefix, _, _ in parsed)
+            return Unit(of, bare, factor) if low <= factor <= high and not prefixed else None
+    return Unit(OTHER, bare, 0.0)
 
 
 @functools.cache

@@ -16,17 +16,16 @@ from numpy.typing import NDArray
 from bushcli.recording.reader import FilePart, Reader, unit_of
 from bushcli.recording.waveforms import WaveChannel, parts_by_clock, sampling_of
 
-_UNIT, _UNITS = (
-    ("unit", "units", "Unit", "Units", "unit_string", "UNITS"),
-    ("units", "unit", "Units", "UNITS"),
-)
+_UNIT = ("unit", "units", "Unit", "Units", "unit_string", "UNITS")
+_UNITS = ("units", "unit", "Units", "UNITS")
 _NAMES = ("columns", "column_names", "names", "channels", "channel_names", "fields")
 #: Largest number of datasets, and of columns of a matrix, that are read.
 _MOST, _WIDEST = 10_000, 1_000
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
+def opened(path: Path) -> Iterator[Sequence[FilePart]]:
+    """Yield the tables of a file, and the vectors of each group side by side."""
     import h5py
 
     with h5py.File(path, "r") as file:
@@ -38,25 +37,20 @@ def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
             return True if len(found) >= _MOST else None
 
         file.visititems(collect)
-        yield list(_parts([item for item in found if isinstance(item, h5py.Dataset)]))
-
-
-def _parts(datasets: Sequence[Any]) -> Iterator[FilePart]:
-    vectors: dict[str, list[WaveChannel]] = {}
-    for data in datasets:
-        if data.shape is None or data.is_virtual or data.external:
-            continue
-        shape = tuple(size for size in data.shape if size != 1)
-        if data.dtype.names and len(shape) == 1:
-            yield _records(data, shape[0])
-        elif data.dtype.kind not in "iuf" or not shape:
-            continue
-        elif len(shape) == 1:
-            vectors.setdefault(data.parent.name, []).append(_vector(data, shape[0]))
-        elif len(shape) == 2 and min(shape) <= _WIDEST:
-            yield _matrix(data, shape)
-    for parent, members in vectors.items():
-        yield from parts_by_clock(parent, members)
+        parts, vectors = list[FilePart](), dict[str, list[WaveChannel]]()
+        for data in (item for item in found if isinstance(item, h5py.Dataset)):
+            if data.shape is None or data.is_virtual or data.external:
+                continue
+            shape = tuple(size for size in data.shape if size != 1)
+            if data.dtype.names and len(shape) == 1:
+                parts.append(_records(data, shape[0]))
+            elif data.dtype.kind in "iuf" and len(shape) == 1:
+                vectors.setdefault(data.parent.name, []).append(_vector(data, shape[0]))
+            elif data.dtype.kind in "iuf" and len(shape) == 2 and min(shape) <= _WIDEST:
+                parts.append(_matrix(data, shape))
+        for parent, members in vectors.items():
+            parts += parts_by_clock(parent, members)
+        yield parts
 
 
 def _texts(attributes: Mapping[str, Any], keys: Sequence[str], count: int) -> list[str]:
@@ -106,6 +100,6 @@ READER = Reader(
     recognises=lambda head, suffix: any(
         head[at : at + 8] == b"\x89HDF\r\n\x1a\n" for at in (0, 512, 1024, 2048, 4096)
     ),
-    opened=_opened,
+    opened=opened,
     library="h5py",
 )

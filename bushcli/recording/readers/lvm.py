@@ -60,7 +60,8 @@ class _Segment:
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
+def opened(path: Path) -> Iterator[Sequence[FilePart]]:
+    """Yield the segments, those that continue each other as one."""
     segments = list(_segments(decoded(path).splitlines()))
     if not segments:
         raise ValueError("holds no segment with channels")
@@ -250,5 +251,5 @@ def _joined(segments: Sequence[_Segment]) -> _Segment | None:
 READER = Reader(
     name="a LabVIEW measurement file (.lvm)",
     recognises=lambda head, suffix: head.removeprefix(b"\xef\xbb\xbf").startswith(_MARK.encode()),
-    opened=_opened,
+    opened=opened,
 )

@@ -19,7 +19,8 @@ _BEGIN = Instant("beginning of the measurement", 0)
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
+def opened(path: Path) -> Iterator[Sequence[FilePart]]:
+    """Yield the groups of channels."""
     from asammdf import MDF
 
     # Given a name, the library would judge the file by its suffix.
@@ -58,6 +59,6 @@ def _load(file: Any, group: int, index: int) -> NDArray[Any]:
 READER = Reader(
     name="an MDF file",
     recognises=lambda head, suffix: head.startswith((b"MDF     ", b"UnFinMF ")),
-    opened=_opened,
+    opened=opened,
     library="asammdf",
 )

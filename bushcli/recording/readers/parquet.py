@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +16,18 @@ from bushcli.recording.text.clock_times import UTC
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
+def opened(path: Path) -> Iterator[Sequence[FilePart]]:
+    """Yield the only table."""
     import pyarrow.parquet as parquet
 
     with parquet.ParquetFile(path) as file:
         schema = file.schema_arrow
-        common = _common_units(schema.metadata or {})
+        # The units by column that were in `DataFrame.attrs["units"]`.
+        attributes: Any = {}
+        with suppress(ValueError):
+            attributes = json.loads((schema.metadata or {}).get(b"PANDAS_ATTRS", b"{}"))
+        stated = attributes.get("units", attributes.get("unit")) if isinstance(attributes, dict) else None
+        common = stated if isinstance(stated, dict) else {}
         units = []
         for field in schema:
             own = field.metadata or {}
@@ -39,19 +45,9 @@ def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
         yield [FilePart("", names, units, file.metadata.num_rows, load)]
 
 
-def _common_units(metadata: dict[bytes, bytes]) -> dict[str, Any]:
-    """Return the units by column that were in `DataFrame.attrs["units"]`."""
-    try:
-        attributes = json.loads(metadata.get(b"PANDAS_ATTRS", b"{}"))
-    except ValueError:
-        return {}
-    found = attributes.get("units", attributes.get("unit")) if isinstance(attributes, dict) else None
-    return found if isinstance(found, dict) else {}
-
-
 READER = Reader(
     name="a Parquet file",
     recognises=lambda head, suffix: head.startswith(b"PAR1"),
-    opened=_opened,
+    opened=opened,
     library="pyarrow",
 )

@@ -16,8 +16,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -34,21 +32,9 @@ _ORDERS = {"BINARY_IEEE_LITTLE_END": "<", "BINARY_IEEE_BIG_END": ">", "BINARY": 
 _TYPES = {"SHORT_INTEGER": "i2", "FLOATING_POINT": "f4"}
 
 
-@dataclass(frozen=True)
-class _Layout:
-    """Position of a channel's points: ``start`` in bytes; points per group, number of groups, and of valid points."""
-
-    path: Path
-    kind: np.dtype[np.generic]
-    start: int
-    channels: int
-    group: int
-    groups: int
-    points: int
-
-
 @contextmanager
-def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
+def opened(path: Path) -> Iterator[Sequence[FilePart]]:
+    """Yield the channels, with a time by the sampling interval."""
     header = _header(path)
     order, kind = header.get("FORMAT", ""), header.get("DATA_TYPE", "SHORT_INTEGER") or "SHORT_INTEGER"
     if order not in _ORDERS or kind not in _TYPES:
@@ -73,17 +59,27 @@ def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
     size = path.stat().st_size
     if size < needed:
         raise ValueError(f"is cut off: it has {size} bytes, its header announces {needed}")
-    layout = _Layout(path, dtype, start, channels, group, groups, frames * frame)
     step = _number(header, "DELTA_T")
     if not step > 0.0:
         raise ValueError(f"DELTA_T = {step:g} s is not a sampling interval")
-    numbers = range(1, layout.channels + 1)
+    numbers = range(1, channels + 1)
     names = [header.get(f"DESC.CHAN_{i}") or f"channel {i}" for i in numbers]
     units = [header.get(f"UNITS.CHAN_{i}", "") for i in numbers]
     scales = [_number(header, f"SCALE.CHAN_{i}", 1.0) for i in numbers]
-    time = np.asarray(step * np.arange(layout.points), dtype=np.float64)
-    load = partial(_load, layout, scales, time)
-    yield [FilePart("", ["time", *names], ["s", *units], layout.points, load)]
+    points = frames * frame
+
+    def load(index: int) -> NDArray[np.generic]:
+        if index == 0:
+            return np.asarray(step * np.arange(points), dtype=np.float64)
+        raw = np.empty((groups, group), dtype=dtype)
+        with path.open("rb") as file:
+            for i in range(groups):
+                file.seek(start + (i * channels + index - 1) * group * dtype.itemsize)
+                raw[i] = np.frombuffer(file.read(group * dtype.itemsize), dtype=dtype)
+        values = raw.reshape(-1)[:points]
+        return values if dtype.kind == "f" else values * scales[index - 1]
+
+    yield [FilePart("", ["time", *names], ["s", *units], points, load)]
 
 
 def _header(path: Path) -> Mapping[str, str]:
@@ -123,26 +119,10 @@ def _number(header: Mapping[str, str], keyword: str, default: float | None = Non
     return number
 
 
-def _load(
-    layout: _Layout, scales: Sequence[float], time: NDArray[np.float64], index: int
-) -> NDArray[np.generic]:
-    """Return the time (index 0) or a channel, in its unit."""
-    if index == 0:
-        return time
-    width = layout.group * layout.channels * layout.kind.itemsize
-    raw = np.empty((layout.groups, layout.group), dtype=layout.kind)
-    with layout.path.open("rb") as file:
-        for i in range(layout.groups):
-            file.seek(layout.start + i * width + (index - 1) * layout.group * layout.kind.itemsize)
-            raw[i] = np.frombuffer(file.read(layout.group * layout.kind.itemsize), dtype=layout.kind)
-    points = raw.reshape(-1)[: layout.points]
-    return points if layout.kind.kind == "f" else points * scales[index - 1]
-
-
 READER = Reader(
     name="an RPC III file",
     recognises=lambda head, suffix: (
         head.startswith(b"FORMAT\0") or (head.startswith(b"FORMAT ") and b"NUM_HEADER_BLOCKS" in head[:512])
     ),
-    opened=_opened,
+    opened=opened,
 )

@@ -6,10 +6,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from bushcli.recording.reader import FilePart, Reader, unit_of
 from bushcli.recording.text.clock_times import UTC
@@ -19,7 +15,8 @@ _UNITS = ("unit_string", "NI_UnitDescription", "unit", "Unit", "units")
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
+def opened(path: Path) -> Iterator[Sequence[FilePart]]:
+    """Yield the groups of channels, by clock."""
     from nptdms import TdmsFile
 
     with TdmsFile.open(path) as file:
@@ -30,19 +27,15 @@ def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
                 dated = one.dtype.kind in "mM"  # in UTC
                 unit = next((text for key in _UNITS if (text := unit_of(one.properties.get(key)))), "")
                 sampling = None if dated else sampling_of(one.properties)
-                unit, load = UTC if dated else unit, partial(_load, one)
+                unit, load = UTC if dated else unit, partial(one.__getitem__, slice(None))
                 channels.append(WaveChannel(one.name, unit, len(one), dated, load, sampling))
             parts += parts_by_clock(group.name, channels)
         yield parts
 
 
-def _load(channel: Any) -> NDArray[Any]:
-    return np.asarray(channel[:])
-
-
 READER = Reader(
     name="a TDMS file",
     recognises=lambda head, suffix: head.startswith(b"TDSm"),
-    opened=_opened,
+    opened=opened,
     library="nptdms",
 )

@@ -27,7 +27,8 @@ _SAYS_PERCENT = re.compile(r"%|percent|prozent", re.IGNORECASE)
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
+def opened(path: Path) -> Iterator[Sequence[FilePart]]:
+    """Yield the worksheets."""
     from openpyxl import load_workbook
 
     with zipfile.ZipFile(path) as packed:
@@ -153,6 +154,6 @@ READER = Reader(
         head.startswith(b"PK\x03\x04")
         and (suffix in (".xlsx", ".xlsm") or b"[Content_Types].xml" in head or b"xl/" in head)
     ),
-    opened=_opened,
+    opened=opened,
     library="openpyxl",
 )

@@ -11,6 +11,7 @@ Petrich, zs2decode, https://zs2decode.readthedocs.io (structure of the file; pat
 from __future__ import annotations
 
 import gzip
+import zlib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -57,7 +58,8 @@ class _Node:
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
+def opened(path: Path) -> Iterator[Sequence[FilePart]]:
+    """Yield the specimens."""
     from zs2decode import parser
 
     with gzip.open(path) as packed:
@@ -115,15 +117,14 @@ def _parts(block: _Node, name: str, names: dict[Any, Any]) -> Iterator[FilePart]
         yield FilePart(part, [titles[i] for i in at], units, samples, taken.__getitem__)
 
 
-def _recognises(head: bytes, suffix: str) -> bool:
-    if not head.startswith(b"\x1f\x8b"):
-        return False
-    import zlib
-
+def recognises(head: bytes, suffix: str) -> bool:
+    """Whether what a file packs begins like a zs2 file; a packed file that is damaged is one by its suffix."""
+    packed = head.startswith(b"\x1f\x8b")
     try:
-        return zlib.decompressobj(wbits=31).decompress(head, 4) == _MARK
+        begin = zlib.decompressobj(wbits=31).decompress(head, 4) if packed else b""
     except zlib.error:
-        return suffix == ".zs2"
+        begin = _MARK if suffix == ".zs2" else b""
+    return begin == _MARK
 
 
-READER = Reader(name="a Zwick file (zs2)", recognises=_recognises, opened=_opened, library="zs2decode")
+READER = Reader(name="a Zwick file (zs2)", recognises=recognises, opened=opened, library="zs2decode")

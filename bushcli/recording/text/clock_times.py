@@ -71,14 +71,9 @@ def clock_times(fields: Sequence[str], form: str = "") -> ClockTimes | None:
     if fields and is_short(fields[0]):
         short = _short(fields, form)
         return None if short is None else ClockTimes(short)
-    stamps = []
-    for field in fields:
-        stamp = _STAMP.fullmatch(field.strip())
-        if stamp is None:
-            return None
-        stamps.append(stamp)
+    stamps = [stamp for field in fields if (stamp := _STAMP.fullmatch(field.strip())) is not None]
     zoned = {stamp["zone"] is not None for stamp in stamps}
-    if len(zoned) != 1:
+    if len(stamps) < len(fields) or len(zoned) != 1:
         return None
     since_midnight, shifts = [], []
     for stamp in stamps:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -83,8 +82,17 @@ class Sheet:
 
 def lines_of(path: Path, text: str, first: int = 1) -> list[Line]:
     """Return the lines of a text that are not empty."""
-    lines = []
-    for number, line in _unbroken(text.split("\n"), first):
+    lines, physical, at = list[Line](), text.split("\n"), 0
+    while at < len(physical):
+        line, number = physical[at], at + first
+        at += 1
+        if line.count('"') % 2 and _OPEN.search(line):
+            # A line break within quotation marks, as in a cell of Excel, is a blank.
+            for end in range(at, min(at + _BREAKS, len(physical))):
+                whole = " ".join([line, *physical[at : end + 1]])
+                if whole.count('"') % 2 == 0 and _CLOSED.search(physical[end]):
+                    line, at = whole, end + 1
+                    break
         if len(line) > LONGEST_LINE:
             what = f"has {len(line)} characters"
             expected = f"at most {LONGEST_LINE} in a line: is this a recording, and does it have line ends?"
@@ -93,21 +101,6 @@ def lines_of(path: Path, text: str, first: int = 1) -> list[Line]:
             comment = line.lstrip().startswith(COMMENTS) and not begins_with_missing(line)
             lines.append(Line(number, line, comment))
     return lines
-
-
-def _unbroken(physical: Sequence[str], first: int) -> Iterator[tuple[int, str]]:
-    """Yield lines with their numbers; a line break within quotation marks, as in a cell of Excel, is a blank."""
-    number = 0
-    while number < len(physical):
-        line, taken = physical[number], 1
-        if line.count('"') % 2 and _OPEN.search(line):
-            for more in range(1, min(_BREAKS, len(physical) - number - 1) + 1):
-                whole = " ".join(physical[number : number + more + 1])
-                if whole.count('"') % 2 == 0 and _CLOSED.search(physical[number + more]):
-                    line, taken = whole, more + 1
-                    break
-        yield number + first, line
-        number += taken
 
 
 def split_line(text: str, delimiter: str) -> list[str]:
@@ -137,8 +130,8 @@ def trimmed(fields: list[str]) -> list[str]:
 
 def numbers_in(fields: list[str], decimal: str) -> int:
     """Return how many of the fields of a line are numbers."""
-    plain = only_numbers(fields, decimal)
-    numbers = (
-        sum(is_number(field, decimal) or is_grouped(field, decimal) for field in fields) if not plain else 0
+    return (
+        len(fields) - fields.count("")
+        if only_numbers(fields, decimal)
+        else sum(is_number(field, decimal) or is_grouped(field, decimal) for field in fields)
     )
-    return len(fields) - fields.count("") if plain else numbers

@@ -50,6 +50,10 @@ class Table(ABC):
         What a user should know about how the table was made.
     preamble : tuple of (int, str)
         Lines of a text above the header, with their numbers.
+    between : tuple of (int, str)
+        Lines of text and comments between the rows, with their numbers.
+    decimal : str
+        Decimal sign of its fields.
     origin : Instant, optional
         Where the times that are numbers count from, if the file says it.
     """
@@ -61,6 +65,8 @@ class Table(ABC):
     header_line: int = 0
     remarks: tuple[str, ...] = ()
     preamble: tuple[tuple[int, str], ...] = ()
+    between: tuple[tuple[int, str], ...] = ()
+    decimal: str = "."
     origin: Instant | None = None
 
     def __post_init__(self) -> None:
@@ -162,7 +168,7 @@ class Table(ABC):
             "if it is one, delete the row or put # in front of it; if it was measured, "
             f"accept = [{value:g}] in the table of the case file"
         )
-        return RecordingError(Problem(self.place(row), what, "", expected))
+        return self.refused(what, expected, row)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -199,9 +205,7 @@ class ArrayTable(Table):
         raw = self.columns[column]
         if raw is None:
             what = f"{self.label(column)} was not loaded: the file is large"
-            raise RecordingError(
-                Problem(self.where, what, "", "name the column in `columns` of the case file")
-            )
+            raise self.refused(what, "name the column in `columns` of the case file")
         dated = self.clock(column)
         values = raw.astype(np.float64) if dated is None else dated.seconds
         bad = ~(np.abs(values) <= LARGEST)
@@ -211,7 +215,7 @@ class ArrayTable(Table):
             if bad.sum() > 1:
                 what += f", and likewise in {int(bad.sum()) - 1} more samples"
             expected = "delete these samples, or export the file without them"
-            raise RecordingError(Problem(self.place(row), what, "", expected))
+            raise self.refused(what, expected, row)
         code = sentinel(values, lambda row: self.text(row, column), accepted)
         if code is not None:
             raise self.refuse_code(code, column, float(values[code]))
@@ -229,7 +233,7 @@ class ArrayTable(Table):
         if np.isnat(raw).any():
             row = int(np.argmax(np.isnat(raw)))
             what = f"{self.label(column)}: the date is missing"
-            raise RecordingError(Problem(self.place(row), what, "", "export the file without these samples"))
+            raise self.refused(what, "export the file without these samples", row)
         return times_of(raw, UTC if self.units[column] == UTC else "date")
 
 
@@ -241,17 +245,12 @@ class TextTable(Table):
     ----------
     parts : tuple of SplitRows or AlikeRows
         The rows, one part after the other; every row has at least ``len(names)`` fields.
-    decimal : str
     dates : mapping of int to Instant
         Columns, from 0, with seconds since an instant instead of the dates that a sheet has.
-    between : tuple of (int, str)
-        Lines of text and comments between the rows, with their numbers.
     """
 
     parts: tuple[SplitRows | AlikeRows, ...] = field(repr=False)
-    decimal: str
     dates: Mapping[int, Instant] = field(default_factory=dict)
-    between: tuple[tuple[int, str], ...] = ()
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -323,7 +322,8 @@ class TextTable(Table):
         """Return a column of dates or times of day as seconds since the first; see `Table.clock`."""
         if column in self.dates:
             return ClockTimes(self.numbers(column), self.dates[column])
-        if not len(self) or ":" not in self.text(0, column):
-            return None
-        fields = [text for part in self.parts for text in part.texts(column)]
-        return clock_times(fields, form or f"{self.names[column]} {self.units[column]}")
+        stamped = len(self) > 0 and ":" in self.text(0, column)
+        fields = (text for part in self.parts for text in part.texts(column))
+        return (
+            clock_times([*fields], form or f"{self.names[column]} {self.units[column]}") if stamped else None
+        )

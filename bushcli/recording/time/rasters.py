@@ -20,13 +20,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.errors import Problem, RecordingError
+from bushcli.errors import RecordingError
 from bushcli.recording.header.columns import Column, chosen_index, column
 from bushcli.recording.header.match import WantedColumn, by_unit, candidates, has_columns, named_as
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.text.clock_times import ClockTimes
 from bushcli.recording.text.table import ArrayTable, Table
-from bushcli.recording.time.clock import even_stamps
+from bushcli.recording.time.samples import even_stamps
 from cases.mode import Mode
 
 Array = NDArray[np.float64]
@@ -223,13 +223,13 @@ def _only(tables: Sequence[Table], source: Source, mode: Mode, quantity: Quantit
         listed = ", ".join(f'"{table.part}"' for table in having[:8])
         what = f"the channels have different time stamps, and the {quantity} could be in {listed}"
         key = f'columns = {{{quantity} = "..."}} in the case file'
-        raise RecordingError(Problem(str(source.file), what, "", f"name the channel that is meant: {key}"))
+        raise source.refused(what, f"name the channel that is meant: {key}")
     table, chosen = having[0], source.columns.get(quantity)
     named = [i for i, name in enumerate(table.names) if name == chosen]
     found = stamped(table, named or candidates(table, wanted) or by_unit(table, wanted), source, mode)
     if found is None:
         what = f'the {quantity} is in group "{table.part}", which has no time, apart from the other channels'
-        raise RecordingError(Problem(str(source.file), what, "", f"{_RASTER}, or with a time in each group"))
+        raise source.refused(what, f"{_RASTER}, or with a time in each group")
     return found
 
 
@@ -376,48 +376,35 @@ def _common_stamps(
     """Return the force, and the travels with stamps that count from the same instant; where all travels are known, (n,)
     by stamp of the force; and the number of gaps of the travels.
     """
-    forced, *moved = (_forwards(one) for one in (forced, *moved))
-    found, gaps = list[RasterColumns](), 0
+    every, found, gaps = list[RasterColumns](), list[RasterColumns](), 0
+    for one in (forced, *moved):
+        if (np.diff(one.time) < 0.0).any():
+            row = int(np.argmax(np.diff(one.time) < 0.0)) + 1
+            what = f"the time runs backwards, {one.time[row]:g} s follows {one.time[row - 1]:g} s"
+            raise one.table.refused(what, _RASTER, row)
+        # Stamps with too few digits get equal intervals.
+        even = even_stamps(one.time)
+        every.append(one if even is None else replace(one, stamps=replace(one.stamps, values=even)))
+    forced, *moved = every
     known = np.ones(len(forced.time), dtype=bool)
     for one in moved:
         shift = _shift(forced, one, together)
         if shift is None:
             what = f"{forced.name} and {one.name} have different time stamps"
             what += ", and the file does not say that they count from the same instant"
-            raise RecordingError(Problem(str(source.file), what, "", f"{_RASTER}, or with dates"))
+            raise source.refused(what, f"{_RASTER}, or with dates")
         one = replace(one, stamps=replace(one.stamps, values=one.time + shift))
-        there, count = _known_at(one, forced.time, source)
-        known &= there
-        gaps += count
+        known &= (forced.time >= one.time[0]) & (forced.time <= one.time[-1]) & (len(one.time) > 1)
+        values = one.table.numbers(one.columns[0], source.accept)
+        intervals = np.diff(one.time)
+        paused = np.abs(np.diff(values)) > _MOVED * np.ptp(values)
+        paused &= intervals > _PAUSE * np.median(intervals) if len(intervals) else False
+        for gap in np.flatnonzero(paused):
+            known &= (forced.time <= one.time[gap]) | (forced.time >= one.time[gap + 1])
+        gaps += np.count_nonzero(paused)
         found.append(one)
     if np.count_nonzero(known) < 2:
         spans = " and ".join(dict.fromkeys(one.span for one in (forced, *found)))
         what = f"{spans} do not overlap in time"
-        raise RecordingError(Problem(str(source.file), what, "", "were they recorded in the same run?"))
+        raise source.refused(what, "were they recorded in the same run?")
     return forced, found, known, gaps
-
-
-def _forwards(one: RasterColumns) -> RasterColumns:
-    """Return columns with stamps that can be interpolated at, those with too few digits at equal intervals."""
-    time = one.time
-    if (np.diff(time) < 0.0).any():
-        row = int(np.argmax(np.diff(time) < 0.0)) + 1
-        what = f"the time runs backwards, {time[row]:g} s follows {time[row - 1]:g} s"
-        raise one.table.refused(what, _RASTER, row)
-    even = even_stamps(time)
-    return one if even is None else replace(one, stamps=replace(one.stamps, values=even))
-
-
-def _known_at(moved: RasterColumns, time: Array, source: Source) -> tuple[NDArray[np.bool_], int]:
-    """Return whether a travel is known at each stamp (n,), and the number of its gaps."""
-    intervals = np.diff(moved.time)
-    known = (time >= moved.time[0]) & (time <= moved.time[-1])
-    if not len(intervals):
-        return np.zeros(len(time), dtype=bool), 0
-    values = moved.table.numbers(moved.columns[0], source.accept)
-    paused = intervals > _PAUSE * np.median(intervals)
-    paused &= np.abs(np.diff(values)) > _MOVED * np.ptp(values)
-    gaps = np.flatnonzero(paused)
-    for gap in gaps:
-        known &= (time <= moved.time[gap]) | (time >= moved.time[gap + 1])
-    return known, len(gaps)

@@ -1,4 +1,16 @@
-"""Columns -> samples: time stamps repaired or computed, repeated rows left out; each change is reported."""
+"""Columns -> samples: time stamps repaired, computed, or refused if the samples are out of order; rows left out.
+
+These faults are repaired, and a remark says so:
+
+- A row that repeats the one before it, time included, is left out.
+- Stamps written with too few digits: two and more samples share each stamp, and equal intervals explain all of them to
+  within a digit. They get these intervals.
+- Single wrong stamps, at most one in a hundred, between samples at equal intervals: they are interpolated.
+- Rows between the updates of a channel that was logged more slowly than the others: they are left out.
+
+Everything else (a clock that restarts, runs backwards or stands still for long) is refused: the samples may belong to
+several recordings.
+"""
 
 from __future__ import annotations
 
@@ -8,101 +20,214 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.curve.curve import SMALLEST_STEP
 from bushcli.curve.recorded import Repair
+from bushcli.curve.segment import segment
+from bushcli.errors import RecordingError
 from bushcli.recording.header.columns import Column
 from bushcli.recording.source import Source
 from bushcli.recording.text.table import Table
-from bushcli.recording.time.clock import clock, missing_time
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-#: Least number of runs of equal samples in a pattern; least share of runs that last k rows, and a multiple of k rows.
-_FEWEST, _MOST_K, _MULTIPLE = 10, 0.7, 0.97
+#: Share of stamps that may be wrong, and share of an interval by which equal intervals may differ from each other.
+_MOST_WRONG, _EQUAL = 0.01, 0.05
+#: Largest share that noise may add to the travelled path where the time is computed from a speed.
+_MOST_NOISE = 0.05
+#: Least number of repeated stamps, or of runs of equal samples, that make a pattern.
+_FEWEST = 10
+#: Least share of runs that last k rows, and a multiple of k rows.
+_MOST_K, _MULTIPLE = 0.7, 0.97
 #: Least change of the channel in steps of the converter, and share of the runs in which the other channel changes.
 _STEPS, _GOES_ON = 3.0, 0.8
 
 
-def updates(values: Array, other: Array) -> Mask | None:
-    """Return whether each row (n,) has a new value of a channel that is updated every k-th row; None for others."""
-    changes = np.flatnonzero(np.diff(values) != 0.0) + 1
-    runs = np.diff(changes)
-    if len(changes) < _FEWEST:
-        return None
-    stride = int(np.bincount(runs).argmax())
-    regular = stride > 1 and np.mean(runs == stride) >= _MOST_K and np.mean(runs % stride == 0) >= _MULTIPLE
-    steps = np.median(np.abs(np.diff(values)[changes - 1])) >= _STEPS * np.diff(np.unique(values)).min()
-    kept = np.arange(len(values)) % stride == np.bincount(changes % stride).argmax()
-    found = (
-        regular and steps and np.mean([np.ptp(other[a:b]) > 0.0 for a, b in pairwise(changes)]) >= _GOES_ON
-    )
-    return kept if found else None
-
-
 @dataclass(frozen=True)
 class Samples:
-    """Samples in internal units, and the changes to them.
+    """The rows of a table that are samples, their times, and what was changed.
 
     Attributes
     ----------
-    displacement, force : (n,) arrays
+    rows : (n,) array of int
+        From 0.
     time : (n,) array or None
         s.
-    rows : (n,) array of int
-        Row of each sample in the table, from 0.
     repeated : tuple of int
         Rows, from 0, that were left out because they repeat the row before them, time included.
     repairs : tuple of Repair
     """
 
-    displacement: Array
-    force: Array
-    time: Array | None
     rows: NDArray[np.int_]
+    time: Array | None
     repeated: tuple[int, ...] = ()
     repairs: tuple[Repair, ...] = ()
 
+    def only(self, kept: Mask, *repairs: Repair) -> Samples:
+        """Return some of the samples (n,)."""
+        time = None if self.time is None else self.time[kept]
+        return replace(self, rows=self.rows[kept], time=time, repairs=(*self.repairs, *repairs))
+
 
 def timed(
-    table: Table, source: Source, stamps: Column | None, displacement: Array, force: Array, fewest: int
+    table: Table, source: Source, stamps: Column | None, moved: Column, forced: Column, fewest: int
 ) -> Samples:
     """Return the samples with their times, repaired or computed as the case specifies."""
     if stamps is None:
-        time, text = missing_time(source, table, displacement)
-        rows = np.arange(len(displacement))
-        return Samples(displacement, force, time, rows, (), (Repair("columns", text),) if text else ())
-    for key in ("sample_rate", "rate"):
-        if getattr(source, key) is not None:
-            what = f"{key} has no meaning: {table.label(stamps.index)} gives the time"
-            raise table.refused(what, f"delete {key} from the case file")
-    time, kept, repairs = clock(table, stamps, displacement, force)
-    if kept.sum() < fewest:
-        what = f"has only {kept.sum()} different rows"
-        raise table.refused(what, f"at least {fewest}")
-    repeated = tuple(int(i) for i in np.flatnonzero(~kept))
-    said = tuple(Repair("time", text) for text in repairs)
-    return Samples(displacement[kept], force[kept], time, np.flatnonzero(kept), repeated, said)
+        time, text = _missing_time(source, table, moved.values)
+        said = (Repair("columns", text),) if text else ()
+        found = Samples(np.arange(len(moved.values)), time, repairs=said)
+    else:
+        for key in ("sample_rate", "rate"):
+            if getattr(source, key) is not None:
+                what = f"{key} has no meaning: {table.label(stamps.index)} gives the time"
+                raise table.refused(what, f"delete {key} from the case file")
+        kept: Mask = np.ones(len(table), dtype=bool)
+        every = (stamps.values, moved.values, forced.values)
+        kept[1:] = np.logical_or.reduce([one[1:] != one[:-1] for one in every])
+        time, kept, text = _repaired(table, stamps, kept)
+        if kept.sum() < fewest:
+            raise table.refused(f"has only {kept.sum()} different rows", f"at least {fewest}")
+        said = (Repair("time", text),) if text else ()
+        found = Samples(np.flatnonzero(kept), time, tuple(map(int, np.flatnonzero(~kept))), said)
+    for one, other in ((forced, moved), (moved, forced)):
+        new = _updates(one.values[found.rows], other.values[found.rows])
+        if not new.all() and new.sum() >= fewest:
+            text = f"{table.label(one.index)} is updated only every {len(new) / new.sum():.3g} rows; the "
+            text += f"{int((~new).sum())} of {len(new)} rows between, which repeat it, are left out"
+            return found.only(new, Repair("stuck", text))
+    return found
 
 
-def updated(table: Table, samples: Samples, moved: Column, forced: Column, fewest: int) -> Samples:
-    """Leave out the rows between the updates of a channel that was logged more slowly than the others."""
-    for values, other, one in (
-        (samples.force, samples.displacement, forced),
-        (samples.displacement, samples.force, moved),
-    ):
-        kept = updates(values, other)
-        if kept is None or kept.sum() < fewest:
-            continue
+def _updates(values: Array, other: Array) -> Mask:
+    """Return whether each row (n,) has a new value of a channel that is updated every k-th row; of others all have."""
+    changes = np.flatnonzero(np.diff(values) != 0.0) + 1
+    runs = np.diff(changes)
+    stride = int(np.bincount(runs).argmax()) if len(changes) >= _FEWEST else 1
+    found = (
+        stride > 1
+        and np.mean(runs == stride) >= _MOST_K
+        and np.mean(runs % stride == 0) >= _MULTIPLE
+        and np.median(np.abs(np.diff(values)[changes - 1])) >= _STEPS * np.diff(np.unique(values)).min()
+        and np.mean([np.ptp(other[a:b]) > 0.0 for a, b in pairwise(changes)]) >= _GOES_ON
+    )
+    stride = stride if found else 1
+    return np.asarray(np.arange(len(values)) % stride == np.bincount(changes % stride, minlength=1).argmax())
+
+
+def _repaired(table: Table, stamps: Column, kept: Mask) -> tuple[Array, Mask, str]:
+    """Return the times of the samples that are kept, s, which of the rows (n,) these are, and what was repaired."""
+    time, label, text = stamps.values[kept], table.label(stamps.index), ""
+    if (np.diff(time) <= 0).any():
+        even = even_stamps(stamps.values)
+        single = _with_single(time) if even is None else None
+        if even is not None:
+            # Equal rows may be samples of a rig that holds: with the stamps repaired all are kept.
+            repeated = int(np.count_nonzero(np.diff(stamps.values) == 0))
+            text = (
+                f"{label}: {repeated} of {len(even)} time stamps repeat the one before them, because they are written "
+                f"with too few digits; equal intervals of {even[1] - even[0]:.6g} s agree with all of them "
+                "and are used instead"
+            )
+            time, kept = even, np.ones_like(kept)
+        elif single is not None:
+            count = int(np.count_nonzero(single != time))
+            broken = (
+                f"{count} isolated time stamps that break"
+                if count > 1
+                else "an isolated time stamp that breaks"
+            )
+            are = "are" if count > 1 else "is"
+            text = f"{label}: {broken} the equal intervals of the samples {are} interpolated"
+            time = single
+        else:
+            raise _refused(table, stamps.index, stamps.values, ~kept)
+    return time, kept, text
+
+
+def even_stamps(stamps: Array) -> Array | None:
+    """Return times (n,) at equal intervals that explain stamps (n,) with too few digits, or None."""
+    steps = np.diff(stamps)
+    # At the first sample of a new stamp the true time is just beyond the stamp: these samples determine the intervals.
+    first = np.concatenate([[False], steps > 0])
+    if (steps < 0).any() or first.sum() < 3 or (steps == 0).sum() < _FEWEST:
+        return None
+    digit = float(steps[steps > 0].min())
+    n = np.arange(len(stamps), dtype=float)
+    slope, begin = np.polynomial.polynomial.polyfit(n[first], stamps[first], 1)[::-1]
+    even = begin + slope * n
+    off = np.abs(even - stamps - 0.5 * (even - stamps).max() - 0.5 * (even - stamps).min()).max()
+    # With fewer than two samples per stamp, an inserted row looks the same.
+    found = 0.0 < slope <= 0.5 * digit and off <= 1.02 * 0.5 * (digit + slope)
+    return even - even[0] + stamps[0] if found else None
+
+
+def _with_single(time: Array) -> Array | None:
+    """Return times with single wrong stamps interpolated; None where that is unsafe."""
+    interval = float(np.median(np.diff(time)))
+    n = np.arange(len(time), dtype=float)
+    # A slow drift of the clock is not a fault: only neighbours are compared.
+    padded = np.concatenate([[-np.inf], time, [np.inf]])
+    before, after = padded[:-2], padded[2:]
+    alone = np.abs(after - before - 2 * interval) <= 2 * _EQUAL * interval
+    alone &= ~((before < time) & (time < after))
+    at = np.flatnonzero(np.diff(time) <= 0)
+    bad = np.zeros(len(time), dtype=bool)
+    bad[np.where(alone[at], at, at + 1)] = True
+    mended = time.copy()
+    if interval > 0 and (alone[at] | alone[at + 1]).all() and bad.mean() <= _MOST_WRONG:
+        mended[bad] = np.interp(n[bad], n[~bad], time[~bad])
+    return mended if (np.diff(mended) > 0).all() else None
+
+
+def _refused(table: Table, index: int, time: Array, repeated: Mask) -> RecordingError:
+    """Return the error for a time that does not increase."""
+    wrong = np.flatnonzero((np.diff(time) <= 0) & ~repeated[1:])
+    row = int(wrong[0]) + 1
+    now, before = table.text(row, index), table.text(row - 1, index)
+    what = f"{table.label(index)}: the time does not increase, {now} follows {before}"
+    if len(wrong) > 1:
+        what += f", and likewise in {len(wrong) - 1} more {'rows' if len(wrong) > 2 else 'row'}"
+    back = (np.diff(time)[wrong] < 0).any()
+    expected = (
+        "write each recording into a file of its own, with its rows in the order of time; or, if the rows are those of "
+        'one test in its order, read them without these stamps: columns = {time = "none"} in the table of the case '
+        "file, with sample_rate if the samples are at equal intervals"
+        if back
+        else "write the time with more digits; of rows with the same time keep the one measured at that time"
+    )
+    return table.refused(what, expected, row)
+
+
+def increasing(table: Table, stamps: Column) -> Array:
+    """Return the times of a program, (n,), s; a program is written by the user, so nothing is repaired."""
+    if (np.diff(stamps.values) <= 0).any():
+        raise _refused(table, stamps.index, stamps.values, np.zeros(len(stamps.values), dtype=bool))
+    return stamps.values
+
+
+def _missing_time(source: Source, table: Table, displacement: Array) -> tuple[Array | None, str]:
+    """Return the time of a file without one, from the sampling rate or the speed of the test, and a remark about it."""
+    time: Array | None = None
+    text = ""
+    if source.sample_rate is not None:
+        time = np.arange(len(displacement)) / source.sample_rate
+        text = f"no column has the time; it is computed from {source.sample_rate:g} samples per second"
+    elif source.rate is not None:
+        steps = np.abs(np.diff(displacement))
+        if (steps <= SMALLEST_STEP * float(np.ptp(displacement))).any():
+            row = int(np.argmin(steps)) + 1
+            what = "rate: the displacement does not move, so the time cannot be computed from the speed"
+            raise table.refused(what, "give sample_rate, samples per second", row)
+        ends = [0, *(branch.stop - 1 for branch in segment(displacement))]
+        way = float(np.abs(np.diff(displacement[ends])).sum())
+        if steps.sum() > (1.0 + _MOST_NOISE) * way:
+            what = (
+                f"rate: noise makes the travelled path {steps.sum() / way:.3g} times as long as its program"
+            )
+            raise table.refused(what, "give sample_rate, samples per second")
+        time = np.concatenate([[0.0], np.cumsum(steps)]) / source.rate
         text = (
-            f"{table.label(one.index)} is updated only every {len(kept) / kept.sum():.3g} rows; the "
-            f"{int((~kept).sum())} of {len(kept)} rows between, which repeat it, are left out"
+            "no column has the time; it is computed from the travelled path and the rate that the case gives"
         )
-        return replace(
-            samples,
-            displacement=samples.displacement[kept],
-            force=samples.force[kept],
-            time=None if samples.time is None else samples.time[kept],
-            rows=samples.rows[kept],
-            repairs=(*samples.repairs, Repair("stuck", text)),
-        )
-    return samples
+    return time, text

@@ -22,8 +22,9 @@ from numpy.typing import NDArray
 
 from bushcli.report.drawing import projection
 from bushcli.report.drawing.looks import GREY, INK, METAL
-from bushcli.report.drawing.picture import literal, new_figure, style
+from bushcli.report.drawing.picture import literal, new_figure, section_axes, style
 from bushcli.report.drawing.projection import Projection
+from bushcli.report.quantity import listed
 from cases.stretches import Surface
 
 Array = NDArray[np.float64]
@@ -40,20 +41,19 @@ _BEYOND = 0.005
 _LONGEST = 5.4  # inches of the drawing's longer side
 
 
-def mesh_figure(surface: Surface, title: str, note: str = "") -> Figure:
+def mesh_figure(surface: Surface, title: str) -> Figure:
     """Draw the undeformed mesh."""
     with style():
-        view = (
-            projection.SECTION if projection.is_section(surface) else projection.cut_view(surface.reference)
-        )
-        return _Drawing(surface, surface.reference, view, None).figure(title, note)
+        flat = projection.is_section(surface)
+        view = projection.SECTION if flat else projection.cut_view(surface.reference)
+        return _Drawing(surface, surface.reference, view, None).figure(title, _note(surface))
 
 
-def deformed_figure(surface: Surface, title: str, note: str = "") -> Figure:
+def deformed_figure(surface: Surface, title: str) -> Figure:
     """Draw the deformed shape and, dashed, the outline before the load."""
     values = surface.stretch[surface.rubber]
     top = float(np.quantile(values, 1.0 - _BEYOND)) if values.size else 1.0
-    scale = Normalize(1.0, max(top, 1.01))
+    scale, note = Normalize(1.0, max(top, 1.01)), _note(surface, deformed=True)
     with style():
         if not projection.is_section(surface):
             view = projection.cut_view(surface.reference)
@@ -63,6 +63,18 @@ def deformed_figure(surface: Surface, title: str, note: str = "") -> Figure:
         body = projection.revolved(surface)
         view = projection.revolved_view()
         return _Drawing(body, body.deformed, view, scale, closed=False).figure(title, note)
+
+
+def _note(surface: Surface, deformed: bool = False) -> str:
+    """Return the small print of a picture: where the body is cut, and that the scale is true."""
+    low, high = (end(surface.reference.reshape(-1, 3), axis=0) for end in (np.min, np.max))
+    scale = "true scale; dashed: before the load" if deformed else "true scale"
+    if np.isclose(low[1], high[1]):
+        twisted = deformed and projection.is_twisted(surface)
+        return f"{'a quarter is left open' if twisted else 'section'}; {scale}"
+    ends = zip("xyz", low, high, 1e-3 * (high - low), strict=True)
+    cut = [f"{axis} = 0" for axis, a, b, small in ends if abs(a) < small or abs(b) < small]
+    return f"cut at {listed(cut)} by symmetry; {scale}" if cut else scale
 
 
 class _Drawing:
@@ -109,7 +121,9 @@ class _Drawing:
         axes.set_xlim(low[0], high[0])
         axes.set_ylim(low[1], high[1])
         if self.flat:
-            self._section_axes(axes)
+            if self.scale is not None:
+                self._former_outline(axes)
+            section_axes(axes, ("radius [mm]", "axis [mm]"))
         else:
             self._solid_axes(axes)
         wrapped = "\n".join(textwrap.wrap(title, max(20, int(9.5 * figure.get_figwidth()))))
@@ -189,22 +203,10 @@ class _Drawing:
         assert self.scale is not None
         values = self.surface.stretch[self.surface.rubber]
         over = bool(values.size and values.max() > self.scale.vmax * 1.001)  # type: ignore[operator]
-        bar = figure.colorbar(
-            ScalarMappable(self.scale, _COLOURS),
-            ax=axes,
-            shrink=0.75,
-            pad=0.02,
-            extend="max" if over else "neither",
-        )
+        mappable, ends = ScalarMappable(self.scale, _COLOURS), "max" if over else "neither"
+        bar = figure.colorbar(mappable, ax=axes, shrink=0.75, pad=0.02, extend=ends)
         bar.set_label("largest principal stretch")
         bar.outline.set_visible(False)  # type: ignore[operator]
-
-    def _section_axes(self, axes: Axes) -> None:
-        if self.scale is not None:
-            self._former_outline(axes)
-        axes.axvline(0.0, color=GREY[0], lw=0.9, ls=(0, (10, 3, 2, 3)))
-        axes.set(xlabel="radius [mm]", ylabel="axis [mm]")
-        axes.grid(False)
 
     def _solid_axes(self, axes: Axes) -> None:
         """Replace the axes by arrows for the directions and a bar of known length."""

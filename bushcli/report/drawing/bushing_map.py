@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from bushcli.mismatch.maps import LocalMap
 from bushcli.report.drawing.looks import DIVERGING, GREY, INK
-from bushcli.report.drawing.picture import literal, new_figure, style
+from bushcli.report.drawing.picture import literal, new_figure, section_axes, style
 from bushcli.report.drawing.projection import cut, cut_view, face_edges, normals, once, outline, shade
 from bushcli.report.plots.places import numbering
 from cases.stretches import Surface
@@ -50,10 +50,7 @@ _TETRAHEDRA = {
 
 def map_title(found: LocalMap) -> str:
     """Return the title of the picture."""
-    helps = (
-        "a local change helps" if found.helps_locally else "a local change helps no more than a uniform one"
-    )
-    return f"{found.name}: {helps}"
+    return f"{found.name}: a local change helps{'' if found.helps_locally else ' no more than a uniform one'}"
 
 
 def map_figure(found: LocalMap) -> Figure:
@@ -102,20 +99,12 @@ def map_figure(found: LocalMap) -> Figure:
         # Nothing is softer by more than 100 %.
         bar.ax.set_ylim(max(-100.0, float(norm.vmin or 0.0)), norm.vmax)
         bar.outline.set_visible(False)  # type: ignore[operator]
-        axes.grid(False)
         if flat:
-            axes.axvline(0.0, color=GREY[0], lw=0.9, ls=(0, (10, 3, 2, 3)))
-            axes.set(xlabel="radius [mm]", ylabel="axis [mm]")
+            section_axes(axes, ("radius [mm]", "axis [mm]"))
         else:
             axes.set_axis_off()
-            length = float(np.ptp(found.points[:, 2]))
-            axes.annotate(
-                f"axis z upwards; {length:.3g} mm high",
-                (0.0, 0.0),
-                xycoords="axes fraction",
-                fontsize=8.5,
-                color=GREY[0],
-            )
+            height = f"axis z upwards; {float(np.ptp(found.points[:, 2])):.3g} mm high"
+            axes.annotate(height, (0.0, 0.0), xycoords="axes fraction", fontsize=8.5, color=GREY[0])
         axes.set_title(literal(fill(map_title(found), _LINE)), fontsize=10.5, color=INK[0])
         return figure
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,7 +15,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from bushcli.report.drawing.looks import GREY, INK, METAL
-from bushcli.report.drawing.picture import literal, new_figure, style
+from bushcli.report.drawing.picture import literal, new_figure, section_axes, style
 from bushcli.report.drawing.projection import cut, shade, view_from
 from geometry.view import View
 
@@ -56,11 +57,10 @@ def geometry_figure(view: View, title: str, measures: Mapping[str, float]) -> Fi
                 _solid(sides[1], view, opened=True)
                 sides[1].set_title("without the quarter in front", fontsize=10)
         figure.suptitle(literal("\n".join(textwrap.wrap(title, 60 if view.flat else 95))), fontsize=10.5)
+        labels = {name: literal(_label(name, measures, view)) for name in view.names}
         handles = [
-            Patch(
-                facecolor=_colour(name, view), edgecolor=GREY[0], label=literal(_label(name, measures, view))
-            )
-            for name in dict.fromkeys(view.names)
+            Patch(facecolor=_colour(name, view), edgecolor=GREY[0], label=label)
+            for name, label in labels.items()
         ]
         figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=9, frameon=False)
         return figure
@@ -90,20 +90,21 @@ def _colour(name: str, view: View) -> str:
     return _PLATES[plates.index(name) % len(_PLATES)]
 
 
+def _filled(axes: Axes, triangles: Array, fill: Any) -> None:
+    shapes = PolyCollection(
+        list(triangles), facecolors=fill, edgecolors=fill, linewidths=0.3, rasterized=True
+    )
+    axes.add_collection(shapes)
+
+
 def _section(axes: Axes, view: View) -> None:
     fill = [_colour(view.names[i], view) for i in view.label]
-    flat = list(view.triangles[:, :, [0, 2]])
-    axes.add_collection(
-        PolyCollection(flat, facecolors=fill, edgecolors=fill, linewidths=0.3, rasterized=True)
-    )
+    _filled(axes, view.triangles[:, :, [0, 2]], fill)
     ink = [INK[0] if view.names[i] == "free" else _colour(view.names[i], view) for i in view.line_label]
     width = [1.0 if view.names[i] == "free" else 3.5 for i in view.line_label]
     axes.add_collection(LineCollection(list(view.lines[:, :, [0, 2]]), colors=ink, linewidths=width))
-    axes.axvline(0.0, color=GREY[0], linestyle="-.", linewidth=0.8)
-    axes.set_aspect("equal")
     axes.autoscale_view()
-    axes.set_xlabel("r, mm")
-    axes.set_ylabel("z from the centre, mm")
+    section_axes(axes, ("radius [mm]", "z from the centre [mm]"))
 
 
 def _cut(axes: Axes, view: View) -> None:
@@ -126,7 +127,6 @@ def _cut(axes: Axes, view: View) -> None:
             image[row, np.searchsorted(at, x) % 2 == 1] = (*to_rgb(_colour(view.names[number], view)), 1.0)
     extent = (low[0], high[0], low[2], high[2])
     axes.imshow(image, origin="lower", extent=extent, interpolation="nearest")
-    axes.grid(visible=False)
     axes.margins(0.03)
     axes.autoscale()
     for name in ("inner", "outer"):
@@ -134,9 +134,7 @@ def _cut(axes: Axes, view: View) -> None:
             bond = view.triangles[view.label == view.names.index(name)]
             ink = _colour(name, view)
             axes.add_collection(LineCollection(list(_crossed(bond, level)), colors=ink, linewidths=3.5))
-    axes.axvline(0.0, color=GREY[0], linestyle="-.", linewidth=0.8)
-    axes.set_xlabel("x, mm")
-    axes.set_ylabel("z, mm")
+    section_axes(axes, ("x [mm]", "z [mm]"))
 
 
 def _crossed(triangles: Array, level: float) -> Array:
@@ -157,10 +155,7 @@ def _solid(axes: Axes, view: View, opened: bool) -> None:
     colours = np.array([to_rgb(_colour(name, view)) for name in view.names]).reshape(-1, 3)
     order = np.argsort(eye.depth(triangles.mean(axis=1)))
     fill = (colours[label] * shade(triangles, eye, _CONTRAST)[:, None])[order]
-    flat = list(eye.project(triangles)[order])
-    axes.add_collection(
-        PolyCollection(flat, facecolors=fill, edgecolors=fill, linewidths=0.3, rasterized=True)
-    )
+    _filled(axes, eye.project(triangles)[order], fill)
     extent = float(np.abs(view.triangles).max(initial=1.0))
     start = np.array([-0.9 * extent, -0.95 * extent])
     for vector, name in zip(np.eye(3), "xyz", strict=True):

@@ -24,24 +24,12 @@ METAL = "#b9c0c8"
 
 @dataclass(frozen=True)
 class Look:
-    """How a role looks.
+    """How a role looks."""
 
-    Attributes
-    ----------
-    colours : (str, str)
-        On light and on dark ground.
-    width : float
-        Of a line, points; a dot is 2.5 times as wide.
-    dash : sequence of float
-        Lengths of strokes and gaps, points.
-    opacity : float
-        Of an area, as a share.
-    """
-
-    colours: tuple[str, str]
-    width: float = 1.6
-    dash: Sequence[float] = ()
-    opacity: float = 1.0
+    colours: tuple[str, str]  # on light and on dark ground
+    width: float = 1.6  # of a line, points; a dot is 2.5 times as wide
+    dash: Sequence[float] = ()  # lengths of strokes and gaps, points
+    opacity: float = 1.0  # of an area, as a share
 
 
 LOOKS = {

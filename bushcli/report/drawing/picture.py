@@ -12,7 +12,7 @@ import warnings
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
@@ -71,6 +71,14 @@ def new_figure(width: float, height: float) -> Figure:
     return figure
 
 
+def section_axes(axes: Axes, labels: tuple[str, str]) -> None:
+    """Draw the axis of revolution of a section in true scale."""
+    axes.set_aspect("equal")
+    axes.axvline(0.0, color=GREY[0], lw=0.9, ls=(0, (10, 3, 2, 3)))
+    axes.set(xlabel=labels[0], ylabel=labels[1])
+    axes.grid(visible=False)
+
+
 def literal(text: str) -> str:
     """Return text that is drawn literally: a dollar sign in a user's title does not start a formula."""
     return text.replace("$", r"\$")
@@ -118,10 +126,13 @@ def plotted(panels: Panels) -> Picture:
 
 def draw(axes: Axes, plot: Plot) -> None:
     """Draw a prepared plot into axes."""
-    assert plot.x is not None
-    assert plot.y is not None
     handles: dict[str, Any] = {}
-    axes.set(xlim=plot.x, ylim=plot.y, xlabel=literal(plot.labels[0]), ylabel=literal(plot.labels[1]))
+    axes.set(
+        xlim=plot.limits[0],
+        ylim=plot.limits[1],
+        xlabel=literal(plot.labels[0]),
+        ylabel=literal(plot.labels[1]),
+    )
     _axis(axes, plot, "x")
     _axis(axes, plot, "y")
     for band in plot.bands:
@@ -183,22 +194,21 @@ def _dash(key: str) -> Any:
     return (0, tuple(v / look.width for v in look.dash)) if look.dash else "-"
 
 
-def _axis(axes: Axes, plot: Plot, name: str) -> None:
+def _axis(axes: Axes, plot: Plot, name: Literal["x", "y"]) -> None:
     """Put the numbers or names of the page at an axis."""
     axis = axes.xaxis if name == "x" else axes.yaxis
-    names = plot.x_names if name == "x" else plot.y_names
-    if names:
+    if names := plot.x_names if name == "x" else plot.y_names:
         axis.set_major_locator(FixedLocator([at for at, _ in names]))
         axis.set_major_formatter(FixedFormatter([literal(text) for _, text in names]))
-        axes.grid(visible=False, axis=name)  # type: ignore[arg-type]  # "x" or "y"
-        axes.tick_params(axis=name, length=0)  # type: ignore[arg-type]
+        axes.grid(visible=False, axis=name)
+        axes.tick_params(axis=name, length=0)
         return
-    limits = axes.get_xlim() if name == "x" else axes.get_ylim()
     if plot.log == name:
-        (axes.set_xscale if name == "x" else axes.set_yscale)("log")
+        axes.set(**{f"{name}scale": "log"})
         axis.set_minor_locator(NullLocator())
     most = plot.width / 75 if name == "x" else (plot.height - 58) / 40
-    axis.set_major_locator(FixedLocator(ticks(*limits, max(4, round(most)), plot.log == name)))
+    found = ticks(*plot.limits["xy".index(name)], max(4, round(most)), plot.log == name)
+    axis.set_major_locator(FixedLocator(found))
     axis.set_major_formatter(FuncFormatter(lambda value, _: tick(value)))
 
 

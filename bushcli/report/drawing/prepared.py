@@ -95,10 +95,8 @@ def shade(region: Region, plot: Plot) -> tuple[str, float]:
 def position(plot: Plot, x: Array | float, y: Array | float) -> tuple[Array, Array]:
     """Return where points are in the pane, from its upper left corner."""
     _, _, width, height = pane(plot)
-    assert plot.x is not None
-    assert plot.y is not None
     ends = []
-    for values, limits, name in ((x, plot.x, "x"), (y, plot.y, "y")):
+    for values, limits, name in zip((x, y), plot.limits, "xy", strict=True):
         scale = np.log10 if plot.log == name else np.asarray
         with np.errstate(divide="ignore", invalid="ignore"):
             low, high, at = scale(limits[0]), scale(limits[1]), scale(np.asarray(values, dtype=float))
@@ -242,12 +240,8 @@ def _placed(plot: Plot) -> list[Region]:
         free = inside & np.all([np.hypot(*(places - one).T) >= _APART for one in taken], axis=0)
         x, y = places[int(np.argmax(free))]
         taken.append(np.array([x, y]))
-        assert plot.x is not None
-        assert plot.y is not None
+        (left, right), (bottom, top) = plot.limits
         # Numbers are used on linear axes only.
-        at = (
-            plot.x[0] + x / width * (plot.x[1] - plot.x[0]),
-            plot.y[1] - y / height * (plot.y[1] - plot.y[0]),
-        )
+        at = (left + x / width * (right - left), top - y / height * (top - bottom))
         made.append(replace(region, at=np.array([at])))
     return made

@@ -187,17 +187,11 @@ def revolved(surface: Surface) -> Surface:
         cuts = [_turned(points, angles[0]), _turned(points, angles[-1])]
         return np.concatenate([walls.reshape(-1, 4, 3), *cuts])
 
-    values = surface.stretch[face[:, None], ends]
-    walls = np.tile(
-        np.stack([values[:, 0], values[:, 1], values[:, 1], values[:, 0]], axis=1), (len(angles) - 1, 1)
-    )
-    return Surface(
-        swept(surface.reference),
-        swept(surface.deformed),
-        np.concatenate([walls, surface.stretch, surface.stretch]),
-        np.concatenate([np.tile(surface.rubber[face], len(angles) - 1), surface.rubber, surface.rubber]),
-        surface.displacement,
-    )
+    pieces, values = len(angles) - 1, surface.stretch[face[:, None], ends]
+    walls = np.tile(values[:, [0, 1, 1, 0]], (pieces, 1))
+    stretch = np.concatenate([walls, surface.stretch, surface.stretch])
+    rubber = np.concatenate([np.tile(surface.rubber[face], pieces), surface.rubber, surface.rubber])
+    return Surface(swept(surface.reference), swept(surface.deformed), stretch, rubber, surface.displacement)
 
 
 def revolved_view() -> Projection:

@@ -11,17 +11,13 @@ from bushcli.report.document import Panels, Picture
 from bushcli.report.drawing.body import deformed_figure, mesh_figure
 from bushcli.report.drawing.geometry import geometry_figure
 from bushcli.report.drawing.picture import picture, plotted
-from bushcli.report.drawing.projection import is_twisted
 from bushcli.report.plots.direct import capital
 from bushcli.report.quantity import listed, quantities
 
 if TYPE_CHECKING:
     from bushcli.diagnosis.result import Diagnosis
-    from bushcli.inverse import Fit
-    from bushcli.simulate.dynamic_tables import ComparedTable
+    from bushcli.report.results import DirectResult
     from bushcli.simulate.meshes import Meshed
-    from bushcli.simulate.misfit import Misfit
-    from bushcli.simulate.response import Response
     from cases.stretches import Surface
     from geometry.shape import Shape
     from geometry.view import View
@@ -35,29 +31,23 @@ def drawn(found: Iterable[Panels | Picture]) -> list[Picture]:
     return [plotted(one) if isinstance(one, Panels) else one for one in found]
 
 
-def direct_pictures(
-    response: Response,
-    misfits: Mapping[str, Misfit],
-    fit: Fit | None,
-    names: Mapping[str, str],
-    tables: Sequence[ComparedTable] = (),
-) -> Iterator[Panels | Picture]:
+def direct_pictures(found: DirectResult, names: Mapping[str, str]) -> Iterator[Panels | Picture]:
     """Yield curves, tables, coupons, the deformed shape of each channel, and each mesh once."""
-    from bushcli.report.cycles import response_histories
     from bushcli.report.plots.cycles import history_panels
     from bushcli.report.plots.direct import curve_panels, six_panels
-    from bushcli.report.plots.dynamic_tables import table_panels
+    from bushcli.report.plots.dynamic import table_panels
     from bushcli.report.plots.fit import fit_panels
 
+    response = found.response
     for channel in response.channels:
         file = names[channel.name]
         if channel.six is not None and len(channel.six.time) > 1:
             yield six_panels(channel.name, channel.six, file)
-        yield curve_panels(channel, misfits.get(channel.name), file)
-    yield from history_panels(response_histories(response, misfits), names)
-    yield from (table_panels(one, names[one.table.name]) for one in tables)
-    if fit is not None:
-        yield fit_panels(fit)
+        yield curve_panels(channel, found.misfits.get(channel.name), file)
+    yield from history_panels(found.histories, names)
+    yield from (table_panels(one, names[one.table.name]) for one in found.tables or ())
+    if found.fit is not None:
+        yield fit_panels(found.fit)
     yield from _interpretation(response.case.geometry)
     meshes: list[Surface] = []
     for channel in response.channels:
@@ -69,17 +59,15 @@ def direct_pictures(
             value = f"{float(f'{shown.at(at):.3g}'):g}"
             reached = f"{value} {shown.displacement_unit}" if shown.displacement_unit else f"stretch {value}"
         title = f"{capital(channel.name)}: deformed at {reached}"
-        figure = deformed_figure(channel.surface, title, _note(channel.surface, deformed=True))
+        figure = deformed_figure(channel.surface, title)
         yield picture(f"{file}-deformed", "deformed", title, figure, channel.name)
         if any(_same(channel.surface, other) for other in meshes):
             continue
         meshes.append(channel.surface)
-        served = [
-            c.name for c in response.channels if c.surface is not None and _same(channel.surface, c.surface)
-        ]
+        drawn = [one for one in response.channels if one.surface is not None]
+        served = [one.name for one in drawn if _same(channel.surface, one.surface)]  # type: ignore[arg-type]
         title = f"Mesh for {listed(served)}"
-        figure = mesh_figure(channel.surface, title, _note(channel.surface))
-        yield picture(f"{file}-mesh", "mesh", title, figure, channel.name)
+        yield picture(f"{file}-mesh", "mesh", title, mesh_figure(channel.surface, title), channel.name)
 
 
 def mesh_pictures(shape: Shape, meshes: Sequence[Meshed]) -> Iterator[Picture]:
@@ -88,8 +76,7 @@ def mesh_pictures(shape: Shape, meshes: Sequence[Meshed]) -> Iterator[Picture]:
     for mesh in meshes:
         if mesh.surface is not None:
             title = f"Mesh for {listed(list(mesh.modes))}: {mesh.cells} elements"
-            figure = mesh_figure(mesh.surface, title, _note(mesh.surface))
-            yield picture(f"mesh-{mesh.name}", "mesh", title, figure)
+            yield picture(f"mesh-{mesh.name}", "mesh", title, mesh_figure(mesh.surface, title))
 
 
 def geometry_picture(view: View, title: str, measures: Mapping[str, float]) -> Picture:
@@ -105,7 +92,7 @@ def _interpretation(shape: Shape) -> Iterator[Picture]:
 def diagnosis_pictures(found: Diagnosis, names: Mapping[str, str]) -> Iterator[Panels | Picture]:
     """Yield every picture of a diagnosis."""
     from bushcli.report.drawing.bushing_map import map_figure, map_title
-    from bushcli.report.plots import certainty, diagnosis, dynamic_tables, places
+    from bushcli.report.plots import certainty, diagnosis, dynamic, places
 
     if found.probability and found.models:
         yield certainty.probability_panels(found)
@@ -121,26 +108,12 @@ def diagnosis_pictures(found: Diagnosis, names: Mapping[str, str]) -> Iterator[P
         if own := [one for one in profiles if one.channel == channel.name]:
             yield places.missing_panels(channel, own, file)
     for table in found.tables:
-        yield dynamic_tables.table_panels(table.compared, names[table.name])
+        yield dynamic.table_panels(table.compared, names[table.name])
     for local in found.maps:
         file = f"{names[local.name]}-bushing-map"
         yield picture(file, "bushing_map", map_title(local), map_figure(local), local.name)
     if found.next_test is not None and not found.next_test.frequency:
         yield places.next_test_panels(found, found.next_test)
-
-
-def _note(surface: Surface, deformed: bool = False) -> str:
-    """Return the small print of a picture: where the body is cut, and that the scale is true."""
-    low = surface.reference.reshape(-1, 3).min(axis=0)
-    high = surface.reference.reshape(-1, 3).max(axis=0)
-    scale = "true scale; dashed: before the load" if deformed else "true scale"
-    if np.isclose(low[1], high[1]):
-        twisted = deformed and is_twisted(surface)
-        return f"{'a quarter is left open' if twisted else 'section'}; {scale}"
-    small = 1e-3 * (high - low)
-    ends = zip("xyz", low, high, small, strict=True)
-    cut = [f"{axis} = 0" for axis, a, b, s in ends if abs(a) < s or abs(b) < s]
-    return f"cut at {listed(cut)} by symmetry; {scale}" if cut else scale
 
 
 def _same(one: Surface, other: Surface) -> bool:

@@ -8,9 +8,9 @@ import numpy as np
 
 from bushcli.recording import Recording, branches, force_noise
 from bushcli.report.json.common import cleaned, faults_json, head, part
-from bushcli.report.json.dynamic_tables import dynamic_tables_json
+from bushcli.report.json.dynamic import table_json
 from bushcli.report.quantity import quantities
-from bushcli.report.views.check import Checked
+from bushcli.report.results import Checked
 
 
 def check_json(found: Checked) -> dict[str, Any]:
@@ -20,7 +20,7 @@ def check_json(found: Checked) -> dict[str, Any]:
     document["recordings"] = [_summary(curve) for curve in found.curves]
     document["coupons"] = [_summary(curve) for curve in found.coupons]
     if found.tables:
-        document["dynamic"] = dynamic_tables_json(found.tables)
+        document["dynamic"] = [table_json(table) for table in found.tables]
     tests = found.tests
     document |= {
         "protocol": [

@@ -24,13 +24,8 @@ if TYPE_CHECKING:
     from bushcli.faults import DataFault
     from bushcli.runtime.condition import Condition
 
-# Program -> its Python package, and the distribution that declares its version.
-_PROGRAMS = {
-    "dolfinx": ("dolfinx", "fenics-dolfinx"),
-    "gmsh": ("gmsh", "gmsh"),
-    "numpy": ("numpy", "numpy"),
-    "scipy": ("scipy", "scipy"),
-}
+# Python package -> the distribution that declares its version.
+_PROGRAMS = {"dolfinx": "fenics-dolfinx", "gmsh": "gmsh", "numpy": "numpy", "scipy": "scipy"}
 
 
 def head(
@@ -70,10 +65,9 @@ def versions() -> dict[str, str]:
     load.
     """
     found = {"bushcli": __version__, "python": platform.python_version()}
-    for name, (module, distribution) in _PROGRAMS.items():
-        found[name] = str(getattr(sys.modules.get(module), "__version__", "")) or _declared(
-            module, distribution
-        )
+    for name, distribution in _PROGRAMS.items():
+        loaded = str(getattr(sys.modules.get(name), "__version__", ""))
+        found[name] = loaded or _declared(name, distribution)
     petsc = sys.modules.get("petsc4py.PETSc")
     if petsc is not None:
         found["petsc"] = ".".join(map(str, petsc.Sys.getVersion()))

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
-from bushcli.curve.cycles import Cycle, Uncertain
+from bushcli.curve.cycles import Cycle
 from bushcli.curve.holds import Hold
-from bushcli.report.cycles import ChannelHistory
+from bushcli.report.cycles import ChannelHistory, shown_values
+from bushcli.report.json.common import part
 from bushcli.report.quantity import Quantities, quantities
 
 
@@ -17,62 +17,35 @@ def history_json(history: ChannelHistory) -> dict[str, Any]:
     return {
         "cycles": [
             {
-                "number": known.number,
-                "closed": known.closed,
+                **part(known, "number closed"),
                 "displacement": [shown.at(q) - shown.rest for q in (known.lowest, known.highest)],
                 "rate": None if known.rate is None else shown.per_internal * known.rate,
-                "recorded": _cycle_json(recorded, shown, errors=True),
-                "simulated": _cycle_json(simulated, shown),
+                "recorded": _values(recorded, shown, errors=True),
+                "simulated": _values(simulated, shown),
             }
             for known, recorded, simulated in history.cycles
         ],
         "holds": [
             {
-                "number": known.number,
-                "cycle": known.cycle,
-                "displacement": shown.at(known.displacement) - shown.rest,
-                "duration": known.duration,
-                "recorded": _hold_json(recorded, errors=True),
-                "simulated": _hold_json(simulated),
+                **part(held, "number cycle"),
+                "displacement": shown.at(held.displacement) - shown.rest,
+                "duration": held.duration,
+                "recorded": _values(before, shown, errors=True),
+                "simulated": _values(after, shown),
             }
-            for known, recorded, simulated in history.holds
+            for held, before, after in history.holds
         ],
     }
 
 
-def _cycle_json(cycle: Cycle | None, shown: Quantities, errors: bool = False) -> dict[str, Any] | None:
-    if cycle is None:
+def _values(found: Cycle | Hold | None, shown: Quantities, errors: bool = False) -> dict[str, Any] | None:
+    if found is None:
         return None
-    values = {
-        "energy": (cycle.energy, 1.0),
-        "loss_percent": (cycle.loss, 100.0),
-        "secant_stiffness": (cycle.secant, 1.0 / shown.per_internal),
-        "peak_force": (cycle.peak_force, 1.0),
-    }
-    return _values(values, errors)
-
-
-def _hold_json(hold: Hold | None, errors: bool = False) -> dict[str, Any] | None:
-    if hold is None:
-        return None
-    values = {
-        "force_start": (hold.force_start, 1.0),
-        "force_end": (hold.force_end, 1.0),
-        "relaxation_percent": (hold.relaxation, 100.0),
-    }
-    after = {
-        f"relaxation_percent_after{ending}": {
-            f"{at:g}": 100 * getattr(found, what) for at, found in hold.after.items()
-        }
-        for ending, what in (("", "value"), ("_std", "std"))[: 2 if errors else 1]
-    }
-    return _values(values, errors) | after
-
-
-def _values(values: Mapping[str, tuple[Uncertain, float]], errors: bool) -> dict[str, float]:
-    found: dict[str, float] = {}
-    for key, (one, factor) in values.items():
-        found[key] = factor * one.value
-        if errors:
-            found[f"{key}_std"] = factor * one.std
-    return found
+    values: dict[str, Any] = {}
+    for key, one in shown_values(found, shown).items():
+        values |= {key: one.value, f"{key}_std": one.std} if errors else {key: one.value}
+    if isinstance(found, Hold):
+        for ending, what in (("", "value"), ("_std", "std"))[: 2 if errors else 1]:
+            after = {f"{at:g}": 100 * getattr(one, what) for at, one in found.after.items()}
+            values[f"relaxation_percent_after{ending}"] = after
+    return values

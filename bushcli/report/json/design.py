@@ -12,24 +12,23 @@ from bushcli.study.design import Design
 def design_json(found: Design) -> dict[str, Any]:
     """Return a design as JSON-ready data."""
     document = head("design", found.case, found.conditions)
-    document["converged"] = found.converged
-    document["evaluations"] = found.evaluations
-    document["met"] = all(one.met for one in found.targets)
-    document["design"] = {
-        key: part(one, "value lower upper start at_bound") for key, one in found.keys.items()
-    }
-    document["set"] = overrides(found)
-    document["targets"] = {
-        one.target.name: {
-            "unit": one.target.unit,
-            "wanted": one.wanted,
-            "allowed": one.target.deviation * one.target.per_shown,
-            "value": one.value,
-            "deviation_percent": 100 * one.deviation,
-            "met": one.met,
-            "derivatives": one.slopes,
-            **({"tolerances": one.spread} if one.spread else {}),
-        }
-        for one in found.targets
+    document |= {
+        **part(found, "converged evaluations"),
+        "met": all(one.met for one in found.targets),
+        "design": {key: part(one, "value lower upper start at_bound") for key, one in found.keys.items()},
+        "set": overrides(found),
+        "targets": {
+            one.target.name: {
+                "unit": one.target.unit,
+                "wanted": one.wanted,
+                "allowed": one.target.deviation * one.target.per_shown,
+                "value": one.value,
+                "deviation_percent": 100 * one.deviation,
+                "met": one.met,
+                "derivatives": one.slopes,
+                **({"tolerances": one.spread} if one.spread else {}),
+            }
+            for one in found.targets
+        },
     }
     return cleaned(document)

@@ -6,12 +6,12 @@ from collections.abc import Callable
 from operator import attrgetter
 from typing import Any
 
-from bushcli.diagnosis.result import DiagnosedEffect, DiagnosedTable, Diagnosis, Quantity
+from bushcli.diagnosis.result import Diagnosis, Quantity
 from bushcli.diagnosis.words import sentence
 from bushcli.effects.names import effect_name
 from bushcli.mismatch.record import Mismatch
 from bushcli.report.json.common import cleaned, faults_json, head, material_json, part
-from bushcli.report.json.dynamic_tables import compared_json
+from bushcli.report.json.dynamic import compared_json
 from bushcli.report.quantity import Quantities, quantities
 from bushcli.report.views.diagnosis.paragraph import paragraph
 from bushcli.report.views.diagnosis.values import derived, shown
@@ -22,13 +22,6 @@ def diagnosis_json(found: Diagnosis) -> dict[str, Any]:
     """Return a diagnosis as JSON-ready data."""
     keys = {key: of(found) for key, of in _KEYS.items()}
     return cleaned(head("diagnose", found.case, found.conditions) | keys)
-
-
-def _table(one: DiagnosedTable) -> dict[str, Any]:
-    """Return a table beside the most probable model and the plain law, and where these miss it."""
-    (shown,), before = compared_json([one.compared]), one.compared.started
-    plain = {} if before is None else {"storage": before.real, "loss": before.imag}
-    return {**shown, "plain": plain, **part(one, "places remaining held_out")}
 
 
 def _rivals(found: Diagnosis) -> list[list[str]]:
@@ -68,18 +61,6 @@ def _quantity(found: Diagnosis, name: str, quantity: Quantity) -> dict[str, Any]
             "source": quantity.prior_source,
         },
         "derived": {also: {"value": value, "unit": of} for also, (value, of) in derived(quantity).items()},
-    }
-
-
-def _effect(found: Diagnosis, effect: DiagnosedEffect) -> dict[str, Any]:
-    return {
-        "name": effect_name(effect.name),
-        **part(effect, "title channels summary"),
-        "parameters": {
-            name: _quantity(found, f"{effect.name}.{name}", quantity)
-            for name, quantity in effect.parameters.items()
-        },
-        **part(effect, "probability evidence plausible remark"),
     }
 
 
@@ -145,7 +126,18 @@ _KEYS: dict[str, Callable[[Diagnosis], Any]] = {
     "plain": lambda found: material_json(found.plain),
     "material": lambda found: material_json(found.material),
     "parameters": lambda found: {name: _quantity(found, name, q) for name, q in found.parameters.items()},
-    "effects": lambda found: [_effect(found, one) for one in found.effects],
+    "effects": lambda found: [
+        {
+            "name": effect_name(effect.name),
+            **part(effect, "title channels summary"),
+            "parameters": {
+                name: _quantity(found, f"{effect.name}.{name}", quantity)
+                for name, quantity in effect.parameters.items()
+            },
+            **part(effect, "probability evidence plausible remark"),
+        }
+        for effect in found.effects
+    ],
     **_fields("probability models"),
     "rivals": _rivals,
     **_fields("groups form_error"),
@@ -156,7 +148,15 @@ _KEYS: dict[str, Callable[[Diagnosis], Any]] = {
     "remaining": lambda found: [_mismatch(found, one) for one in found.remaining.mismatch],
     "excess": lambda found: {"before": found.location.excess, "after": found.remaining.excess},
     "misfit": _misfit,
-    "dynamic": lambda found: [_table(one) for one in found.tables],
+    "dynamic": lambda found: [
+        {
+            **shown,
+            "plain": {} if K is None else {"storage": K.real, "loss": K.imag},
+            **part(one, "places remaining held_out"),
+        }
+        for one in found.tables
+        for (shown,), K in [(compared_json([one.compared]), one.compared.started)]
+    ],
     "next_test": _next_test,
     "maps": lambda found: [
         {"channel": one.name, **part(one, "channels local_gain uniform_gain helps_locally text")}

@@ -5,54 +5,48 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from bushcli.report.cycles import by_name, energy_unit, response_histories
+from bushcli.report.cycles import energy_unit
 from bushcli.report.json.common import cleaned, faults_json, head, material_json, part
 from bushcli.report.json.cycles import history_json
+from bushcli.report.json.dynamic import compared_json
 from bushcli.report.json.fit import fit_part
 from bushcli.report.quantity import Quantities, quantities, shown_motion
-from bushcli.report.verdict import Verdict, all_within_10_percent, judge
-from bushcli.report.views.direct import displacement_at, problems_of
+from bushcli.report.results import DirectResult
+from bushcli.report.verdict import DirectVerdict, all_within_10_percent
+from bushcli.report.views.direct import displacement_at
 from cases.six import MOTIONS, REACTIONS
 
 if TYPE_CHECKING:
-    from bushcli.inverse import Fit
     from bushcli.simulate.misfit import Misfit
-    from bushcli.simulate.response import Response, Simulated
+    from bushcli.simulate.response import Simulated
 
 
-def direct_json(response: Response, misfits: Mapping[str, Misfit], fit: Fit | None) -> dict[str, Any]:
-    """Return a direct prediction, and the coupon fit that preceded it, as JSON-ready data.
-
-    Parameters
-    ----------
-    response : Response
-        The simulated channels.
-    misfits : mapping of str to Misfit
-        By channel name, for the channels that were compared with a recording.
-    fit : Fit or None
-        Fit to the coupons; None where the case gives the parameters.
-    """
-    document = head("direct", response.case, problems_of(response, misfits, fit))
+def direct_json(found: DirectResult) -> dict[str, Any]:
+    """Return a direct prediction, and the coupon fit that preceded it, as JSON-ready data."""
+    response = found.response
+    document = head("direct", response.case, found.conditions)
     document["data_faults"] = faults_json(response.faults)
     document["complete"] = response.complete
     document["material"] = material_json(response.material)
-    document["verdict"] = _verdict(judge(response, misfits), misfits)
-    document["load_cases"] = [_channel(c, misfits.get(c.name)) for c in response.channels]
-    histories = by_name(response_histories(response, misfits))
-    for entry in (one for one in document["load_cases"] if one["name"] in histories):
-        entry |= history_json(histories[entry["name"]])
-    if fit is not None:
-        document["fit"] = fit_part(fit)
+    document["verdict"] = _verdict(found.verdict, found.misfits)
+    histories = {history.name: history_json(history) for history in found.histories}
+    document["load_cases"] = [
+        _channel(one, found.misfits.get(one.name)) | histories.get(one.name, {}) for one in response.channels
+    ]
+    if found.fit is not None:
+        document["fit"] = fit_part(found.fit)
+    if found.tables is not None:
+        document["dynamic"] = compared_json(found.tables)
     return cleaned(document)
 
 
 def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
-    shown = quantities(channel.mode)
+    shown, recorded = quantities(channel.mode), channel.recording
     document: dict[str, Any] = {key: of(channel, shown) for key, of in _CURVE.items()}
     if found is not None:
         document["recording"] = {
-            "file": str(channel.recording.source) if channel.recording and channel.recording.source else None,
-            "samples": len(channel.recording.displacement) if channel.recording else 0,
+            "file": str(recorded.source) if recorded and recorded.source else None,
+            "samples": len(recorded.displacement) if recorded else 0,
             **{key: of(found, shown) for key, of in _MISFIT.items()},
         }
     if channel.six is not None:
@@ -134,36 +128,30 @@ _MISFIT: dict[str, Callable[[Misfit, Quantities], Any]] = {
 }
 
 
-def _verdict(verdict: Verdict, misfits: Mapping[str, Misfit]) -> dict[str, Any]:
-    document: dict[str, Any] = {
-        **part(verdict, "headline text"),
-        "within_10_percent": all_within_10_percent(verdict, misfits),
-        "within_tolerance": verdict.within,
-        "channels": {},
-        "single_factor": None,
-    }
+def _verdict(verdict: DirectVerdict, misfits: Mapping[str, Misfit]) -> dict[str, Any]:
+    channels: dict[str, Any] = {}
     for channel in verdict.channels:
-        found = misfits.get(channel.name)
-        entry: dict[str, Any] = {
+        found, shown = misfits.get(channel.name), quantities(channel.mode)
+        channels[channel.name] = {
             "text": channel.text,
             "within_10_percent": found.within_10_percent if found else None,
             "within_tolerance": channel.within,
         }
         if found is not None:
-            shown = quantities(channel.mode)
-            entry |= {
-                "stiffness_simulated": shown.stiffness(found.predicted.secant),
-                "stiffness_measured": shown.stiffness(found.measured.secant),
-                "stiffness_ratio": found.stiffness_ratio,
-                "unit": shown.stiffness_unit,
-            }
-        document["channels"][channel.name] = entry
+            keys = ("stiffness_simulated", "stiffness_measured", "stiffness_ratio")
+            known = {key: _MISFIT[key](found, shown) for key in keys}
+            channels[channel.name] |= known | {"unit": shown.stiffness_unit}
     factor = verdict.single_factor
-    if factor is not None:
-        document["single_factor"] = {
+    return {
+        **part(verdict, "headline text"),
+        "within_10_percent": all_within_10_percent(verdict, misfits),
+        "within_tolerance": verdict.within,
+        "channels": channels,
+        "single_factor": factor
+        and {
             **part(factor, "factor by_channel"),
             "rms_percent_before": factor.rms_before,
             "rms_percent_after": factor.rms_after,
             "explains_most": factor.explains,
-        }
-    return document
+        },
+    }

@@ -1,74 +1,110 @@
-"""Dynamic stiffness -> JSON-ready data."""
+"""Dynamic stiffness, and measured tables of it beside their simulation -> JSON-ready data."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from bushcli.report.json.common import cleaned, head, material_json
+from bushcli.report.json.common import cleaned, head, material_json, part
 from bushcli.report.json.fit import fit_part
 from bushcli.report.quantity import quantities
-from bushcli.report.views.dynamic import stiffness_unit
+from bushcli.report.results import DynamicResult
+from bushcli.report.views.dynamic import stiffness_unit, table_units
 from cases.six import MOTIONS
 
 if TYPE_CHECKING:
-    from bushcli.inverse import Fit
-    from bushcli.simulate.dynamic import DynamicResponse
-    from bushcli.simulate.vibrations import DynamicCurve
+    from bushcli.recording.dynamic.table import DynamicTable
+    from bushcli.simulate.dynamic_tables import ComparedTable
 
 
-def dynamic_json(response: DynamicResponse, fit: Fit | None) -> dict[str, Any]:
-    """Return dynamic stiffness as JSON-ready data.
-
-    Parameters
-    ----------
-    response : DynamicResponse
-    fit : Fit or None
-        Fit to the coupons; None where the case gives the parameters.
-    """
+def dynamic_json(found: DynamicResult) -> dict[str, Any]:
+    """Return dynamic stiffness as JSON-ready data."""
+    response = found.response
     document = head("dynamic", response.case, response.conditions, response.seconds)
     document["complete"] = response.complete
     document["material"] = material_json(response.material)
-    document["load_cases"] = [_curve(one) for one in response.curves]
-    if fit is not None:
-        document["fit"] = fit_part(fit)
+    document["load_cases"] = []
+    for curve in response.curves:
+        shown, test = quantities(curve.mode), curve.test
+        preload: dict[str, Any] = {"displacement": shown.at(curve.preload), "force": curve.force}
+        preload["stiffness"] = curve.static
+        entry: dict[str, Any] = {
+            "name": curve.name,
+            "mode": test.mode,
+            "units": {
+                "displacement": shown.displacement_unit,
+                "force": shown.force_unit,
+                "stiffness": stiffness_unit(curve.mode),
+            },
+            "preload": preload,
+            "amplitude": None if curve.amplitude is None else shown.per_internal * curve.amplitude,
+            "temperature": test.temperature,
+            "point": "transfer" if test.transfer else "driving",
+            "frequency": curve.frequency,
+            **_moduli(curve.stiffness),
+            "reduction_error": curve.reduction_error,
+            "reduction_vectors": curve.vectors,
+        }
+        if curve.third_harmonic is not None:
+            entry["third_harmonic"] = curve.third_harmonic
+        if curve.matrix is not None and (pose := test.pose) is not None:
+            preload["motion"] = {
+                name: math.degrees(pose[k]) if k >= 3 else float(pose[k]) for k, name in enumerate(MOTIONS)
+            }
+            entry["motion"] = MOTIONS[test.motion]
+            entry["storage_matrix"] = curve.matrix.real.tolist()
+            entry["loss_matrix"] = curve.matrix.imag.tolist()
+        document["load_cases"].append(entry)
+    if found.fit is not None:
+        document["fit"] = fit_part(found.fit)
     return cleaned(document)
 
 
-def _curve(curve: DynamicCurve) -> dict[str, Any]:
-    shown, test = quantities(curve.mode), curve.test
-    preload: dict[str, Any] = {"displacement": shown.at(curve.preload), "force": curve.force}
-    preload["stiffness"] = curve.static
-    entry: dict[str, Any] = {
-        "name": curve.name,
-        "mode": test.mode,
-        "units": {
-            "displacement": shown.displacement_unit,
-            "force": shown.force_unit,
-            "stiffness": stiffness_unit(curve.mode),
-        },
-        "preload": preload,
-        "amplitude": None if curve.amplitude is None else shown.per_internal * curve.amplitude,
-        "temperature": test.temperature,
-        "point": "transfer" if test.transfer else "driving",
-        "frequency": curve.frequency,
-        "stiffness": np.abs(curve.stiffness),
-        "storage": curve.stiffness.real,
-        "loss": curve.stiffness.imag,
-        "loss_angle_deg": np.degrees(curve.loss_angle),
-        "reduction_error": curve.reduction_error,
-        "reduction_vectors": curve.vectors,
-    }
-    if curve.third_harmonic is not None:
-        entry["third_harmonic"] = curve.third_harmonic
-    if test.six is not None and curve.matrix is not None:
-        pose = test.six.motion[-1]
-        preload["motion"] = {
-            name: math.degrees(pose[k]) if k >= 3 else float(pose[k]) for k, name in enumerate(MOTIONS)
+def compared_json(compared: Iterable[ComparedTable]) -> list[dict[str, Any]]:
+    """Return simulated beside measured stiffness as JSON-ready data: the measured columns are in "recorded"."""
+    return [
+        {
+            **part(one.table, "name mode"),
+            "units": recorded["units"],
+            "preload": {
+                "displacement": quantities(one.table.mode).per_internal * one.preload,
+                "force": one.table.preload_force,
+            },
+            **{key: recorded[key] for key in ("amplitude", "temperature")},
+            "point": "transfer",
+            "frequency": one.table.frequency,
+            **_moduli(one.simulated),
+            "reduction_error": one.reduction_error,
+            "recorded": recorded,
+            "misfit": part(one, "stiffness_percent loss_angle_deg"),
         }
-        entry["motion"] = MOTIONS[test.motion]
-        entry["storage_matrix"] = curve.matrix.real.tolist()
-        entry["loss_matrix"] = curve.matrix.imag.tolist()
-    return entry
+        for one in compared
+        for recorded in [table_json(one.table)]
+    ]
+
+
+def _moduli(K: NDArray[np.complex128]) -> dict[str, Any]:
+    loss_angle = np.degrees(np.angle(K))
+    return {"stiffness": np.abs(K), "storage": K.real, "loss": K.imag, "loss_angle_deg": loss_angle}
+
+
+def table_json(table: DynamicTable) -> dict[str, Any]:
+    """Return a table as JSON-ready data: columns of equal length, null where a condition is not known."""
+    per = quantities(table.mode).per_internal
+    return {
+        **part(table, "name mode quantity"),
+        "files": [str(file) for file in table.files],
+        "rows": len(table),
+        "curves": len(table.conditions()),
+        "units": dict(zip(("displacement", "force", "stiffness"), table_units(table), strict=True)),
+        "frequency": table.frequency,
+        "amplitude": per * table.amplitude,
+        "preload": {"displacement": per * table.preload, "force": table.preload_force},
+        **part(table, "temperature stiffness storage loss"),
+        "loss_angle_deg": np.degrees(table.loss_angle),
+        **part(table, "storage_error loss_error third_harmonic remarks"),
+    }

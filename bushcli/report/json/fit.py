@@ -1,31 +1,29 @@
-"""An identified law -> JSON-ready data."""
+"""An identified law, and spectra of tables of dynamic moduli -> JSON-ready data."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from bushcli.report.json.common import cleaned, faults_json, head, part
+from bushcli.report.results import FitResult
 from bushcli.report.views.fit import bulk_modulus_std
 
 if TYPE_CHECKING:
-    from bushcli.case import Case
     from bushcli.inverse import Fit, FittedCurve
+    from bushcli.inverse.coupon_tables import TableSpectrum, TableSweep
 
 
-def fit_json(case: Case, fit: Fit) -> dict[str, Any]:
-    """Return an identified law as JSON-ready data.
-
-    Parameters
-    ----------
-    case : Case
-        The case with the coupon tests.
-    fit : Fit
-        The identified law.
-    """
-    document = head("fit", case, fit.conditions) | {"data_faults": faults_json(fit.faults)}
-    return cleaned(document | fit_part(fit))
+def fit_json(found: FitResult) -> dict[str, Any]:
+    """Return an identified law, and what the tables of dynamic moduli say, as JSON-ready data."""
+    document = head("fit", found.case, found.conditions)
+    if found.fit is not None:
+        document |= {"data_faults": faults_json(found.fit.faults), **fit_part(found.fit)}
+    if found.spectra:
+        document["dynamic"] = spectra_json(found.spectra)
+    return cleaned(document)
 
 
 def fit_part(fit: Fit) -> dict[str, Any]:
@@ -79,7 +77,51 @@ def curves_by_mode(fit: Fit) -> dict[str, FittedCurve]:
     count = Counter(curve.recording.mode for curve in fit.curves)
     return {
         curve.recording.mode
-        if count[curve.recording.mode] == 1 and curve.recording.six is None
+        if count[curve.recording.mode] == 1 and curve.recording.of_one_motion
         else curve.name: curve
         for curve in fit.curves
     }
+
+
+def spectra_json(found: Iterable[TableSpectrum | TableSweep]) -> list[dict[str, Any]]:
+    """Return spectra as JSON-ready data: moduli in MPa, times in s, g over the equilibrium modulus."""
+    from bushcli.inverse.coupon_tables import TableSweep
+
+    shown = []
+    for one in found:
+        table = part(one.table, "name mode quantity")
+        if isinstance(one, TableSweep):
+            table["thinned"] = [
+                part(fit, "temperature rows equilibrium modulus constants")
+                | {"misfit": part(fit, "storage_percent loss_percent")}
+                for fit in one.fits
+            ]
+        else:
+            fit, spectrum, pot = one.fit, one.fit.spectrum, one.fit.spring_pot
+            table |= {
+                "rows": fit.rows,
+                "equilibrium": spectrum.equilibrium,
+                "terms": [
+                    {"g": g, "tau": tau, "modulus": modulus}
+                    for g, tau, modulus in zip(
+                        spectrum.relative, spectrum.times, spectrum.moduli, strict=True
+                    )
+                ],
+                "reference_temperature": fit.reference,
+                "shifts": [
+                    {"temperature": t, "log10_aT": value, "std": std}
+                    for t, value, std in zip(fit.temperatures, fit.shifts, fit.shift_errors, strict=True)
+                    if not math.isnan(t)
+                ],
+                "shift_laws": {
+                    "wlf": fit.wlf and dict(zip(("C1", "C2", "rms_decades"), fit.wlf, strict=True)),
+                    "arrhenius": fit.arrhenius
+                    and dict(zip(("E", "rms_decades"), fit.arrhenius, strict=True)),
+                },
+                "lag": {"value": fit.lag, "std": fit.lag_error, "unit": "s"} if fit.lag_error else None,
+                "misfit": part(fit, "storage_percent loss_percent"),
+                "spring_pot": part(pot, "equilibrium modulus exponent")
+                | {"misfit": part(pot, "storage_percent loss_percent")},
+            }
+        shown.append(table)
+    return shown

@@ -2,40 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
-from bushcli.case import Case
-from bushcli.inverse import Fit
-from bushcli.inverse.file_units import in_file_units
-from bushcli.report.cycles import fit_histories, with_hysteresis
 from bushcli.report.json.common import cleaned, faults_json, head, part
 from bushcli.report.json.cycles import history_json
-from bushcli.report.json.dynamic_tables import compared_json
+from bushcli.report.json.dynamic import compared_json
 from bushcli.report.json.fit import curves_by_mode, fit_part
 from bushcli.report.ranking import effective_samples, information_criterion
+from bushcli.report.results import InverseResult
 from bushcli.report.views.inverse import answer
 
 
-def inverse_json(case: Case, fits: Sequence[Fit]) -> dict[str, Any]:
-    """Return identified laws as JSON-ready data; the entries at the top level describe the best law.
-
-    Parameters
-    ----------
-    case : Case
-        The case with the recordings.
-    fits : sequence of Fit
-        Identified laws, the best first.
-    """
-    fits = [in_file_units(fit) for fit in fits]
-    best = fits[0]
-    histories = fit_histories(best)
-    problems = with_hysteresis(best.conditions, histories)
-    document = head("inverse", case, problems) | fit_part(best)
+def inverse_json(found: InverseResult) -> dict[str, Any]:
+    """Return identified laws as JSON-ready data; the entries at the top level describe the best law."""
+    fits, best = found.fits, found.best
+    document = head("inverse", found.case, found.conditions) | fit_part(best)
     document["data_faults"] = faults_json(best.faults)
     del document["weighting"]
-    found = answer(best)
-    document["verdict"] = {"headline": found.headline, "text": " ".join([f"{found.headline}.", *found.lines])}
+    document["verdict"] = part(answer(best), "headline text")
     document["misfit"] = {
         key: {
             "rms_percent": curve.rms_percent,
@@ -44,7 +28,7 @@ def inverse_json(case: Case, fits: Sequence[Fit]) -> dict[str, Any]:
         }
         for key, curve in curves_by_mode(best).items()
     }
-    document["channels"] = {history.name: history_json(history) for history in histories}
+    document["channels"] = {history.name: history_json(history) for history in found.histories}
     document |= part(best, "method message cost") | {
         "bic": information_criterion(best),
         "effective_samples": sum(effective_samples(c) for c in best.curves if not c.held_out),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -76,24 +77,14 @@ def interval_plot(one: ShownQuantity, name: str, heading: str, labelled: bool) -
     # A prior of the absolute value permits both signs.
     bands = [(low, high), (-high, -low)] if low >= 0 and min(one.value, one.lower) < 0 else [(low, high)]
     lower, upper = (end if math.isfinite(end) else one.value for end in (one.lower, one.upper))
-    labels = (
-        ("95 % before the recordings", "95 % with the recordings", "most probable")
-        if labelled
-        else ("", "", "")
-    )
+    labels = ("95 % before the recordings", "95 % with the recordings", "most probable")
+    labels = labels if labelled else ("", "", "")
     regions = [
         Region("shaded", labels[0], [bar(0.0, *ends, 0.9) for ends in bands]),
         Region("bar", labels[1], [bar(0.0, lower, upper, 0.5)]),
     ]
     dot = Series("significant", labels[2], np.array([one.value]), np.zeros(1), "dots")
-    return Plot(
-        name,
-        ("", ""),
-        [dot],
-        regions,
-        y=(-0.6, 0.6),
-        heading=heading,
-        height=66.0,
-        log="x" if logarithmic else "",
-        y_names=[(9.0, "")],
+    plot = Plot(
+        name, ("", ""), [dot], regions, y=(-0.6, 0.6), heading=heading, height=66.0, y_names=[(9.0, "")]
     )
+    return replace(plot, log="x") if logarithmic else plot

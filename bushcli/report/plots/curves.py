@@ -5,14 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from bushcli.report.document import Panels, Plot, Region, Series
-from bushcli.report.plots.direct import around, capital, rest_lines
+from bushcli.report.plots.direct import around, capital, colour, rest_lines
 from bushcli.report.quantity import quantities
 from bushcli.runtime.names import file_names
 from bushcli.study.batch import Batch
 from bushcli.study.compare import Comparison, ReactionHistory
-
-# Colours of lines, after which they begin again.
-_COLOURS = 10
 
 
 def batch_panels(found: Batch) -> list[Panels]:
@@ -50,7 +47,7 @@ def compare_panels(found: Comparison) -> list[Panels]:
             curve = item.curves[channel]
             shown = quantities(curve.mode)
             x = curve.time if isinstance(curve, ReactionHistory) else shown.shown(curve.displacement)
-            series.append(Series(f"line-{i % _COLOURS}", item.name, x, curve.force))
+            series.append(Series(colour(i), item.name, x, curve.force))
         label = "time [s]" if isinstance(curve, ReactionHistory) else shown.displacement_label
         plot = Plot("curves", (label, shown.force_label), series, bands=rest_lines(shown))
         panels.append(Panels(f"{names[channel]}-compare", "curve", capital(channel), [[plot]], channel))

@@ -8,11 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from bushcli.curve.cycles import Cycle, Uncertain
+from bushcli.curve.cycles import Uncertain
 from bushcli.curve.holds import Hold
-from bushcli.report.cycles import ChannelHistory, energy_unit
+from bushcli.report.cycles import ChannelHistory, energy_unit, shown_values
 from bushcli.report.document import Panels, Plot, Region, Series, Stripe
-from bushcli.report.plots.direct import capital, rest_lines
+from bushcli.report.plots.direct import Array, capital, rest_lines
 from bushcli.report.quantity import Quantities, number, percent, quantities
 
 # Largest number of holds that are drawn: those that relax most.
@@ -39,9 +39,8 @@ def cycle_panels(history: ChannelHistory, file: str) -> Panels:
     """Return the loops; beside them energy and secant stiffness of each cycle."""
     name, shown = capital(history.name), quantities(history.mode)
     unit, std, parts = energy_unit(history.mode), 0.0, []
-    for what, cycles in (("recorded", history.recorded), ("simulated", history.simulated)):
-        closed = [cycle.energy for cycle in cycles if cycle is not None and cycle.closed]
-        if closed:
+    for what, by_number in zip(("recorded", "simulated"), _values(history, "energy", True), strict=True):
+        if closed := by_number.values():
             total = sum(energy.value for energy in closed)
             std = max(std, math.sqrt(sum(energy.std**2 for energy in closed)))
             # An energy within the noise of the recording counts as zero.
@@ -51,21 +50,13 @@ def cycle_panels(history: ChannelHistory, file: str) -> Panels:
     series = [Series("recorded", "recorded", q, history.path.force)] if history.has_recording else []
     series.append(Series("after", "simulated", q, history.simulated_force))
     loops = Plot("loops", shown.labels, series, bands=rest_lines(shown), height=400.0)
-    return Panels(
-        f"{file}-cycles",
-        "cycles",
-        title,
-        [[loops], [energy_plot(history), secant_plot(history, shown)]],
-        history.name,
-    )
+    plots = [[loops], [energy_plot(history), secant_plot(history, shown)]]
+    return Panels(f"{file}-cycles", "cycles", title, plots, history.name)
 
 
 def energy_plot(history: ChannelHistory) -> Plot:
     """Return the energies of the closed cycles; the work of open ones includes stored energy and would dwarf them."""
-    found = {
-        key: {one.number: one.energy for one in cycles if one is not None and one.closed}
-        for key, cycles in (("recorded", history.recorded), ("after", history.simulated))
-    }
+    found = dict(zip(_LABELS, _values(history, "energy", True), strict=True))
     heading = "hysteresis energy of closed cycles (error bars: ± 2 standard errors)"
     plot = _by_cycle(history, found, "energy", f"energy [{energy_unit(history.mode)}]", heading)
     if not any(one.value or one.std for values in found.values() for one in values.values()):
@@ -76,7 +67,7 @@ def energy_plot(history: ChannelHistory) -> Plot:
     width, bars, errors = 0.8 / max(len(shown), 1), [], []
     for i, key in enumerate(shown):
         at = np.array(list(found[key])) + (i - 0.5 * (len(shown) - 1)) * width
-        value, error = _values(found[key])
+        value, error = _bars(found[key])
         boxes = [
             np.array([(x - width / 2, 0.0), (x + width / 2, 0.0), (x + width / 2, v), (x - width / 2, v)])
             for x, v in zip(at, value, strict=True)
@@ -93,13 +84,7 @@ _LABELS = {"recorded": "recorded", "after": "simulated"}
 
 def secant_plot(history: ChannelHistory, shown: Quantities) -> Plot:
     """Return the secant stiffness of each cycle, recorded and simulated."""
-
-    def values(cycles: Sequence[Cycle | None]) -> dict[int, Uncertain]:
-        per = 1.0 / shown.per_internal
-        known = [cycle for cycle in cycles if cycle is not None]
-        return {one.number: Uncertain(per * one.secant.value, per * one.secant.std) for one in known}
-
-    found = {"recorded": values(history.recorded), "after": values(history.simulated)}
+    found = dict(zip(_LABELS, _values(history, "secant_stiffness"), strict=True))
     heading = "secant stiffness, peak to peak of each cycle"
     plot = _by_cycle(history, found, "secant", f"secant [{shown.stiffness_unit}]", heading)
     every = [one.value for values in found.values() for one in values.values()]
@@ -109,11 +94,21 @@ def secant_plot(history: ChannelHistory, shown: Quantities) -> Plot:
     return plot
 
 
-def _values(found: Mapping[int, Uncertain]) -> tuple[np.ndarray, np.ndarray]:  # type: ignore[type-arg]
-    """Return the values, and two standard errors of each."""
-    return np.array([one.value for one in found.values()]), 2.0 * np.array(
-        [one.std for one in found.values()]
+def _values(
+    history: ChannelHistory, name: str, closed: bool = False
+) -> tuple[dict[int, Uncertain], dict[int, Uncertain]]:
+    """Return a value of the recorded and of the simulated cycles by their number; on demand of closed ones alone."""
+    shown, known = quantities(history.mode), [one for one in history.cycles if one[0].closed or not closed]
+    recorded, simulated = (
+        {one.number: shown_values(one, shown)[name] for three in known if (one := three[i])} for i in (1, 2)
     )
+    return recorded, simulated
+
+
+def _bars(found: Mapping[int, Uncertain]) -> tuple[Array, Array]:
+    """Return the values, and two standard errors of each."""
+    value, std = np.array([(one.value, one.std) for one in found.values()]).reshape(-1, 2).T
+    return value, 2.0 * std
 
 
 def _by_cycle(
@@ -122,7 +117,7 @@ def _by_cycle(
     series = []
     for key, values in found.items():
         if values:
-            value, error = _values(values)
+            value, error = _bars(values)
             series.append(
                 Series(key, _LABELS[key], np.array(list(values), dtype=float), value, "both", error)
             )
@@ -148,9 +143,11 @@ def hold_panels(
 ) -> Panels:
     """Return the force over the logarithm of the time since the start of each hold."""
     std, parts = 0.0, []
-    for what, holds in (("recorded", history.recorded_holds), ("simulated", history.simulated_holds)):
+    for i, what in ((1, "recorded"), (2, "simulated")):
         # Of the hold at the largest force, because near zero force any share is large.
-        held = [hold for hold in holds if hold is not None and math.isfinite(hold.relaxation.value)]
+        held = [
+            hold for three in history.holds if (hold := three[i]) and math.isfinite(hold.relaxation.value)
+        ]
         if held:
             found = max(held, key=lambda hold: abs(hold.force_start.value)).relaxation
             std = max(std, found.std)

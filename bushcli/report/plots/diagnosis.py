@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -14,8 +15,7 @@ from bushcli.recording import branches
 from bushcli.report.document import Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.direct import SEPARATE, Array, capital, padded
 from bushcli.report.plots.fit import force_limits
-from bushcli.report.quantity import percent, quantities
-from bushcli.report.views.diagnosis.words import channel_label
+from bushcli.report.quantity import held, percent, quantities
 
 # Samples of a place at which its number may stand, those of the largest misfit first.
 _PLACES = 12
@@ -49,23 +49,23 @@ def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
         bad = np.where(channel.faulty, recorded.force, np.nan)
         series.append(Series("left_out", "left out: faulty data", q, bad, "crosses"))
     near = np.concatenate([recorded.force[~channel.faulty | channel.faulty.all()], channel.after])
-    regions = []
-    for i, mismatch in numbered(found, channel):
-        outlines = [
-            _oriented(
-                np.stack([q[run], recorded.force[run]], axis=1),
-                np.stack([path[run], channel.before[run]], axis=1),
-            )
-            for run in _pieces(channel, mismatch.samples & _known(channel))
-        ]
-        worst = _worst(channel, mismatch)
-        at = np.stack([q[worst], (recorded.force[worst] + channel.before[worst]) / 2], axis=1)
-        regions.append(Region(_sense(mismatch), sentence(mismatch, len(found.channels)), outlines, i, at))
+
+    def between(marked: NDArray[np.bool_]) -> list[Array]:
+        edges = np.stack([q, recorded.force], axis=1), np.stack([path, channel.before], axis=1)
+        outlines = []
+        for run in _pieces(channel, marked):
+            outline = np.concatenate([edges[0][run], edges[1][run][::-1]])
+            x, y = outline.T
+            # Counter-clockwise, so that overlapping outlines leave no hole.
+            outlines.append(outline if x @ np.roll(y, -1) >= y @ np.roll(x, -1) else outline[::-1])
+        return outlines
+
+    middle = np.stack([q, (recorded.force + channel.before) / 2], axis=1)
     return Plot(
         f"curve-{found.channels.index(channel)}",
         units.labels,
         series,
-        regions,
+        _places(found, channel, between, middle),
         x=padded(np.concatenate([q, path]), 0.03),
         y=force_limits(near, channel.before if simulated(channel) else near),
         heading=_heading(found, channel),
@@ -84,16 +84,12 @@ def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
     series = [Series("before", "plain law", x, before)]
     if changed(channel):
         series.append(Series("after", BEST, x, after))
-    regions = []
-    for i, mismatch in numbered(found, channel):
-        runs = _runs(mismatch.samples & _known(channel))
-        outlines = [
-            np.concatenate([np.stack([x[run], before[run]], axis=1), [[x[run][-1], 0.0], [x[run][0], 0.0]]])
-            for run in runs
-        ]
-        worst = _worst(channel, mismatch)
-        at = np.stack([x[worst], before[worst]], axis=1)
-        regions.append(Region(_sense(mismatch), sentence(mismatch, len(found.channels)), outlines, i, at))
+    line = np.stack([x, before], axis=1)
+
+    def below(marked: NDArray[np.bool_]) -> list[Array]:
+        ends = [(line[run], [(x[run][-1], 0.0), (x[run][0], 0.0)]) for run in _runs(marked)]
+        return [np.concatenate(one) for one in ends]
+
     noise = 2 * channel.noise_percent
     bands = [Stripe("noise", y=(-noise, noise), label="noise (± 2 standard deviations)")]
     bands += _faulty_bands(x, channel.faulty)
@@ -102,7 +98,7 @@ def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
         f"misfit-{found.channels.index(channel)}",
         ("sample" if time is None else "time [s]", "misfit [% of range]"),
         series,
-        regions,
+        _places(found, channel, below, line),
         x=padded(x, 0.01),
         y=padded(np.concatenate(misfits), 0.06),
         bands=bands,
@@ -113,7 +109,7 @@ def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
 
 def diagnosed_title(channel: DiagnosedChannel) -> str:
     """Return the title of the picture."""
-    name = capital(channel_label(channel))
+    name = capital(held(channel.name, channel.held_out))
     if not simulated(channel):
         return f"{name}: recorded, not simulated"
     if not changed(channel):
@@ -132,9 +128,27 @@ def changed(channel: DiagnosedChannel) -> bool:
     return not np.allclose(channel.before, channel.after, equal_nan=True)
 
 
-def numbered(found: Diagnosis, channel: DiagnosedChannel) -> list[tuple[int, Mismatch]]:
-    """Return the mismatches of a channel, each with its number from 1 among those of all channels."""
-    return [(i, one) for i, one in enumerate(found.location.mismatch, start=1) if one.channel == channel.name]
+def _places(
+    found: Diagnosis,
+    channel: DiagnosedChannel,
+    outlined: Callable[[NDArray[np.bool_]], list[Array]],
+    line: Array,
+) -> list[Region]:
+    """Return the mismatches of a channel, with their numbers among those of all channels.
+
+    Their outlines are those of the samples that are marked; the numbers may stand at the points (n, 2) of a line.
+    """
+    return [
+        Region(
+            "stiff" if one.sign in ("too_stiff", "too_high") else "soft",
+            sentence(one, len(found.channels)),
+            outlined(one.samples & _known(channel)),
+            i,
+            line[_worst(channel, one)],
+        )
+        for i, one in enumerate(found.location.mismatch, start=1)
+        if one.channel == channel.name
+    ]
 
 
 def misfit_percent(channel: DiagnosedChannel) -> tuple[Array, Array]:
@@ -152,15 +166,11 @@ def force_range(channel: DiagnosedChannel) -> float:
 
 def _heading(found: Diagnosis, channel: DiagnosedChannel) -> str:
     """Return the name of the channel if the diagnosis has several channels, else an empty text."""
-    return channel_label(channel) if len(found.channels) > 1 else ""
+    return held(channel.name, channel.held_out) if len(found.channels) > 1 else ""
 
 
 def _label(what: str, rms: float) -> str:
     return f"{what}: {percent(rms)} rms"
-
-
-def _sense(mismatch: Mismatch) -> str:
-    return "stiff" if mismatch.sign in ("too_stiff", "too_high") else "soft"
 
 
 def _worst(channel: DiagnosedChannel, mismatch: Mismatch) -> NDArray[np.int_]:
@@ -210,11 +220,3 @@ def _pieces(channel: DiagnosedChannel, marked: NDArray[np.bool_]) -> list[slice]
         # A branch ends where the path turns; the next branch begins at the same sample.
         pieces += [slice(max(int(a) - 1, run.start), int(b)) for a, b in pairwise(ends)]
     return [piece for piece in pieces if piece.stop - piece.start >= 2]
-
-
-def _oriented(one: Array, other: Array) -> Array:
-    """Return the outline (2 n, 2) between two lines, counter-clockwise, so that overlapping outlines leave no hole."""
-    points = np.concatenate([one, other[::-1]])
-    x, y = points.T
-    area = float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
-    return points if area >= 0 else points[::-1]

@@ -27,6 +27,11 @@ def capital(name: str) -> str:
     return name[:1].upper() + name[1:]
 
 
+def colour(number: int) -> str:
+    """Return the role of one of many curves, of which there are ten."""
+    return f"line-{number % 10}"
+
+
 def rest_lines(shown: Quantities) -> tuple[Stripe, Stripe]:
     """Return the lines of no force and of no displacement."""
     return Stripe("zero", y=(0.0, 0.0)), Stripe("zero", x=(shown.rest, shown.rest))
@@ -158,6 +163,6 @@ def six_panels(name: str, six: SixCurve, file: str) -> Panels:
 
 
 def _over_time(what: str, label: str, time: Array, values: Array, labels: list[str]) -> Plot:
-    series = [Series(f"line-{i}", one, time, values[:, i], "both") for i, one in enumerate(labels)]
+    series = [Series(colour(i), one, time, values[:, i], "both") for i, one in enumerate(labels)]
     span = (float(time[0]), float(time[-1]))
     return Plot(what, ("time [s]", label), series, x=span, bands=[Stripe("zero", y=(0.0, 0.0))], width=450.0)

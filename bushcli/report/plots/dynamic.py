@@ -1,31 +1,27 @@
-"""Plots of dynamic stiffness: |K*| and loss angle over frequency, a curve for each preload and amplitude."""
+"""Plots of dynamic stiffness: over frequency for each preload, and measured tables beside their simulation."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
-from bushcli.report.document import Panels, Plot, Series
-from bushcli.report.plots.direct import SEPARATE, capital
-from bushcli.report.views.dynamic import (
-    amplitude_in_words,
-    point_in_words,
-    preload_in_words,
-    stiffness_unit,
-    title,
-)
+from bushcli.report.document import Panels, Plot, Region, Series
+from bushcli.report.plots.direct import SEPARATE, Array, around, capital, colour
+from bushcli.report.quantity import number, percent
+from bushcli.report.views import dynamic as words
+from bushcli.simulate.dynamic_tables import ComparedTable
 
 if TYPE_CHECKING:
     from bushcli.simulate.vibrations import DynamicCurve
+
 
 # Frequencies that span more than this factor are drawn on a logarithmic axis.
 WIDE = 20.0
 # Frequencies of a line, between those that were asked for.
 _DENSE = 300
-# Colours of lines, after which they begin again.
-COLOURS = 10
 
 
 def dynamic_panels(curves: Sequence[DynamicCurve], names: Mapping[str, str]) -> list[Panels]:
@@ -38,23 +34,75 @@ def dynamic_panel(curves: Sequence[DynamicCurve], file: str) -> Panels:
     asked = np.unique(np.concatenate([curve.frequency for curve in curves]))
     wide = bool(asked[-1] > WIDE * asked[0])
     lines = np.unique([*(np.geomspace if wide else np.linspace)(asked[0], asked[-1], _DENSE), *asked])
-    size: list[Series] = []
-    angle: list[Series] = []
-    for number, curve in enumerate(curves):
-        key, label = f"line-{number % COLOURS}", f"preload {preload_in_words(curve)}"
+    drawn: tuple[list[Series], list[Series]] = ([], [])
+    for i, curve in enumerate(curves):
+        key, label = colour(i), f"preload {words.preload_in_words(curve)}"
         if curve.amplitude is not None:
-            label += f", amplitude {amplitude_in_words(curve)}"
+            label += f", amplitude {words.amplitude_in_words(curve)}"
         if curve.uneven is None:
             at, between = lines, curve.model.stiffness(lines, curve.branches)
         else:
             order = np.argsort(curve.frequency)
             at, between = curve.frequency[order], curve.stiffness[order]
-        for series, function in ((size, np.abs), (angle, lambda K: np.degrees(np.angle(K)))):
-            series.append(Series(key, label, at, function(between)))
+        for series, line, dots in zip(drawn, _polar(between), _polar(curve.stiffness), strict=True):
+            series.append(Series(key, label, at, line))
             if len(curve.frequency) <= SEPARATE:
-                series.append(Series(key, "", curve.frequency, function(curve.stiffness), "dots"))
-    words = f"{capital(title(curves[0]))}: {point_in_words(curves[0])} and loss angle over frequency"
-    unit = stiffness_unit(curves[0].mode)
-    above = Plot("stiffness", ("", f"|K*| [{unit}]"), size, log="x" if wide else "")
-    below = Plot("angle", ("frequency [Hz]", "loss angle [deg]"), angle, log=above.log)
-    return Panels(f"{file}-dynamic", "dynamic", words, [[above], [below]], curves[0].name)
+                series.append(Series(key, "", curve.frequency, dots, "dots"))
+    heading = (
+        f"{capital(words.title(curves[0]))}: {words.point_in_words(curves[0])} and loss angle over frequency"
+    )
+    unit = words.stiffness_unit(curves[0].mode)
+    above = Plot("stiffness", ("", f"|K*| [{unit}]"), drawn[0], log="x" if wide else "")
+    below = Plot("angle", ("frequency [Hz]", "loss angle [deg]"), drawn[1], log=above.log)
+    return Panels(f"{file}-dynamic", "dynamic", heading, [[above], [below]], curves[0].name)
+
+
+def _polar(K: NDArray[np.complex128]) -> tuple[Array, Array]:
+    """Return magnitude and angle in degrees."""
+    return np.abs(K), np.degrees(np.angle(K))
+
+
+def table_panels(one: ComparedTable, file: str) -> Panels:
+    """Return |K*| and loss angle over frequency or amplitude, a colour for each curve, and the loss angle over |K*|."""
+    table, unit = one.table, words.table_units(one.table)[2]
+    how = "predicted" if one.held_out else "simulated"
+    over = table.frequency if table.over_frequency else table.amplitude
+    measured = table.stiffness, np.degrees(table.loss_angle)
+    models = [] if one.started is None else [("before", "before", one.started)]
+    models.append(("after", f"{how} (held out)" if one.held_out else how, one.simulated))
+    series: list[list[Series]] = [[], [], []]
+    regions: list[list[Region]] = [[], []]
+    curves = table.conditions()
+    for i, rows in enumerate(curves):
+        rows = rows[np.argsort(over[rows], kind="stable")]
+        key, label = colour(i), f"measured, {words.preload_of(table.rows(rows))}"
+        for k in range(2):
+            half = None if one.errors is None else (one.errors[0, rows], np.degrees(one.errors[1, rows]))[k]
+            name = "" if k else label
+            series[k].append(Series(key, name, over[rows], measured[k][rows], "dots", half))
+        series[2].append(Series(key, "", measured[0][rows], measured[1][rows], "dots"))
+        for role, label, simulated in models:
+            found = _polar(simulated[rows])
+            for k in range(2):
+                named = label if i == len(curves) - 1 and k == 0 else ""
+                series[k].append(Series(role, named, over[rows], found[k]))
+            series[2].append(Series(role, "", *found))
+        if one.spread is not None:
+            halves = one.spread[0, rows], np.degrees(one.spread[1, rows])
+            for band, end, half in zip(regions, _polar(one.simulated[rows]), halves, strict=True):
+                if len(rows) > 1 and np.isfinite(half).all():
+                    band.append(Region("shaded", "", [around(over[rows], end - half, end + half)]))
+    axis = "frequency [Hz]" if table.over_frequency else "amplitude"
+    log: Literal["", "x"] = "x" if over.max() > WIDE * over.min() > 0.0 else ""
+    above = Plot("stiffness", ("", f"|K*| [{unit}]"), series[0], regions[0], log=log)
+    below = Plot("angle", (axis, "loss angle [deg]"), series[1], regions[1], log=log)
+    wicket = Plot("wicket", (f"|K*| [{unit}]", "loss angle [deg]"), series[2], height=300.0)
+    misfit = f"{percent(one.stiffness_percent)} and {number(one.loss_angle_deg)} degrees rms"
+    title = f"{capital(table.name)}: {how} within {misfit}"
+    return Panels(f"{file}-table", "table", title, [[above], [below], [wicket]], table.name, note=_NOTE)
+
+
+_NOTE = (
+    "Bars: one standard error of the measured row; pale: 95 % interval of the simulated curve. In the lowest plot, the "
+    "wicket plot, a row that belongs to no curve stands apart."
+)

@@ -1,4 +1,4 @@
-"""Plots of an identified law: curves before and after, laws compared, and what the curves determine."""
+"""Plots of an identified law: curves before and after, laws compared, what the curves determine, and the search."""
 
 from __future__ import annotations
 
@@ -12,13 +12,20 @@ from bushcli.inverse import Estimate, Fit, FittedCurve, Profile
 from bushcli.inverse.file_units import parameter_unit
 from bushcli.inverse.profile import RISE_95
 from bushcli.inverse.result import NORMAL
-from bushcli.report.cycles import fit_histories
 from bushcli.report.document import Note, Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.cycles import history_panels, in_rows
-from bushcli.report.plots.direct import Array, capital, difference_plot, recorded_series, rest_lines, smooth
-from bushcli.report.plots.dynamic_tables import table_panels
-from bushcli.report.plots.search import convergence_panels, ends_panels
-from bushcli.report.quantity import interval, percent, quantities
+from bushcli.report.plots.direct import (
+    Array,
+    capital,
+    colour,
+    difference_plot,
+    recorded_series,
+    rest_lines,
+    smooth,
+)
+from bushcli.report.plots.dynamic import table_panels
+from bushcli.report.quantity import held, interval, number, percent, quantities
+from bushcli.report.results import InverseResult
 from bushcli.report.views.fit import curves_of
 
 # The axes extend at most this share of the force range beyond the curves; a start further away leaves the picture.
@@ -59,9 +66,9 @@ def coupon_plot(curve: FittedCurve, stable: tuple[float, float] | None, index: i
     )
 
 
-def inverse_panels(fits: Sequence[Fit], names: Mapping[str, str]) -> list[Panels]:
+def inverse_panels(result: InverseResult, names: Mapping[str, str]) -> list[Panels]:
     """Return curves, search and certainty, cycles and holds and, for several laws, their ranking."""
-    best = fits[0]
+    fits, best = result.fits, result.best
     found = [fitted_panels(curve, names[curve.name]) for curve in best.curves]
     found += [table_panels(one, names[one.table.name]) for one in best.tables]
     if len(fits) > 1:
@@ -76,18 +83,17 @@ def inverse_panels(fits: Sequence[Fit], names: Mapping[str, str]) -> list[Panels
         found.append(convergence_panels(best))
     if len(best.end_points) > 1:
         found.append(ends_panels(best))
-    return found + history_panels(fit_histories(best), names)
+    return found + history_panels(result.histories, names)
 
 
 def fitted_panels(curve: FittedCurve, file: str) -> Panels:
     """Return recording, start and fit; below them the remaining misfit with the noise."""
     name, rms, shown = capital(curve.name), percent(curve.rms_percent), quantities(curve.recording.mode)
+    title = f"{name}: fitted to {rms} rms"
     if curve.held_out:
         title = f"{name}, held out: predicted to {rms} rms"
     elif np.isfinite(curve.started_percent):
         title = f"{name}: {percent(curve.started_percent)} rms before, {rms} after"
-    else:
-        title = f"{name}: fitted to {rms} rms"
     q, force = smooth(curve.smooth or curve.fitted)
     q = shown.shown(q)
     reach = 0.04 * float(np.ptp(curve.recording.displacement)) * shown.per_internal
@@ -158,7 +164,7 @@ def ranked_plot(fits: Sequence[Fit], curve: FittedCurve, index: int) -> Plot:
         regions=bars,
         bands=[Stripe("level", x=(noise, noise), label=label)] if noise > 0 else [],
         notes=notes,
-        heading=f"{curve.name} (held out)" if curve.held_out else curve.name,
+        heading=held(curve.name, curve.held_out),
         height=95.0 + 30.0 * len(fits),
         log="x",
         y_names=[(i, f"{fit.material.law} ({len(fit.parameters)})") for i, fit in enumerate(fits)],
@@ -229,16 +235,100 @@ def profile_plot(fit: Fit, profile: Profile, estimate: Estimate) -> Plot:
         series.append(Series("left_out", "not solvable", profile.values[~good], edge, "crosses"))
     unit = parameter_unit(fit, profile.name)
     label = profile.name if unit == "1" else f"{profile.name} [{unit}]"
-    heading = f"{profile.name}: no end within the profile"
+    heading, labels = f"{profile.name}: no end within the profile", (label, "rise of chi square")
     if estimate.interval is not None:
         words = interval(*estimate.interval)
         heading = f"{profile.name}: 95 % {'from ' * (' to ' in words)}{words}"
-    return Plot(
-        f"profile-{profile.name}",
-        (label, "rise of chi square"),
+    name, span = f"profile-{profile.name}", (-0.04 * top, top)
+    return Plot(name, labels, series, y=span, bands=bands, heading=heading, height=320.0)
+
+
+# Largest number of evaluations that are drawn with a mark on each.
+_SEPARATE = 60
+# Ends whose misfits differ by less than this ratio are equal.
+_EQUAL = 1.05
+# Ratios of parameters that are shown at first; starts may deviate by factors of hundreds.
+_LEAST_RATIO, _MOST_RATIO = -1.0, 4.0
+
+
+def convergence_panels(fit: Fit) -> Panels:
+    """Return misfit and parameters of every evaluation; those that could not be solved are marked."""
+    at = np.array([float(e.number) for e in fit.evaluations])
+    # Misfit in units of the noise, as during the search: the cost is its square.
+    misfit = np.sqrt([e.cost for e in fit.evaluations])
+    profiles = np.array([e.stage == "profile" for e in fit.evaluations])
+    mark = "both" if len(at) <= _SEPARATE else "line"
+    good = np.isfinite(misfit) & (misfit > 0)
+    series = [Series("faint", "evaluation", at[good], misfit[good], "both")]
+    if (searched := good & ~profiles).any():
+        so_far = np.minimum.accumulate(misfit[searched])
+        # A step at each evaluation that is better than all before.
+        series.append(
+            Series("after", "best so far", np.repeat(at[searched], 2)[1:], np.repeat(so_far, 2)[:-1])
+        )
+    failed = at[~np.isfinite(misfit)]
+    if len(failed):
+        # Along the upper edge, because they have no misfit.
+        top = np.full(len(failed), 1.3 * float(misfit[good].max(initial=1.0)))
+        series.append(Series("left_out", "not solvable", failed, top, "crosses"))
+    span = (0.5, float(at.max()) + 0.5)
+    bands = [Stripe("level", y=(1.0, 1.0), label="noise")]
+    if profiles.any():
+        first = float(at[profiles].min()) - 0.5
+        bands.insert(0, Stripe("shaded", x=(first, span[1]), label="for the profiles"))
+    above = Plot("misfit", ("", "misfit / noise"), series, x=span, bands=bands, height=300.0, log="y")
+    ratios = []
+    for i, (name, estimate) in enumerate(fit.parameters.items()):
+        unit = estimate.value if estimate.value else 1.0
+        values = np.array([e.parameters.get(name, np.nan) for e in fit.evaluations]) / unit
+        ratios.append(Series(colour(i), name, at, values, mark))  # type: ignore[arg-type]  # mypy infers str
+    every = np.concatenate([np.ones(1), *(one.y[np.isfinite(one.y)] for one in ratios)])
+    limits = (max(_LEAST_RATIO, float(every.min())) - 0.1, min(_MOST_RATIO, float(every.max())) + 0.1)
+    labels, heading = ("evaluation of all channels", "ratio"), "each parameter / its identified value"
+    one = [Stripe("zero", y=(1.0, 1.0))]
+    below = Plot("parameters", labels, ratios, x=span, y=limits, bands=one, heading=heading)
+    end = "converged" if fit.converged else "not converged"
+    title = f"{fit.material.law}, {fit.method}: {end} after {fit.sweeps} evaluations, {fit.seconds:.0f} s"
+    return Panels("convergence", "convergence", title, [[above], [below]])
+
+
+def ends_panels(fit: Fit) -> Panels:
+    """Return starts and ends as lines across the parameters' axes; the ends at the best misfit in colour."""
+    names = list(fit.parameters)
+    starts = np.array([[end.start[name] for name in names] for end in fit.end_points])
+    ends = np.array([[end.parameters[name] for name in names] for end in fit.end_points])
+    misfit = np.sqrt([end.cost for end in fit.end_points])
+    finite = misfit[np.isfinite(misfit) & (misfit > 0)]
+    best = misfit <= _EQUAL * (float(finite.min()) if len(finite) else 1.0)
+    low, high = np.minimum(starts, ends).min(axis=0), np.maximum(starts, ends).max(axis=0)
+    span = np.where(high > low, high - low, 1.0)
+
+    def lines(key: str, label: str, values: np.ndarray) -> Series:  # type: ignore[type-arg]
+        gap = np.full((len(values), 1), np.nan)
+        x = np.hstack([np.tile(np.arange(len(names), dtype=float), (len(values), 1)), gap])
+        return Series(key, label, x.ravel(), np.hstack([(values - low) / span, gap]).ravel(), "both")
+
+    series = [lines("faint", "start", starts)]
+    worse = misfit[~best & np.isfinite(misfit)]
+    if (~best).any():
+        more = f": misfit up to {number(float(worse.max()))} times the noise" if len(worse) else ""
+        series.append(lines("unloading", f"end elsewhere{more}", ends[~best]))
+    if best.any():
+        label = f"end at the best misfit, {number(float(misfit[best].min()))} times the noise"
+        series.append(lines("after", label, ends[best]))
+    ranges = zip(names, low, high, strict=True)
+    labels = [f"{name}\nfrom {number(a)}\nto {number(b)}" for name, a, b in ranges]
+    title = f"Where {len(ends)} starts ended: {int(best.sum())} at the best misfit"
+    axes = [Stripe("zero", x=(i, i)) for i in range(len(names))]
+    plot = Plot(
+        "starts",
+        ("", ""),
         series,
-        y=(-0.04 * top, top),
-        bands=bands,
-        heading=heading,
-        height=320.0,
+        height=400.0,
+        x=(-0.3, len(names) - 0.7),
+        y=(-0.05, 1.05),
+        bands=axes,
+        x_names=list(enumerate(labels)),
+        y_names=[(0.0, ""), (1.0, "")],
     )
+    return Panels("starts", "starts", title, [[plot]])

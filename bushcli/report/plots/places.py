@@ -38,12 +38,7 @@ def record_panels(found: Diagnosis, channel: DiagnosedChannel, file: str) -> Pan
     scale = 100.0 / force_range(channel)
     end = max([_LEAST, *(abs(scale * one.mean) for one in rows[0][1])])
     units = quantities(channel.mode)
-    ends = [
-        sign * v
-        for one in every
-        for sign in [_sign(one)]
-        for v in (one.displacement_from, one.displacement_to)
-    ]
+    ends = [_sign(one) * v for one in every for v in (one.displacement_from, one.displacement_to)]
     span = (units.at(min(ends)), units.at(max(ends)))
     step = -(-len(cycles) // _NAMED)
     names = [(i, f"{a}" if a == b else f"{a}-{b}") for i, (a, b) in enumerate(cycles) if i % step == 0]
@@ -68,14 +63,8 @@ def record_panels(found: Diagnosis, channel: DiagnosedChannel, file: str) -> Pan
 
     title = f"{channel.name}: where in the record the simulation misses"
     made = [[plot(what, kind, bins) for kind in kinds] for what, bins in rows]
-    return Panels(
-        f"{file}-record-map",
-        "record_map",
-        title,
-        made,
-        channel.name,
-        "dots: more than noise, all bins tested together",
-    )
+    note = "dots: more than noise, all bins tested together"
+    return Panels(f"{file}-record-map", "record_map", title, made, channel.name, note)
 
 
 def _sign(one: Bin) -> float:
@@ -104,15 +93,9 @@ def _cells(
 
 def missing_panels(channel: DiagnosedChannel, profiles: Sequence[MissingProfile], file: str) -> Panels:
     """Return the misfit that the most probable model leaves in a channel, along each quantity, with its uncertainty."""
-    kinds = [
-        along
-        for along in ("displacement", "time", "cycle", "rate")
-        if any(one.along == along for one in profiles)
-    ]
-    plots = [
-        profile_plot([one for one in profiles if one.along == along], quantities(channel.mode))
-        for along in kinds
-    ]
+    kinds = ("displacement", "time", "cycle", "rate")
+    groups = [[one for one in profiles if one.along == along] for along in kinds]
+    plots = [profile_plot(group, quantities(channel.mode)) for group in groups if group]
     title = f"{channel.name}: what the most probable model leaves"
     note = "recorded - simulated; bands and bars: two standard deviations to either side"
     return Panels(f"{file}-missing", "missing", title, in_rows(plots, 2), channel.name, note)
@@ -135,12 +118,11 @@ def profile_plot(profiles: Sequence[MissingProfile], units: Quantities) -> Plot:
         if not few:
             regions.append(Region(key, "", [around(x, mean - two, mean + two)]))
     x = np.concatenate(every)
-    per_second = f"{units.displacement_unit}/s" if units.displacement_unit else "1/s"
     labels = {
         "displacement": units.displacement_label,
         "time": "time [s]",
         "cycle": "cycle",
-        "rate": f"rate [{per_second}]",
+        "rate": f"rate [{units.rate_unit}]",
     }
     wide = along == "rate" and x.min() > 0 and x.max() > _WIDE * x.min()
     span = (float(x.min()) / 1.5, float(x.max()) * 1.5) if wide else None
@@ -164,8 +146,7 @@ def next_test_panels(found: Diagnosis, test: NextTest) -> Panels:
     time, q = program(test)
     minutes = time[-1] > 600.0
     speeds = sorted({float(f"{units.per_internal * rate:.3g}") for rate in test.rates})
-    unit = f"{units.displacement_unit}/s" if units.displacement_unit else "1/s"
-    heading = f"{test.channel} at {' and '.join(f'{v:g}' for v in speeds)} {unit}"
+    heading = f"{test.channel} at {' and '.join(f'{v:g}' for v in speeds)} {units.rate_unit}"
     series = [Series("after", "", time / 60.0 if minutes else time, units.shown(q))]
     label = "time [min]" if minutes else "time [s]"
     bands, title = [Stripe("zero", y=(units.rest, units.rest))], f"Next test: {test.name}"

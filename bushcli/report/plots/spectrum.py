@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.report.document import Panels, Plot, Series
+from bushcli.report.plots.direct import colour
 from bushcli.report.quantity import number
 
 if TYPE_CHECKING:
@@ -15,8 +16,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# Frequencies of a line, and colours of dots, after which they begin again.
-_DENSE, _COLOURS = 300, 10
+# Frequencies of a line.
+_DENSE = 300
 
 
 def master_columns(one: TableSpectrum) -> dict[str, Array]:
@@ -47,11 +48,15 @@ def master_panels(one: TableSpectrum, file: str) -> Panels:
     turned = (storage + 1j * loss) * np.exp(-2j * np.pi * frequency * fit.lag)
     step = np.abs(temperature[:, None] - fit.temperatures).argmin(axis=1)
     several = len(fit.temperatures) > 1
+    at = f" at {number(fit.reference)} degrees C" if several else ""
     plots = []
-    for part, of in (("storage", np.real), ("loss", np.imag)):
+    for part, of, mark, below in (
+        ("storage", np.real, "'", ""),
+        ("loss", np.imag, "''", f"log10 of the frequency{at} [Hz]"),
+    ):
         series = [
             Series(
-                f"line-{k % _COLOURS}",
+                colour(k),
                 f"{number(float(fit.temperatures[k]))} degrees C" if several else "measured",
                 np.log10(reduced[step == k]),
                 of(turned)[step == k],
@@ -60,13 +65,7 @@ def master_panels(one: TableSpectrum, file: str) -> Panels:
             for k in np.unique(step)
         ]
         series.append(Series("after", f"{len(fit.spectrum.times)} branches", np.log10(line), of(curve)))
-        mark = "'" if part == "storage" else "''"
-        plots.append([Plot(part, ("", f"{symbol}{mark} [MPa]"), series, log="y")])
-    below = plots[-1][0]
-    at = f" at {number(fit.reference)} degrees C" if several else ""
-    plots[-1] = [
-        Plot(below.name, (f"log10 of the frequency{at} [Hz]", below.labels[1]), below.series, log="y")
-    ]
+        plots.append([Plot(part, (below, f"{symbol}{mark} [MPa]"), series, log="y")])
     title = f"Master curve of {one.table.name}{at}" if several else f"Moduli of {one.table.name}"
     return Panels(f"{file}-master", "spectrum", title, plots, one.table.name)
 
@@ -80,7 +79,7 @@ def sweep_panels(one: TableSweep, file: str) -> Panels:
             near = np.argmin([abs(table.temperature - other.temperature) for other in one.fits], axis=0)
             own = near == k if len(one.fits) > 1 else np.ones(len(table), dtype=bool)
             label = "" if np.isnan(fit.temperature) else f"{number(fit.temperature)} degrees C"
-            key, at = f"line-{k % _COLOURS}", table.rows(own)
+            key, at = colour(k), table.rows(own)
             for f in np.unique(at.frequency):
                 rows = at.rows(at.frequency == f)
                 line = np.geomspace(rows.amplitude.min(), rows.amplitude.max(), 100)

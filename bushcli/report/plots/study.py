@@ -76,16 +76,8 @@ def tornado_plot(found: Summary, label: str, index: int) -> Plot:
         for i, (key, one) in enumerate(chosen)
     ]
     bands = [Stripe("level", x=(found.mean, found.mean)), *_limits(found, "x")]
-    size = (len(chosen) - 0.5, -0.5)
-    return Plot(
-        f"answer-{index}",
-        (label, ""),
-        y=size,
-        regions=regions,
-        bands=bands,
-        height=90.0 + 44.0 * len(chosen),
-        y_names=names,
-    )
+    size, height = (len(chosen) - 0.5, -0.5), 90.0 + 44.0 * len(chosen)
+    return Plot(f"answer-{index}", (label, ""), (), regions, bands, y=size, height=height, y_names=names)
 
 
 def band_panels(found: Study, one: Band) -> Panels:
@@ -116,17 +108,9 @@ def scatter_plot(found: Study, name: str, key: str, label: str, first: bool) -> 
         x = [words.index(str(value)[:LONGEST]) for value in x]
     influence = found.summaries[name].influences.get(key)
     heading = "" if influence is None else f"rank correlation {influence.spearman:.2f}"
-    series = [Series("dot", "", np.array(x, dtype=float), y, "dots")]
-    bands = _limits(found.summaries[name], "y")
-    return Plot(
-        f"{name}-{key}",
-        (key, label if first else ""),
-        series,
-        bands=bands,
-        heading=heading,
-        height=250.0,
-        x_names=names,
-    )
+    dots, bands = Series("dot", "", np.array(x, dtype=float), y, "dots"), _limits(found.summaries[name], "y")
+    labels = (key, label if first else "")
+    return Plot(f"{name}-{key}", labels, [dots], (), bands, heading=heading, height=250.0, x_names=names)
 
 
 def spread_plot(found: Study, name: str, label: str) -> Plot:
@@ -141,19 +125,9 @@ def spread_plot(found: Study, name: str, label: str) -> Plot:
         np.array([(a, 0), (b, 0), (b, n), (a, n)]) for (a, b), n in zip(pairwise(edges), count, strict=True)
     ]
     median = Stripe("level", x=(one.quantiles[1], one.quantiles[1]))
-    heading = (
-        f"median {number(one.quantiles[1], 4)}"
-        if one.limits is None
-        else f"{share_percent(one.limits.share)} within"
-    )
-    top = (0.0, 1.06 * float(count.max()))
-    regions = [Region("bar", "", boxes)]
-    return Plot(
-        f"spread-{name}",
-        (label, "designs"),
-        y=top,
-        regions=regions,
-        bands=[median, *_limits(one, "x")],
-        heading=heading,
-        height=250.0,
-    )
+    heading = f"median {number(one.quantiles[1], 4)}"
+    if one.limits is not None:
+        heading = f"{share_percent(one.limits.share)} within"
+    labels, top, bands = (label, "designs"), (0.0, 1.06 * float(count.max())), [median, *_limits(one, "x")]
+    bars = [Region("bar", "", boxes)]
+    return Plot(f"spread-{name}", labels, (), bars, bands, y=top, heading=heading, height=250.0)

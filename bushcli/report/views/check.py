@@ -3,65 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from bushcli.case import Case, DynamicTest, LoadCase, load_case_names
-from bushcli.faults import DataFault, condition
+from bushcli.case import DynamicTest, LoadCase
 from bushcli.recording import RecordedProgram, Recording, branches
-from bushcli.recording.dynamic.table import DynamicTable
+from bushcli.recording.text.table import SHOWN
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Row, Section, Table, table_of
-from bushcli.report.quantity import number, quantities
-from bushcli.report.views.dynamic_tables import dynamic_tables_section
+from bushcli.report.document import Document, Row, Section, Table, paragraphs, table_of
+from bushcli.report.quantity import listed, number, quantities
+from bushcli.report.results import Checked
+from bushcli.report.views.dynamic import dynamic_tables_section
 from bushcli.report.views.mesh import notes_section
-from bushcli.report.views.protocol import protocol_sections
-from bushcli.runtime.condition import Condition
+from bushcli.standards import Observed
 from bushcli.standards.protocol import Protocol
+from cases.mode import modes
 from cases.six import MOTIONS, REACTIONS
 
-
-@dataclass(frozen=True)
-class Checked:
-    """A case that was checked.
-
-    Attributes
-    ----------
-    curves, coupons : sequence of Recording
-        Recordings of the bushing, and coupon tests.
-    tests : Protocol
-        What the tests are.
-    faults : sequence of DataFault
-        Faults of recordings and coupon tests.
-    programs : sequence of RecordedProgram or None
-        For each load case the program that it has in a file.
-    problems : sequence of Condition
-        Those that are no faults of recordings.
-    tables : sequence of DynamicTable
-        Measured tables of dynamic stiffness.
-    """
-
-    case: Case
-    curves: Sequence[Recording]
-    coupons: Sequence[Recording]
-    tests: Protocol
-    faults: Sequence[DataFault] = ()
-    programs: Sequence[RecordedProgram | None] = ()
-    problems: Sequence[Condition] = ()
-    tables: Sequence[DynamicTable] = ()
-
-    @property
-    def conditions(self) -> tuple[Condition, ...]:
-        """All conditions, those of the faults first."""
-        return (*map(condition, self.faults), *self.problems)
+#: What a coupon's columns are called.
+_COUPON = {"displacement": "strain", "force": "stress"}
+#: Most unused columns that are listed.
+_MOST = 8
+_MARKS = {True: "yes", False: "no", None: "not known"}
 
 
 def check_document(found: Checked) -> Document:
     """Return the document of a case that was checked."""
     case, seen = found.case, conditions(found.case)
-    names = load_case_names(case.load_cases, case.recordings)
-    loads = [load_case_row(*one) for one in zip(names, case.load_cases, found.programs, strict=True)]
+    loads = [load_case_row(*one) for one in zip(case.load_cases, found.programs, strict=True)]
     heads = ("load case", "mode", "program", "from", "to", "")
     sections = [
         Section(case.title, [Table("", ("", ""), tuple(seen), left=2)]),
@@ -80,18 +49,17 @@ def vibration_table(tests: Sequence[DynamicTest]) -> Table:
     """Return a row for each dynamic test: frequencies and preloads."""
     heads = ("vibration", "mode", "preload", "", "amplitude", "", "frequencies", "from", "to", "")
 
-    def row(name: str, test: DynamicTest) -> Row:
+    def row(test: DynamicTest) -> Row:
         shown = quantities(test.mode)
         preload = ", ".join(number(q if test.by_force else shown.at(q)) for q in test.preload)
         unit = shown.force_unit if test.by_force else shown.displacement_unit
-        preloads = ("the end of its path", "") if test.six else (preload, unit)
+        preloads = (preload, unit) if test.pose is None else ("the end of its path", "")
         peak = ", ".join(number(shown.per_internal * one) for one in test.amplitude) or "small"
         peaks = (peak, shown.displacement_unit if test.amplitude else "")
         ends = (f"{end(test.frequency):g}" for end in (min, max))
-        return (name, test.mode, *preloads, *peaks, str(len(test.frequency)), *ends, "Hz")
+        return (test.label, test.mode, *preloads, *peaks, str(len(test.frequency)), *ends, "Hz")
 
-    rows = map(row, load_case_names(tests, ()), tests)
-    return Table("Vibrations", heads, tuple(rows), left=3)
+    return Table("Vibrations", heads, tuple(map(row, tests)), left=3)
 
 
 def _recording_table(title: str, curves: Sequence[Recording]) -> Table:
@@ -115,7 +83,7 @@ def _recording_table(title: str, curves: Sequence[Recording]) -> Table:
     )
 
 
-def load_case_row(name: str, load: LoadCase, read: RecordedProgram | None) -> Row:
+def load_case_row(load: LoadCase, read: RecordedProgram | None) -> Row:
     """Return a load case as a row: its program, and the range of what it prescribes."""
     if load.six is not None:
         six = load.six
@@ -124,7 +92,7 @@ def load_case_row(name: str, load: LoadCase, read: RecordedProgram | None) -> Ro
         motions += [f"{', '.join(REACTIONS[k] for k in six.loaded)} prescribed"] if six.loaded else []
         free = [MOTIONS[k] for k in six.free if k not in six.loaded]
         motions += [f"{', '.join(free)} free"] if free else []
-        return name, load.mode, f"{len(load.six.time)} poses: {'; '.join(motions)}", "", "", ""
+        return load.label, load.mode, f"{len(load.six.time)} poses: {'; '.join(motions)}", "", "", ""
     shown = quantities(load.mode)
     values = np.array(load.path) if read is None else read.displacement
     unit = shown.force_unit if load.by_force else shown.displacement_unit
@@ -137,4 +105,79 @@ def load_case_row(name: str, load: LoadCase, read: RecordedProgram | None) -> Ro
         program = f"{segments} segment{'s' * (segments != 1)}, up to {load.steps} steps each"
         if load.rate is not None:
             program += f", {number(per * load.rate)} {unit or shown.displacement}/s"
-    return name, load.mode, program, number(low), number(high), unit or shown.displacement
+    return load.label, load.mode, program, number(low), number(high), unit or shown.displacement
+
+
+def protocol_sections(found: Protocol) -> list[Section]:
+    """Return the sections that describe the tests of a case."""
+    said = [f"{channel}: {text}" for channel, text in found.remarks]
+    tests = [observed_line(one) for one in (*found.recordings, *found.coupons)]
+    lacks = [
+        f"{one.question} ({', '.join(one.channels)}): {one.why}. To answer it, {one.remedy}."
+        for one in found.lacks
+    ]
+    return [
+        Section("How the files were read", paragraphs([*map(file_line, found.files), *said])),
+        Section("What the tests are", paragraphs(tests)),
+        *(
+            Section(
+                f"{channel} and {name}",
+                paragraphs(
+                    f"{_MARKS[clause.met]}: {'good practice, ' if clause.practice else ''}{clause.text} "
+                    f"(found: {clause.found})"
+                    for clause in asked
+                ),
+            )
+            for channel, name, asked in found.judged
+        ),
+        Section("What the recordings leave open", paragraphs(lacks)),
+    ]
+
+
+def file_line(one: Recording | RecordedProgram) -> str:
+    """Return which columns of a file were read as what, and in which units."""
+    words = []
+    coupon = modes()[one.mode].specimen == "coupon"
+    for column in one.columns:
+        quantity = _COUPON.get(column.quantity, column.quantity) if coupon else column.quantity
+        name = f" ({column.name[:SHOWN]})" if column.name else ""
+        assumed = ", assumed because no unit is given" if column.assumed else ""
+        if not column.unit:
+            words.append(f"{quantity} = column {column.number}{name}")
+            continue
+        unit = f"as a {column.unit}" if column.unit in ("strain", "stretch") else f"in {column.unit}"
+        words.append(f"{quantity} = column {column.number}{name} {unit}{assumed}")
+    if all(column.quantity != "time" for column in one.columns):
+        words.append("no column of time")
+    shown = [name[:SHOWN] for name in one.unused[:_MOST]]
+    more = len(one.unused) - len(shown)
+    shown += [f"{more} more"] if more else []
+    words += [f"not used: {', '.join(shown)}"] if shown else []
+    return f"{one.name}: {'; '.join(words)}"
+
+
+def observed_line(one: Observed) -> str:
+    """Return cycles, rates, holds and pauses of a test in words."""
+    shown = quantities(one.mode)
+    cycles = len(one.compared)
+    words = [f"{cycles} cycle{'s' if cycles != 1 else ''}"]
+    if one.conditioning:
+        words[0] += f" after {one.conditioning} for conditioning"
+    if not one.timed:
+        words.append("no time")
+    elif one.rates:
+        # Classes of rates that differ by less than is shown are named once.
+        rates = dict.fromkeys(number(shown.per_internal * rate) for rate in one.rates)
+        words.append(f"ramps at {listed(list(rates))} {shown.rate_unit}")
+    for held, where in ((one.holds, "hold"), (one.rests, "rest")):
+        if held:
+            plural = f"{where}s" if len(held) > 1 else where
+            words.append(f"{len(held)} {plural} of up to {number(max(held))} s")
+    if one.pauses:
+        plural = "pauses" if len(one.pauses) > 1 else "pause"
+        words.append(
+            f"{len(one.pauses)} {plural} of the logger of up to {number(max(one.pauses))} s, in which it moved"
+        )
+    words += [] if one.unloads else ["without unloading"]
+    words += [] if one.from_rest else ["not from rest"]
+    return f"{one.channel}: {', '.join(words)}"

@@ -27,13 +27,12 @@ def compare_document(found: Comparison) -> Document:
         (item.name, str(item.result.get("command", "")), ", ".join(names) or "none")
         for item, names in zip(found.items, found.problems, strict=True)
     )
+    doubts = Table("Problems", ("result", "of", "problems"), problems, left=3)
     sections = [
         Section("Curves", [curves, figures("curve")]),
         Section("Keys of the cases", [_table("Keys that differ", found, found.keys)]),
         Section("Numbers", [_table("Numbers that differ", found, found.numbers)]),
-        Section(
-            "Problems of each result", [Table("Problems", ("result", "of", "problems"), problems, left=3)]
-        ),
+        Section("Problems of each result", [doubts]),
     ]
     return Document(compare_headline(found), [], "plain", sections)
 

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 from bushcli.curve.cycles import Cycle, Uncertain
 from bushcli.curve.holds import STANDARD_TIMES, Hold
-from bushcli.report.cycles import ChannelHistory, energy_unit
+from bushcli.report.cycles import ChannelHistory, energy_unit, shown_values, times
 from bushcli.report.document import Row, Section, Table, figures, note
-from bushcli.report.quantity import number, quantities, with_std
+from bushcli.report.quantity import Quantities, held, number, quantities, with_std
 
 # Largest number of rows on the terminal.
 FEW = 12
@@ -24,58 +24,53 @@ def history_section(histories: Sequence[ChannelHistory]) -> Section:
     """Return cycles and holds channel by channel; without blocks where no path comes back or holds."""
     tables: list[Table] = []
     for history in histories:
-        tables.append(cycle_table(history))
-        if history.holds:
-            tables.append(hold_table(history))
+        tables += [cycle_table(history), *([hold_table(history)] if history.holds else [])]
     return Section("Cycles and holds", [*tables, note(_NOTE), figures("cycles", "holds")])
 
 
 def cycle_table(history: ChannelHistory) -> Table:
     """Return energy, loss, secant stiffness and peak force of each cycle, recorded beside simulated."""
     shown, both = quantities(history.mode), history.has_recording
-    timed = history.path.time is not None
-    columns = [
-        ("energy", f"energy, {energy_unit(history.mode)}", 1.0),
-        ("loss", "loss, %", 100.0),
-        ("secant", f"secant, {shown.stiffness_unit}", 1.0 / shown.per_internal),
-        ("peak_force", f"peak, {shown.force_unit}", 1.0),
-    ]
+    timed, unit = history.path.time is not None, shown.displacement_unit
     rows: list[Row] = []
     for known, recorded, simulated in history.cycles:
         path = f"{_plain(shown.at(known.lowest))} to {_plain(shown.at(known.highest))}"
         rate = (number(None if known.rate is None else shown.per_internal * known.rate),) if timed else ()
+        before, after = _values(recorded, shown), _values(simulated, shown)
         cells = [
             cell
-            for name, _, factor in columns
-            for cell in _pair(_scaled(recorded, name, factor), _scaled(simulated, name, factor), both)
+            for name in shown_values(known, shown)
+            for cell in _pair(before.get(name), after.get(name), both)
         ]
         rows.append((f"{known.number}{'' if known.closed else ' open'}", path, *rate, *cells))
-    unit = shown.displacement_unit
-    heads: Row = ("cycle", unit or shown.displacement, *((f"{unit or '1'}/s",) if timed else ()))
-    heads += _paired([head for _, head, _ in columns], both)
+    heads: Row = ("cycle", unit or shown.displacement, *((shown.rate_unit,) if timed else ()))
+    values = [f"energy, {energy_unit(history.mode)}", "loss, %", f"secant, {shown.stiffness_unit}"]
+    heads += _paired([*values, f"peak, {shown.force_unit}"], both)
     peaks = range(len(heads) - (2 if both else 1), len(heads))
-    return Table(f"{_name(history)}: cycles, {_seen(both)}", heads, tuple(rows), detail=peaks, most=FEW)
+    return Table(
+        f"{held(history.name, history.held_out)}: cycles, {_seen(both)}",
+        heads,
+        tuple(rows),
+        detail=peaks,
+        most=FEW,
+    )
 
 
 def hold_table(history: ChannelHistory) -> Table:
     """Return the force at the start of each hold and its relaxation, recorded beside simulated."""
     shown, both = quantities(history.mode), history.has_recording
-    times = [at for at in STANDARD_TIMES if any(at in known.after for known, _, _ in history.holds)]
+    known_times = [at for at in STANDARD_TIMES if any(at in known.after for known, _, _ in history.holds)]
     rows: list[Row] = []
     for known, recorded, simulated in history.holds:
-        cells = _pair(_scaled(recorded, "force_start", 1.0), _scaled(simulated, "force_start", 1.0), both)
-        for at in (*times, None):
-            cells += _pair(_lost(recorded, at), _lost(simulated, at), both)
+        before, after = _values(recorded, shown), _values(simulated, shown)
+        names = ("force_start", *(f"{at:g}" for at in known_times), "relaxation_percent")
+        cells = [cell for name in names for cell in _pair(before.get(name), after.get(name), both)]
         duration = "-" if known.duration is None else number(known.duration)
         rows.append((str(known.number), _plain(shown.at(known.displacement)), duration, *cells))
-    values = [f"start, {shown.force_unit}", *(f"{at:g} s, %" for at in times), "end, %"]
+    values = [f"start, {shown.force_unit}", *(f"{at:g} s, %" for at in known_times), "end, %"]
     heads: Row = ("hold", f"at, {shown.displacement_unit or 'stretch'}", "s", *_paired(values, both))
-    title = f"{_name(history)}: force lost in holds after 1 s, 10 s, ..., {_seen(both)}"
+    title = f"{held(history.name, history.held_out)}: force lost in holds after 1 s, 10 s, ..., {_seen(both)}"
     return Table(title, heads, tuple(rows), most=FEW)
-
-
-def _name(history: ChannelHistory) -> str:
-    return f"{history.name} (held out)" if history.held_out else history.name
 
 
 def _seen(both: bool) -> str:
@@ -86,18 +81,15 @@ def _paired(heads: Sequence[str], both: bool) -> Row:
     return tuple(name for head in heads for name in ((head, "sim.") if both else (head,)))
 
 
-def _scaled(found: Cycle | Hold | None, name: str, factor: float) -> Uncertain | None:
+def _values(found: Cycle | Hold | None, shown: Quantities) -> dict[str, Uncertain]:
+    """Return the values of a cycle or a hold by name, and the relaxation in percent by the time in s."""
     if found is None:
-        return None
-    value: Uncertain = getattr(found, name)
+        return {}
+    values = shown_values(found, shown)
+    if isinstance(found, Hold):
+        return values | {f"{at:g}": times(100.0, one) for at, one in found.after.items()}
     # No error of a peak: it is that of one sample, the same in every row.
-    return Uncertain(factor * value.value, 0.0 if name == "peak_force" else factor * value.std)
-
-
-def _lost(hold: Hold | None, at: float | None) -> Uncertain | None:
-    """Return the relaxation in percent after a time in s, or at the end of the hold."""
-    found = None if hold is None else hold.relaxation if at is None else hold.after.get(at)
-    return None if found is None else Uncertain(100 * found.value, 100 * found.std)
+    return values | {"peak_force": Uncertain(found.peak_force.value)}
 
 
 def _pair(recorded: Uncertain | None, simulated: Uncertain | None, both: bool) -> list[str]:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.report.conditions import conditions
-from bushcli.report.cycles import response_histories, with_hysteresis
 from bushcli.report.document import Columns, Document, Row, Section, Table, figures, paragraphs, table_of
 from bushcli.report.quantity import (
     FORCE_UNITS,
@@ -20,16 +19,15 @@ from bushcli.report.quantity import (
     quantities,
     shown_motion,
 )
-from bushcli.report.verdict import judge
+from bushcli.report.results import DirectResult
 from bushcli.report.views.cycles import history_section
+from bushcli.report.views.dynamic import compared_section, misfit_lines
 from bushcli.report.views.fit import fit_section
 from bushcli.report.views.mesh import measure_table
-from bushcli.runtime.condition import Condition
 from bushcli.runtime.digits import beside
 from cases.six import MOTIONS, REACTIONS
 
 if TYPE_CHECKING:
-    from bushcli.inverse import Fit
     from bushcli.simulate.misfit import Misfit
     from bushcli.simulate.response import Response, Simulated, SixCurve
 
@@ -41,69 +39,38 @@ _ROWS = 9
 _NOTHING = 1e-6
 
 
-def direct_document(response: Response, misfits: Mapping[str, Misfit], fit: Fit | None) -> Document:
-    """Return the document of a direct prediction.
-
-    Parameters
-    ----------
-    response : Response
-        The simulated channels.
-    misfits : mapping of str to Misfit
-        By channel name, for the channels that were compared with a recording.
-    fit : Fit or None
-        Fit to the coupons; None where the case gives the parameters.
-    """
-    verdict, shape = judge(response, misfits), response.case.geometry
+def direct_document(found: DirectResult) -> Document:
+    """Return the document of a direct prediction."""
+    response, verdict, shape = found.response, found.verdict, found.response.case.geometry
+    compared, headline = found.tables or (), verdict.headline
+    if compared and not response.channels:
+        headline = f"{len(compared)} table{'s' * (len(compared) > 1)} of dynamic stiffness compared"
     checked = [channel for channel in response.channels if channel.mesh_error is not None]
     errors = ", ".join(f"{channel.name} {percent(channel.mesh_error)}" for channel in checked)
     error = f"estimated error of the mesh, of the force range: {errors}" if errors else ""
     read = [*paragraphs(shape.notes), measure_table(shape), figures("geometry")]
+    stiffness = comparison_table(response, found.misfits) if found.misfits else stiffness_table(response)
     sections = [
-        Section(
-            "Channels",
-            [
-                comparison_table(response, misfits) if misfits else stiffness_table(response),
-                *paragraphs([error], kind="note"),
-            ],
-        ),
-        Section(f"Simulated {'and recorded ' if misfits else ''}curves", [figures("curve")]),
+        Section("Channels", [stiffness, *paragraphs([error], kind="note")]),
+        Section(f"Simulated {'and recorded ' if found.misfits else ''}curves", [figures("curve")]),
         Section("Six motions", [*six_tables(response), figures("six")]),
-        history_section(response_histories(response, misfits)),
-        *([] if fit is None else [fit_section(fit)]),
+        history_section(found.histories),
+        *([] if found.fit is None else [fit_section(found.fit)]),
         Section("Contact", [contact_table(response)]),
         Section("How the geometry file was interpreted", read if shape.notes else [], on="page"),
         Section("Deformed shape at the largest displacement", [figures("deformed")]),
         Section("Mesh and solution", [solution_table(response), figures("mesh")], on="page"),
+        *([compared_section(compared)] if compared else []),
     ]
     return Document(
-        verdict.headline,
-        verdict.lines,
-        {True: "good", False: "bad", None: "plain"}[verdict.within],  # type: ignore[arg-type]
+        headline,
+        [*verdict.lines, *misfit_lines(compared)],
+        verdict.tone,
         sections,
-        problems_of(response, misfits, fit),
+        found.conditions,
         conditions(response.case, response.material),
         ends_with_verdict=True,
     )
-
-
-def problems_of(response: Response, misfits: Mapping[str, Misfit], fit: Fit | None) -> tuple[Condition, ...]:
-    """Return the conditions of a direct prediction.
-
-    These are problems of the coupon fit and of the marches, recordings that were not compared, and recorded loops
-    that are not simulated.
-    """
-    left = tuple(
-        Condition(
-            "not_compared",
-            f"{channel.name}: the simulation ended before the recording could be compared with it",
-            "see why the simulation stopped",
-        )
-        for channel in response.channels
-        if channel.recording is not None and channel.name not in misfits
-    )
-    # What is unusual about the case is said by the fit to its coupons and by the simulation.
-    known = tuple(dict.fromkeys((*(fit.conditions if fit else ()), *response.conditions, *left)))
-    return with_hysteresis(known, response_histories(response, misfits))
 
 
 def stiffness_table(response: Response) -> Table:
@@ -184,7 +151,7 @@ def contact_table(response: Response) -> Table:
         shown = quantities(channel.mode)
         unit = "s" if channel.in_time else shown.displacement_unit
         for one in channel.touched:
-            first, at = ((q if channel.in_time else shown.at(q)) for q in (one.first, one.at))
+            first, at = (displacement_at(channel, q) for q in (one.first, one.at))
             other = " with itself" if len(set(one.surfaces)) == 1 else f" and {one.surfaces[1]}"
             met = (f"{number(first)} {unit}", f"{number(one.force)} N", f"{number(at)} {unit}")
             place = (f"{number(one.radius)} mm", f"{number(one.height)} mm")
@@ -232,13 +199,9 @@ def matrix_table(channel: Simulated, at: str, displacement: float, matrix: Array
     for k, name in enumerate(REACTIONS):
         row = [_force(matrix[k, m], float(diagonal[k] * diagonal[m])) for m in range(6)]
         rows.append((f"{name}, {FORCE_UNITS[k]}", *row))
-    where = {"start": "at the start", "end": "at the end"}.get(at, "")
     unit = "s" if channel.in_time else quantities(channel.mode).displacement_unit
-    place = (
-        f"{where} ({number(displacement_at(channel, displacement))} {unit})"
-        if where
-        else (f"at {number(displacement_at(channel, displacement))} {unit}")
-    )
+    travel = f"{number(displacement_at(channel, displacement))} {unit}"
+    place = f"at {travel}" if at == "at" else f"at the {at} ({travel})"
     state = f"; {channel.state}" if channel.state else ""
     return Table(f"{channel.name}: stiffness matrix {place}, N, mm, rad{state}", heads, tuple(rows), left=1)
 

@@ -1,39 +1,35 @@
-"""Dynamic stiffness -> its document: K* and loss angle over frequency, a table for each preload."""
+"""Dynamic stiffness, and measured tables of it -> documents and sections: a table for each preload or curve."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.report.conditions import conditions
 from bushcli.report.document import Columns, Document, Section, Table, figures, paragraphs, table_of
-from bushcli.report.quantity import number, quantities
+from bushcli.report.quantity import number, percent, quantities
+from bushcli.report.results import DynamicResult
 from bushcli.report.views.fit import fit_section
 from cases.mode import modes
-from cases.six import MOTIONS
 
 if TYPE_CHECKING:
-    from bushcli.inverse import Fit
     from bushcli.simulate.dynamic import DynamicResponse
+    from bushcli.simulate.dynamic_tables import ComparedTable
     from bushcli.simulate.vibrations import DynamicCurve
 
 # Rows of a printed table; the page, the CSV file and the JSON have all.
 _ROWS = 10
 
 
-def dynamic_document(response: DynamicResponse, fit: Fit | None) -> Document:
-    """Return the document of dynamic stiffness.
-
-    Parameters
-    ----------
-    response : DynamicResponse
-    fit : Fit or None
-        Fit to the coupons; None where the case gives the parameters.
-    """
+def dynamic_document(found: DynamicResult) -> Document:
+    """Return the document of dynamic stiffness."""
+    response = found.response
     count = len({(curve.name, curve.preload) for curve in response.curves})
     tables = [frequency_table(curve) for curve in response.curves]
     headline = f"Dynamic stiffness about {count} preload{'' if count == 1 else 's'}"
@@ -43,7 +39,7 @@ def dynamic_document(response: DynamicResponse, fit: Fit | None) -> Document:
         lines,
         "plain" if response.complete else "bad",
         [
-            *([] if fit is None else [fit_section(fit)]),
+            *([] if found.fit is None else [fit_section(found.fit)]),
             Section("Dynamic stiffness and loss angle", [figures("dynamic")]),
             Section("Preloads", [table_of("", response.curves, _PRELOADS, left=3)]),
             Section(
@@ -87,7 +83,7 @@ def point_in_words(curve: DynamicCurve) -> str:
 
 def title(curve: DynamicCurve) -> str:
     """Return the name of a load case, and which motion vibrates on a path of six."""
-    return curve.name if curve.test.six is None else f"{curve.name} ({MOTIONS[curve.test.motion]})"
+    return f"{curve.name}{curve.test.shown_motion}"
 
 
 _PRELOADS: Columns[DynamicCurve] = (
@@ -124,14 +120,111 @@ def frequency_table(curve: DynamicCurve) -> Table:
 def solution_line(response: DynamicResponse) -> str:
     """Return how the vibrations were solved, and how long it took."""
     text = f"static march {response.seconds['static']:.1f} s, the rest {response.seconds['dynamic']:.2f} s"
-    if response.curves:
-        worst = max(curve.reduction_error for curve in response.curves)
-        vectors = max(curve.vectors for curve in response.curves)
-        kind = "small vibrations"
-        if any(curve.uneven for curve in response.curves):
-            kind = "harmonic balance of vibrations"
-        text = (
-            f"{kind} about the relaxed preload, reduced to at most {vectors} vectors: relative error of the "
-            f"reduction at most {number(worst, 2)}; {text}"
-        )
-    return text
+    if not response.curves:
+        return text
+    worst = max(curve.reduction_error for curve in response.curves)
+    vectors = max(curve.vectors for curve in response.curves)
+    uneven = any(curve.uneven for curve in response.curves)
+    return (
+        f"{'harmonic balance of' if uneven else 'small'} vibrations about the relaxed preload, reduced to at most "
+        f"{vectors} vectors: relative error of the reduction at most {number(worst, 2)}; {text}"
+    )
+
+
+Array = NDArray[np.float64]
+
+
+def table_units(table: DynamicTable) -> tuple[str, str, str]:
+    """Return the units of displacement, force and stiffness that are shown."""
+    mode, shown = modes()[table.mode], quantities(table.mode)
+    if mode.specimen == "coupon":
+        return "strain", "MPa", "MPa"
+    return shown.displacement_unit, shown.force_unit, "N mm/rad" if mode.rotational else "N/mm"
+
+
+def dynamic_tables_section(tables: Sequence[DynamicTable]) -> Section:
+    """Return a table with a row for each curve of each measured table, and what was understood from the files."""
+    parts = [table.rows(rows) for table in tables for rows in table.conditions()]
+    remarks = [f"{one.name}: {text}" for one in tables for text in one.remarks]
+    table = table_of("Dynamic tables", parts, _MEASURED, left=2)
+    return Section("Dynamic tables", [table, *paragraphs(remarks)])
+
+
+def misfit_lines(compared: Sequence[ComparedTable]) -> list[str]:
+    """Return a sentence with the misfit of each table."""
+    return [
+        f"{one.table.name}: dynamic stiffness within {percent(one.stiffness_percent)} and "
+        f"{number(one.loss_angle_deg)} degrees of its table (rms)"
+        for one in compared
+    ]
+
+
+def compared_section(compared: Sequence[ComparedTable]) -> Section:
+    """Return a table with the misfit of each curve of each measured table."""
+    each = [(one, rows) for one in compared for rows in one.table.conditions()]
+    parts = [(one.table.rows(rows), one.simulated[rows]) for one, rows in each]
+    title = "Dynamic stiffness: simulated and measured"
+    remarks = [f"{one.table.name}: {text}" for one in compared for text in one.table.remarks]
+    blocks = [table_of(title, parts, _COMPARED), *paragraphs(remarks), figures("table")]
+    return Section(title, blocks if parts else [])
+
+
+def preload_of(table: DynamicTable) -> str:
+    """Return the preload of rows in words: "preload 1500 N"; with their temperature and amplitude, if these differ."""
+    first = table.rows(table.conditions()[0])
+    shown = [one for one in (_preload(first), _span(first.temperature, "°C")) if one != "-"]
+    return f"preload {', '.join(shown)}" if shown else "at rest"
+
+
+def _motion(part: DynamicTable, values: Array) -> str:
+    """Return the range of a motion: mm, degrees, or a strain in percent."""
+    unit = table_units(part)[0]
+    if unit == "strain":
+        return _span(100.0 * values, "%")
+    return _span(quantities(part.mode).per_internal * values, unit)
+
+
+def _preload(part: DynamicTable) -> str:
+    """Return the preload as a motion, or else as a force."""
+    moved = _motion(part, part.preload)
+    return _span(part.preload_force, table_units(part)[1]) if moved == "-" else moved
+
+
+def _span(values: Array, unit: str) -> str:
+    """Return the range of values, or their mean where they differ by less than is shown."""
+    known = values[~np.isnan(values)]
+    if not len(known):
+        return "-"
+    ends = [number(float(end)) for end in (known.min(), known.max())]
+    return (ends[0] if ends[0] == ends[1] else f"{ends[0]} to {ends[1]}") + (f" {unit}" if unit else "")
+
+
+# Of the rows of one curve.
+_MEASURED: Columns[DynamicTable] = (
+    ("channel", lambda part: part.name),
+    ("quantity", lambda part: f"{part.quantity.replace('stiffness', 'K')}* [{table_units(part)[2]}]"),
+    ("rows", lambda part: str(len(part))),
+    ("frequency", lambda part: _span(part.frequency, "Hz")),
+    ("amplitude", lambda part: _motion(part, part.amplitude)),
+    ("preload", _preload),
+    ("temperature", lambda part: _span(part.temperature, "°C")),
+    ("magnitude", lambda part: _span(part.stiffness, "")),
+    ("loss angle", lambda part: _span(np.degrees(part.loss_angle), "°")),
+)
+# Of the same, and their simulated stiffness.
+_COMPARED: Columns[tuple[DynamicTable, NDArray[np.complex128]]] = (
+    ("channel", lambda one: one[0].name),
+    ("frequency", lambda one: _span(one[0].frequency, "Hz")),
+    ("amplitude", lambda one: _motion(one[0], one[0].amplitude)),
+    ("preload", lambda one: _preload(one[0])),
+    ("|K*|", lambda one: _span(one[0].stiffness, "")),
+    ("simulated", lambda one: _span(np.abs(one[1]), "")),
+    ("misfit", lambda one: percent(100.0 * _rms(np.abs(one[1]) / one[0].stiffness - 1.0))),
+    ("loss angle", lambda one: _span(np.degrees(one[0].loss_angle), "°")),
+    ("simulated", lambda one: _span(np.degrees(np.angle(one[1])), "°")),
+    ("misfit", lambda one: f"{number(np.degrees(_rms(np.angle(one[1]) - one[0].loss_angle)))} °"),
+)
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -1,8 +1,9 @@
-"""An identified law -> its document: parameters, misfit by test, range in which the law is stable."""
+"""An identified law -> its document: parameters, misfit by test, stable range; spectra of tables of dynamic moduli."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,12 +11,13 @@ import numpy as np
 from bushcli.recording import branches
 from bushcli.report.conditions import conditions
 from bushcli.report.document import Document, Paragraph, Row, Section, Table, figures, note, paragraphs
-from bushcli.report.quantity import interval, number, percent, quantities, with_std
+from bushcli.report.quantity import held, interval, number, percent, quantities, with_std
+from bushcli.report.results import FitResult
 from cases.mode import modes
 
 if TYPE_CHECKING:
-    from bushcli.case import Case
     from bushcli.inverse import Fit
+    from bushcli.inverse.coupon_tables import TableSpectrum, TableSweep
 
 _NOTE = (
     "Stable means that Drucker's postulate holds: any further deformation at constant volume takes work. "
@@ -23,26 +25,26 @@ _NOTE = (
 )
 
 
-def fit_document(case: Case, fit: Fit) -> Document:
-    """Return the document of an identified law.
-
-    Parameters
-    ----------
-    case : Case
-        The case with the coupon tests.
-    fit : Fit
-        The identified law.
-    """
-    worst = max(curve.rms_percent for curve in fit.curves if not curve.held_out)
-    return Document(
+def fit_document(found: FitResult) -> Document:
+    """Return the document of an identified law, and of what the tables of dynamic moduli say."""
+    fit, lines, seen = found.fit, [], None
+    if fit is None:
+        names = {one.table.name for one in found.spectra}
+        headline = f"Relaxation spectra of {len(names)} table{'s' * (len(names) != 1)} of dynamic moduli"
+    else:
+        worst = max(curve.rms_percent for curve in fit.curves if not curve.held_out)
         # Rounded up, because no curve is worse.
-        f"{fit.material.law} fits {curves_of(fit)} to {math.ceil(10 * worst - 1e-6) / 10:.1f} % rms or better",
-        [] if fit.converged else ["The fit did not converge."],
+        shown = f"{math.ceil(10 * worst - 1e-6) / 10:.1f} % rms or better"
+        headline, seen = f"{fit.material.law} fits {curves_of(fit)} to {shown}", fit.material
+        lines = [] if fit.converged else ["The fit did not converge."]
+    return Document(
+        headline,
+        lines,
         "plain",
-        [fit_section(fit)],
-        fit.conditions,
-        conditions(case, fit.material),
-        ends_with_verdict=True,
+        [*([fit_section(fit)] if fit else []), *spectra_sections(found.spectra)],
+        found.conditions,
+        conditions(found.case, seen),
+        ends_with_verdict=fit is not None,
     )
 
 
@@ -92,8 +94,7 @@ def fitted_table(fit: Fit) -> Table:
         if limits is not None:
             low, high = limits
             stable = interval(low if low > 0 else -math.inf, high, "{:.2f}".format)
-        name = f"{curve.name} (held out)" if curve.held_out else curve.name
-        rows.append((name, mode, percent(curve.rms_percent), tested, stable))
+        rows.append((held(curve.name, curve.held_out), mode, percent(curve.rms_percent), tested, stable))
     heads = ("test", "mode", "rms misfit", "tested", "stable at stretch")
     weighting = f", {fit.weighting} weighting" if _all_coupons(fit) else ""
     return Table(f"Fitted to {curves_of(fit)}{weighting}", heads, tuple(rows), left=2)
@@ -141,3 +142,94 @@ def bulk_modulus_std(fit: Fit) -> float | None:
 
 def _all_coupons(fit: Fit) -> bool:
     return all(modes()[curve.recording.mode].specimen == "coupon" for curve in fit.curves)
+
+
+def spectra_sections(found: Sequence[TableSpectrum | TableSweep]) -> list[Section]:
+    """Return a section for each spectrum: its misfit, its terms, the shifts with temperature, the master curve."""
+    from bushcli.inverse.coupon_tables import TableSweep
+
+    return [sweep_section(one) if isinstance(one, TableSweep) else spectrum_section(one) for one in found]
+
+
+def sweep_section(one: TableSweep) -> Section:
+    """Return the fit of a table of amplitudes at each temperature."""
+    symbol = one.table.quantity
+    heads = (
+        "temperature [°C]",
+        f"{symbol}_inf [MPa]",
+        *one.fits[0].constants,
+        "misfit storage",
+        "misfit loss",
+    )
+    rows = tuple(
+        (
+            number(fit.temperature),
+            number(fit.equilibrium, 4),
+            *map(number, fit.constants.values()),
+            percent(fit.storage_percent),
+            percent(fit.loss_percent),
+        )
+        for fit in one.fits
+    )
+    from bushcli.effects.effect import effect_in_force_law  # here: few results need the effects
+
+    name = effect_in_force_law("clock").name
+    lines = [f"Constants of the effect {name}, fitted at each temperature: a spectrum that amplitude thins."]
+    own = figures("sweep", channel=one.table.name)
+    return Section(
+        f"Amplitudes of {one.table.name}", [own, Table("", heads, rows, left=0), *paragraphs(lines)]
+    )
+
+
+def spectrum_section(one: TableSpectrum) -> Section:
+    """Return the relaxation spectrum of a table, with the shifts by temperature."""
+    fit, spectrum, pot = one.fit, one.fit.spectrum, one.fit.spring_pot
+    symbol = one.table.quantity
+    heads = ("model", f"{symbol}_inf [MPa]", "constants", "misfit storage", "misfit loss")
+    rows = (
+        (
+            f"{len(spectrum.times)} Maxwell branches",
+            number(spectrum.equilibrium, 4),
+            f"sum g = {number(float(np.sum(spectrum.relative)))}",
+            percent(fit.storage_percent),
+            percent(fit.loss_percent),
+        ),
+        (
+            "spring-pot",
+            number(pot.equilibrium, 4),
+            f"{number(pot.modulus)} MPa (i omega)^{number(pot.exponent)}",
+            percent(pot.storage_percent),
+            percent(pot.loss_percent),
+        ),
+    )
+    terms = tuple(
+        (number(float(tau)), number(float(g)), number(float(modulus)))
+        for tau, g, modulus in zip(spectrum.times, spectrum.relative, spectrum.moduli, strict=True)
+    )
+    shown = [
+        Table("", heads, rows),
+        Table("Branches", ("tau [s]", "g", "modulus [MPa]"), terms, left=0, most=12),
+    ]
+    if len(fit.temperatures) > 1:
+        steps = tuple(
+            (number(float(t)), with_std(float(value), float(std)))
+            for t, value, std in zip(fit.temperatures, fit.shifts, fit.shift_errors, strict=True)
+        )
+        title = f"Shift of the times, from {number(fit.reference)} degrees C"
+        shown.append(Table(title, ("temperature [°C]", "log10 a_T"), steps, left=0, most=12))
+    lines = []
+    if fit.wlf is not None and fit.arrhenius is not None:
+        C1, C2, missed = fit.wlf
+        energy, off = fit.arrhenius
+        lines.append(
+            f"As a formula the shifts are WLF with C1 = {number(C1)} and C2 = {number(C2)} K to {number(missed)} "
+            f"decades (rms), or Arrhenius with E = {number(energy)} kJ/mol to {number(off)}: constants of the effect "
+            f"temperature with reference = {number(fit.reference)}."
+        )
+    if fit.lag_error and abs(fit.lag) > 3.0 * fit.lag_error:
+        lines.append(
+            f"The rig's lag of {with_std(1e6 * fit.lag, 1e6 * fit.lag_error)} microseconds was identified with it: "
+            "the loss angle grows with frequency alike at all temperatures."
+        )
+    own = figures("spectrum", channel=one.table.name)
+    return Section(f"Spectrum of {one.table.name}", [own, *shown, *paragraphs(lines)])

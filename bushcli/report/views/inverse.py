@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from bushcli.case import Case
 from bushcli.curve.misfit import NOISE_FLOOR
 from bushcli.inverse import Estimate, Fit, FittedCurve
 from bushcli.inverse.certainty import UNDETERMINED
-from bushcli.inverse.file_units import in_file_units, parameter_unit
+from bushcli.inverse.file_units import parameter_unit
 from bushcli.inverse.result import POOR
 from bushcli.inverse.verdict import ABOVE_NOISE, POOR_FIT, POOR_NOISE, PREDICTED
 from bushcli.report.conditions import conditions
-from bushcli.report.cycles import fit_histories, with_hysteresis
 from bushcli.report.document import (
     Columns,
     Document,
@@ -29,11 +26,12 @@ from bushcli.report.document import (
     paragraphs,
     table_of,
 )
-from bushcli.report.quantity import interval, listed, number, percent, with_std
+from bushcli.report.quantity import held, interval, listed, number, percent, with_std
 from bushcli.report.ranking import CLEAR, information_criterion
-from bushcli.report.verdict import faulty_data
+from bushcli.report.results import InverseResult
+from bushcli.report.verdict import Verdict, faulty_data
 from bushcli.report.views.cycles import history_section
-from bushcli.report.views.dynamic_tables import compared_section, misfit_lines
+from bushcli.report.views.dynamic import compared_section, misfit_lines
 from bushcli.report.views.fit import curves_of
 from bushcli.runtime.digits import beside
 
@@ -53,19 +51,10 @@ _RANKING = (
 )
 
 
-def inverse_document(case: Case, fits: Sequence[Fit]) -> Document:
-    """Return the document of identified laws; all but the ranking describes the best of them.
-
-    Parameters
-    ----------
-    case : Case
-        The case with the recordings.
-    fits : sequence of Fit
-        The best first.
-    """
-    fits = [in_file_units(fit) for fit in fits]
-    best = fits[0]
-    found, histories = answer(best), fit_histories(best)
+def inverse_document(found: InverseResult) -> Document:
+    """Return the document of identified laws; all but the ranking describes the best of them."""
+    fits, best = found.fits, found.best
+    verdict = answer(best)
     sections = [
         *(
             [Section("Laws compared", [model_table(fits), note(_RANKING), figures("ranking")])]
@@ -77,7 +66,7 @@ def inverse_document(case: Case, fits: Sequence[Fit]) -> Document:
             "Curves before and after", [table_of(_MISFITS, best.curves, _CURVES, left=3), figures("curve")]
         ),
         *([compared_section(best.tables)] if best.tables else []),
-        history_section(histories),
+        history_section(found.histories),
         Section(
             "What the curves determine",
             [
@@ -91,72 +80,43 @@ def inverse_document(case: Case, fits: Sequence[Fit]) -> Document:
         Section("The search", [*paragraphs(search(best), kind="note"), figures("convergence", "starts")]),
     ]
     return Document(
-        found.headline,
-        (*found.lines, *misfit_lines(best.tables)),
-        found.tone,
+        verdict.headline,
+        (*verdict.lines, *misfit_lines(best.tables)),
+        verdict.tone,
         sections,
-        with_hysteresis(best.conditions, histories),
-        conditions(case, best.material, "recordings"),
+        found.conditions,
+        conditions(found.case, best.material, "recordings"),
         ends_with_verdict=True,
     )
 
 
-@dataclass(frozen=True)
-class IdentificationVerdict:
-    """The verdict on an identification.
-
-    Attributes
-    ----------
-    headline : str
-        One clear sentence, without its full stop.
-    lines : tuple of str
-        Sentences with its consequences.
-    tone : {"good", "bad", "plain"}
-        Curves met to their noise, not met, in between.
-    """
-
-    headline: str
-    lines: tuple[str, ...]
-    tone: Tone
-
-
-def answer(fit: Fit) -> IdentificationVerdict:
+def answer(fit: Fit) -> Verdict:
     """Return the verdict on an identification in words."""
     fitted = [curve for curve in fit.curves if not curve.held_out]
     values = listed([f"{name} = {with_error(fit, name)}" for name in fit.parameters])
     misfits = ", ".join(f"{curve.name} {percent(curve.rms_percent)}" for curve in fitted)
-    them = "The curve is" if len(fitted) == 1 else "The curves are"
+    them, noise = ("The curve is", "its noise") if len(fitted) == 1 else ("The curves are", "their noise")
     tone: Tone
     if any(fault.fatal for fault in fit.faults):
         # Neither the misfit nor the standard errors say anything about the rubber.
         told = f"The law was fitted to these data ({misfits} rms): its values do not describe the rubber."
-        return IdentificationVerdict(faulty_data(fit.faults), (told,), "bad")
-    if not fitted and fit.tables:
-        met, tone = "", "good"
-    elif not fitted:
-        met, tone = "There is no fitted curve", "bad"
+        return Verdict(faulty_data(fit.faults), (told,), "bad")
+    off = "; ".join(f"{c.name} {percent(c.rms_percent)}, noise {percent(c.noise_percent)}" for c in fitted)
+    if not fitted:
+        met, tone = ("", "good") if fit.tables else ("There is no fitted curve", "bad")
     elif not fit.converged:
-        met, tone = (
-            f"The search did not converge; the best point so far reproduces the curves to {misfits} rms",
-            "bad",
-        )
+        so_far = f"the best point so far reproduces the curves to {misfits} rms"
+        met, tone = f"The search did not converge; {so_far}", "bad"
     elif all(is_met(curve) for curve in fitted):
-        noise = "its noise" if len(fitted) == 1 else "their noise"
         met, tone = f"{them} reproduced to within {noise} ({misfits})", "good"
     elif any(is_poor(curve) for curve in fitted):
-        off = [f"{c.name} {percent(c.rms_percent)}, noise {percent(c.noise_percent)}" for c in fitted]
-        met, tone = f"{them} not reproduced ({'; '.join(off)})", "bad"
+        met, tone = f"{them} not reproduced ({off})", "bad"
     else:
-        off = [f"{c.name} {percent(c.rms_percent)}, noise {percent(c.noise_percent)}" for c in fitted]
-        met, tone = (
-            f"{them} reproduced closely, not to within {'its' if len(fitted) == 1 else 'their'} noise "
-            f"({'; '.join(off)})",
-            "plain",
-        )
+        met, tone = f"{them} reproduced closely, not to within {noise} ({off})", "plain"
     met, tone = _with_tables(fit, met, tone)
     if len(fit.parameters) > _IN_HEADLINE:
-        return IdentificationVerdict(met, (f"{values}.", *_lines(fit)), tone)
-    return IdentificationVerdict(f"{met}: {values}", tuple(_lines(fit)), tone)
+        return Verdict(met, (f"{values}.", *_lines(fit)), tone)
+    return Verdict(f"{met}: {values}", tuple(_lines(fit)), tone)
 
 
 def _with_tables(fit: Fit, met: str, tone: Tone) -> tuple[str, Tone]:
@@ -237,19 +197,14 @@ def bulk_modulus(fit: Fit) -> str:
 
 def determined(fit: Fit) -> list[str]:
     """Return a sentence on what the curves determine, judged by the singular values."""
-    values = np.asarray(fit.singular_values)
-    if not len(values):
+    values = list(map(float, fit.singular_values))
+    if not values:
         return []
-    good = int(np.sum(values >= UNDETERMINED))
-    shown = ", ".join(number(float(value), 2) for value in values)
-    of = len(values)
-    what = (
-        f"{'Both' if of == 2 else f'All {of}'} combinations of the parameters are determined"
-        if good == of and of > 1
-        else "The parameter is determined"
-        if good == of
-        else f"{good} of {of} combinations of the parameters are determined"
-    )
+    good, of = sum(value >= UNDETERMINED for value in values), len(values)
+    shown = ", ".join(number(value, 2) for value in values)
+    all_of_them = "Both" if of == 2 else f"All {of}"
+    what = f"{all_of_them if good == of else f'{good} of {of}'} combinations of the parameters are determined"
+    what = "The parameter is determined" if good == of == 1 else what
     return [f"{what} (relative singular values {shown}; below {UNDETERMINED:g} a combination is left open)."]
 
 
@@ -320,18 +275,14 @@ def correlation_table(fit: Fit) -> Table:
 def leverage_table(fit: Fit) -> Table:
     """Return the effect of an error of 1 % in the force of one channel on the parameters."""
     names = tuple(fit.parameters)
-    rows = [
+
+    def shown(name: str, change: float) -> str:
         # A value on its bound does not change as the linear theory predicts.
-        (
-            channel,
-            *(
-                "-"
-                if fit.parameters[name].at_bound or not math.isfinite(change)
-                else f"{100 * change:+.1f} %"
-                for name in names
-                for change in [changes.get(name, math.nan)]
-            ),
-        )
+        known = math.isfinite(change) and not fit.parameters[name].at_bound
+        return f"{100 * change:+.1f} %" if known else "-"
+
+    rows = [
+        (channel, *(shown(name, changes.get(name, math.nan)) for name in names))
         for channel, changes in fit.leverage.items()
     ]
     title = "Change of the parameters if the force of a channel were 1 % larger"
@@ -341,8 +292,8 @@ def leverage_table(fit: Fit) -> Table:
 def model_table(fits: Sequence[Fit]) -> Table:
     """Return the laws, the best first, with their criterion relative to the smallest one."""
     names = list(dict.fromkeys(curve.name for fit in fits for curve in fit.curves))
-    held = {curve.name for fit in fits for curve in fit.curves if curve.held_out}
-    order = [name for name in names if name not in held] + [name for name in names if name in held]
+    unseen = {curve.name for fit in fits for curve in fit.curves if curve.held_out}
+    order = sorted(names, key=lambda name: name in unseen)
     scores = [information_criterion(fit) for fit in fits]
     least = min((score for score in scores if math.isfinite(score)), default=0.0)
     rows = []
@@ -353,7 +304,7 @@ def model_table(fits: Sequence[Fit]) -> Table:
         problems = ", ".join(dict.fromkeys(c.name for c in fit.conditions))
         judged = (f"+{beside(score - least, CLEAR)}", "yes" if fit.converged else "no", problems)
         rows.append((fit.material.law, str(len(fit.parameters)), *misfits, cost, *judged))
-    channels = [f"{name} (held out)" if name in held else name for name in order]
+    channels = [held(name, name in unseen) for name in order]
     heads = ("law", "parameters", *channels, "misfit/noise", "BIC", "converged", "problems")
-    by = "prediction of what was held out" if held else "BIC"
+    by = "prediction of what was held out" if unseen else "BIC"
     return Table(f"Laws, best first by {by}", heads, tuple(rows))

@@ -2,30 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from bushcli.case import Case
 from bushcli.case.typical import unusual
+from bushcli.report.conditions import size_of
 from bushcli.report.document import Columns, Document, Section, Table, paragraphs, table_of
+from bushcli.report.results import MeshResult
 
 if TYPE_CHECKING:
     from bushcli.simulate.meshes import Meshed
     from geometry.shape import Shape
 
 
-def mesh_document(case: Case, meshes: Sequence[Meshed]) -> Document:
-    """Return the document of the meshes of a case, with the interpretation of a geometry file.
-
-    Parameters
-    ----------
-    case : Case
-    meshes : sequence of Meshed
-        The meshes that were built.
-    """
-    shape = case.geometry
-    wall = "" if shape.wall is None else f", rubber {shape.wall.thickness:.4g} mm between the bonds"
-    size = "" if shape.overall is None else f"Size in mm: {shape.overall:.4g} overall{wall}"
+def mesh_document(found: MeshResult) -> Document:
+    """Return the document of the meshes of a case, with the interpretation of a geometry file."""
+    case, shape = found.case, found.case.geometry
+    size = size_of(shape)
     columns: Columns[Meshed] = (
         ("mesh", lambda mesh: mesh.name),
         ("for", lambda mesh: ", ".join(mesh.modes)),
@@ -36,8 +28,8 @@ def mesh_document(case: Case, meshes: Sequence[Meshed]) -> Document:
     sections = [
         notes_section(shape),
         Section("Volumes and areas", [measure_table(shape)] if shape.notes else []),
-        Section("", paragraphs([size])),
-        Section("Meshes", [table_of("Meshes", meshes, columns, left=3)]),
+        Section("", paragraphs([f"Size: {size}" if size else ""])),
+        Section("Meshes", [table_of("Meshes", found.meshes, columns, left=3)]),
     ]
     return Document("", (), "plain", sections, unusual(case, case.material))
 

@@ -7,6 +7,7 @@ import math
 from bushcli.report.conditions import conditions
 from bushcli.report.document import Columns, Document, Row, Section, Table, Tone, figures, note, table_of
 from bushcli.report.quantity import number
+from bushcli.report.results import StudyResult
 from bushcli.runtime.digits import beside
 from bushcli.study.analysis import Failure
 from bushcli.study.study import Study
@@ -42,24 +43,23 @@ _SOBOL = (
 )
 
 
-def study_document(found: Study) -> Document:
+def study_document(result: StudyResult) -> Document:
     """Return the document of a study."""
+    found = result.study
     indices = _SOBOL if found.plan.sampling == "saltelli" else ""
     explained = [
         (answer_table(found), _ANSWERS),
         (worst_table(found), _WORST),
         (influence_table(found), _ALONE + indices),
     ]
+    failed = table_of("Designs without a result", found.failures, _FAILURES, left=3)
     sections = [
         Section("What matters", [figures("tornado")]),
         Section("Curves of all designs", [figures("band")]),
         Section("Answers against the varied keys", [figures("scatter")]),
         Section("Spread of the answers", [figures("histogram")]),
         *(Section(table.title, [table, note(text)]) for table, text in explained),
-        Section(
-            "Designs without a result",
-            [table_of("Designs without a result", found.failures, _FAILURES, left=3)],
-        ),
+        Section(failed.title, [failed]),
     ]
     worst = min((one.limits.share for one in found.summaries.values() if one.limits), default=None)
     tone: Tone = "plain" if worst is None else "good" if worst > 0.99 else "bad"
@@ -123,9 +123,7 @@ def answer_table(found: Study) -> Table:
             # As they were given: a rounded limit could be on the other side of a value.
             row += (f"{one.limits.low:.10g} to {one.limits.high:.10g}", share_percent(one.limits.share))
             row += (f"{share_percent(low).removesuffix(' %')} to {share_percent(high)}",)
-        elif limited:
-            row += ("-", "-", "-")
-        rows.append(row)
+        rows.append(row if len(row) == len(heads) else (*row, "-", "-", "-"))
     return Table("Answers", heads, tuple(rows), left=2)
 
 

@@ -9,22 +9,22 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bushcli.case import load_case_names, resolved
+from bushcli.case import resolved
 from bushcli.case.identified import IDENTIFIED, IDENTIFYING, identified_case
 from bushcli.recording import write_curve_csv
 from bushcli.report.writers import tables
 from bushcli.report.writers.folder import (
+    CLAIMED,
     RESULT,
     Content,
     check_folder,
-    claim,
+    claimed,
     earlier_result,
     refuse_others,
     write_files,
@@ -35,17 +35,12 @@ from bushcli.runtime.store import code_revision
 if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.diagnosis.result import Diagnosis
-    from bushcli.inverse import Fit, FittedCurve
-    from bushcli.inverse.coupon_tables import TableSpectrum, TableSweep
+    from bushcli.inverse import FittedCurve
+    from bushcli.report import results
     from bushcli.report.document import Document, Panels, Picture
-    from bushcli.simulate.dynamic import DynamicResponse
-    from bushcli.simulate.dynamic_tables import ComparedTable
-    from bushcli.simulate.meshes import Meshed
-    from bushcli.simulate.misfit import Misfit
-    from bushcli.simulate.response import Response
     from bushcli.study.batch import Batch
     from bushcli.study.compare import Comparison
-    from bushcli.study.study import Study
+    from bushcli.study.design import Design
     from geometry.errors import GeometryError
 
 REPORT = "report.html"
@@ -66,34 +61,24 @@ FIELDS = (".xdmf", ".h5")
 _HOW = frozenset({"workers", "scheduler", "resume", "strict", "no_fields"})
 # Ending of the name of a curve's file, by command.
 _CURVES = {
-    "direct": ("", "-comparison"),
-    "fit": ("-fit",),
-    "inverse": ("-identified",),
-    "diagnose": ("-diagnosis",),
-    "dynamic": ("-dynamic",),
+    "direct": (".csv", "-comparison.csv", *FIELDS),
+    "fit": ("-fit.csv",),
+    "inverse": ("-identified.csv",),
+    "diagnose": ("-diagnosis.csv",),
+    "dynamic": ("-dynamic.csv",),
 }
 
 
 @dataclass(frozen=True)
 class Files:
-    """What is written of a result, besides result.json.
+    """What is written of a result, besides result.json."""
 
-    Attributes
-    ----------
-    case : Case or None
-        Its case, whose files are never replaced.
-    contents : mapping of str to Content
-        Numbers by file name, which are written first.
-    fields : sequence of str
-        Names of files that were written while the command calculated.
-    pictures : callable or None
-        Returns the pictures, and the plots to be drawn as pictures.
-    """
-
-    case: Case | None
-    contents: Mapping[str, Content] = field(default_factory=dict)
-    fields: Sequence[str] = ()
-    pictures: Callable[[], Iterable[Panels | Picture]] | None = None
+    case: Case | None  # its files are never replaced
+    contents: Mapping[str, Content] = field(
+        default_factory=dict
+    )  # numbers by file name, which are written first
+    fields: Sequence[str] = ()  # files that were written while the command calculated
+    pictures: Callable[[], Iterable[Panels | Picture]] | None = None  # and plots to be drawn as pictures
     has_page: bool = True
 
 
@@ -113,15 +98,8 @@ def write(
     document : callable
         Returns the document of the result.
 
-    Returns
-    -------
-    tuple of Path
-        The files written.
-
     Raises
     ------
-    InputError
-        The folder is a file or cannot be written, or a file to be replaced is not bushcli's.
     NotDrawn
         Everything is written but the pictures and the page.
     """
@@ -146,83 +124,53 @@ def _report(module: str) -> Any:
     return import_module(f"bushcli.report.{module}")
 
 
-def check_files(case: Case) -> Files:
+def check_files(found: results.Checked) -> Files:
     """Return the files of a checked case: result.json alone."""
-    return Files(case, has_page=False)
+    return Files(found.case, has_page=False)
 
 
-def mesh_files(case: Case, meshes: Sequence[Meshed]) -> Files:
-    """Return the files of meshes: a picture of each, and of the interpretation of a geometry file.
-
-    Parameters
-    ----------
-    case : Case
-        The validated case.
-    meshes : sequence of Meshed
-        Its meshes.
-    """
+def mesh_files(found: results.MeshResult) -> Files:
+    """Return the files of meshes: a picture of each, and of the interpretation of a geometry file."""
     return Files(
         None,  # a part has no case file: the one that is written to start from is not an input
-        fields=[f"mesh-{one.name}{end}" for one in meshes for end in FIELDS],
-        pictures=lambda: _report("drawing.results").mesh_pictures(case.geometry, meshes),
+        fields=[f"mesh-{one.name}{end}" for one in found.meshes for end in FIELDS],
+        pictures=lambda: _report("drawing.results").mesh_pictures(found.case.geometry, found.meshes),
         has_page=False,
     )
 
 
-def direct_files(
-    response: Response,
-    misfits: Mapping[str, Misfit],
-    fit: Fit | None,
-    vibrations: Sequence[ComparedTable] = (),
-) -> Files:
-    """Return the files of a direct prediction: per channel its curve, its comparison and its fields.
-
-    Parameters
-    ----------
-    response, misfits, fit
-        As given to `direct_json`.
-    vibrations : sequence of ComparedTable
-        Tables of dynamic stiffness beside their simulation.
-    """
-    curves = [channel.name for channel in response.channels]
-    names = file_names([*curves, *(one.table.name for one in vibrations)])
+def direct_files(found: results.DirectResult) -> Files:
+    """Return the files of a direct prediction: per channel its curve, its comparison and its fields."""
+    curves, compared = [channel.name for channel in found.response.channels], found.tables or ()
+    names = file_names([*curves, *(one.table.name for one in compared)])
     contents: dict[str, Content] = {
-        f"{names[one.table.name]}-table.csv": tables.compared_table(one) for one in vibrations
+        f"{names[one.table.name]}-table.csv": tables.compared_table(one) for one in compared
     }
-    for channel in response.channels:
+    for channel in found.response.channels:
         name = names[channel.name]
         contents[f"{name}.csv"] = (
             partial(write_curve_csv, curve=channel.curve)
             if channel.six is None
             else tables.six_table(channel.six)
         )
-        if (found := misfits.get(channel.name)) is not None:
+        if (misfit := found.misfits.get(channel.name)) is not None:
             # At the recorded displacements, in the order of the recording.
-            forces = {"recorded": found.simulated - found.difference, "simulated": found.simulated}
-            columns = tables.forces(channel.mode, found.displacement, forces)
+            forces = {"recorded": misfit.simulated - misfit.difference, "simulated": misfit.simulated}
+            columns = tables.forces(channel.mode, misfit.displacement, forces)
             contents[f"{name}-comparison.csv"] = tables.number_table(columns)
     return Files(
-        response.case,
+        found.response.case,
         contents,
         [f"{names[name]}{end}" for name in curves for end in FIELDS],
-        lambda: _report("drawing.results").direct_pictures(response, misfits, fit, names, vibrations),
+        lambda: _report("drawing.results").direct_pictures(found, names),
     )
 
 
-def fit_files(case: Case, fit: Fit | None, spectra: Sequence[TableSpectrum | TableSweep] = ()) -> Files:
-    """Return the files of a fit: recorded and fitted stress of each coupon, and the master curve of each table.
-
-    Parameters
-    ----------
-    case : Case
-        The case with the coupon tests.
-    fit : Fit or None
-        None where the case has no tests but tables.
-    spectra : sequence of TableSpectrum or TableSweep
-        What its tables of dynamic moduli say.
-    """
+def fit_files(found: results.FitResult) -> Files:
+    """Return the files of a fit: recorded and fitted stress of each coupon, and the master curve of each table."""
     from bushcli.inverse.coupon_tables import TableSpectrum
 
+    fit, spectra = found.fit, found.spectra
     curves = () if fit is None else fit.curves
     names = file_names([*(curve.name for curve in curves), *dict.fromkeys(one.table.name for one in spectra)])
     contents = {f"{names[curve.name]}-fit.csv": _fitted(curve, "fitted") for curve in curves}
@@ -236,23 +184,12 @@ def fit_files(case: Case, fit: Fit | None, spectra: Sequence[TableSpectrum | Tab
         of_law = [] if fit is None else [_report("plots.fit").fit_panels(fit)]
         return [*of_law, *(of_table(one, names[one.table.name]) for one in spectra)]
 
-    return Files(case, contents, pictures=pictures)
+    return Files(found.case, contents, pictures=pictures)
 
 
-def inverse_files(case: Case, fits: Sequence[Fit]) -> Files:
-    """Return the files of identified laws: for each channel the recorded curve and that of the best law.
-
-    Parameters
-    ----------
-    case : Case
-        The case with the recordings.
-    fits : sequence of Fit
-        The best first.
-    """
-    from bushcli.inverse.file_units import in_file_units
-
-    fits = [in_file_units(fit) for fit in fits]
-    best = fits[0]
+def inverse_files(found: results.InverseResult) -> Files:
+    """Return the files of identified laws: for each channel the recorded curve and that of the best law."""
+    best = found.best
     names = file_names([*(curve.name for curve in best.curves), *(one.table.name for one in best.tables)])
     contents = {f"{names[one.table.name]}-table.csv": tables.compared_table(one) for one in best.tables}
     contents |= {
@@ -261,7 +198,7 @@ def inverse_files(case: Case, fits: Sequence[Fit]) -> Files:
         )
         for curve in best.curves
     }
-    return Files(case, contents, pictures=lambda: _report("plots.fit").inverse_panels(fits, names))
+    return Files(found.case, contents, pictures=lambda: _report("plots.fit").inverse_panels(found, names))
 
 
 def _fitted(curve: FittedCurve, how: str, start: bool = False) -> str:
@@ -294,31 +231,34 @@ def diagnosis_files(found: Diagnosis) -> Files:
     )
 
 
-def dynamic_files(response: DynamicResponse) -> Files:
+def dynamic_files(found: results.DynamicResult) -> Files:
     """Return the files of dynamic stiffness: a table of each load case, a row for each preload and frequency."""
-    names = file_names(dict.fromkeys(curve.name for curve in response.curves))
+    curves = found.response.curves
+    names = file_names(dict.fromkeys(curve.name for curve in curves))
     contents = {
-        f"{file}-dynamic.csv": tables.dynamic_table([one for one in response.curves if one.name == name])
+        f"{file}-dynamic.csv": tables.dynamic_table([one for one in curves if one.name == name])
         for name, file in names.items()
     }
     return Files(
-        response.case,
+        found.response.case,
         contents,
-        pictures=lambda: _report("plots.dynamic").dynamic_panels(response.curves, names),
+        pictures=lambda: _report("plots.dynamic").dynamic_panels(curves, names),
     )
 
 
-def study_files(found: Study, rows: Callable[[Path], None]) -> Files:
-    """Return the files of a study: its designs as Parquet.
+def study_files(found: results.StudyResult) -> Files:
+    """Return the files of a study: its designs as Parquet."""
+    study = found.study
+    return Files(
+        study.case,
+        {DESIGNS: found.write_rows},
+        pictures=lambda: _report("plots.study").study_panels(study),
+    )
 
-    Parameters
-    ----------
-    found : Study
-        The study.
-    rows : callable
-        Writes the designs at a path.
-    """
-    return Files(found.case, {DESIGNS: rows}, pictures=lambda: _report("plots.study").study_panels(found))
+
+def design_files(found: Design) -> Files:
+    """Return the files of a design: its page."""
+    return Files(found.case)
 
 
 def batch_files(found: Batch) -> Files:
@@ -344,21 +284,14 @@ def write_refused(directory: Path, error: GeometryError) -> tuple[Path, ...]:
         Folder for the picture, created if necessary; if it holds a result, `REFUSED` in it.
     error : GeometryError
         The error, whose message becomes the title.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written.
     """
     if error.view is None:
         return ()
     if earlier_result(directory) is not None:
         directory = directory / REFUSED
     pictures = picture_files([_report("drawing.results").geometry_picture(error.view, str(error), {})])
-    refuse_others(directory, pictures, [])
-    with suppress(OSError):  # `write_files` says why
-        claim(directory, pictures)
-    return write_files(directory, pictures, [])
+    noted = json.dumps(sorted({*claimed(directory), *pictures}))
+    return write_files(directory, {CLAIMED: noted, **pictures}, [])[1:]
 
 
 def write_starter_case(directory: Path, case: str) -> tuple[Path, ...]:
@@ -370,11 +303,6 @@ def write_starter_case(directory: Path, case: str) -> tuple[Path, ...]:
         Folder for the case file; created if necessary.
     case : str
         Text of the case file.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written.
     """
     return () if (directory / BEGINNING).exists() else write_files(directory, {BEGINNING: case}, [])
 
@@ -390,21 +318,13 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
         The validated case, whose input files are not replaced.
     command : str
         Name of the command, from which the names of its files follow.
-
-    Raises
-    ------
-    InputError
-        The folder is a file, lies below one or cannot be written to, or the result would replace a file that is not
-        bushcli's.
     """
     check_folder(directory)
-    recordings = case.coupons if command == "fit" else case.recordings
     channels = {
         "direct": [name for name, _ in case.channels],
-        "dynamic": load_case_names(case.vibrations, ()),
-    }.get(command, [source.label for source in recordings])
-    endings = [f"{ending}.csv" for ending in _CURVES.get(command, ())]
-    endings += FIELDS if command == "direct" else ()
+        "dynamic": [one.label for one in case.vibrations],
+        "fit": [source.label for source in case.coupons],
+    }.get(command, [source.label for source in case.recordings])
     modes = dict.fromkeys(source.mode for source in case.specimens)
     others = {
         "mesh": [file.name for file in directory.glob("mesh-*") if file.suffix in FIELDS],
@@ -412,7 +332,8 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
         "compare": [DIFFERENCES],
         "study": [DESIGNS],
     }.get(command, [])
-    curves = [f"{name}{ending}" for name in file_names(channels).values() for ending in endings]
+    files = file_names(channels).values()
+    curves = [f"{name}{ending}" for name in files for ending in _CURVES.get(command, ())]
     carried = [IDENTIFIED] if command in IDENTIFYING else []
     refuse_others(directory, [RESULT, REPORT, *curves, *others, *carried], inputs_of(case))
 

@@ -35,7 +35,7 @@ QUESTION = "question"
 STAGING = ".bushcli-run"
 #: Bytes of a result.json; larger ones are not bushcli's.
 _LARGEST = 200_000_000
-#: Names of the files that a run may leave behind if it ends before `result.json` lists them.
+#: Names of the files that a run writes without a result: a later run may replace them.
 CLAIMED = ".bushcli-files"
 #: Bytes of that list; a longer one is not bushcli's.
 _LARGEST_CLAIM = 10_000_000
@@ -62,55 +62,37 @@ class NotDrawn(Exception):
 
 
 def check_folder(directory: Path) -> None:
-    """Refuse a folder that cannot be created or written to.
-
-    Raises
-    ------
-    InputError
-        The path is a file, lies below one, has a name that the file system does not accept, or is not writable.
-    """
+    """Refuse a folder that is a file or lies below one, or that cannot be created or written to."""
     import tempfile  # here, because it adds 8 ms to a start-up
 
     try:
-        existing = next(path for path in (directory, *directory.absolute().parents) if _is_there(path))
+        for existing in (directory, *directory.absolute().parents):
+            # `Path.exists` also denies a name that is too long, from Python 3.14 on.
+            with suppress(FileNotFoundError, NotADirectoryError):
+                existing.stat()
+                break
         if existing.is_dir():
             # Tested with a temporary file: permissions alone do not reveal a full disk or /proc.
             with tempfile.TemporaryFile(dir=existing) as probe:
                 probe.write(b"x")
             return
     except OSError as error:
-        what = f"cannot be written: {error.strerror or error}"
-        raise InputError(Problem(str(directory), what, "", "give another -o")) from None
+        raise _unwritable(directory, error, "give another -o") from None
     raise InputError(Problem(str(existing), "is a file", "", _FOLDER))
-
-
-def _is_there(path: Path) -> bool:
-    """Whether a path exists; `Path.exists` also denies a name that is too long, from Python 3.14 on."""
-    try:
-        path.stat()
-    except (FileNotFoundError, NotADirectoryError):
-        return False
-    return True
 
 
 # -- whose files they are ----------------------------------------------------------------------------------------------
 
 
 def refuse_others(directory: Path, names: Iterable[str], inputs: Collection[Path]) -> None:
-    """Refuse to replace inputs of the case, links, folders, write-protected files, or files that no run wrote.
-
-    Raises
-    ------
-    InputError
-    """
-    findings = _not_replaced(directory, names, inputs)
-    if findings:
+    """Refuse to replace inputs of the case, links, folders, write-protected files, or files that no run wrote."""
+    if findings := _not_replaced(directory, names, inputs):
         raise InputError(*findings.values())
 
 
 def _not_replaced(directory: Path, names: Iterable[str], inputs: Collection[Path]) -> dict[str, Problem]:
     """Return the names of files that must not be replaced, with the reason."""
-    there = [name for name in names if os.path.lexists(directory / name)]
+    there = [name for name in names if name != CLAIMED and os.path.lexists(directory / name)]
     if not there:
         return {}
     read = {path.resolve() for path in inputs}
@@ -232,14 +214,12 @@ def moves_to(directory: Path, command: str, question: str) -> tuple[str, Path] |
     if found is None or (found["command"], found.get(QUESTION, "")) == (command, question):
         return None
     before = "".join(letter for letter in str(found["command"]) if letter.isalnum())
+
+    def is_same(there: Mapping[str, Any]) -> bool:
+        return is_finished(there) and there.get(QUESTION, "") == found.get(QUESTION)
+
     # A result that was moved before and calculated again is there already.
-    places = _numbered(directory / f"earlier-{before}")
-    for place in places:
-        there = None if place.is_symlink() else earlier_result(place)
-        is_same = there is not None and is_finished(there) and there.get(QUESTION, "") == found.get(QUESTION)
-        if is_same or not os.path.lexists(place):
-            return before, place
-    raise AssertionError("there is always a free name")
+    return before, _free(directory / f"earlier-{before}", is_same)
 
 
 def place_of(directory: Path, result: Mapping[str, Any]) -> Path:
@@ -247,18 +227,18 @@ def place_of(directory: Path, result: Mapping[str, Any]) -> Path:
     found = earlier_result(directory)
     if found is None or is_finished(result) or not is_finished(found):
         return directory
-    for one in _numbered(directory / f"unfinished-{result['command']}"):
-        if not os.path.lexists(one):
-            return one
-        there = None if one.is_symlink() else earlier_result(one)
-        if there is not None and not is_finished(there):
-            return one
-    raise AssertionError("there is always a free name")
+    return _free(directory / f"unfinished-{result['command']}", lambda there: not is_finished(there))
 
 
-def _numbered(path: Path) -> Iterator[Path]:
-    """Yield a path, and the path with -2, -3 and so on behind it."""
-    return (path if n == 1 else path.with_name(f"{path.name}-{n}") for n in count(1))
+def _free(path: Path, may_go: Callable[[Mapping[str, Any]], bool]) -> Path:
+    """Return the first of a path, and the path with -2, -3, ... behind it, that is free or has a result that may go."""
+    places = (path if n == 1 else path.with_name(f"{path.name}-{n}") for n in count(1))
+    return next(
+        place
+        for place in places
+        if not os.path.lexists(place)
+        or (not place.is_symlink() and (there := earlier_result(place)) is not None and may_go(there))
+    )
 
 
 @contextmanager
@@ -296,15 +276,7 @@ def write_files(
     beside: Iterable[str] = (),
     drawn: Callable[[], Mapping[str, Content]] | None = None,
 ) -> tuple[Path, ...]:
-    """Write files into a folder, which is created if necessary; first the numbers, then what is drawn.
-
-    Raises
-    ------
-    InputError
-        The folder is a file or cannot be written, or a file to be replaced is not bushcli's.
-    NotDrawn
-        Everything is written but the pictures and the page.
-    """
+    """Write files into a folder, which is created if necessary; first the numbers, then what is drawn."""
     if directory.exists() and not directory.is_dir():
         raise InputError(Problem(str(directory), "is a file", "", _FOLDER))
     content = files.get(RESULT)
@@ -414,44 +386,15 @@ def _write_all(place: Path, files: Mapping[str, Content], listed: Collection[str
                 part.unlink(missing_ok=True)
 
 
-def _unwritable(directory: Path, error: OSError) -> InputError:
+def _unwritable(
+    directory: Path, error: OSError, remedy: str = "free some space, or give another -o"
+) -> InputError:
     what = f"cannot be written: {error.strerror or error}"
-    return InputError(
-        Problem(str(error.filename or directory), what, "", "free some space, or give another -o")
-    )
-
-
-def claim(directory: Path, names: Iterable[str]) -> None:
-    """Note files that are about to be written, so that a later run may replace them even if this one is interrupted.
-
-    Parameters
-    ----------
-    directory : Path
-        Created if necessary.
-    names : iterable of str
-        Files that this run may replace (`refuse_others`).
-
-    Raises
-    ------
-    OSError
-        The folder cannot be written to.
-    """
-    text = json.dumps(sorted({*claimed(directory), *names}))
-    directory.mkdir(parents=True, exist_ok=True)
-    part = directory / f"{CLAIMED}.{os.getpid()}.part"
-    try:
-        # Created exclusively, in case somebody has placed a link of this name.
-        with os.fdopen(
-            os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY | os.O_NOFOLLOW, 0o666), "w"
-        ) as file:
-            file.write(text)
-        part.replace(directory / CLAIMED)
-    finally:
-        part.unlink(missing_ok=True)
+    return InputError(Problem(str(error.filename or directory), what, "", remedy))
 
 
 def claimed(directory: Path) -> frozenset[str]:
-    """Return the files that an interrupted run has noted in a folder."""
+    """Return the files in a folder that a run has noted because it has no result that could list them."""
     file = directory / CLAIMED
     try:
         found = None if file.is_symlink() else json.loads(read_bounded(file, _LARGEST_CLAIM))

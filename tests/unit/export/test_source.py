@@ -97,7 +97,7 @@ def test_another_law_than_the_cases(case, tmp_path):
 
 def test_the_most_probable_model_of_a_diagnosis(case, tmp_path, diagnoses):
     found = diagnoses.diagnosis(case, "missing_physics")
-    out = saved(tmp_path, report.diagnosis_json(found))
+    out = saved(tmp_path, report.as_json(found))
     source = read_source(out).case
     assert source.material.law == found.material.law
     assert source.material.parameters == pytest.approx(dict(found.material.parameters))

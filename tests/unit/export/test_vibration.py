@@ -14,6 +14,7 @@ from bushcli.export.bushing import bushing_of
 from bushcli.export.curves import BushingData
 from bushcli.export.directions import FORCES
 from bushcli.report.json.dynamic import dynamic_json
+from bushcli.report.results import DynamicResult
 from bushcli.simulate.dynamic import vibrate
 from tests.unit.export.test_vehicle import FREQUENCIES, vibrations, written
 
@@ -150,7 +151,7 @@ def case(tmp_path):
 
 def saved(folder, response):
     folder.mkdir()
-    (folder / "result.json").write_text(json.dumps(dynamic_json(response, None), default=list))
+    (folder / "result.json").write_text(json.dumps(dynamic_json(DynamicResult(response)), default=list))
     return folder
 
 

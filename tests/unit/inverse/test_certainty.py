@@ -48,7 +48,7 @@ class Linear:
         q = np.linspace(0.1, 1.0, 20)
         self.slopes = [np.column_stack([q, q**3]), np.column_stack([2 * q, 0.5 * q**2])]
         self.channels = [
-            SimpleNamespace(name=name, scale=np.full(20, scale))
+            SimpleNamespace(name=name, scale=np.full(20, scale), measured=np.zeros(20))
             for name, scale in (("one", 0.1), ("two", 0.3))
         ]
 

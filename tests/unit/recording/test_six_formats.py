@@ -213,3 +213,15 @@ def test_what_is_not_clear_is_refused_with_a_sentence(tmp_path, groups, sentence
     write_mdf(tmp_path / "run.mf4", *groups)
     with pytest.raises(InputError, match=sentence.replace("{", r"\{").replace("...", r"\.\.\.")):
         recordings(tmp_path, "run.mf4")
+
+
+def test_a_reaction_that_is_logged_slowly_has_the_motions_of_its_rows(tmp_path):
+    """Without a time nothing can be interpolated: of the motions, too, the rows between two updates are left out."""
+    slow = np.round(
+        2500.0 * np.repeat(MOTIONS["ux_mm"][::2], 2)[:401] + 30.0 * np.sin(np.arange(401) // 2), 1
+    )
+    table = np.column_stack([*MOTIONS.values(), slow, *list(FORCES.values())[1:]])
+    np.savetxt(tmp_path / "a.csv", table, delimiter=",", header=",".join([*MOTIONS, *FORCES]), comments="")
+    one = recordings(tmp_path, "a.csv")["path.fx"]
+    np.testing.assert_allclose(one.force, slow[::2])
+    np.testing.assert_allclose(one.six.motion[:, 0], MOTIONS["ux_mm"][::2], atol=1e-9)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -11,6 +9,7 @@ from bushcli.case import Material, load_case
 from bushcli.curve.curve import Curve
 from bushcli.inverse import Combination, Estimate, Fit, FittedCurve
 from bushcli.recording import Recording
+from bushcli.report.results import DirectResult
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.misfit import misfits
 from bushcli.simulate.response import Response, Simulated
@@ -109,12 +108,12 @@ def ring():
 
 @pytest.fixture
 def answer(case):
-    """Make a response, with its misfits, of channels."""
+    """Make a prediction of channels beside their recordings."""
 
-    def make(*channels, title="a bushing", conditions=()):
+    def make(*channels, title="a bushing", conditions=(), fit=None):
         used = case(title)
         response = Response(used, used.material, channels, tuple(conditions))
-        return SimpleNamespace(response=response, misfits=misfits(response), case=used)
+        return DirectResult(response, misfits(response), fit)
 
     return make
 

@@ -13,10 +13,12 @@ from bushcli import report
 from bushcli.curve.curve import Curve
 from bushcli.recording import Recording, read_recording
 from bushcli.recording.source import Source
-from bushcli.report.cycles import response_histories, unexplained_hysteresis
+from bushcli.report.cycles import unexplained_hysteresis
 from bushcli.report.drawing.prepared import prepared
 from bushcli.report.plots.cycles import cycle_panels, history_panels
 from bushcli.report.views.cycles import cycle_table, history_section, hold_table
+from bushcli.report.writers.files import write
+from bushcli.report.writers.terminal import terminal_text
 
 DATA = Path(__file__).parents[1] / "data"
 
@@ -43,10 +45,6 @@ def simulated(channel, answer):
     return make
 
 
-def histories(found):
-    return response_histories(found.response, found.misfits)
-
-
 def cyclic(loss, sigma=2.0, mode="axial", factor=1.0):
     """Two cycles of 4 mm to both sides with a loop of `loss` (N) around a line, and noise."""
     phase = np.linspace(0.0, 4 * np.pi, 401)
@@ -57,7 +55,7 @@ def cyclic(loss, sigma=2.0, mode="axial", factor=1.0):
 
 def test_json_has_recorded_and_simulated_values_side_by_side(simulated, measured):
     found = simulated(measured)
-    result = json.loads(json.dumps(report.direct_json(found.response, found.misfits, None), allow_nan=False))
+    result = json.loads(json.dumps(report.as_json(found), allow_nan=False))
     (entry,) = result["load_cases"]
     assert entry["units"]["energy"] == "N mm"
     assert [cycle["number"] for cycle in entry["cycles"]] == list(range(1, 9))
@@ -78,22 +76,22 @@ def test_json_has_recorded_and_simulated_values_side_by_side(simulated, measured
 
 def test_one_way_has_neither_cycles_nor_holds(answer, channel):
     found = answer(channel("axial", 130.0, 100.0))
-    (entry,) = report.direct_json(found.response, found.misfits, None)["load_cases"]
+    (entry,) = report.as_json(found)["load_cases"]
     assert "cycles" not in entry
 
 
 def test_cycles_that_the_simulation_did_not_reach_are_null(simulated, measured):
     found = simulated(measured, reach=(-2.5, 2.5), stopped="DIVERGED_MAX_IT")
-    (history,) = histories(found)
-    assert [s is not None for s in history.simulated] == [True] * 3 + [False] * 5
-    assert [s is not None for s in history.simulated_holds] == [False, True]
-    assert all(recorded is not None for recorded in history.recorded)
+    (history,) = found.histories
+    assert [s is not None for _, _, s in history.cycles] == [True] * 3 + [False] * 5
+    assert [s is not None for _, _, s in history.holds] == [False, True]
+    assert all(recorded is not None for _, recorded, _ in history.cycles)
 
 
 def test_a_program_alone_has_simulated_cycles(answer, channel):
     q = np.concatenate([np.linspace(0, 4, 9), np.linspace(3.5, 0, 8)])
     found = answer(channel("axial", curve=Curve("axial", q, elastic(q)), surface=None))
-    (history,) = histories(found)
+    (history,) = found.histories
     assert not history.has_recording
     assert cycle_table(history).heads == ("cycle", "mm", "energy, N mm", "loss, %", "secant, N/mm", "peak, N")
     assert cycle_table(history).rows[0][:2] == ("1", "0 to 4")
@@ -106,8 +104,8 @@ def test_the_rounding_of_a_solver_is_no_loop(answer, channel):
     for size, lossless in ((1e-8, True), (1e-3, False)):
         force = elastic(q) * (1.0 + size * np.sin(7.0 * np.arange(len(q))))
         found = answer(channel("axial", curve=Curve("axial", q, force), surface=None))
-        (history,) = histories(found)
-        assert [one.energy.value == 0.0 for one in history.simulated] == [lossless, lossless]
+        (history,) = found.histories
+        assert [one.energy.value == 0.0 for _, _, one in history.cycles] == [lossless, lossless]
         energy, secant = (prepared(plot) for plot in cycle_panels(history, "axial").rows[1])
         assert (np.ptp(energy.y) == 2.0) == lossless
         assert (np.ptp(secant.y) > 20.0) == lossless
@@ -118,7 +116,7 @@ def test_rotations_are_in_degrees(answer, channel):
     recording = cyclic(30.0, 0.0, "torsional", factor=0.1)
     q = np.linspace(-0.5, 0.5, 21)
     found = answer(channel("torsional", curve=Curve("torsional", q, 2600.0 * q), recording=recording))
-    (entry,) = report.direct_json(found.response, found.misfits, None)["load_cases"]
+    (entry,) = report.as_json(found)["load_cases"]
     first, _ = entry["cycles"]
     assert first["displacement"][1] == pytest.approx(np.degrees(0.4), rel=1e-3)
     assert first["simulated"]["secant_stiffness"] == pytest.approx(np.radians(2600.0))
@@ -129,42 +127,38 @@ def test_rotations_are_in_degrees(answer, channel):
 @pytest.mark.parametrize("loss", [0.0, 30.0])
 def test_loops_without_an_explanation_are_a_problem(simulated, loss):
     found = simulated(cyclic(loss))
-    conditions = unexplained_hysteresis(histories(found))
-    assert [condition.name for condition in conditions] == ["unexplained_hysteresis"] * (loss > 0)
-    names = [
-        problem["name"] for problem in report.direct_json(found.response, found.misfits, None)["problems"]
-    ]
-    assert names == [condition.name for condition in conditions]
+    names = [problem["name"] for problem in report.as_json(found)["problems"]]
+    assert names == ["unexplained_hysteresis"] * (loss > 0)
 
 
 def test_loops_that_are_simulated_are_explained(simulated):
-    (history,) = histories(simulated(cyclic(30.0)))
-    assert unexplained_hysteresis([history])
-    assert not unexplained_hysteresis([replace(history, simulated=history.recorded)])
+    (history,) = simulated(cyclic(30.0)).histories
+    assert unexplained_hysteresis(history)
+    assert not unexplained_hysteresis(replace(history, cycles=tuple((r, r, r) for r, _, _ in history.cycles)))
 
 
 @pytest.mark.parametrize("name", ["mullins", "viscoelastic", "mullins-viscoelastic"])
 def test_recordings_with_an_effect_are_not_explained_by_a_law(simulated, name):
     found = simulated(replace(read_recording(Source("axial", DATA / f"{name}.csv")), name="axial"))
-    (condition,) = unexplained_hysteresis(histories(found))
+    (condition,) = found.conditions
     assert ("relaxes" in condition.message) == (name != "mullins")
 
 
 def test_tables_have_as_many_cells_as_heads_and_mark_open_cycles(simulated, measured):
-    (history,) = histories(simulated(measured))
+    (history,) = simulated(measured).histories
     for table in (cycle_table(history), cycle_table(history).without_detail(), hold_table(history)):
         assert {len(row) for row in table.rows} == {len(table.heads)}
     cut = replace(
         measured, displacement=measured.displacement[:12], force=measured.force[:12], time=measured.time[:12]
     )
-    (history,) = histories(simulated(cut))
+    (history,) = simulated(cut).histories
     assert [row[0] for row in cycle_table(history).rows] == ["1 open"]
 
 
 def test_a_long_recording_keeps_its_ends_at_the_terminal(simulated):
     phase = np.linspace(0.0, 40 * np.pi, 2001)
     recording = Recording("axial", 4 * np.sin(phase), elastic(4 * np.sin(phase)), phase, name="axial")
-    (history,) = histories(simulated(recording))
+    (history,) = simulated(recording).histories
     whole = history_section([history]).blocks[0]
     brief = whole.shortened(whole.most)
     assert len(whole.rows) == 20
@@ -175,9 +169,7 @@ def test_a_long_recording_keeps_its_ends_at_the_terminal(simulated):
 
 def test_the_terminal_shows_cycles_and_holds(simulated, measured):
     found, stream = simulated(measured), io.StringIO()
-    Console(width=120, no_color=True, file=stream).print(
-        report.terminal_text(report.direct_document(found.response, found.misfits, None))
-    )
+    Console(width=120, no_color=True, file=stream).print(terminal_text(report.as_document(found)))
     text = stream.getvalue()
     assert "axial: cycles, recorded" in text
     assert "axial: force lost in holds" in text
@@ -185,7 +177,7 @@ def test_the_terminal_shows_cycles_and_holds(simulated, measured):
 
 
 def test_pictures_say_in_their_title_what_is_seen(simulated, measured):
-    loops, held = history_panels(histories(simulated(measured)), {"axial": "axial"})
+    loops, held = history_panels(simulated(measured).histories, {"axial": "axial"})
     assert (loops.name, held.name) == ("axial-cycles", "axial-holds")
     assert loops.title.startswith("Axial: loops dissipate 24")
     assert loops.title.endswith(", 0 N mm simulated")
@@ -194,10 +186,9 @@ def test_pictures_say_in_their_title_what_is_seen(simulated, measured):
 
 def test_files_and_page_hold_the_section(simulated, measured, tmp_path):
     found = simulated(measured)
-    result = report.direct_json(found.response, found.misfits, None)
-    given = (found.response, found.misfits, None)
-    files = report.direct_files(*given)
-    written = report.write(tmp_path / "out", result, files, lambda: report.direct_document(*given))
+    result = report.as_json(found)
+    files = report.as_files(found)
+    written = write(tmp_path / "out", result, files, lambda: report.as_document(found))
     assert {"axial-cycles.png", "axial-cycles.svg", "axial-holds.png"} <= {path.name for path in written}
     page = (tmp_path / "out" / "report.html").read_text()
     assert "<h2>Cycles and holds</h2>" in page

@@ -34,7 +34,9 @@ from bushcli.report.views.diagnosis.words import (
     together,
     tone,
 )
+from bushcli.report.writers.files import write
 from bushcli.report.writers.page import page
+from bushcli.report.writers.terminal import terminal_text
 from bushcli.runtime.condition import Condition
 from bushcli.selection.searched import NOT_SIMULATED
 
@@ -43,19 +45,17 @@ KINDS = ("explained", "missing_physics", "law_too_poor", "unexplained", "faulty_
 
 def text_of(found, width=100):
     stream = io.StringIO()
-    Console(width=width, no_color=True, file=stream).print(
-        report.terminal_text(report.diagnosis_document(found))
-    )
+    Console(width=width, no_color=True, file=stream).print(terminal_text(report.as_document(found)))
     return stream.getvalue()
 
 
 def page_of(found, pictures=()):
-    return page(report.diagnosis_document(found), report.diagnosis_json(found), pictures)
+    return page(report.as_document(found), report.as_json(found), pictures)
 
 
 def section_of(found, heading, pictures=()):
     """Return the paragraphs and tables of a section of the document; None if there is no such section."""
-    known = {one.heading: one for one in report.diagnosis_document(found).illustrated(pictures).sections}
+    known = {one.heading: one for one in report.as_document(found).illustrated(pictures).sections}
     return known[heading].blocks if heading in known else None
 
 
@@ -69,7 +69,7 @@ def flat(found):
 
 def test_json_is_what_scripts_rely_on(case, diagnoses):
     found = diagnoses.rivalling(case())
-    document = report.diagnosis_json(found)
+    document = report.as_json(found)
     json.dumps(document, allow_nan=False)
     assert document["command"] == "diagnose"
     assert document["verdict"] == "missing_physics"
@@ -131,7 +131,7 @@ def test_json_is_what_scripts_rely_on(case, diagnoses):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_verdict_is_json(case, diagnoses, kind):
-    document = report.diagnosis_json(diagnoses.diagnosis(case(), kind))
+    document = report.as_json(diagnoses.diagnosis(case(), kind))
     json.dumps(document, allow_nan=False)
     assert document["verdict"] == kind
     assert document["text"].startswith(("The ", "A diagnosis is possible only after"))
@@ -141,7 +141,7 @@ def test_a_choice_is_a_word(case, diagnoses):
     bond = Quantity(1.0, np.nan, "1", "which end is free", np.nan, np.nan, word="outer_top")
     free = DiagnosedEffect("debonding", "Debonding", "A bond is free.", {"bond": bond}, 0.97, 30.0, True)
     found = diagnoses.diagnosis(case(), effects=(free,), parameters={"debonding.bond": bond})
-    value = report.diagnosis_json(found)["effects"][0]["parameters"]["bond"]
+    value = report.as_json(found)["effects"][0]["parameters"]["bond"]
     assert (value["value"], value["std"], value["prior"]) == ("outer_top", None, None)
     assert "(Debonding: bond: outer top)" in paragraph(found)
     assert prior_panels(found) is None
@@ -149,7 +149,7 @@ def test_a_choice_is_a_word(case, diagnoses):
 
 def test_angles_are_reported_in_degrees(case, diagnoses):
     found = diagnoses.torsional(case())
-    document = report.diagnosis_json(found)
+    document = report.as_json(found)
     # 0.02 rad = 1.1459 degrees; the moment stays in N mm.
     offset = document["effects"][0]["parameters"]
     assert offset["displacement"]["value"] == pytest.approx(1.1459, abs=1e-4)
@@ -170,7 +170,7 @@ def test_angles_are_reported_in_degrees(case, diagnoses):
 def test_rates_of_the_next_test_are_of_its_own_mode(case, diagnoses):
     # Torsion has not been recorded; 0.1 rad/s is 5.73 degrees/s.
     test = replace(diagnoses.NEXT, channel="torsional", rates=(0.1,) * 4)
-    document = report.diagnosis_json(diagnoses.diagnosis(case(), next_test=test))
+    document = report.as_json(diagnoses.diagnosis(case(), next_test=test))
     assert document["next_test"]["unit"] == "deg"
     assert document["next_test"]["rates"] == pytest.approx([5.7296] * 4, abs=1e-4)
 
@@ -178,7 +178,7 @@ def test_rates_of_the_next_test_are_of_its_own_mode(case, diagnoses):
 def test_rivals_in_another_rig_are_told_by_it(case, diagnoses):
     models = diagnoses.ranked(("yeoh", ("offset",), 0.5))
     rivals = (("offset@radial",), ("offset@radial", "friction"))
-    found = report.diagnosis_json(diagnoses.diagnosis(case(), models=models, rivals=rivals))
+    found = report.as_json(diagnoses.diagnosis(case(), models=models, rivals=rivals))
     assert found["rivals"] == [["offset@radial"], ["offset", "friction"]]
 
 
@@ -188,7 +188,7 @@ def test_equal_prior_odds_are_told(case, diagnoses):
         asked = replace(found, uniform_odds=given)
         said = [one.text for one in section_of(asked, "How probable each effect is") if hasattr(one, "text")]
         assert any("the same prior odds" in text for text in said) == given
-        assert report.diagnosis_json(asked)["uniform_odds"] is given
+        assert report.as_json(asked)["uniform_odds"] is given
 
 
 # -- names and numbers -----------------------------------------------------------------------------------------------
@@ -312,8 +312,8 @@ def test_nothing_helps_means_nothing_that_was_asked_for(case, diagnoses):
     asked = f"not among the effects asked for (viscoelasticity and {phrase('time_lag')})"
     assert asked in headline(found)
     assert asked in paragraph(found)
-    assert report.diagnosis_json(found)["asked"] == ["viscoelasticity", "time_lag"]
-    assert report.diagnosis_json(diagnoses.diagnosis(case()))["asked"] is None
+    assert report.as_json(found)["asked"] == ["viscoelasticity", "time_lag"]
+    assert report.as_json(diagnoses.diagnosis(case()))["asked"] is None
 
 
 def test_rivals_are_in_the_headline_with_their_probabilities(case, diagnoses):
@@ -422,7 +422,7 @@ def test_what_is_not_ruled_out_stands_beside_an_explanation(case, diagnoses):
 def test_the_document_says_where_what_how_sure_and_what_next(case, diagnoses):
     found = diagnoses.rivalling(case())
     assert max(map(len, text_of(found).splitlines())) <= 100
-    document = report.diagnosis_document(found)
+    document = report.as_document(found)
     sections = {one.heading: on("terminal", [one]) for one in document.sections}
     kept = {heading: one[0].blocks for heading, one in sections.items() if one}
     said = {
@@ -585,7 +585,7 @@ def test_faults_of_the_data_are_told_once(case, diagnoses):
     """Even where they are also conditions of the result; the JSON has both."""
     doubt = Condition("bad_samples", "axial: at 41.2, 66.0 and 88.7 s", "nothing: they are left out")
     found = replace(diagnoses.rivalling(case()), conditions=(doubt,))
-    document = report.diagnosis_json(found)
+    document = report.as_json(found)
     assert document["problems"][0]["name"] == "bad_samples"
     assert text_of(found).count("at 41.2") == 1
     assert page_of(found).count("at 41.2") == 1
@@ -614,9 +614,9 @@ def test_the_folder_holds_all_that_the_report_shows(case, diagnoses, tmp_path):
     # As if there were an axial channel, too.
     together = diagnoses.half_plane(across=2, along=2, names=("axial", "torsional"))
     found = replace(diagnoses.torsional(case()), maps=(together,))
-    document = report.diagnosis_json(found)
-    files = report.diagnosis_files(found)
-    paths = report.write(tmp_path / "out", document, files, lambda: report.diagnosis_document(found))
+    document = report.as_json(found)
+    files = report.as_files(found)
+    paths = write(tmp_path / "out", document, files, lambda: report.as_document(found))
     written = {path.name for path in paths}
     assert {"result.json", "report.html", "torsional-diagnosis.csv", "torsional-diagnosis.png"} <= written
     assert {"probabilities.png", "priors.svg", "torsional-missing.png"} <= written

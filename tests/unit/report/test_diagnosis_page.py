@@ -11,6 +11,7 @@ from matplotlib import image
 
 from bushcli import report
 from bushcli.case import load_case
+from bushcli.report.writers.files import write
 
 
 @pytest.fixture(scope="module")
@@ -22,8 +23,8 @@ def folder(tmp_path_factory, diagnoses):
     )
     (place / "case.toml").write_text(diagnoses.CASE)
     found = diagnoses.rivalling(load_case(place / "case.toml"))
-    result, files = report.diagnosis_json(found), report.diagnosis_files(found)
-    report.write(place / "out", result, files, lambda: report.diagnosis_document(found))
+    result, files = report.as_json(found), report.as_files(found)
+    write(place / "out", result, files, lambda: report.as_document(found))
     return place / "out"
 
 

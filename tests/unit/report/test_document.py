@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 from bushcli.recording import read_recording
-from bushcli.report import Checked, check_json, direct_json, fit_json
+from bushcli.report.json.check import check_json
+from bushcli.report.json.direct import direct_json
+from bushcli.report.json.fit import fit_json
+from bushcli.report.results import Checked, FitResult
 from bushcli.simulate.stretched import Stretched
 from bushcli.standards.protocol import protocol
 from bushcli.study.answers import RESULT_KEYS
@@ -22,8 +25,8 @@ def strict(document):
 @pytest.fixture
 def direct(answer, channel):
     def make(*channels, fit=None):
-        found = answer(*(channels or (channel("axial", 104.0, 100.0),)))
-        return strict(direct_json(found.response, found.misfits, fit))
+        found = answer(*(channels or (channel("axial", 104.0, 100.0),)), fit=fit)
+        return strict(direct_json(found))
 
     return make
 
@@ -90,7 +93,7 @@ def test_what_is_not_finite_is_written_in_words(direct, channel):
 
 
 def test_a_fit_has_the_keys_that_scripts_rely_on(case, fit):
-    result = strict(fit_json(case(), fit))
+    result = strict(fit_json(FitResult(case(), fit)))
     assert result.keys() >= EVERY_RESULT | {
         *("law", "parameters", "correlation", "misfit", "forward_solves", "sweeps", "iterations"),
         *("converged", "identifiability", "stability", "weighting"),
@@ -109,7 +112,7 @@ def test_a_fit_has_the_keys_that_scripts_rely_on(case, fit):
 
 
 def test_a_mode_tested_twice_goes_by_the_names_of_its_tests(case, fit):
-    result = strict(fit_json(case(), fit))
+    result = strict(fit_json(FitResult(case(), fit)))
     assert result["misfit"].keys() == {"uniaxial", "second", "planar"}
     assert result["misfit"]["planar"]["rms_percent"] == pytest.approx(20.0)
 

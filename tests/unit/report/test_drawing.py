@@ -35,9 +35,9 @@ PNG = b"\x89PNG\r\n\x1a\n"
 @pytest.fixture
 def drawn(answer, channel):
     def make(*channels, fit=None, title="a bushing"):
-        found = answer(*(channels or (channel("axial", 130.0, 100.0),)), title=title)
+        found = answer(*(channels or (channel("axial", 130.0, 100.0),)), title=title, fit=fit)
         names = {c.name: c.name for c in found.response.channels}
-        return {p.name: p for p in pictures_of(direct_pictures(found.response, found.misfits, fit, names))}
+        return {p.name: p for p in pictures_of(direct_pictures(found, names))}
 
     return make
 

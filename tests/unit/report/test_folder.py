@@ -5,14 +5,16 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from bushcli.errors import InputError
+from bushcli.report.writers.files import write_refused
 from bushcli.report.writers.folder import (
+    CLAIMED,
     STAGING,
     NotDrawn,
     check_folder,
-    claim,
     occupy,
     owned,
     refuse_others,
@@ -20,6 +22,8 @@ from bushcli.report.writers.folder import (
     write_files,
 )
 from bushcli.runtime.names import file_names
+from geometry.errors import GeometryError
+from geometry.view import View
 
 RESULT = {"command": "direct", "versions": {}}
 
@@ -132,7 +136,7 @@ def test_no_name_of_a_channel_leaves_the_folder(name):
 
 
 def test_files_of_an_interrupted_run_are_replaced(tmp_path):
-    claim(tmp_path, ["axial.h5"])
+    (tmp_path / CLAIMED).write_text('["axial.h5"]')
     (tmp_path / "axial.h5").write_text("cut short")
     (tmp_path / "axial.csv").write_text("somebody's")
     refuse_others(tmp_path, ["axial.h5"], ())
@@ -323,3 +327,12 @@ def test_a_folder_without_a_result_is_not_left_behind(tmp_path):
     (tmp_path / "mine").mkdir()
     occupy(tmp_path / "mine")()
     assert (tmp_path / "mine").exists()
+
+
+def test_the_picture_of_a_refused_geometry_is_replaced_by_the_next_one(tmp_path):
+    triangle = np.array([[[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 0.0, 1.0]]])
+    view = View(triangle, np.zeros(1, dtype=int), ("rubber",))
+    for reason in ("it has no axis", "it has no bond"):
+        written = write_refused(tmp_path, GeometryError("part.step", reason, view=view))
+        assert [path.name for path in written] == ["geometry.png", "geometry.svg"]
+    assert owned(tmp_path) == {path.name for path in written}

@@ -7,20 +7,24 @@ import re
 
 import pytest
 
-from bushcli.report import direct_document, direct_json, fit_document, fit_json
 from bushcli.report.drawing.results import direct_pictures, drawn
+from bushcli.report.json.direct import direct_json
+from bushcli.report.json.fit import fit_json
 from bushcli.report.plots.fit import fit_panels
+from bushcli.report.results import FitResult
+from bushcli.report.views.direct import direct_document
+from bushcli.report.views.fit import fit_document
 from bushcli.report.writers.page import page as page_of
 
 
 @pytest.fixture
 def page(answer, channel):
     def make(title="a bushing", fit=None, **changes):
-        found = answer(channel("axial", 645.0, 363.0, **changes), title=title)
-        result = direct_json(found.response, found.misfits, fit) | {"timings_s": {"total": 1.0}}
+        found = answer(channel("axial", 645.0, 363.0, **changes), title=title, fit=fit)
+        result = direct_json(found) | {"timings_s": {"total": 1.0}}
         names = {c.name: "axial" for c in found.response.channels}
-        pictures = drawn(direct_pictures(found.response, found.misfits, fit, names))
-        return page_of(direct_document(found.response, found.misfits, fit), result, pictures)
+        pictures = drawn(direct_pictures(found, names))
+        return page_of(direct_document(found), result, pictures)
 
     return make
 
@@ -94,6 +98,7 @@ def test_titles_and_names_are_escaped(page):
 
 
 def test_a_fit_has_a_page(case, fit):
-    text = page_of(fit_document(case(), fit), fit_json(case(), fit), drawn([fit_panels(fit)]))
+    found = FitResult(case(), fit)
+    text = page_of(fit_document(found), fit_json(found), drawn([fit_panels(fit)]))
     assert "yeoh fits 3 coupon tests to 20.0 % rms or better" in text
     Tags(text)

@@ -20,8 +20,11 @@ from bushcli.inverse import Combination, EndPoint, Estimate, Evaluation, Fit, Fi
 from bushcli.recording import Recording
 from bushcli.report.drawing.results import drawn
 from bushcli.report.plots.fit import inverse_panels
-from bushcli.report.ranking import effective_samples, information_criterion
+from bushcli.report.ranking import effective_samples, information_criterion, rank
+from bushcli.report.results import InverseResult
 from bushcli.report.views.inverse import answer, bulk_modulus, with_error
+from bushcli.report.writers.files import write
+from bushcli.report.writers.terminal import terminal_text
 from bushcli.runtime.condition import Condition
 
 NOISE = 0.5  # percent of the force range
@@ -98,13 +101,13 @@ def identified(law="yeoh", curves=None, names=("C10", "C20"), **changes):
 def shown(case, fits):
     stream = io.StringIO()
     Console(width=160, no_color=True, file=stream).print(
-        report.terminal_text(report.inverse_document(case, fits))
+        terminal_text(report.as_document(InverseResult(case, fits)))
     )
     return stream.getvalue()
 
 
 def test_json_is_what_scripts_rely_on(case):
-    document = report.inverse_json(case(), [identified()])
+    document = report.as_json(InverseResult(case(), [identified()]))
     json.dumps(document, allow_nan=False)
     assert document["command"] == "inverse"
     assert document["law"] == "yeoh"
@@ -139,7 +142,7 @@ def test_json_is_what_scripts_rely_on(case):
 
 def test_loops_that_the_best_law_leaves_are_a_problem(case):
     looping = curve("axial", wave=0.05)
-    found = report.inverse_json(case(), [identified(curves=(looping, curve("radial")))])
+    found = report.as_json(InverseResult(case(), [identified(curves=(looping, curve("radial")))]))
     assert [problem["name"] for problem in found["problems"]] == ["undetermined", "unexplained_hysteresis"]
     assert found["channels"].keys() == {"axial", "radial"}
     (first,) = found["channels"]["axial"]["cycles"]
@@ -154,7 +157,7 @@ def test_loops_that_the_best_law_leaves_are_a_problem(case):
 
 def test_json_of_several_laws_ranks_them(case):
     other = identified("neo_hookean", (curve("axial", 2.0), curve("radial", 3.0)), ("C10",), profiles=())
-    document = report.inverse_json(case(), sorted([other, identified()], key=report.rank))
+    document = report.as_json(InverseResult(case(), sorted([other, identified()], key=rank)))
     assert document["law"] == "yeoh"
     assert [model["law"] for model in document["models"]] == ["yeoh", "neo_hookean"]
     assert document["models"][1]["misfit"] == {"axial": 2.0, "radial": 3.0}
@@ -175,7 +178,7 @@ def test_values_of_a_rig_that_turns_are_shown_in_degrees(case):
         end_points=(EndPoint(inside, inside, 1.0, "done"),),
         profiles=(Profile("bump_stop.gap", np.array([0.1, 0.2]), np.array([0.0, 5.0])),),
     )
-    document = report.inverse_json(case(), [found])
+    document = report.as_json(InverseResult(case(), [found]))
     shown_values = document["parameters"]
     assert shown_values["bump_stop.stiffness"]["value"] == pytest.approx(1e6 / 57.29578)
     assert shown_values["bump_stop.stiffness"]["std"] == pytest.approx(1e4 / 57.29578)
@@ -190,13 +193,13 @@ def test_values_of_a_rig_that_turns_are_shown_in_degrees(case):
     assert "degrees" in shown(case(), [found])
     # The same stop on the channel that does not turn.
     straight = replace(found, effects=(replace(stop, channels=("axial",)),))
-    gap = report.inverse_json(case(), [straight])["parameters"]["bump_stop.gap"]
+    gap = report.as_json(InverseResult(case(), [straight]))["parameters"]["bump_stop.gap"]
     assert (gap["value"], gap["unit"]) == (0.1, "mm")
 
 
 def test_compliance_is_shown_with_unit_and_bulk_modulus(case):
     found = identified(names=("C10", "compliance"))
-    document = report.inverse_json(case(), [found])
+    document = report.as_json(InverseResult(case(), [found]))
     assert document["parameters"]["compliance"]["unit"] == "1/MPa"
     assert document["bulk_modulus"] == 2000.0
     # -0.02 ± 0.01 per MPa cannot be distinguished from zero, so that the bulk modulus has no value.
@@ -219,18 +222,18 @@ def test_what_was_held_out_ranks_laws():
     overfitted = identified(curves=(curve("axial", 0.5), curve("radial", 8.0, held_out=True)))
     honest = identified("neo_hookean", (curve("axial", 2.0), curve("radial", 3.0, held_out=True)), ("C10",))
     unsolved = identified("gent", (curve("axial", 0.4),))
-    assert sorted([unsolved, overfitted, honest], key=report.rank) == [honest, overfitted, unsolved]
+    assert sorted([unsolved, overfitted, honest], key=rank) == [honest, overfitted, unsolved]
 
 
 def test_unconverged_laws_come_last():
     good = identified(curves=(curve("axial", 5.0),))
-    assert sorted([identified(converged=False), good], key=report.rank)[0] is good
+    assert sorted([identified(converged=False), good], key=rank)[0] is good
 
 
 def test_a_parameter_that_brings_nothing_costs_a_rank():
     two = identified(curves=(curve("axial", NOISE),))
     one = identified("neo_hookean", (curve("axial", NOISE),), ("C10",))
-    assert report.rank(one) < report.rank(two)
+    assert rank(one) < rank(two)
     # 400 samples of white noise: 2 % less rms is worth 400 ln(1.02^2) = 15.8, a parameter ln 400 = 6.0.
     better = identified(curves=(curve("axial", NOISE / 1.02),))
     gain = information_criterion(one) - information_criterion(better)
@@ -325,7 +328,7 @@ def test_text_says_everything(case):
 @pytest.mark.slow
 def test_every_picture_is_sound():
     fits = [identified(curves=(curve("axial"), curve("radial", 4.0, held_out=True))), identified("gent")]
-    pictures = drawn(inverse_panels(fits, {"axial": "axial", "radial": "radial"}))
+    pictures = drawn(inverse_panels(InverseResult(None, fits), {"axial": "axial", "radial": "radial"}))
     names = {picture.name for picture in pictures}
     expected = {"axial-identified", "radial-identified", "ranking", "profiles", "correlation", "convergence"}
     assert expected | {"starts"} <= names
@@ -336,7 +339,8 @@ def test_every_picture_is_sound():
 
 def test_pictures_of_one_parameter_and_no_search():
     found = identified(names=("C10",), profiles=(), evaluations=(), end_points=())
-    names = {picture.name for picture in inverse_panels([found], {"axial": "axial", "radial": "radial"})}
+    panels = inverse_panels(InverseResult(None, [found]), {"axial": "axial", "radial": "radial"})
+    names = {picture.name for picture in panels}
     assert names & {"axial-identified", "ranking", "profiles", "correlation", "convergence"} == {
         "axial-identified"
     }
@@ -345,9 +349,9 @@ def test_pictures_of_one_parameter_and_no_search():
 @pytest.mark.slow
 def test_files_of_an_identification(case, tmp_path):
     used, fits = case(), [identified()]
-    result = report.inverse_json(used, fits)
-    files = report.inverse_files(used, fits)
-    written = report.write(tmp_path / "out", result, files, lambda: report.inverse_document(used, fits))
+    found = InverseResult(used, fits)
+    result, files = report.as_json(found), report.as_files(found)
+    written = write(tmp_path / "out", result, files, lambda: report.as_document(found))
     names = {path.name for path in written}
     assert {"result.json", "report.html", "axial-identified.csv", "convergence.png"} <= names
     rows = (tmp_path / "out" / "axial-identified.csv").read_text().splitlines()

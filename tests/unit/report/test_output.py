@@ -8,18 +8,13 @@ import pytest
 from bushcli.errors import InputError
 from bushcli.recording import read_recording
 from bushcli.recording.source import Source
-from bushcli.report import (
-    NotDrawn,
-    check_output,
-    direct_document,
-    direct_files,
-    direct_json,
-    fit_document,
-    fit_files,
-    fit_json,
-    mesh_files,
-    write,
-)
+from bushcli.report.json.direct import direct_json
+from bushcli.report.json.fit import fit_json
+from bushcli.report.results import FitResult, MeshResult
+from bushcli.report.views.direct import direct_document
+from bushcli.report.views.fit import fit_document
+from bushcli.report.writers.files import check_output, direct_files, fit_files, mesh_files, write
+from bushcli.report.writers.folder import NotDrawn
 from bushcli.runtime.names import file_names
 from bushcli.simulate.meshes import Meshed
 
@@ -29,9 +24,8 @@ def written_direct(answer, channel):
     def make(folder, *channels):
         # A channel without a surface is drawn in a third of the time.
         found = answer(*(channels or (channel("axial", 130.0, 100.0, surface=None),)))
-        result = direct_json(found.response, found.misfits, None)
-        given = (found.response, found.misfits, None)
-        return write(folder, result, direct_files(*given), lambda: direct_document(*given))
+        result = direct_json(found)
+        return write(folder, result, direct_files(found), lambda: direct_document(found))
 
     return make
 
@@ -153,8 +147,8 @@ def test_a_map_of_several_channels_gets_a_name_that_no_channel_has():
 
 
 def test_a_fit_writes_recorded_and_fitted_stress(case, fit, tmp_path):
-    files = fit_files(case(), fit)
-    write(tmp_path / "out", fit_json(case(), fit), files, lambda: fit_document(case(), fit))
+    found = FitResult(case(), fit)
+    write(tmp_path / "out", fit_json(found), fit_files(found), lambda: fit_document(found))
     lines = (tmp_path / "out" / "planar-fit.csv").read_text().splitlines()
     assert lines[0] == "stretch,recorded_nominal_stress_MPa,fitted_nominal_stress_MPa"
     assert lines[-1] == "3,2,2.4"
@@ -163,5 +157,5 @@ def test_a_fit_writes_recorded_and_fitted_stress(case, fit, tmp_path):
 
 def test_meshes_write_pictures(case, ring, tmp_path):
     mesh = Meshed("section", ("axial",), 2, 2, 6, {}, {}, ring)
-    written = write(tmp_path / "out", {"command": "mesh"}, mesh_files(case(), [mesh]), None)
+    written = write(tmp_path / "out", {"command": "mesh"}, mesh_files(MeshResult(case(), [mesh])), None)
     assert {path.name for path in written} == {"result.json", "mesh-section.png", "mesh-section.svg"}

@@ -6,9 +6,9 @@ import re
 import pytest
 from rich.console import Console
 
-from bushcli.report import terminal_text
 from bushcli.report.document import Document, Paragraph, Section, Table, note, on
 from bushcli.report.writers.page import page
+from bushcli.report.writers.terminal import terminal_text
 from bushcli.runtime.condition import Condition
 
 RESULT = {

@@ -21,12 +21,12 @@ from bushcli.report.document import (
     paragraphs,
     table_of,
 )
-from bushcli.report.quantity import listed, number, percent
+from bushcli.report.quantity import held, listed, number, percent
 from bushcli.report.verdict import FAULTS, fault_kind, fault_lines
 from bushcli.report.views.diagnosis import words
 from bushcli.report.views.diagnosis.paragraph import short_paragraphs
 from bushcli.report.views.diagnosis.values import derived_text, shown
-from bushcli.report.views.dynamic_tables import compared_section
+from bushcli.report.views.dynamic import compared_section
 from bushcli.selection.searched import TriedModel
 
 # The models that are shown hold together this share of the probability, as in the set of rivals.
@@ -318,7 +318,7 @@ def misfit_table(found: Diagnosis) -> Table:
     form = found.form_error.percent
     for one in found.measured:
         sizes = map(percent, (one.before_percent, one.after_percent, one.noise_percent))
-        rows.append((words.channel_label(one), *sizes, *((percent(form.get(one.name)),) if form else ())))
+        rows.append((held(one.name, one.held_out), *sizes, *((percent(form.get(one.name)),) if form else ())))
     heads = ("channel", "before", "after", "noise", *(("form error",) if form else ()))
     return Table(f"Rms misfit, % {words.relative_to(found)}", heads, tuple(rows))
 

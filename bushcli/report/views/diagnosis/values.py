@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
+from operator import mul
 
 from bushcli.case.unit import outside, unit
 from bushcli.diagnosis.result import DiagnosedChannel, DiagnosedEffect, DiagnosedTable, Quantity
@@ -16,28 +18,18 @@ from cases.mode import modes
 
 @dataclass(frozen=True)
 class ShownQuantity:
-    """A parameter in the units of the case file.
-
-    Attributes
-    ----------
-    unit : str
-        "1" for a parameter without a unit.
-    prior : tuple of float, optional
-        95 % interval of the prior.
-    word : str
-        Value of a choice, in words for people.
-    with_form_error : float, optional
-        Value of the fit that allows for the error of form, where it is another one.
-    """
+    """A parameter in the units of the case file."""
 
     value: float
     std: float
     lower: float
     upper: float
-    unit: str
-    prior: tuple[float, float] | None = None
-    word: str = ""
-    with_form_error: float | None = None
+    unit: str  # "1" for a parameter without a unit
+    prior: tuple[float, float] | None = None  # 95 % interval of the prior
+    word: str = ""  # value of a choice, in words for people
+    with_form_error: float | None = (
+        None  # value of the fit that allows for the error of form, where it is another one
+    )
 
     @property
     def text(self) -> str:
@@ -59,12 +51,18 @@ def shown(
     name: str, quantity: Quantity, channels: Iterable[DiagnosedChannel | DiagnosedTable]
 ) -> ShownQuantity:
     """Return a parameter of the most probable model in the units of the case file: angles in degrees."""
-    at, name_of_unit = _conversion(name, quantity, channels)
+    factor, unit_shown = _degrees(quantity.unit)
+    at: Callable[[float], float] = partial(mul, factor)
+    if (found := _parameter(name)) is not None and found.of_channel:
+        acts_on, of = effects()[effect_name(name.partition(".")[0])].acts_on, quantity.channels
+        acting = [one for one in channels if acts_on(one.mode, one.kind) and (of is None or one.name in of)]
+        if any(modes()[one.mode].rotational for one in acting):
+            at, unit_shown = partial(outside, found, rotational=True), unit(found, rotational=True)
     value, std, lower, upper = (at(v) for v in (quantity.value, quantity.std, quantity.lower, quantity.upper))
     prior = None if quantity.prior is None else (at(quantity.prior[0]), at(quantity.prior[1]))
     other = None if quantity.with_form_error is None else at(quantity.with_form_error)
     word = quantity.word.replace("_", " ")
-    return ShownQuantity(value, std, lower, upper, name_of_unit, prior, word, other)
+    return ShownQuantity(value, std, lower, upper, unit_shown, prior, word, other)
 
 
 def derived(quantity: Quantity) -> dict[str, tuple[float, str]]:
@@ -113,22 +111,6 @@ def tail(of: str) -> str:
 def span(lower: float, upper: float) -> str:
     """Return an interval in words: "0.1 to 0.3"."""
     return f"{number(lower)} to {number(upper)}"
-
-
-def _conversion(
-    name: str, quantity: Quantity, channels: Iterable[DiagnosedChannel | DiagnosedTable]
-) -> tuple[Callable[[float], float], str]:
-    """Return the conversion from internal units to those of the case file, and the unit there."""
-    found = _parameter(name)
-    if found is not None and found.of_channel:
-        effect, of = effects()[effect_name(name.partition(".")[0])], quantity.channels
-        acting = [
-            one for one in channels if effect.acts_on(one.mode, one.kind) and (of is None or one.name in of)
-        ]
-        if any(modes()[one.mode].rotational for one in acting):
-            return lambda value: outside(found, value, rotational=True), unit(found, rotational=True)
-    factor, name_of_unit = _degrees(quantity.unit)
-    return lambda value: factor * value, name_of_unit
 
 
 def _parameter(name: str) -> EffectParameter | None:

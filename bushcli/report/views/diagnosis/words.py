@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from bushcli.diagnosis.result import DiagnosedChannel, DiagnosedTable, Diagnosis, Group
-from bushcli.effects.names import effect_name, within
-from bushcli.effects.titles import NOTHING, UNKNOWN, phrase
+from bushcli.diagnosis.result import Diagnosis, Group
+from bushcli.effects.names import effect_name
+from bushcli.effects.titles import NOTHING, UNKNOWN, phrase, within
 from bushcli.report.document import Tone
 from bushcli.report.quantity import listed, percent
 from bushcli.report.verdict import faulty_data
@@ -24,46 +24,40 @@ _POSSIBLE = 0.05
 
 @dataclass(frozen=True)
 class Likely:
-    """A set of effects in the credible set, the fewest sets that hold 95 % of the probability.
-
-    Attributes
-    ----------
-    probability : float
-        Sum over all models with these effects and any law.
-    """
+    """A set of effects of the fewest that hold 95 % of the probability, which is the sum over the laws."""
 
     effects: tuple[str, ...]
     probability: float
+
+    def text(self, none: str = "no effect") -> str:
+        """Return the effects with their probability: "Mullins softening with friction and offset (97 %)"."""
+        return f"{together(self.effects, none)} ({chance(self.probability)})"
 
 
 def headline(found: Diagnosis) -> str:
     """Return the verdict in one sentence, without its full stop, and that it misses what was held out, if it does."""
     missed = any(condition.name == "held_out_missed" for condition in found.conditions)
-    return _verdict(found) + ("; but it does not predict what was held out" if missed else "")
-
-
-def _verdict(found: Diagnosis) -> str:
+    more = "; but it does not predict what was held out" if missed else ""
     law, best = law_title(found.material.law), best_probability(found)
     match found.verdict:
         case "explained":
             blind = ", which can show none of the effects" if shows_nothing(found) else ""
-            return (
-                f"Explained: the {law} law alone describes the recordings{best}{blind}{_not_ruled_out(found)}"
-            )
+            what = f"the {law} law alone describes the recordings"
+            return f"Explained: {what}{best}{blind}{_not_ruled_out(found)}{more}"
         case "law_too_poor":
             better = f"the {law} law describes the recordings without any effect{best}"
-            return f"Law too poor: {law_title(found.plain.law)}; {better}{_not_ruled_out(found)}"
+            return f"Law too poor: {law_title(found.plain.law)}; {better}{_not_ruled_out(found)}{more}"
         case "missing_physics":
-            return f"Missing physics: {missing_physics(found)}"
+            return f"Missing physics: {missing_physics(found)}{more}"
         case "unexplained" if found.unsearched:
-            return "Not diagnosed: the search ended before it could tell which effects are probable"
+            return f"Not diagnosed: the search ended before it could tell which effects are probable{more}"
         case "unexplained":
             beside = f"; also {listed(effects_with_chance(found))}" if found.effects else ""
             p = f" ({chance(found.probability[UNKNOWN])})" if UNKNOWN in found.probability else best
             known = _not_ruled_out(found, [UNKNOWN])
-            return f"Unexplained: something is missing that is not {catalogue(found)}{p}{beside}{known}"
+            return f"Unexplained: something is missing that is not {catalogue(found)}{p}{beside}{known}{more}"
         case "faulty_data":
-            return faulty_data(found.faults)
+            return f"{faulty_data(found.faults)}{more}"
 
 
 def shows_nothing(found: Diagnosis) -> bool:
@@ -173,18 +167,15 @@ def missing_physics(found: Diagnosis) -> str:
         others = sorted(name for name in more if effect_name(name) not in members)
         also = f"; perhaps also {listed([phrase(name) for name in others])}" if others else ""
         unknown = [one for one in _rests(found) if set(one.effects) == {UNKNOWN}]
-        besides = f"; not ruled out: {phrase(UNKNOWN)} ({chance(unknown[0].probability)})" if unknown else ""
+        besides = f"; not ruled out: {unknown[0].text()}" if unknown else ""
         # It follows a colon, and a sentence must not have two.
         return " and ".join([*sure, group_text(group).replace(": ", "; ", 1)]) + also + besides
     if sure:
-        rests = _some(
-            [f"{together(one.effects, 'nothing else')} ({chance(one.probability)})" for one in _rests(found)]
-        )
+        rests = _some([one.text("nothing else") for one in _rests(found)])
         return f"{listed(sure)}, with {', or with '.join(rests)}; these recordings cannot tell them apart"
     # No effect is not missing: it is named as what else is possible.
-    rests = _some([f"{together(one.effects)} ({chance(one.probability)})" for one in sets if one.effects])
-    none = [one for one in sets if not one.effects]
-    besides = f"; not ruled out: no effect ({chance(none[0].probability)})" if none else ""
+    rests = _some([one.text() for one in sets if one.effects])
+    besides = "".join(f"; not ruled out: {one.text()}" for one in sets if not one.effects)
     apart = "; these recordings cannot tell them apart" if len(rests) > 1 else ""
     return f"{', or '.join(rests)}{apart}{besides}"
 
@@ -198,9 +189,7 @@ def _rests(found: Diagnosis) -> list[Likely]:
     """Return the likely sets without the effects that all of them have."""
     sets = likely(found)
     common = set.intersection(*(set(one.effects) for one in sets)) if sets else set()
-    return [
-        Likely(tuple(name for name in one.effects if name not in common), one.probability) for one in sets
-    ]
+    return [replace(one, effects=tuple(n for n in one.effects if n not in common)) for one in sets]
 
 
 def _known(sets: Sequence[Likely]) -> list[Likely]:
@@ -210,11 +199,7 @@ def _known(sets: Sequence[Likely]) -> list[Likely]:
 
 def _not_ruled_out(found: Diagnosis, without: Sequence[str] = ()) -> str:
     """Return the other likely sets, except those that have one of the effects `without`."""
-    others = [
-        f"{together(one.effects)} ({chance(one.probability)})"
-        for one in likely(found)[1:]
-        if not set(one.effects) & set(without)
-    ]
+    others = [one.text() for one in likely(found)[1:] if not set(one.effects) & set(without)]
     return f"; not ruled out: {', '.join(_some(others))}" if others else ""
 
 
@@ -271,8 +256,7 @@ def rival_lines(found: Diagnosis) -> list[str]:
     lines = [f"{text[:1].upper()}{text[1:]}" for text in map(group_text, found.groups)]
     sets = likely(found)
     if len(sets) > 1:
-        names = "; ".join(f"{together(one.effects)} ({chance(one.probability)})" for one in sets)
-        lines.append(f"These recordings cannot tell apart: {names}")
+        lines.append(f"These recordings cannot tell apart: {'; '.join(one.text() for one in sets)}")
     return lines
 
 
@@ -317,11 +301,6 @@ def searched_lines(found: Diagnosis) -> list[str]:
 def relative_to(found: Diagnosis) -> str:
     """Return what percentages of misfits are relative to: the force range, K* of tables, or both."""
     return " or ".join(dict.fromkeys(one.of for one in found.measured))
-
-
-def channel_label(channel: DiagnosedChannel | DiagnosedTable) -> str:
-    """Return the name of a channel, with "(held out)" where it applies."""
-    return f"{channel.name} (held out)" if channel.held_out else channel.name
 
 
 def ended(lines: Iterable[str]) -> list[str]:

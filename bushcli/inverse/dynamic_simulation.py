@@ -1,0 +1,343 @@
+"""The stiffness of a table's rows from the matrices of vibration at its preloads.
+
+For each set of the law's constants the preloads are marched once, and the matrices of vibration there are reduced
+(`cases.dynamic`); the branches of the rubber then take no further solution.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.case import DynamicTest
+from bushcli.case.case import DENSITY
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.rig import vibrating
+from bushcli.inverse.channel import StepLimit, isochoric_sample
+from bushcli.inverse.problem import differences
+from bushcli.recording.dynamic.table import DynamicTable
+from bushcli.runtime.interrupt import meet
+from bushcli.simulate.dynamic_tables import gathered
+from bushcli.simulate.vibrations import PROMISED, DynamicCurve, Vibrations, branches_of, thinned_of
+from cases.dynamic.amplitude import UnevenModel
+from cases.dynamic.model import Branches
+from cases.equilibrium import Equilibrium
+from cases.march import march, unsolved
+from cases.model import FiniteElementModel
+from cases.sine import ThinnedSpectrum
+from cases.stretches import principal_stretches
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+# Relative step of differences by a constant of the relaxation that amplitude thins: its tables of harmonics are smooth
+# (the derivatives are within 1 % of those of the whole balance: `tests/verification/test_thinned_channel.py`).
+THINNED_STEP = 1e-3
+# Sets of constants whose reduced matrices are cached: a point with its differences, and that to which a search returns.
+CACHED = 32
+# The stiffness follows the law's constants to first order while they change by no more than this factor on average, and
+# the stiffness at rest, at each preload, by no more than this share beside it. ln K* is linear in that of all moduli,
+# but for the bulk's (errors: `tests/verification/test_table_channel.py`).
+FACTOR, BESIDE = 1.15, 0.05
+
+
+@dataclass(frozen=True)
+class _Preloads:
+    """Preloads of rows that give them in the same way, as travels or as forces: rows (m,), the preload of each."""
+
+    rows: NDArray[np.intp]
+    number: NDArray[np.intp]
+    test: DynamicTest
+
+
+@dataclass(frozen=True)
+class ReducedCurves:
+    """The curves of every preload, by group of preloads, a sample (n, 3) of the stretches there, and derivatives."""
+
+    curves: list[list[DynamicCurve]]
+    states: Array
+    # Parameters of the model by which the curves have derivatives.
+    names: tuple[str, ...]
+    # Constants of the model at which they were computed.
+    constants: Mapping[str, float]
+    # Constants that differ: how far, in the coordinate in which ln K* is linear, and its derivative by the constant.
+    steps: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    def moved(self, constants: Mapping[str, float]) -> ReducedCurves | None:
+        """Return the curves with other constants, to first order; None if these are too far.
+
+        ln K* is linear in the logarithms of the constants where a common factor on all of them is one on K*.
+        """
+        steps = {}
+        for name, value in constants.items():
+            before = self.constants[name]
+            if value == before:
+                continue
+            if name not in self.names:
+                return None
+            scales = value * before > 0.0
+            steps[name] = (
+                (before * math.log(value / before), before / value) if scales else (value - before, 1.0)
+            )
+        for model in (curve.model for group in self.curves for curve in group):
+            rest, by = model.stiffness(np.zeros(1), ()).real, model.slopes_by_parameters(np.zeros(1), ()).real
+            factor = beside = 0.0
+            for i, (name, change) in enumerate(zip(model.changes.names, model.changes.matrices, strict=True)):
+                step = steps.get(name, (0.0, 1.0))[0]
+                # A factor on all moduli alone, as on those of the branches, is exact.
+                own = step * float(np.trace(change.viscous) / np.trace(model.reduced.viscous))
+                factor, beside = factor + own, beside + abs(step * float((by[i] / rest)[0]) - own)
+            if abs(factor) > math.log(FACTOR) or beside > BESIDE:
+                return None
+        return replace(self, steps=steps)
+
+
+Store = dict[tuple[tuple[str, float], ...], ReducedCurves]
+"""Constants of a model -> the curves at its preloads."""
+
+
+class DynamicSimulation:
+    """Simulates the rows of a table with a model and effects, those of the rig included.
+
+    The density of the rubber (t/mm^3) counts where it is no parameter, the temperature (degrees C) where an effect
+    depends on it; `stored` is that of `bushcli.inverse.dynamic_channel.DynamicChannel`.
+    """
+
+    def __init__(
+        self,
+        table: DynamicTable,
+        model: FiniteElementModel,
+        active: tuple[ActiveEffect, ...],
+        density: float,
+        temperature: float | None,
+        stored: Callable[[FiniteElementModel, bool], Store] | None,
+    ) -> None:
+        self.table, self.model, self.active = table, model, active
+        self._density, self._temperature, self._near = density, temperature, stored is not None
+        self.rig = tuple(effect for effect in active if effect.effect.acts == "rig")
+        self._rubber = {effect.name for effect in active if effect not in self.rig}
+        known = table.amplitude[~np.isnan(table.amplitude)]
+        #: Whether amplitude thins the rubber of the simulation.
+        self.uneven = thinned_of(active) is not None and len(known) > 0
+        self._preloads = _preloads(table, (float(known.min()), float(known.max())) if self.uneven else ())
+        self._known: Store = {} if stored is None else stored(model, self.uneven)
+
+    def _relaxation(self, parameters: Mapping[str, float]) -> tuple[Branches, ThinnedSpectrum | None]:
+        """Return the Maxwell branches, and the relaxation that amplitude thins."""
+        active = [effect.with_values(parameters) for effect in self.active]
+        return branches_of(active), thinned_of(active)
+
+    def _branches(self, parameters: Mapping[str, float]) -> Branches:
+        """Return all branches as they are at small amplitudes."""
+        branches, thinned = self._relaxation(parameters)
+        return [*branches, *(() if thinned is None else thinned.branches())]
+
+    def reduced(
+        self, parameters: Mapping[str, float], names: Sequence[str], limit: StepLimit
+    ) -> ReducedCurves:
+        """Return the reduced models of the preloads, which are used again while they are accurate enough."""
+        # Constants of the model, on which the preloads depend.
+        own = {k: v for k, v in parameters.items() if k in self.model.constants}
+        if self._temperature is not None and "temperature" in self.model.constants:
+            own["temperature"] = self._temperature
+        if self._near:
+            # Another channel may ask for others.
+            held = {effect.full_name(p) for effect in self.active for p in effect.parameters if p.of_mesh}
+            moving = tuple(name for name in own if name not in {"temperature", *held})
+        else:
+            moving = tuple(name for name in names if name in own)
+        key = tuple(own.items())
+        known = self._known.pop(key, None)
+        if known is None and self._near:
+            moved = (known.moved(own) for known in self._known.values())
+            near = [
+                curves
+                for curves in moved
+                if curves is not None and self.error(curves, parameters) <= PROMISED
+            ]
+            if near:
+                return min(near, key=lambda curves: sum(abs(step) for step, _ in curves.steps.values()))
+        if (
+            known is None
+            or not set(moving) <= set(known.names)
+            or not self.error(known, parameters) <= PROMISED
+        ):
+            self.model.set_parameters(own)
+            ends: list[Array] = []
+            curves = [self._marched(group.test, parameters, moving, limit, ends) for group in self._preloads]
+            known = ReducedCurves(curves, isochoric_sample(self.model.comm, ends), moving, own)
+            if len(self._known) == CACHED:
+                self._known.pop(next(iter(self._known)))
+        self._known[key] = known
+        return known
+
+    def _marched(
+        self,
+        test: DynamicTest,
+        parameters: Mapping[str, float],
+        names: Sequence[str],
+        limit: StepLimit,
+        ends: list[Array],
+    ) -> list[DynamicCurve]:
+        density = _density(parameters)
+        density = self._density if density is None else density
+        branches, thinned = self._relaxation(parameters)
+        if self._near:
+            # Vectors for any relaxation that rows of these frequencies show.
+            slow, fast = 0.5 / np.pi / self.table.frequency.min(), 0.5 / np.pi / self.table.frequency.max()
+            branches = [*branches, (1.0, float(slow)), (1.0, float(fast))]
+        made = Vibrations(self.table.name, test, self.model, branches, density, thinned, names)
+
+        def observe(solver: Equilibrium) -> None:
+            before = len(made.curves)
+            made.observe(solver)
+            if len(made.curves) > before:
+                ends.append(principal_stretches(self.model).reshape(-1, 3))
+
+        for program in made.test.programs():
+            history = march(
+                self.model,
+                program,
+                drive=made.drive,
+                progress=lambda *_: meet(self.model.comm),
+                observer=observe,
+                failure_limit=limit.steps,
+            )
+            limit.learn(history)
+        if len(made.curves) < len(test.preload):
+            raise unsolved("a preload is unstable")
+        return [made.curves[i][0] for i in range(len(test.preload))]
+
+    def stiffness(
+        self, reduced: ReducedCurves, parameters: Mapping[str, float], names: Sequence[str]
+    ) -> tuple[Complex, Complex]:
+        """Return K* (n,) as the rig measures it, and its derivatives (n, names)."""
+        branches, density = self._branches(parameters), _density(parameters)
+        rig = [active.with_values(parameters) for active in self.rig]
+        value = np.empty(len(self.table), dtype=np.complex128)
+        slope = np.zeros((len(self.table), len(names)), dtype=np.complex128)
+        # Constants that have moved since the curves were computed change them, whether they are asked for or not.
+        wanted = (*names, *(name for name in reduced.steps if name not in names))
+        by = self._by_parameter(parameters, wanted, len(branches))
+        for group, curves in zip(self._preloads, reduced.curves, strict=True):
+            for number, curve in enumerate(curves):
+                rows = group.rows[group.number == number]
+                frequency, model = self.table.frequency[rows], curve.model
+                force = np.zeros(len(wanted))
+                asked = [i for i, name in enumerate(model.changes.names) if name in wanted]
+                places = [wanted.index(model.changes.names[i]) for i in asked]
+                force[places] = model.changes.force[asked]
+                if curve.uneven is not None:
+                    part, own = self._thinned(curve, curve.uneven, rows, parameters, wanted)
+                else:
+                    part = model.stiffness(frequency, branches, density)
+                    own = np.zeros((len(rows), len(wanted)), dtype=np.complex128)
+                    if wanted:
+                        by_constants = model.slopes_by_parameters(frequency, branches, density)
+                        own[:, places] = by_constants[asked].T
+                        by_g, by_tau, by_density = model.slopes(frequency, branches, density)
+                        own += np.vstack([by_g, by_tau, DENSITY * by_density]).T @ by
+                held = curve.force
+                if reduced.steps:
+                    step, rate = np.array([reduced.steps.get(name, (0.0, 1.0)) for name in wanted]).T
+                    held += float(sum(force * step))
+                    moved = np.exp((own / part[:, None]) @ step)
+                    part, own = part * moved, own * moved[:, None] * rate
+                measured = vibrating(rig, part, frequency, curve.preload, held, names, force[: len(names)])
+                value[rows] = measured.value
+                slope[rows] = measured.slope + measured.by_part[:, None] * own[:, : len(names)]
+        return value, slope
+
+    def _thinned(
+        self,
+        curve: DynamicCurve,
+        uneven: UnevenModel,
+        rows: NDArray[np.intp],
+        parameters: Mapping[str, float],
+        names: Sequence[str],
+    ) -> tuple[Complex, Complex]:
+        """Return K* (m,) of rows of the bushing alone at their amplitudes, and its derivatives (m, names)."""
+
+        def model(given: Mapping[str, float]) -> UnevenModel:
+            branches, thinned = self._relaxation(given)
+            assert thinned is not None
+            return uneven.of(thinned, branches, _density(given))
+
+        here, table = model(parameters), self.table
+        # A row that does not say its amplitude is one of the smallest.
+        amplitude = np.nan_to_num(table.amplitude[rows], nan=np.nanmin(table.amplitude))
+        balances = here.balances(amplitude, table.frequency[rows])
+        value = np.array([balance.stiffness for balance in balances])
+        slope = np.zeros((len(rows), len(names)), dtype=np.complex128)
+        for i, name in enumerate(names):
+            if name in curve.model.changes.names:
+                change = curve.model.changes.matrices[curve.model.changes.names.index(name)]
+                slope[:, i] = here.along(change, balances)
+            elif name == "density" or name.partition(".")[0] in self._rubber:
+                step = THINNED_STEP * max(abs(parameters[name]), 1e-3)
+                more, less = (model({**parameters, name: parameters[name] + d}) for d in (step, -step))
+                if name == "density":
+                    ends = (shifted.balances(amplitude, table.frequency[rows]) for shifted in (more, less))
+                    slope[:, i] = [
+                        (a.stiffness - b.stiffness) / (2.0 * step) for a, b in zip(*ends, strict=True)
+                    ]
+                else:
+                    slope[:, i] = here.slope(balances, more, less) / (2.0 * step)
+        return value, slope
+
+    def _by_parameter(self, parameters: Mapping[str, float], names: Sequence[str], branches: int) -> Array:
+        """Return the derivatives (2 branches + 1, names) of all moduli, all times and the density by parameters."""
+        free = [i for i, name in enumerate(names) if name.partition(".")[0] in self._rubber]
+
+        def flat(values: Array) -> Array:
+            given = {**parameters, **{names[i]: float(v) for i, v in zip(free, values, strict=True)}}
+            return np.array(self._branches(given), dtype=float).T.ravel()
+
+        by = np.zeros((2 * branches + 1, len(names)))
+        # The parameters are the moduli and times themselves: differences are exact.
+        by[:-1, free] = differences(flat, np.array([parameters[names[i]] for i in free]))
+        by[-1] = [name == "density" for name in names]
+        return by
+
+    def travels(self, reduced: ReducedCurves) -> Array:
+        """Return the preload (n,) of each row, mm or rad."""
+        travels = np.empty(len(self.table))
+        for group, curves in zip(self._preloads, reduced.curves, strict=True):
+            travels[group.rows] = np.array([curve.preload for curve in curves])[group.number]
+        return travels
+
+    def error(self, reduced: ReducedCurves, parameters: Mapping[str, float]) -> float:
+        """Return the largest relative error of the stiffness by the reduction."""
+        frequencies, branches = np.unique(self.table.frequency), self._branches(parameters)
+        models = [curve.model for curves in reduced.curves for curve in curves]
+        return max(model.error(frequencies, branches, _density(parameters)) for model in models)
+
+
+def _density(parameters: Mapping[str, float]) -> float | None:
+    """Return the density of the rubber, t/mm^3, if it is a parameter, which is in kg/m^3."""
+    return DENSITY * parameters["density"] if "density" in parameters else None
+
+
+def _preloads(table: DynamicTable, amplitude: tuple[float, ...] = ()) -> list[_Preloads]:
+    """Return the preloads of a table: those by travel, rest included, and those by force; for some amplitudes."""
+    by_force = np.isnan(table.preload) & ~np.isnan(table.preload_force)
+    given = np.where(np.isnan(table.preload), 0.0, table.preload)
+    groups = []
+    for is_force, values in ((False, given), (True, table.preload_force)):
+        rows = np.flatnonzero(by_force == is_force)
+        if len(rows):
+            levels, number = np.unique(gathered(values[rows]), return_inverse=True)
+            frequency = np.unique(table.frequency[rows])
+            test = DynamicTest(
+                table.mode,
+                tuple(map(float, frequency[[0, -1]] if amplitude else frequency)),
+                tuple(map(float, levels)),
+                by_force=is_force,
+                amplitude=amplitude,
+            )
+            groups.append(_Preloads(rows, number.ravel(), test))
+    return groups
