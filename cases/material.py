@@ -61,6 +61,11 @@ class Remembered:
         """Forget all earlier deformation."""
         self.values[:] = self._functions.virgin
 
+    @property
+    def is_off(self) -> bool:
+        """Whether its amplitude is zero: it adds nothing to stresses and moduli, as beside a model that is tried."""
+        return not self.parameters[..., 0].any()
+
     def answer(self, moduli: bool) -> Kernel:
         """Return the kernel of its stresses, with or without moduli."""
         return kernel(self._functions.moduli if moduli else self._functions.stress)
@@ -226,11 +231,15 @@ class RubberAtPoints:
         if self._clock is not None:
             self._wind()
         for branch, add, row in calls.adding:
+            if branch.is_off:
+                continue
             add()
             if branch.needs_energy:
                 self._add_through_energy(calls.total, calls.law, row, moduli)
         if moduli and self.skew is not None:
-            for call in calls.pacing:
+            paced = not all(branch.is_off for branch in self.branches if branch.clock == "followed")
+            self.skew[:] = 0.0
+            for call in calls.pacing if paced else ():
                 call()
             stress, pace = self.skew[:, :, 1:]
             a, b = self._upper
