@@ -63,7 +63,7 @@ def descend(
     while steps < STEPS and rejected < WALL and not settled:
         before = float(value @ value)
         # Steps are measured by the misfit: the rows of stability change too fast.
-        at = Linearised(problem, x, value, slope)
+        at = LinearisedProblem(problem, x, value, slope)
         trial, left = at.step(radius, held)
         predicted = before - left
         length = float(np.linalg.norm((trial - x) * at.norms))
@@ -89,7 +89,7 @@ def descend(
     return x, steps, settled
 
 
-class Linearised:
+class LinearisedProblem:
     """The linearised misfit about a point, and the exact stability beside it, by changes s in units of their columns.
 
     Parameters

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from bushcli.inverse import certainty
 from bushcli.inverse.certainty import Uncertainty
-from bushcli.inverse.edge import Linearised, descend
+from bushcli.inverse.edge import LinearisedProblem, descend
 from bushcli.inverse.local import NOTHING, Minimum
 from bushcli.inverse.minimum_search import is_unstable
 from bushcli.inverse.problem import LeastSquaresProblem, weighted
@@ -237,7 +237,7 @@ class _Along:
         are usually enough.
         """
         problem, index = self.problem, self.index
-        at = Linearised(problem, known, problem.residual(known), problem.jacobian(known))
+        at = LinearisedProblem(problem, known, problem.residual(known), problem.jacobian(known))
         x, _ = at.step(held=index, value=value - known[index])
         x[index] = value
         if self._rise_by_instability(x) > FAR * RISE_95:

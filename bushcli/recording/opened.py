@@ -39,7 +39,7 @@ def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity], table
     """Return the table of a file that holds the columns of a recording."""
     table = opened(source, list(source.columns.values()), tables, single=len(quantities) == 1)
     if isinstance(table, FileContents):
-        needed = Needed(
+        needed = NeededColumns(
             f"columns for {' and '.join(quantities)}",
             "columns = {...}, by name",
             lambda one: has_columns(one, source, mode, quantities),
@@ -112,7 +112,7 @@ def format_of(path: Path) -> str:
     return ""
 
 
-class Needed(NamedTuple):
+class NeededColumns(NamedTuple):
     """What is sought among the tables of a file.
 
     Attributes
@@ -131,7 +131,7 @@ class Needed(NamedTuple):
     across: Callable[[list[Table]], Table | None]
 
 
-def only_table(source: Source, mode: Mode, inside: FileContents, needed: Needed) -> Table:
+def only_table(source: Source, mode: Mode, inside: FileContents, needed: NeededColumns) -> Table:
     """Return the only table of a file, or the only one that fits, or else what channels of several groups give."""
     found = inside.tables
     alone = len(found) == 1 and not inside.failed

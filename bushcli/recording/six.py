@@ -13,7 +13,7 @@ from bushcli.curve.recorded import RecordedPath
 from bushcli.recording.header.columns import Column, chosen_index, column
 from bushcli.recording.header.name import heading
 from bushcli.recording.isolated import FileContents
-from bushcli.recording.opened import Needed, listed, only_table, opened
+from bushcli.recording.opened import NeededColumns, listed, only_table, opened
 from bushcli.recording.source import SixColumns, Source
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import Table
@@ -47,7 +47,7 @@ def six_table(source: Source, chosen: Mapping[str, str], tables: TableCache) -> 
     table = opened(source, list(chosen.values()), tables)
     if isinstance(table, FileContents):
         every = {name for one in table.tables for name in _columns(one, chosen)}
-        needed = Needed(
+        needed = NeededColumns(
             "all motions and reactions",
             "motions = {ux = ...}, by name; names such as time_s, ux_mm, fx_N are found",
             lambda one: bool(every) and every == _columns(one, chosen).keys(),
