@@ -233,7 +233,15 @@ class Channel(FitChannel):
         return of_path(path.mode, path.displacement, path.time, temperature)
 
     def plan(self, fineness: float, tolerance: float) -> None:
-        """Choose the steps along a path that is followed, `fineness` times as many as by default, and the tolerance."""
+        """Choose the steps along a path that is followed, and the tolerance of its march.
+
+        Parameters
+        ----------
+        fineness : float
+            Factor on the default number of steps, a ratio.
+        tolerance : float
+            That of `cases.march.march`, a ratio.
+        """
 
     @abstractmethod
     def curve(self, answer: ChannelForces) -> Curve:
