@@ -55,7 +55,15 @@ class PathSimulation:
         self._last: tuple[object, History] | None = None
 
     def plan(self, fineness: float, tolerance: float = TOLERANCE) -> None:
-        """Choose the steps along the path, `fineness` times as many as by default, and the march's tolerance."""
+        """Choose the steps along the path, and the tolerance of its march.
+
+        Parameters
+        ----------
+        fineness : float
+            Factor on the default number of steps, a ratio.
+        tolerance : float
+            That of `cases.march.march`, a ratio.
+        """
         self.fineness, self._tolerance = fineness, tolerance
         six, self.program, self.steps = six_schedule(
             self.recorded.time, self.recorded.motion, self.recorded.free, fineness

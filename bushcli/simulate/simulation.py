@@ -119,7 +119,15 @@ class FollowedPath(ABC):
 
     @abstractmethod
     def plan(self, fineness: float, tolerance: float = TOLERANCE) -> None:
-        """Choose the steps along the path, `fineness` times as many as by default, and the march's tolerance."""
+        """Choose the steps along the path, and the tolerance of its march.
+
+        Parameters
+        ----------
+        fineness : float
+            Factor on the default number of steps, a ratio.
+        tolerance : float
+            That of `cases.march.march`, a ratio.
+        """
 
     @abstractmethod
     def solve(

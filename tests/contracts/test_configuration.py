@@ -46,7 +46,6 @@ ALLOWED = {
     ("bushcli/export/fmu/build.py", "sys.path"): "undoes what a library that packs FMUs did to it",
     ("bushcli/export/fmu/build.py", "sys.modules"): "undoes what a library that packs FMUs did to them",
     ("bushcli/export/writers/", ".text"): "an element of ElementTree has no argument for its text",
-    ("bushcli/report/writers/page.py", "environment.filters"): "how Jinja is given a filter",
     ("bushcli/runtime/interrupt.py", "sys.unraisablehook"): "how Python is given a hook",
     ("bushcli/runtime/interrupt.py", "os.environ"): "PETSc and UCX take options from it alone",
     ("bushcli/runtime/interrupt.py", "again.daemon"): "threading.Timer has no argument for it",

@@ -13,6 +13,7 @@ from bushcli.effects.effect import effect
 from bushcli.inverse.task import Task
 from bushcli.selection.model import Model
 from bushcli.selection.model_cache import COMPARED, ESTIMATED, ModelCache
+from cases.kernels import Call
 
 CASE = """\
 [geometry]
@@ -65,15 +66,32 @@ def test_caches_are_independent(task: Task) -> None:
     assert mine.model.parameters != theirs.model.parameters
 
 
-def test_marches_that_compare_models_take_fewer_corrections_for_the_same_force(tmp_path: Path) -> None:
+@pytest.fixture
+def viscous(tmp_path: Path) -> tuple[Task, Model]:
+    """A recording of two cycles, and a model whose rubber is viscous."""
     path = 4.0 * np.sin(np.linspace(0.0, 4.0 * np.pi, 80))
     rows = [f"{0.1 * i:.6g},{q:.6g},{300.0 * q:.6g}" for i, q in enumerate(path)]
     (tmp_path / "axial.csv").write_text("\n".join(["time_s,displacement_mm,force_N", *rows]) + "\n")
     (tmp_path / "case.toml").write_text(CASE)
-    viscous = ActiveEffect(effect("viscoelasticity"), {"g1": 0.2, "tau1": 1.0})
-    model = Model("neo_hookean", {"C10": 0.5}, effects=(viscous,))
-    task, cache = model.task(load_case(tmp_path / "case.toml")), ModelCache()
-    names = ("C10", "viscoelasticity.g1", "viscoelasticity.tau1")
+    active = ActiveEffect(effect("viscoelasticity"), {"g1": 0.2, "tau1": 1.0})
+    model = Model("neo_hookean", {"C10": 0.5}, effects=(active,))
+    return model.task(load_case(tmp_path / "case.toml")), model
+
+
+def test_a_branch_is_evaluated_only_while_it_has_an_amplitude(viscous, monkeypatch) -> None:
+    task, model = viscous
+    channel, called, plain_call = ModelCache().channels(task)[0], [], Call.__call__
+    monkeypatch.setattr(Call, "__call__", lambda call: called.append(call) or plain_call(call))
+    (branch,) = (entry[1] for entry in channel.model.body.material._without_moduli.adding)
+    channel.simulation.solve(model.values | {"viscoelasticity.g1": 0.0})
+    assert branch not in called
+    channel.simulation.solve(model.values)
+    assert branch in called
+
+
+def test_marches_that_compare_models_take_fewer_corrections_for_the_same_force(viscous) -> None:
+    task, model = viscous
+    cache, names = ModelCache(), ("C10", "viscoelasticity.g1", "viscoelasticity.tau1")
     usual, compared, estimated = (
         cache.channels(task, **given)[0].simulation.solve(model.values, names)
         for given in ({}, {"tolerance": COMPARED}, {"tolerance": ESTIMATED})
