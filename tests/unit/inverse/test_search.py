@@ -138,7 +138,9 @@ def test_steps_along_the_edge_that_promise_next_to_nothing_end_in_a_minimum(line
     away = least + np.array([0.1, 0.0])
     steps = iter([least, *[least + 1e-2] * 20])
     left = iter([problem.cost(least), *[problem.cost(least) * (1 - 1e-5)] * 20])
-    monkeypatch.setattr("bushcli.inverse.edge.LinearisedProblem.step", lambda at, *_: (next(steps), next(left)))
+    monkeypatch.setattr(
+        "bushcli.inverse.edge.LinearisedProblem.step", lambda at, *_: (next(steps), next(left))
+    )
     ended = minimise(problem, away, most_in_row=1)
     found = along_the_edge(problem, replace(ended, x=away, cost=problem.cost(away), converged=False))
     assert found.cost == pytest.approx(problem.cost(least))
