@@ -89,10 +89,10 @@ _SHEARED = Quantities(
 
 def quantities(mode: str) -> Quantities:
     """Return names and units of displacement and force of a mode."""
-    found = modes()[mode]
-    if found.specimen == "coupon":
-        return _SHEARED if found.sheared else _COUPON
-    return _ROTATION if found.rotational else _TRANSLATION
+    definition = modes()[mode]
+    if definition.specimen == "coupon":
+        return _SHEARED if definition.sheared else _COUPON
+    return _ROTATION if definition.rotational else _TRANSLATION
 
 
 def number(value: float | None, digits: int = 3, limits: Sequence[float] = ()) -> str:

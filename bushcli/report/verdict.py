@@ -162,36 +162,38 @@ def _headline(
     return text[:1].upper() + text[1:]
 
 
-def _channel(channel: Simulated, found: Misfit | None, is_faulty: bool) -> ChannelVerdict:
+def _channel(channel: Simulated, misfit: Misfit | None, is_faulty: bool) -> ChannelVerdict:
     shown = quantities(channel.mode)
-    if found is None:
+    if misfit is None:
         text = f"{channel.name}: {_alone(channel, shown)}."
         return ChannelVerdict(channel.name, channel.mode, text, None)
     if is_faulty:
         # Neither too stiff nor too soft: the recording says nothing about that.
         text = f"{channel.name}: {_alone(channel, shown)}; to be compared when its recording is corrected."
         return ChannelVerdict(channel.name, channel.mode, text, False)
-    unit, ratio, tolerance = shown.stiffness_unit, found.stiffness_ratio, found.tolerance
-    if found.within:
-        rms, noise = percent(found.rms_percent), percent(found.noise_percent)
+    unit, ratio, tolerance = shown.stiffness_unit, misfit.stiffness_ratio, misfit.tolerance
+    if misfit.within:
+        rms, noise = percent(misfit.rms_percent), percent(misfit.noise_percent)
         judged = f"within the accepted {tolerance.text} (curve {rms} rms, noise {noise})"
     elif not abs(ratio - 1.0) <= tolerance.band:
         judged = f"outside the accepted {tolerance.text}"
-    elif found.peak_percent > tolerance.percent:
+    elif misfit.peak_percent > tolerance.percent:
         judged = (
             f"the secant stiffness is within the accepted {tolerance.text}, the curve is not: it departs by up to "
-            f"{percent(found.peak_percent, tolerance.percent)} of the force range"
+            f"{percent(misfit.peak_percent, tolerance.percent)} of the force range"
         )
     else:
         judged = f"within the accepted {tolerance.text} as far as the simulation went"
-    predicted, measured = shown.stiffness(found.predicted.secant), shown.stiffness(found.measured.secant)
+    predicted, measured = shown.stiffness(misfit.predicted.secant), shown.stiffness(misfit.measured.secant)
     text = (
         f"{channel.name}: simulated {number(predicted)} {unit}, measured {number(measured)} {unit}: "
         f"{stiffer(ratio, tolerance.percent)}; {judged}"
     )
-    if found.compared < 1.0:
-        text += f" (compared on {percent(100 * found.compared)} of the recording, where the simulation ended)"
-    return ChannelVerdict(channel.name, channel.mode, f"{text}.", found.within)
+    if misfit.compared < 1.0:
+        text += (
+            f" (compared on {percent(100 * misfit.compared)} of the recording, where the simulation ended)"
+        )
+    return ChannelVerdict(channel.name, channel.mode, f"{text}.", misfit.within)
 
 
 def _alone(channel: Simulated, shown: Quantities) -> str:
@@ -207,10 +209,12 @@ def _alone(channel: Simulated, shown: Quantities) -> str:
 
 def all_within_10_percent(verdict: DirectVerdict, misfits: Mapping[str, Misfit]) -> bool | None:
     """Return whether every recorded channel is within 10 %; None where there is nothing to compare."""
-    found = [misfits[one.name].within_10_percent for one in verdict.channels if one.name in misfits]
+    verdicts = [
+        misfits[channel.name].within_10_percent for channel in verdict.channels if channel.name in misfits
+    ]
     # If all compared channels are within the tolerance but the verdict is not, a recorded channel was not compared.
-    lost = not verdict.within and all(one.within for one in misfits.values())
-    return None if verdict.within is None else bool(found) and all(found) and not lost
+    lost = not verdict.within and all(misfit.within for misfit in misfits.values())
+    return None if verdict.within is None else bool(verdicts) and all(verdicts) and not lost
 
 
 def stiffer(ratio: float, limit: float) -> str:
@@ -223,17 +227,17 @@ def stiffer(ratio: float, limit: float) -> str:
     return f"{beside(off, limit)} % too {'stiff' if ratio > 1 else 'soft'}"
 
 
-def _factor_text(found: SingleFactor) -> str:
-    left = listed([f"{percent(rms)} ({name})" for name, rms in found.rms_after.items()])
-    factor, alone = f"{found.factor:.2f}", len(found.by_channel) == 1
-    if found.explains:
+def _factor_text(single: SingleFactor) -> str:
+    left = listed([f"{percent(rms)} ({name})" for name, rms in single.rms_after.items()])
+    factor, alone = f"{single.factor:.2f}", len(single.by_channel) == 1
+    if single.explains:
         gap = "the gap" if alone else "the gap in all channels"
         what = f"would explain most of {gap}, leaving {left} rms: another batch of rubber?"
         return f"A single factor of {factor} on the stiffness {what}"
     if alone:
         best = f"the best, {factor}, leaves {left} rms"
         return f"A single factor on the stiffness does not explain the gap: {best}."
-    own = listed([f"{value:.2f} ({name})" for name, value in found.by_channel.items()])
+    own = listed([f"{value:.2f} ({name})" for name, value in single.by_channel.items()])
     need = f"the channels need {own}, and a common {factor} leaves {left} rms"
     return f"No single factor on the stiffness explains the gap: {need}."
 
@@ -245,15 +249,15 @@ def fault_kind(fault: DataFault) -> str:
 
 def faulty_data(faults: Sequence[DataFault]) -> str:
     """Return a headline without its full stop: the faults that must be corrected before anything else, and where."""
-    fatal = [one for one in faults if one.fatal] or list(faults)
-    named = dict.fromkeys(f"{fault_kind(one)} in the {one.channel} channel" for one in fatal)
+    fatal = [fault for fault in faults if fault.fatal] or list(faults)
+    named = dict.fromkeys(f"{fault_kind(fault)} in the {fault.channel} channel" for fault in fatal)
     return f"Faulty data: {listed(list(named))}, to be corrected first"
 
 
 def fault_lines(faults: Sequence[DataFault]) -> list[str]:
     """Return a line for each fault of the recordings: place and remedy; the fatal faults first."""
     lines = []
-    for one in sorted(faults, key=lambda one: not one.fatal):
-        remedy = one.remedy.rstrip(".")
-        lines.append(f"{one.channel}: {fault_kind(one)}, {one.where.rstrip('.')}. What to do: {remedy}")
+    for fault in sorted(faults, key=lambda fault: not fault.fatal):
+        remedy = fault.remedy.rstrip(".")
+        lines.append(f"{fault.channel}: {fault_kind(fault)}, {fault.where.rstrip('.')}. What to do: {remedy}")
     return lines

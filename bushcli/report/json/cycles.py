@@ -38,14 +38,14 @@ def history_json(history: ChannelHistory) -> dict[str, Any]:
     }
 
 
-def _values(found: Cycle | Hold | None, shown: Quantities, errors: bool = False) -> dict[str, Any] | None:
-    if found is None:
+def _values(segment: Cycle | Hold | None, shown: Quantities, errors: bool = False) -> dict[str, Any] | None:
+    if segment is None:
         return None
     values: dict[str, Any] = {}
-    for key, one in shown_values(found, shown).items():
-        values |= {key: one.value, f"{key}_std": one.std} if errors else {key: one.value}
-    if isinstance(found, Hold):
+    for key, estimate in shown_values(segment, shown).items():
+        values |= {key: estimate.value, f"{key}_std": estimate.std} if errors else {key: estimate.value}
+    if isinstance(segment, Hold):
         for ending, what in (("", "value"), ("_std", "std"))[: 2 if errors else 1]:
-            after = {f"{at:g}": 100 * getattr(one, what) for at, one in found.after.items()}
+            after = {f"{at:g}": 100 * getattr(relaxation, what) for at, relaxation in segment.after.items()}
             values[f"relaxation_percent_after{ending}"] = after
     return values

@@ -81,28 +81,28 @@ def _paired(heads: Sequence[str], both: bool) -> Row:
     return tuple(name for head in heads for name in ((head, "sim.") if both else (head,)))
 
 
-def _values(found: Cycle | Hold | None, shown: Quantities) -> dict[str, Uncertain]:
+def _values(segment: Cycle | Hold | None, shown: Quantities) -> dict[str, Uncertain]:
     """Return the values of a cycle or a hold by name, and the relaxation in percent by the time in s."""
-    if found is None:
+    if segment is None:
         return {}
-    values = shown_values(found, shown)
-    if isinstance(found, Hold):
-        return values | {f"{at:g}": times(100.0, one) for at, one in found.after.items()}
+    values = shown_values(segment, shown)
+    if isinstance(segment, Hold):
+        return values | {f"{at:g}": times(100.0, relaxation) for at, relaxation in segment.after.items()}
     # No error of a peak: it is that of one sample, the same in every row.
-    return values | {"peak_force": Uncertain(found.peak_force.value)}
+    return values | {"peak_force": Uncertain(segment.peak_force.value)}
 
 
 def _pair(recorded: Uncertain | None, simulated: Uncertain | None, both: bool) -> list[str]:
     """Return a recorded value with its error, and the simulated value with as many digits."""
     std = recorded.std if recorded is not None and recorded.std > 0 else math.nan
     cells = []
-    for found in (recorded, simulated) if both else (simulated,):
-        if found is None or not math.isfinite(found.value):
+    for estimate in (recorded, simulated) if both else (simulated,):
+        if estimate is None or not math.isfinite(estimate.value):
             cells.append("-")
-        elif found is recorded and found.std > 0:
-            cells.append(with_std(found.value, found.std))
+        elif estimate is recorded and estimate.std > 0:
+            cells.append(with_std(estimate.value, estimate.std))
         else:
-            text = with_std(found.value, std).split(" ± ")[0]
+            text = with_std(estimate.value, std).split(" ± ")[0]
             cells.append(text.removeprefix("-") if float(text) == 0 else text)
     return cells
 

@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 _ROWS = 10
 
 
-def dynamic_document(found: DynamicResult) -> Document:
+def dynamic_document(result: DynamicResult) -> Document:
     """Return the document of dynamic stiffness."""
-    response = found.response
+    response = result.response
     count = len({(curve.name, curve.preload) for curve in response.curves})
     tables = [frequency_table(curve) for curve in response.curves]
     headline = f"Dynamic stiffness about {count} preload{'' if count == 1 else 's'}"
@@ -39,11 +39,15 @@ def dynamic_document(found: DynamicResult) -> Document:
         lines,
         "plain" if response.complete else "bad",
         [
-            *([] if found.fit is None else [fit_section(found.fit)]),
+            *([] if result.fit is None else [fit_section(result.fit)]),
             Section("Dynamic stiffness and loss angle", [figures("dynamic")]),
             Section("Preloads", [table_of("", response.curves, _PRELOADS, left=3)]),
             Section(
-                "Tables", [replace(one, on="terminal") for one in tables], "both", "All frequencies", tables
+                "Tables",
+                [replace(table, on="terminal") for table in tables],
+                "both",
+                "All frequencies",
+                tables,
             ),
             Section("Solution", paragraphs([solution_line(response)], kind="note")),
         ],
@@ -145,7 +149,7 @@ def table_units(table: DynamicTable) -> tuple[str, str, str]:
 def dynamic_tables_section(tables: Sequence[DynamicTable]) -> Section:
     """Return a table with a row for each curve of each measured table, and what was understood from the files."""
     parts = [table.rows(rows) for table in tables for rows in table.conditions()]
-    remarks = [f"{one.name}: {text}" for one in tables for text in one.remarks]
+    remarks = [f"{table.name}: {text}" for table in tables for text in table.remarks]
     table = table_of("Dynamic tables", parts, _MEASURED, left=2)
     return Section("Dynamic tables", [table, *paragraphs(remarks)])
 
@@ -153,18 +157,20 @@ def dynamic_tables_section(tables: Sequence[DynamicTable]) -> Section:
 def misfit_lines(compared: Sequence[ComparedTable]) -> list[str]:
     """Return a sentence with the misfit of each table."""
     return [
-        f"{one.table.name}: dynamic stiffness within {percent(one.stiffness_percent)} and "
-        f"{number(one.loss_angle_deg)} degrees of its table (rms)"
-        for one in compared
+        f"{comparison.table.name}: dynamic stiffness within {percent(comparison.stiffness_percent)} and "
+        f"{number(comparison.loss_angle_deg)} degrees of its table (rms)"
+        for comparison in compared
     ]
 
 
 def compared_section(compared: Sequence[ComparedTable]) -> Section:
     """Return a table with the misfit of each curve of each measured table."""
-    each = [(one, rows) for one in compared for rows in one.table.conditions()]
-    parts = [(one.table.rows(rows), one.simulated[rows]) for one, rows in each]
+    each = [(comparison, rows) for comparison in compared for rows in comparison.table.conditions()]
+    parts = [(comparison.table.rows(rows), comparison.simulated[rows]) for comparison, rows in each]
     title = "Dynamic stiffness: simulated and measured"
-    remarks = [f"{one.table.name}: {text}" for one in compared for text in one.table.remarks]
+    remarks = [
+        f"{comparison.table.name}: {text}" for comparison in compared for text in comparison.table.remarks
+    ]
     blocks = [table_of(title, parts, _COMPARED), *paragraphs(remarks), figures("table")]
     return Section(title, blocks if parts else [])
 
@@ -172,7 +178,7 @@ def compared_section(compared: Sequence[ComparedTable]) -> Section:
 def preload_of(table: DynamicTable) -> str:
     """Return the preload of rows in words: "preload 1500 N"; with their temperature and amplitude, if these differ."""
     first = table.rows(table.conditions()[0])
-    shown = [one for one in (_preload(first), _span(first.temperature, "°C")) if one != "-"]
+    shown = [text for text in (_preload(first), _span(first.temperature, "°C")) if text != "-"]
     return f"preload {', '.join(shown)}" if shown else "at rest"
 
 
@@ -213,16 +219,16 @@ _MEASURED: Columns[DynamicTable] = (
 )
 # Of the same, and their simulated stiffness.
 _COMPARED: Columns[tuple[DynamicTable, NDArray[np.complex128]]] = (
-    ("channel", lambda one: one[0].name),
-    ("frequency", lambda one: _span(one[0].frequency, "Hz")),
-    ("amplitude", lambda one: _motion(one[0], one[0].amplitude)),
-    ("preload", lambda one: _preload(one[0])),
-    ("|K*|", lambda one: _span(one[0].stiffness, "")),
-    ("simulated", lambda one: _span(np.abs(one[1]), "")),
-    ("misfit", lambda one: percent(100.0 * _rms(np.abs(one[1]) / one[0].stiffness - 1.0))),
-    ("loss angle", lambda one: _span(np.degrees(one[0].loss_angle), "°")),
-    ("simulated", lambda one: _span(np.degrees(np.angle(one[1])), "°")),
-    ("misfit", lambda one: f"{number(np.degrees(_rms(np.angle(one[1]) - one[0].loss_angle)))} °"),
+    ("channel", lambda row: row[0].name),
+    ("frequency", lambda row: _span(row[0].frequency, "Hz")),
+    ("amplitude", lambda row: _motion(row[0], row[0].amplitude)),
+    ("preload", lambda row: _preload(row[0])),
+    ("|K*|", lambda row: _span(row[0].stiffness, "")),
+    ("simulated", lambda row: _span(np.abs(row[1]), "")),
+    ("misfit", lambda row: percent(100.0 * _rms(np.abs(row[1]) / row[0].stiffness - 1.0))),
+    ("loss angle", lambda row: _span(np.degrees(row[0].loss_angle), "°")),
+    ("simulated", lambda row: _span(np.degrees(np.angle(row[1])), "°")),
+    ("misfit", lambda row: f"{number(np.degrees(_rms(np.angle(row[1]) - row[0].loss_angle)))} °"),
 )
 
 

@@ -25,11 +25,11 @@ _NOTE = (
 )
 
 
-def fit_document(found: FitResult) -> Document:
+def fit_document(result: FitResult) -> Document:
     """Return the document of an identified law, and of what the tables of dynamic moduli say."""
-    fit, lines, seen = found.fit, [], None
+    fit, lines, seen = result.fit, [], None
     if fit is None:
-        names = {one.table.name for one in found.spectra}
+        names = {table_fit.table.name for table_fit in result.spectra}
         headline = f"Relaxation spectra of {len(names)} table{'s' * (len(names) != 1)} of dynamic moduli"
     else:
         worst = max(curve.rms_percent for curve in fit.curves if not curve.held_out)
@@ -41,9 +41,9 @@ def fit_document(found: FitResult) -> Document:
         headline,
         lines,
         "plain",
-        [*([fit_section(fit)] if fit else []), *spectra_sections(found.spectra)],
-        found.conditions,
-        conditions(found.case, seen),
+        [*([fit_section(fit)] if fit else []), *spectra_sections(result.spectra)],
+        result.conditions,
+        conditions(result.case, seen),
         ends_with_verdict=fit is not None,
     )
 
@@ -71,11 +71,11 @@ def parameter_table(fit: Fit) -> Table:
     from bushcli.inverse.file_units import parameter_unit
 
     rows: list[Row] = []
-    for name, found in fit.parameters.items():
+    for name, estimate in fit.parameters.items():
         unit = parameter_unit(fit, name)
-        bounds = f"{number(found.lower)} to {number(found.upper)}{' (at bound)' if found.at_bound else ''}"
+        bounds = f"{number(estimate.lower)} to {number(estimate.upper)}{' (at bound)' if estimate.at_bound else ''}"
         rows.append(
-            (name, number(found.value, 4), number(found.std, 2), "-" if unit == "1" else unit, bounds)
+            (name, number(estimate.value, 4), number(estimate.std, 2), "-" if unit == "1" else unit, bounds)
         )
     return Table(f"Law {fit.material.law}", ("parameter", "value", "std", "unit", "bounds"), tuple(rows))
 
@@ -136,28 +136,31 @@ def curves_of(fit: Fit) -> str:
 
 def bulk_modulus_std(fit: Fit) -> float | None:
     """Return the standard error of an identified bulk modulus, MPa; None where it was not identified."""
-    found = fit.parameters.get("compliance")
-    return None if found is None or not found.value > 0 else found.std / found.value**2
+    compliance = fit.parameters.get("compliance")
+    return None if compliance is None or not compliance.value > 0 else compliance.std / compliance.value**2
 
 
 def _all_coupons(fit: Fit) -> bool:
     return all(modes()[curve.recording.mode].specimen == "coupon" for curve in fit.curves)
 
 
-def spectra_sections(found: Sequence[TableSpectrum | TableSweep]) -> list[Section]:
+def spectra_sections(spectra: Sequence[TableSpectrum | TableSweep]) -> list[Section]:
     """Return a section for each spectrum: its misfit, its terms, the shifts with temperature, the master curve."""
     from bushcli.inverse.coupon_tables import TableSweep
 
-    return [sweep_section(one) if isinstance(one, TableSweep) else spectrum_section(one) for one in found]
+    return [
+        sweep_section(table_fit) if isinstance(table_fit, TableSweep) else spectrum_section(table_fit)
+        for table_fit in spectra
+    ]
 
 
-def sweep_section(one: TableSweep) -> Section:
+def sweep_section(sweep: TableSweep) -> Section:
     """Return the fit of a table of amplitudes at each temperature."""
-    symbol = one.table.quantity
+    symbol = sweep.table.quantity
     heads = (
         "temperature [°C]",
         f"{symbol}_inf [MPa]",
-        *one.fits[0].constants,
+        *sweep.fits[0].constants,
         "misfit storage",
         "misfit loss",
     )
@@ -169,22 +172,22 @@ def sweep_section(one: TableSweep) -> Section:
             percent(fit.storage_percent),
             percent(fit.loss_percent),
         )
-        for fit in one.fits
+        for fit in sweep.fits
     )
     from bushcli.effects.effect import effect_in_force_law  # here: few results need the effects
 
     name = effect_in_force_law("clock").name
     lines = [f"Constants of the effect {name}, fitted at each temperature: a spectrum that amplitude thins."]
-    own = figures("sweep", channel=one.table.name)
+    own = figures("sweep", channel=sweep.table.name)
     return Section(
-        f"Amplitudes of {one.table.name}", [own, Table("", heads, rows, left=0), *paragraphs(lines)]
+        f"Amplitudes of {sweep.table.name}", [own, Table("", heads, rows, left=0), *paragraphs(lines)]
     )
 
 
-def spectrum_section(one: TableSpectrum) -> Section:
+def spectrum_section(table_fit: TableSpectrum) -> Section:
     """Return the relaxation spectrum of a table, with the shifts by temperature."""
-    fit, spectrum, pot = one.fit, one.fit.spectrum, one.fit.spring_pot
-    symbol = one.table.quantity
+    fit, spectrum, pot = table_fit.fit, table_fit.fit.spectrum, table_fit.fit.spring_pot
+    symbol = table_fit.table.quantity
     heads = ("model", f"{symbol}_inf [MPa]", "constants", "misfit storage", "misfit loss")
     rows = (
         (
@@ -231,5 +234,5 @@ def spectrum_section(one: TableSpectrum) -> Section:
             f"The rig's lag of {with_std(1e6 * fit.lag, 1e6 * fit.lag_error)} microseconds was identified with it: "
             "the loss angle grows with frequency alike at all temperatures."
         )
-    own = figures("spectrum", channel=one.table.name)
-    return Section(f"Spectrum of {one.table.name}", [own, *shown, *paragraphs(lines)])
+    own = figures("spectrum", channel=table_fit.table.name)
+    return Section(f"Spectrum of {table_fit.table.name}", [own, *shown, *paragraphs(lines)])

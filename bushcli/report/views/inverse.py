@@ -51,9 +51,9 @@ _RANKING = (
 )
 
 
-def inverse_document(found: InverseResult) -> Document:
+def inverse_document(result: InverseResult) -> Document:
     """Return the document of identified laws; all but the ranking describes the best of them."""
-    fits, best = found.fits, found.best
+    fits, best = result.fits, result.best
     verdict = answer(best)
     sections = [
         *(
@@ -66,7 +66,7 @@ def inverse_document(found: InverseResult) -> Document:
             "Curves before and after", [table_of(_MISFITS, best.curves, _CURVES, left=3), figures("curve")]
         ),
         *([compared_section(best.tables)] if best.tables else []),
-        history_section(found.histories),
+        history_section(result.histories),
         Section(
             "What the curves determine",
             [
@@ -84,8 +84,8 @@ def inverse_document(found: InverseResult) -> Document:
         (*verdict.lines, *misfit_lines(best.tables)),
         verdict.tone,
         sections,
-        found.conditions,
-        conditions(found.case, best.material, "recordings"),
+        result.conditions,
+        conditions(result.case, best.material, "recordings"),
         ends_with_verdict=True,
     )
 
@@ -121,8 +121,8 @@ def answer(fit: Fit) -> Verdict:
 
 def _with_tables(fit: Fit, met: str, tone: Tone) -> tuple[str, Tone]:
     """Return a headline and its tone with what is to be said of tables of dynamic stiffness; empty = no curves."""
-    tables = [one for one in fit.tables if not one.held_out]
-    missed = [one for one in tables if one.over_errors > ABOVE_NOISE]
+    tables = [comparison for comparison in fit.tables if not comparison.held_out]
+    missed = [comparison for comparison in tables if comparison.over_errors > ABOVE_NOISE]
     if not tables or (met and not fit.converged):
         return met, tone
     if not fit.converged:
@@ -131,8 +131,9 @@ def _with_tables(fit: Fit, met: str, tone: Tone) -> tuple[str, Tone]:
     within = f"{subject} reproduced to within {its} errors"
     if missed:
         off = ", ".join(
-            f"{one.table.name} {percent(one.stiffness_percent)} and {number(one.loss_angle_deg)} degrees"
-            for one in missed
+            f"{comparison.table.name} {percent(comparison.stiffness_percent)} and "
+            f"{number(comparison.loss_angle_deg)} degrees"
+            for comparison in missed
         )
         within, tone = f"{subject} not reproduced ({off})", "bad" if tone == "bad" or not met else "plain"
     return f"{met}, {'but' if missed else 'and'} {within}" if met else within[0].upper() + within[1:], tone
@@ -188,10 +189,10 @@ def _lines(fit: Fit) -> list[str]:
 
 def bulk_modulus(fit: Fit) -> str:
     """Return the identified bulk modulus, MPa; its lower limit if the rubber may be incompressible."""
-    found = fit.parameters["compliance"]
-    if found.value > 2 * found.std:
-        return number(1 / found.value, 3)
-    limit = found.value + 2 * found.std
+    compliance = fit.parameters["compliance"]
+    if compliance.value > 2 * compliance.std:
+        return number(1 / compliance.value, 3)
+    limit = compliance.value + 2 * compliance.std
     return f"above {number(1 / limit, 2)}" if limit > 0 else "not determined"
 
 
@@ -252,13 +253,13 @@ def _interval(estimate: Estimate) -> str:
 
 _MISFITS = "Misfit in percent of the recorded force range"
 _CURVES: Columns[FittedCurve] = (
-    ("channel", lambda one: one.name),
-    ("mode", lambda one: one.recording.mode),
-    ("", lambda one: "predicted (held out)" if one.held_out else "fitted"),
-    ("rms before", lambda one: percent(one.started_percent)),
-    ("rms after", lambda one: percent(one.rms_percent)),
-    ("noise", lambda one: percent(one.noise_percent)),
-    ("within noise", lambda one: "yes" if is_met(one) else "no"),
+    ("channel", lambda curve: curve.name),
+    ("mode", lambda curve: curve.recording.mode),
+    ("", lambda curve: "predicted (held out)" if curve.held_out else "fitted"),
+    ("rms before", lambda curve: percent(curve.started_percent)),
+    ("rms after", lambda curve: percent(curve.rms_percent)),
+    ("noise", lambda curve: percent(curve.noise_percent)),
+    ("within noise", lambda curve: "yes" if is_met(curve) else "no"),
 )
 
 

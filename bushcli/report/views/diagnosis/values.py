@@ -53,11 +53,15 @@ def shown(
     """Return a parameter of the most probable model in the units of the case file: angles in degrees."""
     factor, unit_shown = _degrees(quantity.unit)
     at: Callable[[float], float] = partial(mul, factor)
-    if (found := _parameter(name)) is not None and found.of_channel:
+    if (parameter := _parameter(name)) is not None and parameter.of_channel:
         acts_on, of = effects()[effect_name(name.partition(".")[0])].acts_on, quantity.channels
-        acting = [one for one in channels if acts_on(one.mode, one.kind) and (of is None or one.name in of)]
-        if any(modes()[one.mode].rotational for one in acting):
-            at, unit_shown = partial(outside, found, rotational=True), unit(found, rotational=True)
+        acting = [
+            channel
+            for channel in channels
+            if acts_on(channel.mode, channel.kind) and (of is None or channel.name in of)
+        ]
+        if any(modes()[channel.mode].rotational for channel in acting):
+            at, unit_shown = partial(outside, parameter, rotational=True), unit(parameter, rotational=True)
     value, std, lower, upper = (at(v) for v in (quantity.value, quantity.std, quantity.lower, quantity.upper))
     prior = None if quantity.prior is None else (at(quantity.prior[0]), at(quantity.prior[1]))
     other = None if quantity.with_form_error is None else at(quantity.with_form_error)
@@ -85,21 +89,21 @@ def parameters_text(effect: DiagnosedEffect, channels: Sequence[DiagnosedChannel
     """
     parts = []
     for name, quantity in effect.parameters.items():
-        known, first, found = derived(quantity), 0.0, _parameter(f"{effect.name}.{name}")
+        known, first, parameter = derived(quantity), 0.0, _parameter(f"{effect.name}.{name}")
         for other, (value, of) in known.items():
             first = first or value
-            if found is not None and found.exponential == other:
+            if parameter is not None and parameter.exponential == other:
                 std = value * quantity.std
             else:
                 std = value**2 / abs(first) * quantity.std / abs(quantity.value)
             parts.append(f"{other} = {with_std(value, std)}{tail(of)}")
         if not known:
-            one = shown(f"{effect.name}.{name}", quantity, channels)
-            text = one.text
-            if one.std == 0.0 and one.upper > one.lower:
+            entry = shown(f"{effect.name}.{name}", quantity, channels)
+            text = entry.text
+            if entry.std == 0.0 and entry.upper > entry.lower:
                 # A scanned dimension stands for the range half-way to the next one.
-                text = f"{one.value:.3g}{tail(one.unit)} ({span(one.lower, one.upper)})"
-            parts.append(f"{name}: {one.word}" if one.word else f"{name} = {text}")
+                text = f"{entry.value:.3g}{tail(entry.unit)} ({span(entry.lower, entry.upper)})"
+            parts.append(f"{name}: {entry.word}" if entry.word else f"{name} = {text}")
     return ", ".join(parts)
 
 
