@@ -35,8 +35,8 @@ def conditions(case: Case, material: Material | None = None, source: str = "") -
         texts = {
             k: v if isinstance(v, str) else f"{v:g}{units.get(k, '')}" for k, v in (sleeve or {}).items()
         }
-        shown = [f"{_words(k)} {text}" for k, text in texts.items()]
-        rows.append((_words(name), "rigid" if sleeve is None else f"elastic: {', '.join(shown)}"))
+        properties = [f"{_words(k)} {text}" for k, text in texts.items()]
+        rows.append((_words(name), "rigid" if sleeve is None else f"elastic: {', '.join(properties)}"))
     if "contact" in entries:
         rows.append(("contact", _contact(shape)))
     used = material or case.material
@@ -60,11 +60,11 @@ def conditions(case: Case, material: Material | None = None, source: str = "") -
         rows.append(("density", f"{used.density / DENSITY:.4g} kg/m3"))
     rows += _effects(case)
     if case.toleranced:
-        made = ", ".join(
+        tolerances = ", ".join(
             f"{key} {tolerance.nominal:g} ± {tolerance.deviation:g}"
             for key, tolerance in case.toleranced.items()
         )
-        rows.append(("tolerances", made))
+        rows.append(("tolerances", tolerances))
     if case.tolerance != type(case.tolerance)():  # the default is not mentioned
         rows.append(("accepted", f"simulations within {case.tolerance.text} of the measurement"))
     return rows
@@ -80,7 +80,7 @@ def _effects(case: Case) -> list[tuple[str, str]]:
     """Return a row for each effect of a case: values, and the channels that have it if it is not on all."""
     channels = [(recording.label, recording.mode) for recording in case.recordings]
     channels += [(load.mode, load.mode) for load in case.load_cases]
-    turned = turning(case.effects, channels)
+    rotational = turning(case.effects, channels)
     rows = []
     for effect in case.effects:
         values = []
@@ -88,13 +88,15 @@ def _effects(case: Case) -> list[tuple[str, str]]:
             if p.choices:
                 values.append(_words(p.choices[round(effect.values[p.name])]))
                 continue
-            angular = effect.full_name(p) in turned
-            written = "" if (own := unit(p, angular)) == "1" else f" {own}"
-            known = p.name in effect.values
-            shown = (
-                f"{outside(p, effect.values[p.name], angular):.4g}{written}" if known else "to be identified"
+            angular = effect.full_name(p) in rotational
+            unit_text = "" if (unit_name := unit(p, angular)) == "1" else f" {unit_name}"
+            is_given = p.name in effect.values
+            text = (
+                f"{outside(p, effect.values[p.name], angular):.4g}{unit_text}"
+                if is_given
+                else "to be identified"
             )
-            values.append(f"{_words(p.name)} {shown}")
+            values.append(f"{_words(p.name)} {text}")
         on = "" if effect.channels is None else f" (in {', '.join(effect.channels)})"
         rows.append(("effect", f"{_words(effect.effect.name)}{on}: {', '.join(values)}"))
     return rows

@@ -64,7 +64,7 @@ class ChannelHistory:
         return (self.comes_back and bool(self.cycles)) or bool(self.holds)
 
 
-def shown_values(segment: Cycle | Hold, shown: Quantities) -> dict[str, Uncertain]:
+def shown_values(segment: Cycle | Hold, units: Quantities) -> dict[str, Uncertain]:
     """Return the values of a cycle or a hold by their keys in JSON, in the units that are shown."""
     if isinstance(segment, Hold):
         forces = {"force_start": segment.force_start, "force_end": segment.force_end}
@@ -72,7 +72,7 @@ def shown_values(segment: Cycle | Hold, shown: Quantities) -> dict[str, Uncertai
     return {
         "energy": segment.energy,
         "loss_percent": times(100.0, segment.loss),
-        "secant_stiffness": times(1.0 / shown.per_internal, segment.secant),
+        "secant_stiffness": times(1.0 / units.per_internal, segment.secant),
         "peak_force": segment.peak_force,
     }
 
@@ -108,13 +108,13 @@ def _where(part: Array, whole: Array) -> list[int]:
     """Return the indices in the whole of the samples of a part, which has the same order."""
     if len(part) == len(whole):
         return list(range(len(whole)))
-    places, at = [], 0
+    indices, index = [], 0
     for value in part:
-        while whole[at] != value:
-            at += 1
-        places.append(at)
-        at += 1
-    return places
+        while whole[index] != value:
+            index += 1
+        indices.append(index)
+        index += 1
+    return indices
 
 
 def _history(
@@ -149,7 +149,7 @@ def _threes(
     recorded: Iterable[_Part | None], simulated: Iterable[_Part | None]
 ) -> tuple[tuple[_Part, _Part | None, _Part | None], ...]:
     pairs = zip(recorded, simulated, strict=True)
-    return tuple((known, r, s) for r, s in pairs if (known := r or s) is not None)
+    return tuple((part, r, s) for r, s in pairs if (part := r or s) is not None)
 
 
 def with_hysteresis(
@@ -177,11 +177,11 @@ def unexplained_hysteresis(history: ChannelHistory) -> Condition | None:
     loss = max(holds, key=lambda hold: abs(hold.force_start.value)).relaxation if holds else Uncertain(0.0)
     relaxed = loss.value if loss.value > SURE * loss.std else 0.0
     share = f"{percent(100 * energy / work)} of the work done while loading"
-    held = f"; in a hold the recorded force relaxes by {percent(100 * relaxed)}" if relaxed else ""
+    relaxation_text = f"; in a hold the recorded force relaxes by {percent(100 * relaxed)}" if relaxed else ""
     return Condition(
         "unexplained_hysteresis",
         f"{history.name}: the recorded loops dissipate {number(energy)} ± {number(std, 2)} {unit} ({share}), the "
-        f"simulated ones {number(simulated, 2) if simulated > std else '0'} {unit}{held}",
+        f"simulated ones {number(simulated, 2) if simulated > std else '0'} {unit}{relaxation_text}",
         "add an effect that dissipates: viscoelasticity, friction or mullins (bushcli diagnose distinguishes them)",
     )
 

@@ -159,10 +159,10 @@ class Table:
 
     def without_detail(self) -> Table:
         """Return the table without the columns that are on the page only."""
-        kept = [i for i in range(len(self.heads)) if i not in self.detail]
-        rows = tuple(tuple(row[i] for i in kept) for row in self.rows)
-        left = sum(i < self.left for i in kept)
-        return replace(self, heads=tuple(self.heads[i] for i in kept), rows=rows, left=left, detail=())
+        columns = [i for i in range(len(self.heads)) if i not in self.detail]
+        rows = tuple(tuple(row[i] for i in columns) for row in self.rows)
+        left = sum(i < self.left for i in columns)
+        return replace(self, heads=tuple(self.heads[i] for i in columns), rows=rows, left=left, detail=())
 
     def shortened(self, most: int) -> Table:
         """Return the table without its middle rows if it has more than `most`; its title then says how many it has."""
@@ -192,8 +192,8 @@ class Figures:
 
     def among(self, pictures: Sequence[Picture]) -> list[Block]:
         """Return the pictures that stand here."""
-        own = [picture for picture in pictures if self.channel in ("", picture.channel)]
-        return [picture for kind in self.kinds for picture in own if picture.kind == kind]
+        candidates = [picture for picture in pictures if self.channel in ("", picture.channel)]
+        return [picture for kind in self.kinds for picture in candidates if picture.kind == kind]
 
 
 Block = Paragraph | Table | Figures | Picture
@@ -237,21 +237,25 @@ class Document:
         return replace(self, sections=sections)
 
 
-def on(where: Literal["page", "terminal"], sections: Iterable[Section]) -> list[Section]:
+def on(medium: Literal["page", "terminal"], sections: Iterable[Section]) -> list[Section]:
     """Return the sections with the blocks that are written there; empty ones are left out."""
 
-    def kept(blocks: Iterable[Block]) -> list[Block]:
-        here = [
+    def visible(blocks: Iterable[Block]) -> list[Block]:
+        shown = [
             block
             for block in blocks
-            if block.on in ("both", where) and not (isinstance(block, Table) and not block.rows)
+            if block.on in ("both", medium) and not (isinstance(block, Table) and not block.rows)
         ]
-        return here if any(not (isinstance(block, Paragraph) and block.explains) for block in here) else []
+        return shown if any(not (isinstance(block, Paragraph) and block.explains) for block in shown) else []
 
     filtered = [
-        replace(section, blocks=kept(section.blocks), folded=kept(section.folded) if where == "page" else ())
+        replace(
+            section,
+            blocks=visible(section.blocks),
+            folded=visible(section.folded) if medium == "page" else (),
+        )
         for section in sections
-        if section.on in ("both", where)
+        if section.on in ("both", medium)
     ]
     return [section for section in filtered if section.blocks or section.folded]
 

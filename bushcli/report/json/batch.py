@@ -45,17 +45,17 @@ def batch_json(batch: Batch) -> dict[str, Any]:
         "curves": [
             {
                 **part(curve, "mode parts"),
-                "stiffness": shown.stiffness(curve.mean.secant_stiffness()),
+                "stiffness": units.stiffness(curve.mean.secant_stiffness()),
                 "scatter_percent": 100.0 * curve.scatter,
                 "k": curve.k,
                 "content": CONTENT,
                 "confidence": CONFIDENCE,
-                "displacement": shown.shown(curve.mean.displacement),
+                "displacement": units.shown(curve.mean.displacement),
                 "force": curve.mean.force,
                 **part(curve, "lower upper"),
             }
             for curve in batch.curves
-            for shown in [quantities(curve.mode)]
+            for units in [quantities(curve.mode)]
         ],
         "data_faults": faults_json(batch.faults),
     }

@@ -40,7 +40,8 @@ def check_json(checked: Checked) -> dict[str, Any]:
             for per in [quantities(test.mode).per_internal]
         ],
         "standards": [
-            {"channel": channel, "standard": name, "clauses": asked} for channel, name, asked in tests.judged
+            {"channel": channel, "standard": name, "clauses": clauses}
+            for channel, name, clauses in tests.judged
         ],
         "open_questions": tests.lacks,
         "sources": [
@@ -52,7 +53,7 @@ def check_json(checked: Checked) -> dict[str, Any]:
 
 
 def _summary(curve: Recording) -> dict[str, Any]:
-    shown = quantities(curve.mode)
+    units = quantities(curve.mode)
     segments = branches(curve)
     return {
         "name": curve.name,
@@ -62,8 +63,8 @@ def _summary(curve: Recording) -> dict[str, Any]:
         "cycles": len({branch.cycle for branch in segments}),
         "holds": sum(branch.kind == "hold" for branch in segments),
         "duration_s": None if curve.time is None else float(np.ptp(curve.time)),
-        "units": {"displacement": shown.displacement_unit or shown.displacement, "force": shown.force_unit},
-        "displacement": [shown.at(q) for q in (curve.displacement.min(), curve.displacement.max())],
+        "units": {"displacement": units.displacement_unit or units.displacement, "force": units.force_unit},
+        "displacement": [units.at(q) for q in (curve.displacement.min(), curve.displacement.max())],
         "force": [float(curve.force.min()), float(curve.force.max())],
         "noise_percent": 100 * force_noise(curve) / float(np.ptp(curve.force)),
     }

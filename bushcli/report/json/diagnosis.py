@@ -26,23 +26,23 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
 
 def _rivals(diagnosis: Diagnosis) -> list[list[str]]:
     """Return the sets of effects without rigs, unless the rigs alone make a set differ from the first one."""
-    first = list(dict.fromkeys(map(effect_name, diagnosis.models[0].effects))) if diagnosis.models else None
+    best = list(dict.fromkeys(map(effect_name, diagnosis.models[0].effects))) if diagnosis.models else None
     sets: list[list[str]] = []
     for names in diagnosis.rivals:
-        own = list(dict.fromkeys(map(effect_name, names)))
-        sets.append(list(names) if own == first else own)
+        effects = list(dict.fromkeys(map(effect_name, names)))
+        sets.append(list(names) if effects == best else effects)
     return sets
 
 
 def _misfit(diagnosis: Diagnosis) -> dict[str, dict[str, float | None]]:
     """Return the misfits by channel, percent of the force range or of K*; None where it was not held out."""
     misfit: dict[str, dict[str, float | None]] = {
-        when: {channel.name: getattr(channel, f"{when}_percent") for channel in diagnosis.measured}
-        for when in ("before", "after", "noise")
+        stage: {channel.name: getattr(channel, f"{stage}_percent") for channel in diagnosis.measured}
+        for stage in ("before", "after", "noise")
     }
-    for when in ("before", "after"):
-        held = {channel.name for channel in diagnosis.measured if channel.held_out}
-        misfit[f"held_out_{when}"] = {n: p if n in held else None for n, p in misfit[when].items()}
+    for stage in ("before", "after"):
+        held_out = {channel.name for channel in diagnosis.measured if channel.held_out}
+        misfit[f"held_out_{stage}"] = {n: p if n in held_out else None for n, p in misfit[stage].items()}
     return misfit
 
 
@@ -60,7 +60,7 @@ def _quantity(diagnosis: Diagnosis, name: str, quantity: Quantity) -> dict[str, 
             "tail": quantity.prior_tail,
             "source": quantity.prior_source,
         },
-        "derived": {also: {"value": value, "unit": of} for also, (value, of) in derived(quantity).items()},
+        "derived": {key: {"value": value, "unit": unit} for key, (value, unit) in derived(quantity).items()},
     }
 
 
@@ -101,14 +101,14 @@ def _missing(diagnosis: Diagnosis) -> dict[str, Any] | None:
         scale = units.per_internal if profile.along in ("displacement", "rate") else 1.0
         length = units.displacement_unit or "1"
         unit = {"displacement": length, "time": "s", "cycle": "1", "rate": f"{length}/s"}[profile.along]
-        known = part(profile, "channel along branch") | {"unit": unit, "x": scale * profile.x}
-        profiles.append(known | part(profile, "mean std"))
+        axis = part(profile, "channel along branch") | {"unit": unit, "x": scale * profile.x}
+        profiles.append(axis | part(profile, "mean std"))
     return part(diagnosis.missing, "probability share text") | {"profiles": profiles}
 
 
-def _units(diagnosis: Diagnosis, channel: str) -> Quantities:
+def _units(diagnosis: Diagnosis, name: str) -> Quantities:
     """Return the units of the recorded channel of this name, else of the mode of this name."""
-    return quantities({channel.name: channel.mode for channel in diagnosis.measured}.get(channel, channel))
+    return quantities({channel.name: channel.mode for channel in diagnosis.measured}.get(name, name))
 
 
 def _fields(names: str) -> dict[str, Callable[[Diagnosis], Any]]:
@@ -156,12 +156,12 @@ _KEYS: dict[str, Callable[[Diagnosis], Any]] = {
     "misfit": _misfit,
     "dynamic": lambda diagnosis: [
         {
-            **shown,
+            **table_json,
             "plain": {} if K is None else {"storage": K.real, "loss": K.imag},
             **part(table, "places remaining held_out"),
         }
         for table in diagnosis.tables
-        for (shown,), K in [(compared_json([table.compared]), table.compared.started)]
+        for (table_json,), K in [(compared_json([table.compared]), table.compared.started)]
     ],
     "next_test": _next_test,
     "maps": lambda diagnosis: [

@@ -42,13 +42,13 @@ def direct_json(result: DirectResult) -> dict[str, Any]:
 
 
 def _channel(channel: Simulated, misfit: Misfit | None) -> dict[str, Any]:
-    shown, recorded = quantities(channel.mode), channel.recording
-    document: dict[str, Any] = {key: of(channel, shown) for key, of in _CURVE.items()}
+    units, recorded = quantities(channel.mode), channel.recording
+    document: dict[str, Any] = {key: entry(channel, units) for key, entry in _CURVE.items()}
     if misfit is not None:
         document["recording"] = {
             "file": str(recorded.source) if recorded and recorded.source else None,
             "samples": len(recorded.displacement) if recorded else 0,
-            **{key: of(misfit, shown) for key, of in _MISFIT.items()},
+            **{key: entry(misfit, units) for key, entry in _MISFIT.items()},
         }
     if channel.six is not None:
         six, motion = channel.six, shown_motion(channel.six)
@@ -56,7 +56,7 @@ def _channel(channel: Simulated, misfit: Misfit | None) -> dict[str, Any]:
         del document["displacement"]
         document |= {
             "mode": "path",
-            "units": {"motion": "mm, deg", "force": "N, N mm", "stiffness": shown.stiffness_unit},
+            "units": {"motion": "mm, deg", "force": "N, N mm", "stiffness": units.stiffness_unit},
             "time": six.time,
             "motion": {name: motion[:, k] for k, name in enumerate(MOTIONS)},
             "force": {name: six.force[:, k] for k, name in enumerate(REACTIONS)},
@@ -87,22 +87,22 @@ def _channel(channel: Simulated, misfit: Misfit | None) -> dict[str, Any]:
 _CURVE: dict[str, Callable[[Simulated, Quantities], Any]] = {
     "name": lambda channel, _: channel.name,
     "mode": lambda channel, _: channel.mode,
-    "units": lambda channel, shown: {
-        "displacement": "stretch - 1" if shown.rest else shown.displacement_unit or shown.displacement,
-        "force": shown.force_unit,
-        "stiffness": shown.stiffness_unit,
+    "units": lambda channel, units: {
+        "displacement": "stretch - 1" if units.rest else units.displacement_unit or units.displacement,
+        "force": units.force_unit,
+        "stiffness": units.stiffness_unit,
         "energy": energy_unit(channel.mode),
     },
     "time": lambda channel, _: channel.curve.time,
-    "displacement": lambda channel, shown: shown.shown(channel.curve.displacement) - shown.rest,
+    "displacement": lambda channel, units: units.shown(channel.curve.displacement) - units.rest,
     "force": lambda channel, _: channel.curve.force,
-    "stiffness": lambda channel, shown: {
-        "initial": shown.stiffness(channel.curve.initial_stiffness()),
-        "secant": shown.stiffness(channel.curve.secant_stiffness()),
+    "stiffness": lambda channel, units: {
+        "initial": units.stiffness(channel.curve.initial_stiffness()),
+        "secant": units.stiffness(channel.curve.secant_stiffness()),
     },
     "complete": lambda channel, _: not channel.stopped,
     "stopped": lambda channel, _: channel.stopped,
-    "reach": lambda channel, shown: shown.at(channel.reach) - shown.rest,
+    "reach": lambda channel, units: units.at(channel.reach) - units.rest,
     "newton_iterations": lambda channel, _: channel.newton,
     "steps_tried": lambda channel, _: len(channel.attempts),
     "steps_rejected": lambda channel, _: sum(not attempt.accepted for attempt in channel.attempts),
@@ -116,11 +116,11 @@ _MISFIT: dict[str, Callable[[Misfit, Quantities], Any]] = {
     "rms_percent": lambda misfit, _: misfit.rms_percent,
     "peak_percent": lambda misfit, _: misfit.peak_percent,
     "noise_percent": lambda misfit, _: misfit.noise_percent,
-    "stiffness_measured": lambda misfit, shown: shown.stiffness(misfit.measured.secant),
-    "stiffness_simulated": lambda misfit, shown: shown.stiffness(misfit.predicted.secant),
+    "stiffness_measured": lambda misfit, units: units.stiffness(misfit.measured.secant),
+    "stiffness_simulated": lambda misfit, units: units.stiffness(misfit.predicted.secant),
     "stiffness_ratio": lambda misfit, _: misfit.stiffness_ratio,
-    "initial_stiffness_measured": lambda misfit, shown: shown.stiffness(misfit.measured.initial),
-    "initial_stiffness_simulated": lambda misfit, shown: shown.stiffness(misfit.predicted.initial),
+    "initial_stiffness_measured": lambda misfit, units: units.stiffness(misfit.measured.initial),
+    "initial_stiffness_simulated": lambda misfit, units: units.stiffness(misfit.predicted.initial),
     "within_10_percent": lambda misfit, _: misfit.within_10_percent,
     "within_tolerance": lambda misfit, _: misfit.within,
     "tolerance_percent": lambda misfit, _: misfit.tolerance.percent,
@@ -132,7 +132,7 @@ _MISFIT: dict[str, Callable[[Misfit, Quantities], Any]] = {
 def _verdict(verdict: DirectVerdict, misfits: Mapping[str, Misfit]) -> dict[str, Any]:
     channels: dict[str, Any] = {}
     for channel in verdict.channels:
-        misfit, shown = misfits.get(channel.name), quantities(channel.mode)
+        misfit, units = misfits.get(channel.name), quantities(channel.mode)
         channels[channel.name] = {
             "text": channel.text,
             "within_10_percent": misfit.within_10_percent if misfit else None,
@@ -140,8 +140,8 @@ def _verdict(verdict: DirectVerdict, misfits: Mapping[str, Misfit]) -> dict[str,
         }
         if misfit is not None:
             keys = ("stiffness_simulated", "stiffness_measured", "stiffness_ratio")
-            known = {key: _MISFIT[key](misfit, shown) for key in keys}
-            channels[channel.name] |= known | {"unit": shown.stiffness_unit}
+            stiffnesses = {key: _MISFIT[key](misfit, units) for key in keys}
+            channels[channel.name] |= stiffnesses | {"unit": units.stiffness_unit}
     factor = verdict.single_factor
     return {
         **part(verdict, "headline text"),

@@ -29,19 +29,19 @@ def dynamic_json(result: DynamicResult) -> dict[str, Any]:
     document["material"] = material_json(response.material)
     document["load_cases"] = []
     for curve in response.curves:
-        shown, test = quantities(curve.mode), curve.test
-        preload: dict[str, Any] = {"displacement": shown.at(curve.preload), "force": curve.force}
+        units, test = quantities(curve.mode), curve.test
+        preload: dict[str, Any] = {"displacement": units.at(curve.preload), "force": curve.force}
         preload["stiffness"] = curve.static
         entry: dict[str, Any] = {
             "name": curve.name,
             "mode": test.mode,
             "units": {
-                "displacement": shown.displacement_unit,
-                "force": shown.force_unit,
+                "displacement": units.displacement_unit,
+                "force": units.force_unit,
                 "stiffness": stiffness_unit(curve.mode),
             },
             "preload": preload,
-            "amplitude": None if curve.amplitude is None else shown.per_internal * curve.amplitude,
+            "amplitude": None if curve.amplitude is None else units.per_internal * curve.amplitude,
             "temperature": test.temperature,
             "point": "transfer" if test.transfer else "driving",
             "frequency": curve.frequency,

@@ -48,7 +48,7 @@ def fit_part(fit: Fit) -> dict[str, Any]:
             for name, estimate in fit.parameters.items()
         },
         "correlation": {
-            name: {other: fit.correlation[i, j] for j, other in enumerate(names)}
+            name: {other_name: fit.correlation[i, j] for j, other_name in enumerate(names)}
             for i, name in enumerate(names)
         },
         "misfit": {
@@ -91,7 +91,7 @@ def spectra_json(spectra: Iterable[TableSpectrum | TableSweep]) -> list[dict[str
     """Return spectra as JSON-ready data: moduli in MPa, times in s, g over the equilibrium modulus."""
     from bushcli.inverse.coupon_tables import TableSweep
 
-    shown = []
+    tables = []
     for table_fit in spectra:
         table = part(table_fit.table, "name mode quantity")
         if isinstance(table_fit, TableSweep):
@@ -127,5 +127,5 @@ def spectra_json(spectra: Iterable[TableSpectrum | TableSweep]) -> list[dict[str
                 "spring_pot": part(pot, "equilibrium modulus exponent")
                 | {"misfit": part(pot, "storage_percent loss_percent")},
             }
-        shown.append(table)
-    return shown
+        tables.append(table)
+    return tables

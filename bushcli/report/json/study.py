@@ -37,7 +37,7 @@ def study_json(result: StudyResult) -> dict[str, Any]:
         document["answers"][name] = {
             "unit": units[name],
             **part(summary, "count mean std"),
-            **{f"p{level:02d}": value for level, value in zip((5, 50, 95), summary.quantiles, strict=True)},
+            **{f"p{q:02d}": value for q, value in zip((5, 50, 95), summary.quantiles, strict=True)},
             "worst": {"lowest": summary.lowest, "highest": summary.highest},
             "linear_share": summary.linear,
             # Sobol indices that were not calculated are nan.

@@ -37,10 +37,10 @@ def batch_document(batch: Batch) -> Document:
     """Return the document of a batch."""
     lines = []
     for part in batch.outliers:
-        why = " and ".join(_IN_WORDS[kind] for kind in part.outlier)
+        criteria = " and ".join(_IN_WORDS[kind] for kind in part.outlier)
         no_cause = "; its recording shows no cause: suspect its rubber or a dimension"
         lines.append(
-            f"{part.name}: an outlier by {why}{f': {joined(part.causes)}' if part.causes else no_cause}."
+            f"{part.name}: an outlier by {criteria}{f': {joined(part.causes)}' if part.causes else no_cause}."
         )
     lines += [
         f"{part.name}: {joined(part.causes)}." for part in batch.parts if part.causes and not part.outlier
@@ -72,8 +72,8 @@ def batch_headline(batch: Batch) -> str:
         for curve in batch.curves
     )
     names = [part.name for part in batch.outliers]
-    said = f"outlier{'s' * (len(names) > 1)}: {listed(names)}" if names else "no outliers"
-    return f"{len(batch.parts)} parts: {scatter}; {said}"
+    outliers = f"outlier{'s' * (len(names) > 1)}: {listed(names)}" if names else "no outliers"
+    return f"{len(batch.parts)} parts: {scatter}; {outliers}"
 
 
 def stiffness(part: BatchPart) -> float:

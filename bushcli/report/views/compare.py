@@ -42,10 +42,12 @@ def compare_headline(comparison: Comparison) -> str:
     names = listed([item.name for item in comparison.items])
     keys = [difference.key for difference in comparison.keys]
     count = len(keys)
-    said = f"{count} key{'s differ' if count != 1 else ' differs'}" if keys else "their cases are equal"
-    few = f" ({', '.join(keys)})" if 0 < count <= 3 else ""
-    differ = len(comparison.numbers)
-    return f"{names}: {said}{few}, {differ or 'no'} number{'s differ' if differ > 1 else ' differs'}"
+    key_count = f"{count} key{'s differ' if count != 1 else ' differs'}" if keys else "their cases are equal"
+    key_list = f" ({', '.join(keys)})" if 0 < count <= 3 else ""
+    numbers = len(comparison.numbers)
+    return (
+        f"{names}: {key_count}{key_list}, {numbers or 'no'} number{'s differ' if numbers > 1 else ' differs'}"
+    )
 
 
 def _table(title: str, comparison: Comparison, differences: Sequence[Difference]) -> Table:
@@ -57,8 +59,8 @@ def _table(title: str, comparison: Comparison, differences: Sequence[Difference]
     rows = []
     for difference in differences:
         change = difference.percent[-1]
-        last = [("" if change is None else f"{change:+.3g} %")] if len(comparison.items) == 2 else []
-        rows.append((difference.key, *map(_shown, difference.values), *last))
+        change_cell = [("" if change is None else f"{change:+.3g} %")] if len(comparison.items) == 2 else []
+        rows.append((difference.key, *map(_shown, difference.values), *change_cell))
     return Table(title, tuple(heads), tuple(rows), left=1, most=_MOST)
 
 

@@ -19,7 +19,7 @@ _NOTE = (
 
 def design_document(design: Design) -> Document:
     """Return the document of a design."""
-    began = "The conditions above are those of the case file, where the search began."
+    remark = "The conditions above are those of the case file, where the search began."
     keys = tuple(design.targets[0].slopes)
     slopes = tuple(
         (goal.target.name, goal.target.unit, *(number(goal.slopes[key], 4) for key in keys))
@@ -31,15 +31,15 @@ def design_document(design: Design) -> Document:
         Table("Derivatives, per unit of each key", ("target", "", *keys), slopes, left=2),
     ]
     sections = [
-        Section("", [Paragraph(began, on="page")]),
+        Section("", [Paragraph(remark, on="page")]),
         *(Section(table.title, [table]) for table in tables),
         Section(_SPREAD, [spread_table(design), note(_NOTE)]),
     ]
     met = all(goal.met for goal in design.targets)
     lines = ["To simulate it: " + " ".join(f"--set {text}" for text in overrides(design))]
-    seen = conditions(design.case)
+    condition_rows = conditions(design.case)
     return Document(
-        design_headline(design), lines, "good" if met else "bad", sections, design.conditions, seen
+        design_headline(design), lines, "good" if met else "bad", sections, design.conditions, condition_rows
     )
 
 

@@ -48,7 +48,7 @@ def direct_document(result: DirectResult) -> Document:
     checked = [channel for channel in response.channels if channel.mesh_error is not None]
     errors = ", ".join(f"{channel.name} {percent(channel.mesh_error)}" for channel in checked)
     error = f"estimated error of the mesh, of the force range: {errors}" if errors else ""
-    read = [*paragraphs(shape.notes), measure_table(shape), figures("geometry")]
+    interpretation = [*paragraphs(shape.notes), measure_table(shape), figures("geometry")]
     stiffness = comparison_table(response, result.misfits) if result.misfits else stiffness_table(response)
     sections = [
         Section("Channels", [stiffness, *paragraphs([error], kind="note")]),
@@ -57,7 +57,7 @@ def direct_document(result: DirectResult) -> Document:
         history_section(result.histories),
         *([] if result.fit is None else [fit_section(result.fit)]),
         Section("Contact", [contact_table(response)]),
-        Section("How the geometry file was interpreted", read if shape.notes else [], on="page"),
+        Section("How the geometry file was interpreted", interpretation if shape.notes else [], on="page"),
         Section("Deformed shape at the largest displacement", [figures("deformed")]),
         Section("Mesh and solution", [solution_table(response), figures("mesh")], on="page"),
         *([compared_section(compared)] if compared else []),
@@ -78,12 +78,12 @@ def stiffness_table(response: Response) -> Table:
     heads = ("channel", "unit", "initial stiffness", "secant stiffness", "from", "to", "")
     rows: list[Row] = []
     for channel in response.channels:
-        shown, curve = quantities(channel.mode), channel.curve
+        units, curve = quantities(channel.mode), channel.curve
         leads = "" if channel.six is None else f" ({MOTIONS[channel.six.lead]})"
         rates = (curve.initial_stiffness(), curve.secant_stiffness())
         ends = (min(curve.displacement), max(curve.displacement))
-        cells = [*(number(shown.stiffness(rate)) for rate in rates), *(number(shown.at(q)) for q in ends)]
-        rows.append((f"{channel.name}{leads}", shown.stiffness_unit, *cells, shown.displacement_unit))
+        cells = [*(number(units.stiffness(rate)) for rate in rates), *(number(units.at(q)) for q in ends)]
+        rows.append((f"{channel.name}{leads}", units.stiffness_unit, *cells, units.displacement_unit))
     return Table("Simulated stiffness", heads, tuple(rows), left=2)
 
 
@@ -92,26 +92,28 @@ def comparison_table(response: Response, misfits: Mapping[str, Misfit]) -> Table
     heads = ("channel", "stiffness", "simulated", "measured", "sim/meas", "rms", "peak", "noise")
     rows: list[Row] = []
     for channel in response.channels:
-        shown, misfit = quantities(channel.mode), misfits.get(channel.name)
-        unit = shown.stiffness_unit
+        units, misfit = quantities(channel.mode), misfits.get(channel.name)
+        unit = units.stiffness_unit
         if misfit is None:
-            secant = number(shown.stiffness(channel.curve.secant_stiffness()))
+            secant = number(units.stiffness(channel.curve.secant_stiffness()))
             rows.append((channel.name, f"secant, {unit}", secant, *("-",) * 6))
             continue
         peak = percent(misfit.peak_percent, misfit.tolerance.percent)
         errors = [percent(misfit.rms_percent), peak, percent(misfit.noise_percent)]
         ends = [1.0 + side * misfit.tolerance.band for side in (-1, 1)]
-        for name, first, rest in (
+        for name, label, rest in (
             ("secant", channel.name, (*errors, "yes" if misfit.within else "no")),
             ("initial", "", ("",) * 4),
         ):
-            ours, theirs = (getattr(slopes, name) for slopes in (misfit.predicted, misfit.measured))
+            simulated, measured = (getattr(slopes, name) for slopes in (misfit.predicted, misfit.measured))
             limits = ends if name == "secant" else ()
             ratio = (
-                beside(ours / theirs, *limits, decimals=2) if theirs and np.isfinite(ours / theirs) else "-"
+                beside(simulated / measured, *limits, decimals=2)
+                if measured and np.isfinite(simulated / measured)
+                else "-"
             )
-            both = (number(shown.stiffness(ours)), number(shown.stiffness(theirs)))
-            rows.append((first, f"{name}, {unit}", *both, ratio, *rest))
+            cells = (number(units.stiffness(simulated)), number(units.stiffness(measured)))
+            rows.append((label, f"{name}, {unit}", *cells, ratio, *rest))
     within = f"within {response.case.tolerance.text}"
     return Table("Simulated against measured", (*heads, within), tuple(rows), left=2)
 
@@ -151,14 +153,18 @@ def contact_table(response: Response) -> Table:
     """Return where surfaces met; without rows where none did."""
     rows = []
     for channel in response.channels:
-        shown = quantities(channel.mode)
-        unit = "s" if channel.in_time else shown.displacement_unit
+        units = quantities(channel.mode)
+        unit = "s" if channel.in_time else units.displacement_unit
         for contact in channel.touched:
-            first, at = (displacement_at(channel, q) for q in (contact.first, contact.at))
-            other = " with itself" if len(set(contact.surfaces)) == 1 else f" and {contact.surfaces[1]}"
-            met = (f"{number(first)} {unit}", f"{number(contact.force)} N", f"{number(at)} {unit}")
+            first, largest = (displacement_at(channel, q) for q in (contact.first, contact.at))
+            partner = " with itself" if len(set(contact.surfaces)) == 1 else f" and {contact.surfaces[1]}"
+            cells = (
+                f"{number(first)} {unit}",
+                f"{number(contact.force)} N",
+                f"{number(largest)} {unit}",
+            )
             place = (f"{number(contact.radius)} mm", f"{number(contact.height)} mm")
-            rows.append((channel.name, f"{contact.surfaces[0]}{other}".replace("_", " "), *met, *place))
+            rows.append((channel.name, f"{contact.surfaces[0]}{partner}".replace("_", " "), *cells, *place))
     heads = ("channel", "surfaces", "met by", "largest force*", "at", "radius", "z")
     title = (
         "Contact (*pressure integrated over the area; radius and z of where it acts in the deformed rubber)"
@@ -194,7 +200,7 @@ def path_table(name: str, six: SixCurve) -> Table:
     return Table(title, tuple(heads), tuple(rows), left=0)
 
 
-def matrix_table(channel: Simulated, at: str, displacement: float, matrix: Array) -> Table:
+def matrix_table(channel: Simulated, state_name: str, displacement: float, matrix: Array) -> Table:
     """Return one stiffness matrix of a channel."""
     heads = ("", *(f"{name}, {'mm' if k < 3 else 'rad'}" for k, name in enumerate(MOTIONS)))
     diagonal = np.sqrt(np.abs(np.diag(matrix)))
@@ -204,7 +210,7 @@ def matrix_table(channel: Simulated, at: str, displacement: float, matrix: Array
         rows.append((f"{name}, {FORCE_UNITS[k]}", *row))
     unit = "s" if channel.in_time else quantities(channel.mode).displacement_unit
     travel = f"{number(displacement_at(channel, displacement))} {unit}"
-    place = f"at {travel}" if at == "at" else f"at the {at} ({travel})"
+    place = f"at {travel}" if state_name == "at" else f"at the {state_name} ({travel})"
     state = f"; {channel.state}" if channel.state else ""
     return Table(f"{channel.name}: stiffness matrix {place}, N, mm, rad{state}", heads, tuple(rows), left=1)
 

@@ -64,18 +64,18 @@ def stiffness_unit(mode: str) -> str:
 
 def preload_in_words(curve: DynamicCurve) -> str:
     """Return the preload with its force."""
-    shown = quantities(curve.mode)
-    travel = f"{number(shown.at(curve.preload), 4)} {shown.displacement_unit}".strip()
+    units = quantities(curve.mode)
+    travel = f"{number(units.at(curve.preload), 4)} {units.displacement_unit}".strip()
     # At rest the force is rounding.
-    return f"{travel}, {number(round(curve.force, 9), 4)} {shown.force_unit}"
+    return f"{travel}, {number(round(curve.force, 9), 4)} {units.force_unit}"
 
 
 def amplitude_in_words(curve: DynamicCurve) -> str:
     """Return the amplitude, "small" where none is given."""
     if curve.amplitude is None:
         return "small"
-    shown = quantities(curve.mode)
-    return f"{shown.per_internal * curve.amplitude:.4g} {shown.displacement_unit}".strip()
+    units = quantities(curve.mode)
+    return f"{units.per_internal * curve.amplitude:.4g} {units.displacement_unit}".strip()
 
 
 def point_in_words(curve: DynamicCurve) -> str:
@@ -140,10 +140,10 @@ Array = NDArray[np.float64]
 
 def table_units(table: DynamicTable) -> tuple[str, str, str]:
     """Return the units of displacement, force and stiffness that are shown."""
-    mode, shown = modes()[table.mode], quantities(table.mode)
+    mode, units = modes()[table.mode], quantities(table.mode)
     if mode.specimen == "coupon":
         return "strain", "MPa", "MPa"
-    return shown.displacement_unit, shown.force_unit, "N mm/rad" if mode.rotational else "N/mm"
+    return units.displacement_unit, units.force_unit, "N mm/rad" if mode.rotational else "N/mm"
 
 
 def dynamic_tables_section(tables: Sequence[DynamicTable]) -> Section:
@@ -165,8 +165,8 @@ def misfit_lines(compared: Sequence[ComparedTable]) -> list[str]:
 
 def compared_section(compared: Sequence[ComparedTable]) -> Section:
     """Return a table with the misfit of each curve of each measured table."""
-    each = [(comparison, rows) for comparison in compared for rows in comparison.table.conditions()]
-    parts = [(comparison.table.rows(rows), comparison.simulated[rows]) for comparison, rows in each]
+    curves = [(comparison, curve) for comparison in compared for curve in comparison.table.conditions()]
+    parts = [(comparison.table.rows(rows), comparison.simulated[rows]) for comparison, rows in curves]
     title = "Dynamic stiffness: simulated and measured"
     remarks = [
         f"{comparison.table.name}: {text}" for comparison in compared for text in comparison.table.remarks
@@ -177,9 +177,9 @@ def compared_section(compared: Sequence[ComparedTable]) -> Section:
 
 def preload_of(table: DynamicTable) -> str:
     """Return the preload of rows in words: "preload 1500 N"; with their temperature and amplitude, if these differ."""
-    first = table.rows(table.conditions()[0])
-    shown = [text for text in (_preload(first), _span(first.temperature, "°C")) if text != "-"]
-    return f"preload {', '.join(shown)}" if shown else "at rest"
+    curve = table.rows(table.conditions()[0])
+    conditions_text = [text for text in (_preload(curve), _span(curve.temperature, "°C")) if text != "-"]
+    return f"preload {', '.join(conditions_text)}" if conditions_text else "at rest"
 
 
 def _motion(part: DynamicTable, values: Array) -> str:
@@ -198,10 +198,10 @@ def _preload(part: DynamicTable) -> str:
 
 def _span(values: Array, unit: str) -> str:
     """Return the range of values, or their mean where they differ by less than is shown."""
-    known = values[~np.isnan(values)]
-    if not len(known):
+    finite = values[~np.isnan(values)]
+    if not len(finite):
         return "-"
-    ends = [number(float(end)) for end in (known.min(), known.max())]
+    ends = [number(float(end)) for end in (finite.min(), finite.max())]
     return (ends[0] if ends[0] == ends[1] else f"{ends[0]} to {ends[1]}") + (f" {unit}" if unit else "")
 
 

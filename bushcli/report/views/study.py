@@ -65,14 +65,14 @@ def study_document(result: StudyResult) -> Document:
         (summary.limits.share for summary in study.summaries.values() if summary.limits), default=None
     )
     tone: Tone = "plain" if worst is None else "good" if worst > 0.99 else "bad"
-    seen = conditions(study.case, study.task.material)
-    return Document(headline(study), lines(study), tone, sections, study.conditions, seen)
+    condition_rows = conditions(study.case, study.task.material)
+    return Document(headline(study), lines(study), tone, sections, study.conditions, condition_rows)
 
 
 def headline(study: Study) -> str:
     """Return the result in one sentence: the yield where there are limits, else the number of designs."""
     total = len(study.plan.rows)
-    of = f"{total} design{'s' if total != 1 else ''} ({NAMES[study.plan.sampling]})"
+    designs = f"{total} design{'s' if total != 1 else ''} ({NAMES[study.plan.sampling]})"
     shares = {
         name: summary.limits.share for name, summary in study.summaries.items() if summary.limits is not None
     }
@@ -83,8 +83,8 @@ def headline(study: Study) -> str:
         sample = f"{summary.count} designs{whole} ({NAMES[study.plan.sampling]})"
         return f"{share_percent(shares[worst])} of {sample} are within the limits of {worst}"
     if study.failed:
-        return f"{total - study.failed} of {of} have a result"
-    return f"{of}, all with a result"
+        return f"{total - study.failed} of {designs} have a result"
+    return f"{designs}, all with a result"
 
 
 def share_percent(share: float) -> str:
@@ -94,21 +94,21 @@ def share_percent(share: float) -> str:
 
 def lines(study: Study) -> list[str]:
     """Return sentences on the varied keys and the strongest influences, or the answers of a single design."""
-    said = [f"{variable.key} = {variable.spec}" for variable in study.plan.variables]
-    text = [f"Varied: {'; '.join(said)}."]
+    variables = [f"{variable.key} = {variable.spec}" for variable in study.plan.variables]
+    sentences = [f"Varied: {'; '.join(variables)}."]
     for name, summary in study.summaries.items():
         chance = _CHANCE / math.sqrt(max(summary.count - 1, 1))
         strongest = max(summary.influences.items(), key=lambda pair: abs(pair[1].spearman), default=None)
         if strongest is not None and abs(strongest[1].spearman) > max(_WEAK, chance):
             key, influence = strongest
             grows = "grows" if influence.spearman > 0 else "falls"
-            text.append(f"{name} {grows} with {key} (rank correlation {influence.spearman:.2f}).")
+            sentences.append(f"{name} {grows} with {key} (rank correlation {influence.spearman:.2f}).")
     if not study.summaries:
         for answer in study.task.answers:
             value = next(iter(study.samples.get(answer.name, ())), None)
             if isinstance(value, float):
-                text.append(f"{answer.name}: {number(value, 4)} {answer.unit}".rstrip() + ".")
-    return text
+                sentences.append(f"{answer.name}: {number(value, 4)} {answer.unit}".rstrip() + ".")
+    return sentences
 
 
 def answer_table(study: Study) -> Table:
@@ -140,14 +140,14 @@ def worst_table(study: Study) -> Table:
         (
             *(
                 name,
-                what,
+                end,
                 number(extreme.value, 4, (summary.limits.low, summary.limits.high) if summary.limits else ()),
             ),
             str(extreme.design),
             *(v if isinstance(v, str) else number(float(v), 5) for v in extreme.at.values()),
         )
         for name, summary in study.summaries.items()
-        for what, extreme in (("lowest", summary.lowest), ("highest", summary.highest))
+        for end, extreme in (("lowest", summary.lowest), ("highest", summary.highest))
     )
     return Table("Worst cases", ("answer", "", "value", "design", *study.plan.keys), rows, left=2)
 

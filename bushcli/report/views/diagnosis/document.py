@@ -72,9 +72,11 @@ def diagnosis_document(diagnosis: Diagnosis) -> Document:
     )
     curves = Section("Recorded curves", [figures("diagnosed")])
     if not is_faulty:
-        some = any(channel.faulty.any() for channel in diagnosis.channels)
-        how = _HOW + (" Samples shaded from top to bottom are faulty and were left out." if some else "")
-        curves = Section("Recorded and simulated curves", [figures("diagnosed"), note(how)])
+        any_faulty = any(channel.faulty.any() for channel in diagnosis.channels)
+        caption = _HOW + (
+            " Samples shaded from top to bottom are faulty and were left out." if any_faulty else ""
+        )
+        curves = Section("Recorded and simulated curves", [figures("diagnosed"), note(caption)])
     sections = [
         Section(
             "How probable each effect is",
@@ -129,10 +131,10 @@ def diagnosis_document(diagnosis: Diagnosis) -> Document:
 
 def missing_section(diagnosis: Diagnosis) -> Section:
     """Return the section on unknown physics; on the terminal only where it may be missing."""
-    what = "Recorded minus simulated force of the most probable model, without noise"
-    what += ": the force that the unknown physics adds." if words.is_missing(diagnosis) else "."
+    caption = "Recorded minus simulated force of the most probable model, without noise"
+    caption += ": the force that the unknown physics adds." if words.is_missing(diagnosis) else "."
     shapes: list[Block] = (
-        [note(what), figures("missing")] if diagnosis.missing and diagnosis.missing.profiles else []
+        [note(caption), figures("missing")] if diagnosis.missing and diagnosis.missing.profiles else []
     )
     blocks = [*paragraphs(words.ended(words.missing_lines(diagnosis))), *shapes]
     if words.is_missing(diagnosis):
@@ -184,12 +186,12 @@ def map_lines(diagnosis: Diagnosis) -> list[str]:
     lines = []
     for bushing_map in diagnosis.maps:
         both = " together" if len(bushing_map.channels) > 1 else ""
-        where = (
+        place = (
             f"In the rubber ({listed(list(bushing_map.channels))}{both}): "
             if len(diagnosis.channels) > 1
             else ""
         )
-        lines.append(f"{where}{bushing_map.text}")
+        lines.append(f"{place}{bushing_map.text}")
     cause = {
         "missing_physics": listed(words.effect_names(diagnosis)),
         "law_too_poor": f"that the {words.law_title(diagnosis.plain.law)} law is too poor",
@@ -211,9 +213,11 @@ def untestable_lines(diagnosis: Diagnosis) -> list[str]:
 
 def law_line(diagnosis: Diagnosis) -> str:
     """Return the law of the most probable model with its values."""
-    own = {name: quantity for name, quantity in diagnosis.parameters.items() if "." not in name}
-    if own and not diagnosis.law_fixed:
-        values = ", ".join(f"{name} {shown(name, q, diagnosis.measured).text}" for name, q in own.items())
+    law_parameters = {name: quantity for name, quantity in diagnosis.parameters.items() if "." not in name}
+    if law_parameters and not diagnosis.law_fixed:
+        values = ", ".join(
+            f"{name} {shown(name, q, diagnosis.measured).text}" for name, q in law_parameters.items()
+        )
     else:
         values = ", ".join(
             f"{name} {number(value, 4)}" for name, value in diagnosis.material.parameters.items()
@@ -234,11 +238,11 @@ def probability_table(diagnosis: Diagnosis) -> Table:
     name = "Probability that the effect is present"
     if not rows:
         return Table(name, ("", "", ""), ())
-    few, hidden = words.unlikely(diagnosis, SMALL), words.undetectable(diagnosis, SMALL)
-    if few:
-        rows.append((_counted(few, "others, each"), bar(0.0), words.short_chance(0.0)))
-    if hidden:
-        rows.append((_counted(hidden, "not detectable"), bar(0.0), words.short_chance(math.nan)))
+    unlikely, undetectable = words.unlikely(diagnosis, SMALL), words.undetectable(diagnosis, SMALL)
+    if unlikely:
+        rows.append((_counted(unlikely, "others, each"), bar(0.0), words.short_chance(0.0)))
+    if undetectable:
+        rows.append((_counted(undetectable, "not detectable"), bar(0.0), words.short_chance(math.nan)))
     return Table(name, ("", "", ""), tuple(rows), left=2, on="terminal")
 
 
@@ -278,19 +282,19 @@ def logarithm(value: float) -> str:
 def effect_table(diagnosis: Diagnosis) -> Table:
     """Return each effect that was left out, with its parameters before and after the recordings."""
     rows: list[Row] = []
-    also = any(
+    has_derived = any(
         derived_text(quantity) for effect in diagnosis.effects for quantity in effect.parameters.values()
     )
     for effect in diagnosis.effects:
-        first, evidence = effect.label, number(effect.evidence, 2)
+        label, evidence = effect.label, number(effect.evidence, 2)
         for name, quantity in effect.parameters.items():
             value = shown(f"{effect.name}.{name}", quantity, diagnosis.measured)
-            far = "-" if quantity.prior is None else words.short_chance(quantity.prior_tail)
-            known = (value.text, value.interval, value.prior_text, far)
-            rows.append((first, name, *known, *((derived_text(quantity),) if also else ()), evidence))
-            first, evidence = "", ""
+            tail = "-" if quantity.prior is None else words.short_chance(quantity.prior_tail)
+            cells = (value.text, value.interval, value.prior_text, tail)
+            rows.append((label, name, *cells, *((derived_text(quantity),) if has_derived else ()), evidence))
+            label, evidence = "", ""
     heads: Row = ("effect", "parameter", "value", "95 % interval", "before, 95 %", "as far out")
-    heads = (*heads, *(("that is",) if also else ()), "evidence")
+    heads = (*heads, *(("that is",) if has_derived else ()), "evidence")
     name = "Values with 95 % intervals: posterior and prior"
     return Table(name, heads, tuple(rows), left=2, detail=range(5, len(heads)))
 
@@ -309,20 +313,20 @@ def source_table(diagnosis: Diagnosis) -> Table:
 def parameter_table(diagnosis: Diagnosis) -> Table:
     """Return all parameters of the most probable model."""
     rows: list[Row] = []
-    also = any(derived_text(quantity) for quantity in diagnosis.parameters.values())
-    twice = any(quantity.with_form_error is not None for quantity in diagnosis.parameters.values())
+    has_derived = any(derived_text(quantity) for quantity in diagnosis.parameters.values())
+    has_form_error = any(quantity.with_form_error is not None for quantity in diagnosis.parameters.values())
     for name, quantity in diagnosis.parameters.items():
         value = shown(name, quantity, diagnosis.measured)
-        effect, _, own = name.rpartition(".")
-        label, unit = f"{title(effect)}: {own}" if effect else own, "-" if value.unit == "1" else value.unit
-        other = "-" if value.with_form_error is None else number(value.with_form_error, 4)
-        mean = (value.word or number(value.value, 4), *((other,) if twice else ()))
+        effect, _, key = name.rpartition(".")
+        label, unit = f"{title(effect)}: {key}" if effect else key, "-" if value.unit == "1" else value.unit
+        with_form_error = "-" if value.with_form_error is None else number(value.with_form_error, 4)
+        mean = (value.word or number(value.value, 4), *((with_form_error,) if has_form_error else ()))
         mean = (*mean, "-" if value.word else number(value.std, 2))
-        ranges = (value.interval, value.prior_text, *((derived_text(quantity),) if also else ()))
+        ranges = (value.interval, value.prior_text, *((derived_text(quantity),) if has_derived else ()))
         rows.append((label, quantity.meaning, unit, *mean, *ranges))
-    heads: Row = ("parameter", "meaning", "unit", "value", *(("with form error",) if twice else ()))
+    heads: Row = ("parameter", "meaning", "unit", "value", *(("with form error",) if has_form_error else ()))
     heads = (*heads, "std", "95 % interval", "prior 95 %")
-    heads = (*heads, "that is") if also else heads
+    heads = (*heads, "that is") if has_derived else heads
     return Table("Parameters of the most probable model", heads, tuple(rows), left=3, on="page")
 
 
@@ -334,13 +338,8 @@ def misfit_table(diagnosis: Diagnosis) -> Table:
     form = diagnosis.form_error.percent
     for channel in diagnosis.measured:
         sizes = map(percent, (channel.before_percent, channel.after_percent, channel.noise_percent))
-        rows.append(
-            (
-                held(channel.name, channel.held_out),
-                *sizes,
-                *((percent(form.get(channel.name)),) if form else ()),
-            )
-        )
+        error = (percent(form.get(channel.name)),) if form else ()
+        rows.append((held(channel.name, channel.held_out), *sizes, *error))
     heads = ("channel", "before", "after", "noise", *(("form error",) if form else ()))
     return Table(f"Rms misfit, % {words.relative_to(diagnosis)}", heads, tuple(rows))
 

@@ -49,9 +49,9 @@ def short_paragraphs(diagnosis: Diagnosis) -> list[str]:
 def _opening(diagnosis: Diagnosis) -> str:
     law = words.law_title(diagnosis.plain.law)
     fitted = [channel for channel in diagnosis.measured if not channel.held_out]
-    what = "table" if all(channel.kind == "dynamic" for channel in fitted) else "recording"
-    many = "s" if len(fitted) > 1 else ""
-    channels = f"{listed([channel.name for channel in fitted])} {what}{many}"
+    kind = "table" if all(channel.kind == "dynamic" for channel in fitted) else "recording"
+    plural = "s" if len(fitted) > 1 else ""
+    channels = f"{listed([channel.name for channel in fitted])} {kind}{plural}"
     origin = {
         "recordings": f"The {law} law alone, fitted to the {channels}",
         "coupons": f"The {law} law, fitted to the coupon tests and compared with the {channels}",
@@ -59,14 +59,14 @@ def _opening(diagnosis: Diagnosis) -> str:
     best = words.best_probability(diagnosis)
     match diagnosis.verdict:
         case "explained":
-            return f"{origin}, describes {'them' if many else 'it'}{best}: {_nothing_missing(diagnosis)}."
+            return f"{origin}, describes {'them' if plural else 'it'}{best}: {_nothing_missing(diagnosis)}."
         case "law_too_poor":
-            other = words.law_title(diagnosis.material.law)
-            short = any(condition.name == "misfit_above_noise" for condition in diagnosis.conditions)
+            better_law = words.law_title(diagnosis.material.law)
+            above_noise = any(condition.name == "misfit_above_noise" for condition in diagnosis.conditions)
             return f"{origin}, leaves a misfit larger than the noise because the law is too poor: " + (
-                f"{other} fits better without any further physics{best}, but not to within the noise."
-                if short
-                else f"{other} describes the same rubber without any further physics{best}."
+                f"{better_law} fits better without any further physics{best}, but not to within the noise."
+                if above_noise
+                else f"{better_law} describes the same rubber without any further physics{best}."
             )
         case "unexplained" if diagnosis.unsearched:
             return (
@@ -74,8 +74,10 @@ def _opening(diagnosis: Diagnosis) -> str:
                 f"none of them is ruled out.{_so_far(diagnosis)}"
             )
         case "unexplained":
-            sure = words.missing_lines(diagnosis)[:1] or [f"Nothing {words.catalogue(diagnosis)} explains it"]
-            return f"{origin}, leaves a misfit larger than the noise. {sure[0]}."
+            reasons = words.missing_lines(diagnosis)[:1] or [
+                f"Nothing {words.catalogue(diagnosis)} explains it"
+            ]
+            return f"{origin}, leaves a misfit larger than the noise. {reasons[0]}."
         case "faulty_data":
             return "A diagnosis is possible only after the data are corrected."
         case "missing_physics":
@@ -95,17 +97,17 @@ def _opening(diagnosis: Diagnosis) -> str:
 
 def _nothing_missing(diagnosis: Diagnosis) -> str:
     """Return what is said of the rest where the law alone describes the recordings."""
-    said = "nothing is missing that these recordings could show"
+    statement = "nothing is missing that these recordings could show"
     if words.shows_nothing(diagnosis):
-        said += ", and they can show none of the effects considered"
+        statement += ", and they can show none of the effects considered"
     noise = {channel.name: channel.noise_percent for channel in diagnosis.measured}
     errors = {
         name: size for name, size in diagnosis.form_error.percent.items() if size > NOTABLE * noise[name]
     }
     if not errors:
-        return said
+        return statement
     sizes = listed([f"{percent(size)} in {name}" for name, size in errors.items()])
-    return f"{said}, if the formula of the law may err by {sizes} (rms, {words.relative_to(diagnosis)})"
+    return f"{statement}, if the formula of the law may err by {sizes} (rms, {words.relative_to(diagnosis)})"
 
 
 def _so_far(diagnosis: Diagnosis) -> str:
@@ -123,8 +125,8 @@ def _effects(diagnosis: Diagnosis) -> list[str]:
     parts: list[str] = []
     for effect in diagnosis.effects:
         values = parameters_text(effect, diagnosis.measured)
-        sure = "" if effect.probability >= _SURE else f", {words.chance(effect.probability)}"
-        parts.append(f"{effect.summary.rstrip('.')} ({effect.label}{sure}: {values}).")
+        chance = "" if effect.probability >= _SURE else f", {words.chance(effect.probability)}"
+        parts.append(f"{effect.summary.rstrip('.')} ({effect.label}{chance}: {values}).")
         if not effect.plausible:
             parts += words.ended(
                 [f"{effect.label} is hardly plausible" + (f": {effect.remark}" if effect.remark else "")]
@@ -147,9 +149,9 @@ def _gain(diagnosis: Diagnosis) -> str:
     for channel in diagnosis.measured:
         if f"{channel.before_percent:.2g}" == f"{channel.after_percent:.2g}":
             continue
-        held = ", held out," if channel.held_out else ""
+        held_out = ", held out," if channel.held_out else ""
         parts.append(
-            f"{channel.name}{held} from {channel.before_percent:.2g} to {channel.after_percent:.2g} % {channel.of} "
+            f"{channel.name}{held_out} from {channel.before_percent:.2g} to {channel.after_percent:.2g} % {channel.of} "
             f"(noise {channel.noise_percent:.2g} %)"
         )
     if not parts:

@@ -37,29 +37,27 @@ class Likely:
 def headline(diagnosis: Diagnosis) -> str:
     """Return the verdict in one sentence, without its full stop, and that it misses what was held out, if it does."""
     missed = any(condition.name == "held_out_missed" for condition in diagnosis.conditions)
-    more = "; but it does not predict what was held out" if missed else ""
+    note = "; but it does not predict what was held out" if missed else ""
     law, best = law_title(diagnosis.material.law), best_probability(diagnosis)
     match diagnosis.verdict:
         case "explained":
             blind = ", which can show none of the effects" if shows_nothing(diagnosis) else ""
-            what = f"the {law} law alone describes the recordings"
-            return f"Explained: {what}{best}{blind}{_not_ruled_out(diagnosis)}{more}"
+            claim = f"the {law} law alone describes the recordings"
+            return f"Explained: {claim}{best}{blind}{_not_ruled_out(diagnosis)}{note}"
         case "law_too_poor":
-            better = f"the {law} law describes the recordings without any effect{best}"
-            return (
-                f"Law too poor: {law_title(diagnosis.plain.law)}; {better}{_not_ruled_out(diagnosis)}{more}"
-            )
+            claim = f"the {law} law describes the recordings without any effect{best}"
+            return f"Law too poor: {law_title(diagnosis.plain.law)}; {claim}{_not_ruled_out(diagnosis)}{note}"
         case "missing_physics":
-            return f"Missing physics: {missing_physics(diagnosis)}{more}"
+            return f"Missing physics: {missing_physics(diagnosis)}{note}"
         case "unexplained" if diagnosis.unsearched:
-            return f"Not diagnosed: the search ended before it could tell which effects are probable{more}"
+            return f"Not diagnosed: the search ended before it could tell which effects are probable{note}"
         case "unexplained":
             beside = f"; also {listed(effects_with_chance(diagnosis))}" if diagnosis.effects else ""
             p = f" ({chance(diagnosis.probability[UNKNOWN])})" if UNKNOWN in diagnosis.probability else best
-            known = _not_ruled_out(diagnosis, [UNKNOWN])
-            return f"Unexplained: something is missing that is not {catalogue(diagnosis)}{p}{beside}{known}{more}"
+            rivals = _not_ruled_out(diagnosis, [UNKNOWN])
+            return f"Unexplained: something is missing that is not {catalogue(diagnosis)}{p}{beside}{rivals}{note}"
         case "faulty_data":
-            return f"{faulty_data(diagnosis.faults)}{more}"
+            return f"{faulty_data(diagnosis.faults)}{note}"
 
 
 def shows_nothing(diagnosis: Diagnosis) -> bool:
@@ -106,15 +104,15 @@ def effect_names(diagnosis: Diagnosis) -> list[str]:
 
 
 def _named(diagnosis: Diagnosis) -> dict[str, float]:
-    own = [effect_name(effect.name) for effect in diagnosis.effects]
-    named = {}
-    for effect, name in zip(diagnosis.effects, own, strict=True):
-        if effect.channels and own.count(name) > 1:
-            named[f"{within(effect.title)} ({', '.join(effect.channels)})"] = effect.probability
+    names = [effect_name(effect.name) for effect in diagnosis.effects]
+    chances = {}
+    for effect, name in zip(diagnosis.effects, names, strict=True):
+        if effect.channels and names.count(name) > 1:
+            chances[f"{within(effect.title)} ({', '.join(effect.channels)})"] = effect.probability
         else:
             # Without a channel it is the effect in any of them.
-            named[within(effect.title)] = diagnosis.probability.get(name, effect.probability)
-    return named
+            chances[within(effect.title)] = diagnosis.probability.get(name, effect.probability)
+    return chances
 
 
 def catalogue(diagnosis: Diagnosis) -> str:
@@ -154,12 +152,12 @@ def missing_physics(diagnosis: Diagnosis) -> str:
     """Return what was left out: the certain effects, then the group or the alternative sets."""
     sets = likely(diagnosis)
     if len(sets) < 2:
-        own, of_set = list(map(chance, _named(diagnosis).values())), chance(sets[0].probability)
-        if len(own) == 1 and own != [of_set]:
-            return f"{listed(effects_with_chance(diagnosis))}, with nothing else ({of_set})"
-        return f"{listed(effect_names(diagnosis))} ({of_set})"
+        chances, set_chance = list(map(chance, _named(diagnosis).values())), chance(sets[0].probability)
+        if len(chances) == 1 and chances != [set_chance]:
+            return f"{listed(effects_with_chance(diagnosis))}, with nothing else ({set_chance})"
+        return f"{listed(effect_names(diagnosis))} ({set_chance})"
     common = set.intersection(*(set(candidate.effects) for candidate in sets))
-    sure = [
+    certain = [
         f"{name} ({chance(p)})"
         for (name, p), effect in zip(_named(diagnosis).items(), diagnosis.effects, strict=True)
         if effect.name in common
@@ -169,14 +167,14 @@ def missing_physics(diagnosis: Diagnosis) -> str:
         more = set.union(*(set(candidate.effects) for candidate in _known(_rests(diagnosis))))
         members = {effect_name(name) for name in group.effects}
         others = sorted(name for name in more if effect_name(name) not in members)
-        also = f"; perhaps also {listed([phrase(name) for name in others])}" if others else ""
+        possible = f"; perhaps also {listed([phrase(name) for name in others])}" if others else ""
         unknown = [candidate for candidate in _rests(diagnosis) if set(candidate.effects) == {UNKNOWN}]
         besides = f"; not ruled out: {unknown[0].text()}" if unknown else ""
         # It follows a colon, and a sentence must not have two.
-        return " and ".join([*sure, group_text(group).replace(": ", "; ", 1)]) + also + besides
-    if sure:
+        return " and ".join([*certain, group_text(group).replace(": ", "; ", 1)]) + possible + besides
+    if certain:
         rests = _some([candidate.text("nothing else") for candidate in _rests(diagnosis)])
-        return f"{listed(sure)}, with {', or with '.join(rests)}; these recordings cannot tell them apart"
+        return f"{listed(certain)}, with {', or with '.join(rests)}; these recordings cannot tell them apart"
     # No effect is not missing: it is named as what else is possible.
     rests = _some([candidate.text() for candidate in sets if candidate.effects])
     besides = "".join(f"; not ruled out: {candidate.text()}" for candidate in sets if not candidate.effects)
@@ -231,12 +229,12 @@ def missing_lines(diagnosis: Diagnosis) -> list[str]:
     if missing is None:
         return []
     probability = f"With a probability of {chance(missing.probability)}"
-    first = f"{probability} something is missing that is not {catalogue(diagnosis)}"
+    certainty = f"{probability} something is missing that is not {catalogue(diagnosis)}"
     none = "no known effect" if diagnosis.asked is None else "none of the effects asked for"
     none = "none of these" if diagnosis.searched.not_simulated else none
-    of = percent(100 * missing.share)
-    share = f"{of} of the misfit of the plain law (squared, above the noise) is explained by {none}"
-    return [first, share, *missing.text]
+    percentage = percent(100 * missing.share)
+    share = f"{percentage} of the misfit of the plain law (squared, above the noise) is explained by {none}"
+    return [certainty, share, *missing.text]
 
 
 def form_error_line(diagnosis: Diagnosis) -> str:
@@ -257,10 +255,10 @@ def form_error_line(diagnosis: Diagnosis) -> str:
         return f"The unknown force, {size}, accounts for {covered}" if by_channel else ""
     if not by_channel:
         return "Errors of the formulas do not show beside the noise: the misfit of the most probable model is all noise"
-    rest = (
+    remainder = (
         "the remaining misfit is no larger than the noise" if within_noise else f"this accounts for {covered}"
     )
-    return f"The formulas of the most probable model are assumed to err by {size[3:]}; {rest}"
+    return f"The formulas of the most probable model are assumed to err by {size[3:]}; {remainder}"
 
 
 def rival_lines(diagnosis: Diagnosis) -> list[str]:
@@ -281,10 +279,10 @@ def next_test_lines(diagnosis: Diagnosis) -> list[str]:
         # Of a search that did not end by itself nothing is said.
         if not diagnosis.rivals or diagnosis.searched.ended != "nothing left":
             return []
-        known = [
+        known_sets = [
             effects for effects in (diagnosis.models[0].effects, *diagnosis.rivals) if UNKNOWN not in effects
         ]
-        if len(known) < 2:
+        if len(known_sets) < 2:
             return ["No test is proposed: of unknown physics nothing can be predicted"]
         return ["No test is proposed: none of those considered is expected to tell the rivals apart"]
     bits = f"{test.information:.2f} of the {test.possible:.2f} bits of information that are still open"
@@ -301,13 +299,13 @@ def searched_lines(diagnosis: Diagnosis) -> list[str]:
     if not count:
         return []
     fitted = f"{count} {'model was' if count == 1 else 'models were'} fitted"
-    why = {
+    end = {
         "nothing left": "",
         "budget": ": the time limit was reached",
         "interrupted": ": the search was interrupted",
     }.get(searched.ended, "")
     lines = [
-        f"{fitted}, the others predicted; fitting these too could shift {chance(searched.left)} of the probability{why}"
+        f"{fitted}, the others predicted; fitting these too could shift {chance(searched.left)} of the probability{end}"
     ]
     if searched.lost:
         lines.append(f"Could not be solved from any start: {'; '.join(searched.lost)}")
@@ -331,16 +329,16 @@ def law_title(name: str) -> str:
 
 def together(names: Sequence[str], none: str = "no effect") -> str:
     """Return a set of effects as part of a sentence: "Mullins softening with internal friction and offset"."""
-    first, *others = [phrase(name) for name in names] or [none]
-    return f"{first} with {listed(others)}" if others else first
+    main, *others = [phrase(name) for name in names] or [none]
+    return f"{main} with {listed(others)}" if others else main
 
 
 def model_title(law: str, names: Sequence[str], variants: Mapping[str, str] | None = None) -> str:
     """Return a model as a table shows it: "Yeoh + Mullins softening + offset (radial)", "Yeoh alone"."""
     if not names:
         return f"{law_title(law)} alone"
-    known = variants or {}
-    parts = [f"{phrase(name)} ({known[name]})" if known.get(name) else phrase(name) for name in names]
+    forms = variants or {}
+    parts = [f"{phrase(name)} ({forms[name]})" if forms.get(name) else phrase(name) for name in names]
     return " + ".join((law_title(law), *parts))
 
 
