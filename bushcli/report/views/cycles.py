@@ -45,10 +45,10 @@ def cycle_table(history: ChannelHistory) -> Table:
         rows.append((f"{cycle.number}{'' if cycle.closed else ' open'}", path, *rate, *cells))
     heads: Row = ("cycle", unit or units.displacement, *((units.rate_unit,) if timed else ()))
     values = [f"energy, {energy_unit(history.mode)}", "loss, %", f"secant, {units.stiffness_unit}"]
-    heads += _paired([*values, f"peak, {units.force_unit}"], both)
+    heads += _head_pairs([*values, f"peak, {units.force_unit}"], both)
     peaks = range(len(heads) - (2 if both else 1), len(heads))
     return Table(
-        f"{held(history.name, history.held_out)}: cycles, {_seen(both)}",
+        f"{held(history.name, history.held_out)}: cycles, {_legend(both)}",
         heads,
         tuple(rows),
         detail=peaks,
@@ -72,21 +72,18 @@ def hold_table(history: ChannelHistory) -> Table:
         duration = "-" if hold.duration is None else number(hold.duration)
         rows.append((str(hold.number), _plain(units.at(hold.displacement)), duration, *cells))
     values = [f"start, {units.force_unit}", *(f"{time:g} s, %" for time in known_times), "end, %"]
-    heads: Row = (
-        "hold",
-        f"at, {units.displacement_unit or 'stretch'}",
-        "s",
-        *_paired(values, both),
+    heads: Row = ("hold", f"at, {units.displacement_unit or 'stretch'}", "s", *_head_pairs(values, both))
+    title = (
+        f"{held(history.name, history.held_out)}: force lost in holds after 1 s, 10 s, ..., {_legend(both)}"
     )
-    title = f"{held(history.name, history.held_out)}: force lost in holds after 1 s, 10 s, ..., {_seen(both)}"
     return Table(title, heads, tuple(rows), most=FEW)
 
 
-def _seen(both: bool) -> str:
+def _legend(both: bool) -> str:
     return "recorded ± standard error, and simulated (sim.)" if both else "simulated"
 
 
-def _paired(heads: Sequence[str], both: bool) -> Row:
+def _head_pairs(heads: Sequence[str], both: bool) -> Row:
     return tuple(name for head in heads for name in ((head, "sim.") if both else (head,)))
 
 

@@ -158,11 +158,7 @@ def contact_table(response: Response) -> Table:
         for contact in channel.touched:
             first, largest = (displacement_at(channel, q) for q in (contact.first, contact.at))
             partner = " with itself" if len(set(contact.surfaces)) == 1 else f" and {contact.surfaces[1]}"
-            cells = (
-                f"{number(first)} {unit}",
-                f"{number(contact.force)} N",
-                f"{number(largest)} {unit}",
-            )
+            cells = (f"{number(first)} {unit}", f"{number(contact.force)} N", f"{number(largest)} {unit}")
             place = (f"{number(contact.radius)} mm", f"{number(contact.height)} mm")
             rows.append((channel.name, f"{contact.surfaces[0]}{partner}".replace("_", " "), *cells, *place))
     heads = ("channel", "surfaces", "met by", "largest force*", "at", "radius", "z")

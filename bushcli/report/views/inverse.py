@@ -72,7 +72,7 @@ def inverse_document(result: InverseResult) -> Document:
             [
                 correlation_table(best),
                 leverage_table(best),
-                *paragraphs(determined(best)),
+                *paragraphs(determined_lines(best)),
                 *paragraphs((f"{c.text[:1].upper()}{c.text[1:]}." for c in best.undetermined), "page"),
                 figures("certainty", "profiles"),
             ],
@@ -198,7 +198,7 @@ def bulk_modulus(fit: Fit) -> str:
     return f"above {number(1 / limit, 2)}" if limit > 0 else "not determined"
 
 
-def determined(fit: Fit) -> list[str]:
+def determined_lines(fit: Fit) -> list[str]:
     """Return a sentence on what the curves determine, judged by the singular values."""
     values = list(map(float, fit.singular_values))
     if not values:

@@ -73,15 +73,14 @@ def diagnosis_document(diagnosis: Diagnosis) -> Document:
     curves = Section("Recorded curves", [figures("diagnosed")])
     if not is_faulty:
         any_faulty = any(channel.faulty.any() for channel in diagnosis.channels)
-        caption = _HOW + (
-            " Samples shaded from top to bottom are faulty and were left out." if any_faulty else ""
-        )
+        caption = _HOW
+        caption += " Samples shaded from top to bottom are faulty and were left out." if any_faulty else ""
         curves = Section("Recorded and simulated curves", [figures("diagnosed"), note(caption)])
     sections = [
         Section(
             "How probable each effect is",
             [
-                *paragraphs(words.ended(words.rival_lines(diagnosis))),
+                *paragraphs(words.as_sentences(words.rival_lines(diagnosis))),
                 *paragraphs([_UNIFORM] if diagnosis.uniform_odds and diagnosis.models else []),
                 probability_table(diagnosis),
                 figures("probabilities"),
@@ -92,21 +91,23 @@ def diagnosis_document(diagnosis: Diagnosis) -> Document:
         *([left_out] if diagnosis.effects else []),
         Section(
             "Before and after",
-            [misfit_table(diagnosis), *paragraphs(words.ended([words.form_error_line(diagnosis)]))],
+            [misfit_table(diagnosis), *paragraphs(words.as_sentences([words.form_error_line(diagnosis)]))],
         ),
         *([curves] if diagnosis.channels or is_faulty else []),
         compared_section([table.compared for table in diagnosis.tables]),
         *([] if words.is_missing(diagnosis) else [missing]),
         record_section(diagnosis),
         Section(
-            "Where in the bushing", [*paragraphs(words.ended(map_lines(diagnosis))), figures("bushing_map")]
+            "Where in the bushing",
+            [*paragraphs(words.as_sentences(map_lines(diagnosis))), figures("bushing_map")],
         ),
         Section(
             "Parameters",
             [parameter_table(diagnosis), *paragraphs([] if is_faulty else [law_line(diagnosis)], "terminal")],
         ),
         Section(
-            "Next test", [*paragraphs(words.ended(words.next_test_lines(diagnosis))), figures("next_test")]
+            "Next test",
+            [*paragraphs(words.as_sentences(words.next_test_lines(diagnosis))), figures("next_test")],
         ),
         search_section(diagnosis),
     ]
@@ -136,7 +137,7 @@ def missing_section(diagnosis: Diagnosis) -> Section:
     shapes: list[Block] = (
         [note(caption), figures("missing")] if diagnosis.missing and diagnosis.missing.profiles else []
     )
-    blocks = [*paragraphs(words.ended(words.missing_lines(diagnosis))), *shapes]
+    blocks = [*paragraphs(words.as_sentences(words.missing_lines(diagnosis))), *shapes]
     if words.is_missing(diagnosis):
         return Section("What is missing", blocks)
     return Section("Misfit that the most probable model leaves", blocks, on="page")
@@ -149,7 +150,7 @@ def record_section(diagnosis: Diagnosis) -> Section:
     blocks = paragraphs(points(diagnosis.places), "terminal" if diagnosis.location.mismatch else "both")
     if diagnosis.remaining_places and diagnosis.effects:
         blocks += paragraphs(
-            ["After the most probable model:", *words.ended(points(diagnosis.remaining_places))]
+            ["After the most probable model:", *words.as_sentences(points(diagnosis.remaining_places))]
         )
     explained = [note(_RECORD)] if diagnosis.location.mismatch else []
     return Section("Where in the record", [*blocks, *explained, figures("record_map")])
@@ -160,8 +161,8 @@ def search_section(diagnosis: Diagnosis) -> Section:
     failed = f"{diagnosis.failed_solves} trial{'s' * (diagnosis.failed_solves != 1)} failed"
     solved = f"{diagnosis.forward_solves} simulations of one channel, {failed}, {diagnosis.seconds:.0f} s"
     blocks = [
-        *paragraphs(words.ended(words.searched_lines(diagnosis))),
-        *paragraphs(words.ended(untestable_lines(diagnosis)), "terminal"),
+        *paragraphs(words.as_sentences(words.searched_lines(diagnosis))),
+        *paragraphs(words.as_sentences(untestable_lines(diagnosis)), "terminal"),
         untestable_table(diagnosis),
         *paragraphs([solved] if diagnosis.verdict != "faulty_data" else [], kind="note"),
     ]
@@ -174,10 +175,9 @@ def effect_lines(diagnosis: Diagnosis) -> list[str]:
     lines = []
     for effect in diagnosis.effects:
         doubt = "" if effect.plausible else " Hardly plausible."
-        remark = f" {words.ended([effect.remark])[0]}" if effect.remark else ""
-        lines.append(
-            f"{effect.label} ({words.chance(effect.probability)}): {words.ended([effect.summary])[0]}{doubt}{remark}"
-        )
+        remark = f" {words.as_sentences([effect.remark])[0]}" if effect.remark else ""
+        summary = words.as_sentences([effect.summary])[0]
+        lines.append(f"{effect.label} ({words.chance(effect.probability)}): {summary}{doubt}{remark}")
     return lines
 
 
@@ -186,12 +186,8 @@ def map_lines(diagnosis: Diagnosis) -> list[str]:
     lines = []
     for bushing_map in diagnosis.maps:
         both = " together" if len(bushing_map.channels) > 1 else ""
-        place = (
-            f"In the rubber ({listed(list(bushing_map.channels))}{both}): "
-            if len(diagnosis.channels) > 1
-            else ""
-        )
-        lines.append(f"{place}{bushing_map.text}")
+        place = f"In the rubber ({listed(list(bushing_map.channels))}{both}): "
+        lines.append(f"{place if len(diagnosis.channels) > 1 else ''}{bushing_map.text}")
     cause = {
         "missing_physics": listed(words.effect_names(diagnosis)),
         "law_too_poor": f"that the {words.law_title(diagnosis.plain.law)} law is too poor",

@@ -29,18 +29,18 @@ def paragraph(diagnosis: Diagnosis) -> str:
 def short_paragraphs(diagnosis: Diagnosis) -> list[str]:
     """Return what was found, where, why, the improvement, what is missing, alternatives, and what to do next."""
     if diagnosis.verdict == "faulty_data":
-        return [_opening(diagnosis), *words.ended(fault_lines(diagnosis.faults))]
+        return [_opening(diagnosis), *words.as_sentences(fault_lines(diagnosis.faults))]
     explained, unexplained = diagnosis.verdict == "explained", diagnosis.verdict == "unexplained"
-    missing = words.ended(words.missing_lines(diagnosis))
+    missing = words.as_sentences(words.missing_lines(diagnosis))
     parts = [
         [_opening(diagnosis), *(missing[1:] if unexplained and not diagnosis.unsearched else [])],
-        [] if explained else words.ended(diagnosis.places[:2]),
+        [] if explained else words.as_sentences(diagnosis.places[:2]),
         _effects(diagnosis) if diagnosis.effects else [],
-        [] if explained else [_gain(diagnosis), *words.ended([words.form_error_line(diagnosis)])],
+        [] if explained else [_gain(diagnosis), *words.as_sentences([words.form_error_line(diagnosis)])],
         missing if words.is_missing(diagnosis) and not unexplained else [],
         [_rivals(diagnosis)],
         [] if diagnosis.next_test is None else [f"Next test: {diagnosis.next_test.text.rstrip('.')}."],
-        [] if diagnosis.searched.complete else words.ended(words.searched_lines(diagnosis)[:1]),
+        [] if diagnosis.searched.complete else words.as_sentences(words.searched_lines(diagnosis)[:1]),
     ]
     joined = [" ".join(sentence for sentence in part if sentence) for part in parts]
     return [text for text in joined if text]
@@ -128,7 +128,7 @@ def _effects(diagnosis: Diagnosis) -> list[str]:
         chance = "" if effect.probability >= _SURE else f", {words.chance(effect.probability)}"
         parts.append(f"{effect.summary.rstrip('.')} ({effect.label}{chance}: {values}).")
         if not effect.plausible:
-            parts += words.ended(
+            parts += words.as_sentences(
                 [f"{effect.label} is hardly plausible" + (f": {effect.remark}" if effect.remark else "")]
             )
     if diagnosis.material.law != diagnosis.plain.law:

@@ -61,10 +61,8 @@ def shown(
             if acts_on(channel.mode, channel.kind) and (own_channels is None or channel.name in own_channels)
         ]
         if any(modes()[channel.mode].rotational for channel in acting):
-            scale, unit_shown = (
-                partial(outside, parameter, rotational=True),
-                unit(parameter, rotational=True),
-            )
+            scale = partial(outside, parameter, rotational=True)
+            unit_shown = unit(parameter, rotational=True)
     value, std, lower, upper = (
         scale(v) for v in (quantity.value, quantity.std, quantity.lower, quantity.upper)
     )

@@ -95,15 +95,15 @@ def best_probability(diagnosis: Diagnosis) -> str:
 
 def effects_with_chance(diagnosis: Diagnosis) -> list[str]:
     """Return the effects of the most probable model, each with its own probability."""
-    return [f"{name} ({chance(p)})" for name, p in _named(diagnosis).items()]
+    return [f"{name} ({chance(p)})" for name, p in _effect_chances(diagnosis).items()]
 
 
 def effect_names(diagnosis: Diagnosis) -> list[str]:
     """Return the effects of the most probable model for a sentence, with channels if an effect occurs twice."""
-    return list(_named(diagnosis))
+    return list(_effect_chances(diagnosis))
 
 
-def _named(diagnosis: Diagnosis) -> dict[str, float]:
+def _effect_chances(diagnosis: Diagnosis) -> dict[str, float]:
     names = [effect_name(effect.name) for effect in diagnosis.effects]
     chances = {}
     for effect, name in zip(diagnosis.effects, names, strict=True):
@@ -129,7 +129,7 @@ def group_of(diagnosis: Diagnosis) -> Group | None:
 
     Sets in which the unknown effect stands in place of known ones do not count.
     """
-    rests = _known(_rests(diagnosis))
+    rests = _without_unknown(_differing_parts(diagnosis))
     if len(rests) < 2:
         return None
     for group in sorted(diagnosis.groups, key=lambda group: (len(group.effects), -group.probability)):
@@ -152,42 +152,49 @@ def missing_physics(diagnosis: Diagnosis) -> str:
     """Return what was left out: the certain effects, then the group or the alternative sets."""
     sets = likely(diagnosis)
     if len(sets) < 2:
-        chances, set_chance = list(map(chance, _named(diagnosis).values())), chance(sets[0].probability)
+        chances, set_chance = (
+            list(map(chance, _effect_chances(diagnosis).values())),
+            chance(sets[0].probability),
+        )
         if len(chances) == 1 and chances != [set_chance]:
             return f"{listed(effects_with_chance(diagnosis))}, with nothing else ({set_chance})"
         return f"{listed(effect_names(diagnosis))} ({set_chance})"
     common = set.intersection(*(set(candidate.effects) for candidate in sets))
     certain = [
         f"{name} ({chance(p)})"
-        for (name, p), effect in zip(_named(diagnosis).items(), diagnosis.effects, strict=True)
+        for (name, p), effect in zip(_effect_chances(diagnosis).items(), diagnosis.effects, strict=True)
         if effect.name in common
     ]
     group = group_of(diagnosis)
     if group is not None:
-        more = set.union(*(set(candidate.effects) for candidate in _known(_rests(diagnosis))))
+        more = set.union(
+            *(set(candidate.effects) for candidate in _without_unknown(_differing_parts(diagnosis)))
+        )
         members = {effect_name(name) for name in group.effects}
         others = sorted(name for name in more if effect_name(name) not in members)
         possible = f"; perhaps also {listed([phrase(name) for name in others])}" if others else ""
-        unknown = [candidate for candidate in _rests(diagnosis) if set(candidate.effects) == {UNKNOWN}]
+        unknown = [
+            candidate for candidate in _differing_parts(diagnosis) if set(candidate.effects) == {UNKNOWN}
+        ]
         besides = f"; not ruled out: {unknown[0].text()}" if unknown else ""
         # It follows a colon, and a sentence must not have two.
         return " and ".join([*certain, group_text(group).replace(": ", "; ", 1)]) + possible + besides
     if certain:
-        rests = _some([candidate.text("nothing else") for candidate in _rests(diagnosis)])
+        rests = _first_few([candidate.text("nothing else") for candidate in _differing_parts(diagnosis)])
         return f"{listed(certain)}, with {', or with '.join(rests)}; these recordings cannot tell them apart"
     # No effect is not missing: it is named as what else is possible.
-    rests = _some([candidate.text() for candidate in sets if candidate.effects])
+    rests = _first_few([candidate.text() for candidate in sets if candidate.effects])
     besides = "".join(f"; not ruled out: {candidate.text()}" for candidate in sets if not candidate.effects)
     apart = "; these recordings cannot tell them apart" if len(rests) > 1 else ""
     return f"{', or '.join(rests)}{apart}{besides}"
 
 
-def _some(sets: list[str]) -> list[str]:
+def _first_few(sets: list[str]) -> list[str]:
     """Return what a headline has room for: the first sets, and a word for the others."""
     return [*sets[: _SETS - 1], "others"] if len(sets) > _SETS else sets
 
 
-def _rests(diagnosis: Diagnosis) -> list[Likely]:
+def _differing_parts(diagnosis: Diagnosis) -> list[Likely]:
     """Return the likely sets without the effects that all of them have."""
     sets = likely(diagnosis)
     common = set.intersection(*(set(candidate.effects) for candidate in sets)) if sets else set()
@@ -197,7 +204,7 @@ def _rests(diagnosis: Diagnosis) -> list[Likely]:
     ]
 
 
-def _known(sets: Sequence[Likely]) -> list[Likely]:
+def _without_unknown(sets: Sequence[Likely]) -> list[Likely]:
     """Return the sets without those that consist of the unknown effect alone."""
     return [candidate for candidate in sets if set(candidate.effects) != {UNKNOWN}]
 
@@ -207,7 +214,7 @@ def _not_ruled_out(diagnosis: Diagnosis, without: Sequence[str] = ()) -> str:
     others = [
         candidate.text() for candidate in likely(diagnosis)[1:] if not set(candidate.effects) & set(without)
     ]
-    return f"; not ruled out: {', '.join(_some(others))}" if others else ""
+    return f"; not ruled out: {', '.join(_first_few(others))}" if others else ""
 
 
 def tone(diagnosis: Diagnosis) -> Tone:
@@ -317,7 +324,7 @@ def relative_to(diagnosis: Diagnosis) -> str:
     return " or ".join(dict.fromkeys(channel.of for channel in diagnosis.measured))
 
 
-def ended(lines: Iterable[str]) -> list[str]:
+def as_sentences(lines: Iterable[str]) -> list[str]:
     """Return sentences, each with an initial capital and a full stop; empty lines are left out."""
     return [f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in lines if line]
 
