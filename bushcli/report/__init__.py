@@ -32,22 +32,22 @@ _NAMES = {
 
 def as_json(result: Result) -> dict[str, Any]:
     """Return a result as JSON-ready data."""
-    found: dict[str, Any] = _told(result, "json.{}", "json")
-    return found
+    data: dict[str, Any] = _convert(result, "json.{}", "json")
+    return data
 
 
 def as_document(result: Result) -> Document:
     """Return the document of a result."""
-    found: Document = _told(result, "views.{}", "document")
-    return found
+    document: Document = _convert(result, "views.{}", "document")
+    return document
 
 
 def as_files(result: Result) -> Files:
     """Return what is written of a result besides result.json."""
-    found: Files = _told(result, "writers.files", "files")
-    return found
+    files: Files = _convert(result, "writers.files", "files")
+    return files
 
 
-def _told(result: Result, module: str, kind: str) -> Any:
+def _convert(result: Result, module: str, kind: str) -> Any:
     name = _NAMES[type(result).__name__]
     return getattr(import_module(f"{__name__}.{module.format(name)}"), f"{name}_{kind}")(result)

@@ -35,8 +35,8 @@ def conditions(case: Case, material: Material | None = None, source: str = "") -
         texts = {
             k: v if isinstance(v, str) else f"{v:g}{units.get(k, '')}" for k, v in (sleeve or {}).items()
         }
-        shown = [f"{_words(k)} {text}" for k, text in texts.items()]
-        rows.append((_words(name), "rigid" if sleeve is None else f"elastic: {', '.join(shown)}"))
+        properties = [f"{_words(k)} {text}" for k, text in texts.items()]
+        rows.append((_words(name), "rigid" if sleeve is None else f"elastic: {', '.join(properties)}"))
     if "contact" in entries:
         rows.append(("contact", _contact(shape)))
     used = material or case.material
@@ -60,8 +60,11 @@ def conditions(case: Case, material: Material | None = None, source: str = "") -
         rows.append(("density", f"{used.density / DENSITY:.4g} kg/m3"))
     rows += _effects(case)
     if case.toleranced:
-        made = ", ".join(f"{key} {one.nominal:g} ± {one.deviation:g}" for key, one in case.toleranced.items())
-        rows.append(("tolerances", made))
+        tolerances = ", ".join(
+            f"{key} {tolerance.nominal:g} ± {tolerance.deviation:g}"
+            for key, tolerance in case.toleranced.items()
+        )
+        rows.append(("tolerances", tolerances))
     if case.tolerance != type(case.tolerance)():  # the default is not mentioned
         rows.append(("accepted", f"simulations within {case.tolerance.text} of the measurement"))
     return rows
@@ -75,23 +78,27 @@ def size_of(shape: Shape) -> str:
 
 def _effects(case: Case) -> list[tuple[str, str]]:
     """Return a row for each effect of a case: values, and the channels that have it if it is not on all."""
-    channels = [(one.label, one.mode) for one in case.recordings]
-    channels += [(one.mode, one.mode) for one in case.load_cases]
-    turned = turning(case.effects, channels)
+    channels = [(recording.label, recording.mode) for recording in case.recordings]
+    channels += [(load.mode, load.mode) for load in case.load_cases]
+    rotational = turning(case.effects, channels)
     rows = []
-    for one in case.effects:
+    for effect in case.effects:
         values = []
-        for p in one.parameters:
+        for p in effect.parameters:
             if p.choices:
-                values.append(_words(p.choices[round(one.values[p.name])]))
+                values.append(_words(p.choices[round(effect.values[p.name])]))
                 continue
-            angular = one.full_name(p) in turned
-            written = "" if (own := unit(p, angular)) == "1" else f" {own}"
-            known = p.name in one.values
-            shown = f"{outside(p, one.values[p.name], angular):.4g}{written}" if known else "to be identified"
-            values.append(f"{_words(p.name)} {shown}")
-        on = "" if one.channels is None else f" (in {', '.join(one.channels)})"
-        rows.append(("effect", f"{_words(one.effect.name)}{on}: {', '.join(values)}"))
+            angular = effect.full_name(p) in rotational
+            unit_text = "" if (unit_name := unit(p, angular)) == "1" else f" {unit_name}"
+            is_given = p.name in effect.values
+            text = (
+                f"{outside(p, effect.values[p.name], angular):.4g}{unit_text}"
+                if is_given
+                else "to be identified"
+            )
+            values.append(f"{_words(p.name)} {text}")
+        on = "" if effect.channels is None else f" (in {', '.join(effect.channels)})"
+        rows.append(("effect", f"{_words(effect.effect.name)}{on}: {', '.join(values)}"))
     return rows
 
 

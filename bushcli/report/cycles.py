@@ -64,63 +64,63 @@ class ChannelHistory:
         return (self.comes_back and bool(self.cycles)) or bool(self.holds)
 
 
-def shown_values(one: Cycle | Hold, shown: Quantities) -> dict[str, Uncertain]:
+def shown_values(segment: Cycle | Hold, units: Quantities) -> dict[str, Uncertain]:
     """Return the values of a cycle or a hold by their keys in JSON, in the units that are shown."""
-    if isinstance(one, Hold):
-        forces = {"force_start": one.force_start, "force_end": one.force_end}
-        return forces | {"relaxation_percent": times(100.0, one.relaxation)}
+    if isinstance(segment, Hold):
+        forces = {"force_start": segment.force_start, "force_end": segment.force_end}
+        return forces | {"relaxation_percent": times(100.0, segment.relaxation)}
     return {
-        "energy": one.energy,
-        "loss_percent": times(100.0, one.loss),
-        "secant_stiffness": times(1.0 / shown.per_internal, one.secant),
-        "peak_force": one.peak_force,
+        "energy": segment.energy,
+        "loss_percent": times(100.0, segment.loss),
+        "secant_stiffness": times(1.0 / units.per_internal, segment.secant),
+        "peak_force": segment.peak_force,
     }
 
 
-def times(factor: float, one: Uncertain) -> Uncertain:
+def times(factor: float, estimate: Uncertain) -> Uncertain:
     """Return a value and its standard error times a factor."""
-    return Uncertain(factor * one.value, factor * one.std)
+    return Uncertain(factor * estimate.value, factor * estimate.std)
 
 
 def response_histories(response: Response, misfits: Mapping[str, Misfit]) -> tuple[ChannelHistory, ...]:
     """Return the channels of a direct prediction whose path reverses or has holds, except paths of six motions."""
-    found = []
-    for channel in (one for one in response.channels if not one.in_time):
+    histories = []
+    for channel in (channel for channel in response.channels if not channel.in_time):
         path, force, compared = channel.recording, channel.curve.force, misfits.get(channel.name)
         if path is not None:
             force = np.full(len(path.displacement), np.nan)
             if compared is not None:
                 force[_where(compared.displacement, path.displacement)] = compared.simulated
-        found.append(_history(channel.name, path or channel.curve, force, recorded=path is not None))
-    return tuple(history for history in found if history.has_history)
+        histories.append(_history(channel.name, path or channel.curve, force, recorded=path is not None))
+    return tuple(history for history in histories if history.has_history)
 
 
 def fit_histories(fit: Fit) -> tuple[ChannelHistory, ...]:
     """Return the channels of an identification whose path reverses or has holds, except paths of six motions."""
     curves = [curve for curve in fit.curves if curve.recording.of_one_motion]
-    found = (
+    histories = (
         _history(c.name, c.recording, c.fitted.force, recorded=True, held_out=c.held_out) for c in curves
     )
-    return tuple(history for history in found if history.has_history)
+    return tuple(history for history in histories if history.has_history)
 
 
 def _where(part: Array, whole: Array) -> list[int]:
     """Return the indices in the whole of the samples of a part, which has the same order."""
     if len(part) == len(whole):
         return list(range(len(whole)))
-    places, at = [], 0
+    indices, index = [], 0
     for value in part:
-        while whole[at] != value:
-            at += 1
-        places.append(at)
-        at += 1
-    return places
+        while whole[index] != value:
+            index += 1
+        indices.append(index)
+        index += 1
+    return indices
 
 
 def _history(
     name: str, path: Curve, simulated: Array, *, recorded: bool, held_out: bool = False
 ) -> ChannelHistory:
-    found = branches(path)
+    segments = branches(path)
     noise = noise_of(path) if recorded else NO_NOISE
     measured = path.force if recorded else np.full(len(path.force), np.nan)
     # A simulated energy within the solver's rounding is zero.
@@ -128,19 +128,19 @@ def _history(
         replace(cycle, energy=Uncertain(0.0), loss=Uncertain(0.0))
         if cycle is not None and abs(cycle.loss.value) < ROUNDING
         else cycle
-        for cycle in cycles_along(path, simulated, NO_NOISE, found)
+        for cycle in cycles_along(path, simulated, NO_NOISE, segments)
     )
     return ChannelHistory(
         name,
         path.mode,
         path,
         simulated,
-        _threes(cycles_along(path, measured, noise, found), without_rounding),
+        _threes(cycles_along(path, measured, noise, segments), without_rounding),
         _threes(
-            holds_along(path, measured, noise, found),
-            holds_along(path, simulated, NO_NOISE, found, SURE * noise.force),
+            holds_along(path, measured, noise, segments),
+            holds_along(path, simulated, NO_NOISE, segments, SURE * noise.force),
         ),
-        {branch.direction for branch in found} >= {1, -1},
+        {branch.direction for branch in segments} >= {1, -1},
         held_out,
     )
 
@@ -149,14 +149,14 @@ def _threes(
     recorded: Iterable[_Part | None], simulated: Iterable[_Part | None]
 ) -> tuple[tuple[_Part, _Part | None, _Part | None], ...]:
     pairs = zip(recorded, simulated, strict=True)
-    return tuple((known, r, s) for r, s in pairs if (known := r or s) is not None)
+    return tuple((part, r, s) for r, s in pairs if (part := r or s) is not None)
 
 
 def with_hysteresis(
     conditions: tuple[Condition, ...], histories: Iterable[ChannelHistory]
 ) -> tuple[Condition, ...]:
     """Add the conditions of loops without simulated dissipation, unless the data have to be corrected first."""
-    if any(one.name == "faulty_data" for one in conditions):
+    if any(condition.name == "faulty_data" for condition in conditions):
         return conditions
     return (*conditions, *filter(None, map(unexplained_hysteresis, histories)))
 
@@ -166,7 +166,7 @@ def unexplained_hysteresis(history: ChannelHistory) -> Condition | None:
     pairs = [(r, s) for _, r, s in history.cycles if r is not None and s is not None and r.closed]
     energy = sum(recorded.energy.value for recorded, _ in pairs)
     std = math.sqrt(sum(recorded.energy.std**2 for recorded, _ in pairs))
-    simulated = sum(found.energy.value for _, found in pairs)
+    simulated = sum(loop.energy.value for _, loop in pairs)
     work = sum(r.energy.value / r.loss.value for r, _ in pairs if r.loss.value)
     real = bool(pairs) and energy > SURE * std and energy > SMALLEST_LOSS * work
     if not real or simulated > NONE_SIMULATED * energy:
@@ -177,11 +177,11 @@ def unexplained_hysteresis(history: ChannelHistory) -> Condition | None:
     loss = max(holds, key=lambda hold: abs(hold.force_start.value)).relaxation if holds else Uncertain(0.0)
     relaxed = loss.value if loss.value > SURE * loss.std else 0.0
     share = f"{percent(100 * energy / work)} of the work done while loading"
-    held = f"; in a hold the recorded force relaxes by {percent(100 * relaxed)}" if relaxed else ""
+    relaxation_text = f"; in a hold the recorded force relaxes by {percent(100 * relaxed)}" if relaxed else ""
     return Condition(
         "unexplained_hysteresis",
         f"{history.name}: the recorded loops dissipate {number(energy)} ± {number(std, 2)} {unit} ({share}), the "
-        f"simulated ones {number(simulated, 2) if simulated > std else '0'} {unit}{held}",
+        f"simulated ones {number(simulated, 2) if simulated > std else '0'} {unit}{relaxation_text}",
         "add an effect that dissipates: viscoelasticity, friction or mullins (bushcli diagnose distinguishes them)",
     )
 

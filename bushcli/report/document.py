@@ -159,10 +159,10 @@ class Table:
 
     def without_detail(self) -> Table:
         """Return the table without the columns that are on the page only."""
-        kept = [i for i in range(len(self.heads)) if i not in self.detail]
-        rows = tuple(tuple(row[i] for i in kept) for row in self.rows)
-        left = sum(i < self.left for i in kept)
-        return replace(self, heads=tuple(self.heads[i] for i in kept), rows=rows, left=left, detail=())
+        columns = [i for i in range(len(self.heads)) if i not in self.detail]
+        rows = tuple(tuple(row[i] for i in columns) for row in self.rows)
+        left = sum(i < self.left for i in columns)
+        return replace(self, heads=tuple(self.heads[i] for i in columns), rows=rows, left=left, detail=())
 
     def shortened(self, most: int) -> Table:
         """Return the table without its middle rows if it has more than `most`; its title then says how many it has."""
@@ -179,7 +179,7 @@ def table_of(
 ) -> Table:
     """Return a table with a row for each item; a column is its head, and what it shows of an item."""
     heads, cells = zip(*columns, strict=True)
-    return Table(title, heads, tuple(tuple(cell(one) for cell in cells) for one in items), left, most=most)
+    return Table(title, heads, tuple(tuple(cell(item) for cell in cells) for item in items), left, most=most)
 
 
 @dataclass(frozen=True)
@@ -192,8 +192,8 @@ class Figures:
 
     def among(self, pictures: Sequence[Picture]) -> list[Block]:
         """Return the pictures that stand here."""
-        own = [one for one in pictures if self.channel in ("", one.channel)]
-        return [one for kind in self.kinds for one in own if one.kind == kind]
+        candidates = [picture for picture in pictures if self.channel in ("", picture.channel)]
+        return [picture for kind in self.kinds for picture in candidates if picture.kind == kind]
 
 
 Block = Paragraph | Table | Figures | Picture
@@ -227,32 +227,37 @@ class Document:
         """Return the document with pictures in the places for them."""
 
         def filled(blocks: Iterable[Block]) -> list[Block]:
-            found = (one.among(pictures) if isinstance(one, Figures) else [one] for one in blocks)
-            return [one for several in found for one in several]
+            groups = (block.among(pictures) if isinstance(block, Figures) else [block] for block in blocks)
+            return [block for group in groups for block in group]
 
         sections = [
-            replace(one, blocks=filled(one.blocks), folded=filled(one.folded)) for one in self.sections
+            replace(section, blocks=filled(section.blocks), folded=filled(section.folded))
+            for section in self.sections
         ]
         return replace(self, sections=sections)
 
 
-def on(where: Literal["page", "terminal"], sections: Iterable[Section]) -> list[Section]:
+def on(medium: Literal["page", "terminal"], sections: Iterable[Section]) -> list[Section]:
     """Return the sections with the blocks that are written there; empty ones are left out."""
 
-    def kept(blocks: Iterable[Block]) -> list[Block]:
-        here = [
-            one
-            for one in blocks
-            if one.on in ("both", where) and not (isinstance(one, Table) and not one.rows)
+    def visible(blocks: Iterable[Block]) -> list[Block]:
+        shown = [
+            block
+            for block in blocks
+            if block.on in ("both", medium) and not (isinstance(block, Table) and not block.rows)
         ]
-        return here if any(not (isinstance(one, Paragraph) and one.explains) for one in here) else []
+        return shown if any(not (isinstance(block, Paragraph) and block.explains) for block in shown) else []
 
-    found = [
-        replace(one, blocks=kept(one.blocks), folded=kept(one.folded) if where == "page" else ())
-        for one in sections
-        if one.on in ("both", where)
+    filtered = [
+        replace(
+            section,
+            blocks=visible(section.blocks),
+            folded=visible(section.folded) if medium == "page" else (),
+        )
+        for section in sections
+        if section.on in ("both", medium)
     ]
-    return [one for one in found if one.blocks or one.folded]
+    return [section for section in filtered if section.blocks or section.folded]
 
 
 def paragraphs(

@@ -89,10 +89,10 @@ _SHEARED = Quantities(
 
 def quantities(mode: str) -> Quantities:
     """Return names and units of displacement and force of a mode."""
-    found = modes()[mode]
-    if found.specimen == "coupon":
-        return _SHEARED if found.sheared else _COUPON
-    return _ROTATION if found.rotational else _TRANSLATION
+    definition = modes()[mode]
+    if definition.specimen == "coupon":
+        return _SHEARED if definition.sheared else _COUPON
+    return _ROTATION if definition.rotational else _TRANSLATION
 
 
 def number(value: float | None, digits: int = 3, limits: Sequence[float] = ()) -> str:
@@ -128,11 +128,11 @@ def percent(value: float | None, limit: float | None = None) -> str:
     return f"{beside(value, *limits, decimals=decimals)} %"
 
 
-def interval(low: float, high: float, shown: Callable[[float], str] = number) -> str:
+def interval(low: float, high: float, text_of: Callable[[float], str] = number) -> str:
     """Return an interval in words: "0.1 to 0.3", "below 0.3", "above 0.1", "all"; an end that is not finite is open."""
     if not math.isfinite(low):
-        return f"below {shown(high)}" if math.isfinite(high) else "all"
-    return f"{shown(low)} to {shown(high)}" if math.isfinite(high) else f"above {shown(low)}"
+        return f"below {text_of(high)}" if math.isfinite(high) else "all"
+    return f"{text_of(low)} to {text_of(high)}" if math.isfinite(high) else f"above {text_of(low)}"
 
 
 def held(name: str, held_out: bool) -> str:
@@ -161,7 +161,7 @@ def largest_reactions(force: Array) -> tuple[float, float]:
 
     It is infinite where all of them are rounding errors, as moments are if each belongs to a free or symmetric motion.
     """
-    most = float(np.abs(force).max())
+    largest = float(np.abs(force).max())
     forces, moments = (float(np.abs(force[:, part]).max()) for part in (slice(0, 3), slice(3, 6)))
-    least = _ROUNDING * most
-    return (forces if forces > least else np.inf), (moments if moments > least else np.inf)
+    threshold = _ROUNDING * largest
+    return (forces if forces > threshold else np.inf), (moments if moments > threshold else np.inf)

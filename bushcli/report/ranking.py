@@ -66,8 +66,8 @@ def effective_samples(curve: FittedCurve) -> float:
     degree = min(_SMOOTH, max(len(np.unique(q)) - 2, 0))
     centre, half = (q.max() + q.min()) / 2, max(float(np.ptp(q)) / 2, 1e-300)
     basis = np.polynomial.chebyshev.chebvander((q - centre) / half, degree)
-    rest: Array = force - basis @ np.linalg.lstsq(basis, force, rcond=None)[0]
+    residual: Array = force - basis @ np.linalg.lstsq(basis, force, rcond=None)[0]
     # The residual of a noise-free recording is rounding and a wavy error of the polynomial, not noise.
-    if float(np.sqrt(np.mean(rest**2))) < 0.1 * NOISE_FLOOR * float(np.ptp(force)):
+    if float(np.sqrt(np.mean(residual**2))) < 0.1 * NOISE_FLOOR * float(np.ptp(force)):
         return float(len(q))
-    return len(q) / autocorrelation_time(rest)
+    return len(q) / autocorrelation_time(residual)

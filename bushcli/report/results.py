@@ -83,7 +83,7 @@ class DirectResult:
     @cached_property
     def conditions(self) -> tuple[Condition, ...]:
         """Problems of fit and marches, recordings that were not compared, recorded loops that are not simulated."""
-        left = tuple(
+        not_compared = tuple(
             Condition(
                 "not_compared",
                 f"{channel.name}: the simulation ended before the recording could be compared with it",
@@ -93,9 +93,9 @@ class DirectResult:
             if channel.recording is not None and channel.name not in self.misfits
         )
         # What is unusual about the case is said by the fit to its coupons and by the simulation.
-        first = self.fit.conditions if self.fit else ()
-        known = tuple(dict.fromkeys((*first, *self.response.conditions, *left)))
-        return (*with_hysteresis(known, self.histories), *self.doubts)
+        fit_conditions = self.fit.conditions if self.fit else ()
+        known_conditions = tuple(dict.fromkeys((*fit_conditions, *self.response.conditions, *not_compared)))
+        return (*with_hysteresis(known_conditions, self.histories), *self.doubts)
 
 
 @dataclass(frozen=True)

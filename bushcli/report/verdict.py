@@ -128,12 +128,12 @@ def single_factor(misfits: Sequence[Misfit]) -> SingleFactor | None:
     above = {name: float(s @ recorded[name]) for name, s in scaled.items()}
     below = {name: float(s @ s) for name, s in scaled.items()}
     factor = sum(above.values()) / sum(below.values())
-    own = {name: above[name] / below[name] for name in scaled}
+    factors = {name: above[name] / below[name] for name in scaled}
     before = {m.channel: m.rms_percent for m in misfits}
     after = {name: 100 * float(np.linalg.norm(factor * s - recorded[name])) for name, s in scaled.items()}
-    agree = all(abs(value / factor - 1.0) <= AGREE for value in own.values()) if factor > 0 else False
+    agree = all(abs(value / factor - 1.0) <= AGREE for value in factors.values()) if factor > 0 else False
     takes_away = _joint(after) <= (1.0 - EXPLAINS) * _joint(before)
-    return SingleFactor(factor, own, before, after, bool(agree and takes_away))
+    return SingleFactor(factor, factors, before, after, bool(agree and takes_away))
 
 
 def _joint(rms: Mapping[str, float]) -> float:
@@ -162,79 +162,83 @@ def _headline(
     return text[:1].upper() + text[1:]
 
 
-def _channel(channel: Simulated, found: Misfit | None, is_faulty: bool) -> ChannelVerdict:
-    shown = quantities(channel.mode)
-    if found is None:
-        text = f"{channel.name}: {_alone(channel, shown)}."
+def _channel(channel: Simulated, misfit: Misfit | None, is_faulty: bool) -> ChannelVerdict:
+    units = quantities(channel.mode)
+    if misfit is None:
+        text = f"{channel.name}: {_alone(channel, units)}."
         return ChannelVerdict(channel.name, channel.mode, text, None)
     if is_faulty:
         # Neither too stiff nor too soft: the recording says nothing about that.
-        text = f"{channel.name}: {_alone(channel, shown)}; to be compared when its recording is corrected."
+        text = f"{channel.name}: {_alone(channel, units)}; to be compared when its recording is corrected."
         return ChannelVerdict(channel.name, channel.mode, text, False)
-    unit, ratio, tolerance = shown.stiffness_unit, found.stiffness_ratio, found.tolerance
-    if found.within:
-        rms, noise = percent(found.rms_percent), percent(found.noise_percent)
-        judged = f"within the accepted {tolerance.text} (curve {rms} rms, noise {noise})"
+    unit, ratio, tolerance = units.stiffness_unit, misfit.stiffness_ratio, misfit.tolerance
+    if misfit.within:
+        rms, noise = percent(misfit.rms_percent), percent(misfit.noise_percent)
+        assessment = f"within the accepted {tolerance.text} (curve {rms} rms, noise {noise})"
     elif not abs(ratio - 1.0) <= tolerance.band:
-        judged = f"outside the accepted {tolerance.text}"
-    elif found.peak_percent > tolerance.percent:
-        judged = (
+        assessment = f"outside the accepted {tolerance.text}"
+    elif misfit.peak_percent > tolerance.percent:
+        assessment = (
             f"the secant stiffness is within the accepted {tolerance.text}, the curve is not: it departs by up to "
-            f"{percent(found.peak_percent, tolerance.percent)} of the force range"
+            f"{percent(misfit.peak_percent, tolerance.percent)} of the force range"
         )
     else:
-        judged = f"within the accepted {tolerance.text} as far as the simulation went"
-    predicted, measured = shown.stiffness(found.predicted.secant), shown.stiffness(found.measured.secant)
+        assessment = f"within the accepted {tolerance.text} as far as the simulation went"
+    predicted, measured = units.stiffness(misfit.predicted.secant), units.stiffness(misfit.measured.secant)
     text = (
         f"{channel.name}: simulated {number(predicted)} {unit}, measured {number(measured)} {unit}: "
-        f"{stiffer(ratio, tolerance.percent)}; {judged}"
+        f"{stiffer(ratio, tolerance.percent)}; {assessment}"
     )
-    if found.compared < 1.0:
-        text += f" (compared on {percent(100 * found.compared)} of the recording, where the simulation ended)"
-    return ChannelVerdict(channel.name, channel.mode, f"{text}.", found.within)
+    if misfit.compared < 1.0:
+        text += (
+            f" (compared on {percent(100 * misfit.compared)} of the recording, where the simulation ended)"
+        )
+    return ChannelVerdict(channel.name, channel.mode, f"{text}.", misfit.within)
 
 
-def _alone(channel: Simulated, shown: Quantities) -> str:
-    stiffness = f"{number(shown.stiffness(channel.curve.secant_stiffness()))} {shown.stiffness_unit} (secant)"
+def _alone(channel: Simulated, units: Quantities) -> str:
+    stiffness = f"{number(units.stiffness(channel.curve.secant_stiffness()))} {units.stiffness_unit} (secant)"
     q = channel.curve.displacement
-    low, high = (number(shown.at(end)) for end in (q.min(), q.max()))
-    text = f"simulated {stiffness} from {low} to {high} {shown.displacement_unit}".rstrip()
+    low, high = (number(units.at(end)) for end in (q.min(), q.max()))
+    text = f"simulated {stiffness} from {low} to {high} {units.displacement_unit}".rstrip()
     if not channel.stopped:
         return text
     force = float(channel.curve.force[int(np.argmax(np.abs(q)))])
-    return f"{text}, where it stopped at {number(force)} {shown.force_unit}"
+    return f"{text}, where it stopped at {number(force)} {units.force_unit}"
 
 
 def all_within_10_percent(verdict: DirectVerdict, misfits: Mapping[str, Misfit]) -> bool | None:
     """Return whether every recorded channel is within 10 %; None where there is nothing to compare."""
-    found = [misfits[one.name].within_10_percent for one in verdict.channels if one.name in misfits]
+    verdicts = [
+        misfits[channel.name].within_10_percent for channel in verdict.channels if channel.name in misfits
+    ]
     # If all compared channels are within the tolerance but the verdict is not, a recorded channel was not compared.
-    lost = not verdict.within and all(one.within for one in misfits.values())
-    return None if verdict.within is None else bool(found) and all(found) and not lost
+    lost = not verdict.within and all(misfit.within for misfit in misfits.values())
+    return None if verdict.within is None else bool(verdicts) and all(verdicts) and not lost
 
 
 def stiffer(ratio: float, limit: float) -> str:
     """Return the ratio of simulated to measured stiffness in words: "78 % too stiff"."""
     if not math.isfinite(ratio):
         return "no stiffness to compare"
-    off = 100 * abs(ratio - 1.0)
-    if off < 0.5 and off <= limit:
+    deviation = 100 * abs(ratio - 1.0)
+    if deviation < 0.5 and deviation <= limit:
         return "as stiff as measured"
-    return f"{beside(off, limit)} % too {'stiff' if ratio > 1 else 'soft'}"
+    return f"{beside(deviation, limit)} % too {'stiff' if ratio > 1 else 'soft'}"
 
 
-def _factor_text(found: SingleFactor) -> str:
-    left = listed([f"{percent(rms)} ({name})" for name, rms in found.rms_after.items()])
-    factor, alone = f"{found.factor:.2f}", len(found.by_channel) == 1
-    if found.explains:
+def _factor_text(single: SingleFactor) -> str:
+    misfits = listed([f"{percent(rms)} ({name})" for name, rms in single.rms_after.items()])
+    factor, alone = f"{single.factor:.2f}", len(single.by_channel) == 1
+    if single.explains:
         gap = "the gap" if alone else "the gap in all channels"
-        what = f"would explain most of {gap}, leaving {left} rms: another batch of rubber?"
-        return f"A single factor of {factor} on the stiffness {what}"
+        explanation = f"would explain most of {gap}, leaving {misfits} rms: another batch of rubber?"
+        return f"A single factor of {factor} on the stiffness {explanation}"
     if alone:
-        best = f"the best, {factor}, leaves {left} rms"
+        best = f"the best, {factor}, leaves {misfits} rms"
         return f"A single factor on the stiffness does not explain the gap: {best}."
-    own = listed([f"{value:.2f} ({name})" for name, value in found.by_channel.items()])
-    need = f"the channels need {own}, and a common {factor} leaves {left} rms"
+    factors = listed([f"{value:.2f} ({name})" for name, value in single.by_channel.items()])
+    need = f"the channels need {factors}, and a common {factor} leaves {misfits} rms"
     return f"No single factor on the stiffness explains the gap: {need}."
 
 
@@ -245,15 +249,15 @@ def fault_kind(fault: DataFault) -> str:
 
 def faulty_data(faults: Sequence[DataFault]) -> str:
     """Return a headline without its full stop: the faults that must be corrected before anything else, and where."""
-    fatal = [one for one in faults if one.fatal] or list(faults)
-    named = dict.fromkeys(f"{fault_kind(one)} in the {one.channel} channel" for one in fatal)
-    return f"Faulty data: {listed(list(named))}, to be corrected first"
+    fatal = [fault for fault in faults if fault.fatal] or list(faults)
+    places = dict.fromkeys(f"{fault_kind(fault)} in the {fault.channel} channel" for fault in fatal)
+    return f"Faulty data: {listed(list(places))}, to be corrected first"
 
 
 def fault_lines(faults: Sequence[DataFault]) -> list[str]:
     """Return a line for each fault of the recordings: place and remedy; the fatal faults first."""
     lines = []
-    for one in sorted(faults, key=lambda one: not one.fatal):
-        remedy = one.remedy.rstrip(".")
-        lines.append(f"{one.channel}: {fault_kind(one)}, {one.where.rstrip('.')}. What to do: {remedy}")
+    for fault in sorted(faults, key=lambda fault: not fault.fatal):
+        remedy = fault.remedy.rstrip(".")
+        lines.append(f"{fault.channel}: {fault_kind(fault)}, {fault.where.rstrip('.')}. What to do: {remedy}")
     return lines

@@ -12,19 +12,20 @@ from bushcli.study.batch import Batch
 from bushcli.study.outliers import CONFIDENCE, CONTENT, FALSE_ALARM
 
 
-def batch_json(found: Batch) -> dict[str, Any]:
+def batch_json(batch: Batch) -> dict[str, Any]:
     """Return a batch as JSON-ready data."""
-    fit = in_file_units(found.fit)
-    document = head("batch", found.case, found.conditions)
+    fit = in_file_units(batch.fit)
+    document = head("batch", batch.case, batch.conditions)
     document |= {
         "law": fit.material.law,
         "bulk_modulus": fit.material.bulk_modulus,
         "parameters": {
-            name: part(one, "value std lower upper at_bound") for name, one in fit.parameters.items()
+            name: part(estimate, "value std lower upper at_bound")
+            for name, estimate in fit.parameters.items()
         },
         "converged": fit.converged,
         "forward_solves": fit.forward_solves,
-        "programs": found.programs,
+        "programs": batch.programs,
         "test": {
             "name": "generalised extreme studentised deviate",
             "of": ["logarithm of the stiffness factor", "logarithm of the rms misfit with it"],
@@ -32,30 +33,30 @@ def batch_json(found: Batch) -> dict[str, Any]:
         },
         "parts": [
             {
-                **part(one, "name mode factor std deviation rms_percent noise_percent"),
-                "stiffness": stiffness(one),
-                "own_simulation": one.simulated,
-                **part(one, "outlier"),
-                "causes": one.causes,
+                **part(member, "name mode factor std deviation rms_percent noise_percent"),
+                "stiffness": stiffness(member),
+                "own_simulation": member.simulated,
+                **part(member, "outlier"),
+                "causes": member.causes,
             }
-            for one in found.parts
+            for member in batch.parts
         ],
-        "outliers": [one.name for one in found.outliers],
+        "outliers": [member.name for member in batch.outliers],
         "curves": [
             {
-                **part(one, "mode parts"),
-                "stiffness": shown.stiffness(one.mean.secant_stiffness()),
-                "scatter_percent": 100.0 * one.scatter,
-                "k": one.k,
+                **part(curve, "mode parts"),
+                "stiffness": units.stiffness(curve.mean.secant_stiffness()),
+                "scatter_percent": 100.0 * curve.scatter,
+                "k": curve.k,
                 "content": CONTENT,
                 "confidence": CONFIDENCE,
-                "displacement": shown.shown(one.mean.displacement),
-                "force": one.mean.force,
-                **part(one, "lower upper"),
+                "displacement": units.shown(curve.mean.displacement),
+                "force": curve.mean.force,
+                **part(curve, "lower upper"),
             }
-            for one in found.curves
-            for shown in [quantities(one.mode)]
+            for curve in batch.curves
+            for units in [quantities(curve.mode)]
         ],
-        "data_faults": faults_json(found.faults),
+        "data_faults": faults_json(batch.faults),
     }
     return cleaned(document)

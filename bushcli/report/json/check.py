@@ -13,38 +13,39 @@ from bushcli.report.quantity import quantities
 from bushcli.report.results import Checked
 
 
-def check_json(found: Checked) -> dict[str, Any]:
+def check_json(checked: Checked) -> dict[str, Any]:
     """Return a checked case, the contents of its recordings, their faults and their protocol as JSON-ready data."""
-    document = head("check", found.case, found.conditions)
-    document["data_faults"] = faults_json(found.faults)
-    document["recordings"] = [_summary(curve) for curve in found.curves]
-    document["coupons"] = [_summary(curve) for curve in found.coupons]
-    if found.tables:
-        document["dynamic"] = [table_json(table) for table in found.tables]
-    tests = found.tests
+    document = head("check", checked.case, checked.conditions)
+    document["data_faults"] = faults_json(checked.faults)
+    document["recordings"] = [_summary(curve) for curve in checked.curves]
+    document["coupons"] = [_summary(curve) for curve in checked.coupons]
+    if checked.tables:
+        document["dynamic"] = [table_json(table) for table in checked.tables]
+    tests = checked.tests
     document |= {
         "protocol": [
             {
-                "channel": one.channel,
-                "cycles": len(one.compared),
-                "conditioning": one.conditioning,
-                "amplitudes": [per * value for value in one.compared],
-                "conditioning_amplitudes": [per * value for value in one.amplitudes[: one.conditioning]],
-                "rates": [per * rate for rate in one.rates],
-                "holds_s": one.holds,
-                "rests_s": one.rests,
-                "pauses_s": one.pauses,
-                **part(one, "timed from_rest unloads"),
+                "channel": test.channel,
+                "cycles": len(test.compared),
+                "conditioning": test.conditioning,
+                "amplitudes": [per * value for value in test.compared],
+                "conditioning_amplitudes": [per * value for value in test.amplitudes[: test.conditioning]],
+                "rates": [per * rate for rate in test.rates],
+                "holds_s": test.holds,
+                "rests_s": test.rests,
+                "pauses_s": test.pauses,
+                **part(test, "timed from_rest unloads"),
             }
-            for one in (*tests.recordings, *tests.coupons)
-            for per in [quantities(one.mode).per_internal]
+            for test in (*tests.recordings, *tests.coupons)
+            for per in [quantities(test.mode).per_internal]
         ],
         "standards": [
-            {"channel": channel, "standard": name, "clauses": asked} for channel, name, asked in tests.judged
+            {"channel": channel, "standard": name, "clauses": clauses}
+            for channel, name, clauses in tests.judged
         ],
         "open_questions": tests.lacks,
         "sources": [
-            {"channel": one.name, "columns": one.columns, **part(one, "unused")} for one in tests.files
+            {"channel": file.name, "columns": file.columns, **part(file, "unused")} for file in tests.files
         ],
         "remarks": [{"channel": channel, "text": text} for channel, text in tests.remarks],
     }
@@ -52,18 +53,18 @@ def check_json(found: Checked) -> dict[str, Any]:
 
 
 def _summary(curve: Recording) -> dict[str, Any]:
-    shown = quantities(curve.mode)
-    found = branches(curve)
+    units = quantities(curve.mode)
+    segments = branches(curve)
     return {
         "name": curve.name,
         "mode": curve.mode,
         "file": str(curve.source) if curve.source else None,
         "samples": len(curve.displacement),
-        "cycles": len({branch.cycle for branch in found}),
-        "holds": sum(branch.kind == "hold" for branch in found),
+        "cycles": len({branch.cycle for branch in segments}),
+        "holds": sum(branch.kind == "hold" for branch in segments),
         "duration_s": None if curve.time is None else float(np.ptp(curve.time)),
-        "units": {"displacement": shown.displacement_unit or shown.displacement, "force": shown.force_unit},
-        "displacement": [shown.at(q) for q in (curve.displacement.min(), curve.displacement.max())],
+        "units": {"displacement": units.displacement_unit or units.displacement, "force": units.force_unit},
+        "displacement": [units.at(q) for q in (curve.displacement.min(), curve.displacement.max())],
         "force": [float(curve.force.min()), float(curve.force.max())],
         "noise_percent": 100 * force_noise(curve) / float(np.ptp(curve.force)),
     }

@@ -64,17 +64,17 @@ def versions() -> dict[str, str]:
     The programs are not loaded where avoidable: `bushcli check` needs no finite elements, which take half a second to
     load.
     """
-    found = {"bushcli": __version__, "python": platform.python_version()}
+    programs = {"bushcli": __version__, "python": platform.python_version()}
     for name, distribution in _PROGRAMS.items():
         loaded = str(getattr(sys.modules.get(name), "__version__", ""))
-        found[name] = loaded or _declared(name, distribution)
+        programs[name] = loaded or _declared(name, distribution)
     petsc = sys.modules.get("petsc4py.PETSc")
     if petsc is not None:
-        found["petsc"] = ".".join(map(str, petsc.Sys.getVersion()))
+        programs["petsc"] = ".".join(map(str, petsc.Sys.getVersion()))
     else:
         # petsc4py is released with PETSc, and their version numbers agree except for the last part.
-        found["petsc"] = ".".join(_declared("petsc4py", "petsc4py").split(".")[:2])
-    return found
+        programs["petsc"] = ".".join(_declared("petsc4py", "petsc4py").split(".")[:2])
+    return programs
 
 
 def _declared(module: str, distribution: str) -> str:
@@ -101,7 +101,7 @@ def material_json(material: Material) -> dict[str, Any]:
 def cleaned(value: Any) -> Any:
     """Return a value in JSON's own types."""
     if is_dataclass(value):
-        return {one.name: cleaned(getattr(value, one.name)) for one in fields(value)}
+        return {field.name: cleaned(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, Mapping):
         return {str(key): cleaned(item) for key, item in value.items()}
     if isinstance(value, np.ndarray):

@@ -13,39 +13,39 @@ from bushcli.report.quantity import Quantities, quantities
 
 def history_json(history: ChannelHistory) -> dict[str, Any]:
     """Return `cycles` and `holds` of a channel in the units of the case file."""
-    shown = quantities(history.mode)
+    units = quantities(history.mode)
     return {
         "cycles": [
             {
-                **part(known, "number closed"),
-                "displacement": [shown.at(q) - shown.rest for q in (known.lowest, known.highest)],
-                "rate": None if known.rate is None else shown.per_internal * known.rate,
-                "recorded": _values(recorded, shown, errors=True),
-                "simulated": _values(simulated, shown),
+                **part(cycle, "number closed"),
+                "displacement": [units.at(q) - units.rest for q in (cycle.lowest, cycle.highest)],
+                "rate": None if cycle.rate is None else units.per_internal * cycle.rate,
+                "recorded": _values(recorded, units, errors=True),
+                "simulated": _values(simulated, units),
             }
-            for known, recorded, simulated in history.cycles
+            for cycle, recorded, simulated in history.cycles
         ],
         "holds": [
             {
-                **part(held, "number cycle"),
-                "displacement": shown.at(held.displacement) - shown.rest,
-                "duration": held.duration,
-                "recorded": _values(before, shown, errors=True),
-                "simulated": _values(after, shown),
+                **part(hold, "number cycle"),
+                "displacement": units.at(hold.displacement) - units.rest,
+                "duration": hold.duration,
+                "recorded": _values(recorded, units, errors=True),
+                "simulated": _values(simulated, units),
             }
-            for held, before, after in history.holds
+            for hold, recorded, simulated in history.holds
         ],
     }
 
 
-def _values(found: Cycle | Hold | None, shown: Quantities, errors: bool = False) -> dict[str, Any] | None:
-    if found is None:
+def _values(segment: Cycle | Hold | None, units: Quantities, errors: bool = False) -> dict[str, Any] | None:
+    if segment is None:
         return None
     values: dict[str, Any] = {}
-    for key, one in shown_values(found, shown).items():
-        values |= {key: one.value, f"{key}_std": one.std} if errors else {key: one.value}
-    if isinstance(found, Hold):
-        for ending, what in (("", "value"), ("_std", "std"))[: 2 if errors else 1]:
-            after = {f"{at:g}": 100 * getattr(one, what) for at, one in found.after.items()}
+    for key, estimate in shown_values(segment, units).items():
+        values |= {key: estimate.value, f"{key}_std": estimate.std} if errors else {key: estimate.value}
+    if isinstance(segment, Hold):
+        for ending, field in (("", "value"), ("_std", "std"))[: 2 if errors else 1]:
+            after = {f"{time:g}": 100 * getattr(loss, field) for time, loss in segment.after.items()}
             values[f"relaxation_percent_after{ending}"] = after
     return values

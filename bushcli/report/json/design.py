@@ -9,26 +9,28 @@ from bushcli.report.views.design import overrides
 from bushcli.study.design import Design
 
 
-def design_json(found: Design) -> dict[str, Any]:
+def design_json(design: Design) -> dict[str, Any]:
     """Return a design as JSON-ready data."""
-    document = head("design", found.case, found.conditions)
+    document = head("design", design.case, design.conditions)
     document |= {
-        **part(found, "converged evaluations"),
-        "met": all(one.met for one in found.targets),
-        "design": {key: part(one, "value lower upper start at_bound") for key, one in found.keys.items()},
-        "set": overrides(found),
+        **part(design, "converged evaluations"),
+        "met": all(goal.met for goal in design.targets),
+        "design": {
+            key: part(dimension, "value lower upper start at_bound") for key, dimension in design.keys.items()
+        },
+        "set": overrides(design),
         "targets": {
-            one.target.name: {
-                "unit": one.target.unit,
-                "wanted": one.wanted,
-                "allowed": one.target.deviation * one.target.per_shown,
-                "value": one.value,
-                "deviation_percent": 100 * one.deviation,
-                "met": one.met,
-                "derivatives": one.slopes,
-                **({"tolerances": one.spread} if one.spread else {}),
+            goal.target.name: {
+                "unit": goal.target.unit,
+                "wanted": goal.wanted,
+                "allowed": goal.target.deviation * goal.target.per_shown,
+                "value": goal.value,
+                "deviation_percent": 100 * goal.deviation,
+                "met": goal.met,
+                "derivatives": goal.slopes,
+                **({"tolerances": goal.spread} if goal.spread else {}),
             }
-            for one in found.targets
+            for goal in design.targets
         },
     }
     return cleaned(document)

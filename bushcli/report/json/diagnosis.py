@@ -18,36 +18,36 @@ from bushcli.report.views.diagnosis.values import derived, shown
 from bushcli.report.views.diagnosis.words import headline
 
 
-def diagnosis_json(found: Diagnosis) -> dict[str, Any]:
+def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return a diagnosis as JSON-ready data."""
-    keys = {key: of(found) for key, of in _KEYS.items()}
-    return cleaned(head("diagnose", found.case, found.conditions) | keys)
+    keys = {key: of(diagnosis) for key, of in _KEYS.items()}
+    return cleaned(head("diagnose", diagnosis.case, diagnosis.conditions) | keys)
 
 
-def _rivals(found: Diagnosis) -> list[list[str]]:
+def _rivals(diagnosis: Diagnosis) -> list[list[str]]:
     """Return the sets of effects without rigs, unless the rigs alone make a set differ from the first one."""
-    first = list(dict.fromkeys(map(effect_name, found.models[0].effects))) if found.models else None
+    best = list(dict.fromkeys(map(effect_name, diagnosis.models[0].effects))) if diagnosis.models else None
     sets: list[list[str]] = []
-    for names in found.rivals:
-        own = list(dict.fromkeys(map(effect_name, names)))
-        sets.append(list(names) if own == first else own)
+    for names in diagnosis.rivals:
+        effects = list(dict.fromkeys(map(effect_name, names)))
+        sets.append(list(names) if effects == best else effects)
     return sets
 
 
-def _misfit(found: Diagnosis) -> dict[str, dict[str, float | None]]:
+def _misfit(diagnosis: Diagnosis) -> dict[str, dict[str, float | None]]:
     """Return the misfits by channel, percent of the force range or of K*; None where it was not held out."""
     misfit: dict[str, dict[str, float | None]] = {
-        when: {one.name: getattr(one, f"{when}_percent") for one in found.measured}
-        for when in ("before", "after", "noise")
+        stage: {channel.name: getattr(channel, f"{stage}_percent") for channel in diagnosis.measured}
+        for stage in ("before", "after", "noise")
     }
-    for when in ("before", "after"):
-        held = {one.name for one in found.measured if one.held_out}
-        misfit[f"held_out_{when}"] = {n: p if n in held else None for n, p in misfit[when].items()}
+    for stage in ("before", "after"):
+        held_out = {channel.name for channel in diagnosis.measured if channel.held_out}
+        misfit[f"held_out_{stage}"] = {n: p if n in held_out else None for n, p in misfit[stage].items()}
     return misfit
 
 
-def _quantity(found: Diagnosis, name: str, quantity: Quantity) -> dict[str, Any]:
-    value = shown(name, quantity, found.measured)
+def _quantity(diagnosis: Diagnosis, name: str, quantity: Quantity) -> dict[str, Any]:
+    value = shown(name, quantity, diagnosis.measured)
     return {
         "value": quantity.word or value.value,
         **part(value, "with_form_error std unit lower upper"),
@@ -60,27 +60,27 @@ def _quantity(found: Diagnosis, name: str, quantity: Quantity) -> dict[str, Any]
             "tail": quantity.prior_tail,
             "source": quantity.prior_source,
         },
-        "derived": {also: {"value": value, "unit": of} for also, (value, of) in derived(quantity).items()},
+        "derived": {key: {"value": value, "unit": unit} for key, (value, unit) in derived(quantity).items()},
     }
 
 
-def _mismatch(found: Diagnosis, one: Mismatch) -> dict[str, Any]:
-    units = quantities(one.mode)
+def _mismatch(diagnosis: Diagnosis, mismatch: Mismatch) -> dict[str, Any]:
+    units = quantities(mismatch.mode)
     return {
-        **part(one, "channel mode cycle branch side"),
-        "displacement_from": units.per_internal * one.displacement_from,
-        "displacement_to": units.per_internal * one.displacement_to,
-        "rate": None if one.rate is None else [units.per_internal * rate for rate in one.rate],
-        **part(one, "share sign relative difference rms p"),
-        "text": sentence(one, len(found.channels)),
+        **part(mismatch, "channel mode cycle branch side"),
+        "displacement_from": units.per_internal * mismatch.displacement_from,
+        "displacement_to": units.per_internal * mismatch.displacement_to,
+        "rate": None if mismatch.rate is None else [units.per_internal * rate for rate in mismatch.rate],
+        **part(mismatch, "share sign relative difference rms p"),
+        "text": sentence(mismatch, len(diagnosis.channels)),
     }
 
 
-def _next_test(found: Diagnosis) -> dict[str, Any] | None:
-    test = found.next_test
+def _next_test(diagnosis: Diagnosis) -> dict[str, Any] | None:
+    test = diagnosis.next_test
     if test is None:
         return None
-    units = _units(found, test.channel)
+    units = _units(diagnosis, test.channel)
     return {
         **part(test, "name channel"),
         "points": [units.per_internal * point for point in test.points],
@@ -88,27 +88,27 @@ def _next_test(found: Diagnosis) -> dict[str, Any] | None:
         "holds": test.holds,
         "unit": units.displacement_unit or "1",
         **part(test, "minutes separates information possible text frequency temperature"),
-        "amplitude": [units.per_internal * one for one in test.amplitude],
+        "amplitude": [units.per_internal * amplitude for amplitude in test.amplitude],
     }
 
 
-def _missing(found: Diagnosis) -> dict[str, Any] | None:
-    if found.missing is None:
+def _missing(diagnosis: Diagnosis) -> dict[str, Any] | None:
+    if diagnosis.missing is None:
         return None
     profiles = []
-    for one in found.missing.profiles:
-        units = _units(found, one.channel)
-        scale = units.per_internal if one.along in ("displacement", "rate") else 1.0
+    for profile in diagnosis.missing.profiles:
+        units = _units(diagnosis, profile.channel)
+        scale = units.per_internal if profile.along in ("displacement", "rate") else 1.0
         length = units.displacement_unit or "1"
-        unit = {"displacement": length, "time": "s", "cycle": "1", "rate": f"{length}/s"}[one.along]
-        known = part(one, "channel along branch") | {"unit": unit, "x": scale * one.x}
-        profiles.append(known | part(one, "mean std"))
-    return part(found.missing, "probability share text") | {"profiles": profiles}
+        unit = {"displacement": length, "time": "s", "cycle": "1", "rate": f"{length}/s"}[profile.along]
+        axis = part(profile, "channel along branch") | {"unit": unit, "x": scale * profile.x}
+        profiles.append(axis | part(profile, "mean std"))
+    return part(diagnosis.missing, "probability share text") | {"profiles": profiles}
 
 
-def _units(found: Diagnosis, channel: str) -> Quantities:
+def _units(diagnosis: Diagnosis, name: str) -> Quantities:
     """Return the units of the recorded channel of this name, else of the mode of this name."""
-    return quantities({one.name: one.mode for one in found.measured}.get(channel, channel))
+    return quantities({channel.name: channel.mode for channel in diagnosis.measured}.get(name, name))
 
 
 def _fields(names: str) -> dict[str, Callable[[Diagnosis], Any]]:
@@ -122,45 +122,54 @@ _KEYS: dict[str, Callable[[Diagnosis], Any]] = {
     "headline": headline,
     "text": paragraph,
     **_fields("asked law_from law_fixed uniform_odds"),
-    "law": lambda found: found.material.law,
-    "plain": lambda found: material_json(found.plain),
-    "material": lambda found: material_json(found.material),
-    "parameters": lambda found: {name: _quantity(found, name, q) for name, q in found.parameters.items()},
-    "effects": lambda found: [
+    "law": lambda diagnosis: diagnosis.material.law,
+    "plain": lambda diagnosis: material_json(diagnosis.plain),
+    "material": lambda diagnosis: material_json(diagnosis.material),
+    "parameters": lambda diagnosis: {
+        name: _quantity(diagnosis, name, q) for name, q in diagnosis.parameters.items()
+    },
+    "effects": lambda diagnosis: [
         {
             "name": effect_name(effect.name),
             **part(effect, "title channels summary"),
             "parameters": {
-                name: _quantity(found, f"{effect.name}.{name}", quantity)
+                name: _quantity(diagnosis, f"{effect.name}.{name}", quantity)
                 for name, quantity in effect.parameters.items()
             },
             **part(effect, "probability evidence plausible remark"),
         }
-        for effect in found.effects
+        for effect in diagnosis.effects
     ],
     **_fields("probability models"),
     "rivals": _rivals,
     **_fields("groups form_error"),
     "missing": _missing,
     **_fields("searched"),
-    "data_faults": lambda found: faults_json(found.faults),
-    "mismatch": lambda found: [_mismatch(found, one) for one in found.location.mismatch],
-    "remaining": lambda found: [_mismatch(found, one) for one in found.remaining.mismatch],
-    "excess": lambda found: {"before": found.location.excess, "after": found.remaining.excess},
+    "data_faults": lambda diagnosis: faults_json(diagnosis.faults),
+    "mismatch": lambda diagnosis: [
+        _mismatch(diagnosis, mismatch) for mismatch in diagnosis.location.mismatch
+    ],
+    "remaining": lambda diagnosis: [
+        _mismatch(diagnosis, mismatch) for mismatch in diagnosis.remaining.mismatch
+    ],
+    "excess": lambda diagnosis: {"before": diagnosis.location.excess, "after": diagnosis.remaining.excess},
     "misfit": _misfit,
-    "dynamic": lambda found: [
+    "dynamic": lambda diagnosis: [
         {
-            **shown,
+            **table_json,
             "plain": {} if K is None else {"storage": K.real, "loss": K.imag},
-            **part(one, "places remaining held_out"),
+            **part(table, "places remaining held_out"),
         }
-        for one in found.tables
-        for (shown,), K in [(compared_json([one.compared]), one.compared.started)]
+        for table in diagnosis.tables
+        for (table_json,), K in [(compared_json([table.compared]), table.compared.started)]
     ],
     "next_test": _next_test,
-    "maps": lambda found: [
-        {"channel": one.name, **part(one, "channels local_gain uniform_gain helps_locally text")}
-        for one in found.maps
+    "maps": lambda diagnosis: [
+        {
+            "channel": bushing_map.name,
+            **part(bushing_map, "channels local_gain uniform_gain helps_locally text"),
+        }
+        for bushing_map in diagnosis.maps
     ],
     **_fields("forward_solves failed_solves seconds"),
 }

@@ -21,33 +21,34 @@ if TYPE_CHECKING:
     from bushcli.simulate.response import Simulated
 
 
-def direct_json(found: DirectResult) -> dict[str, Any]:
+def direct_json(result: DirectResult) -> dict[str, Any]:
     """Return a direct prediction, and the coupon fit that preceded it, as JSON-ready data."""
-    response = found.response
-    document = head("direct", response.case, found.conditions)
+    response = result.response
+    document = head("direct", response.case, result.conditions)
     document["data_faults"] = faults_json(response.faults)
     document["complete"] = response.complete
     document["material"] = material_json(response.material)
-    document["verdict"] = _verdict(found.verdict, found.misfits)
-    histories = {history.name: history_json(history) for history in found.histories}
+    document["verdict"] = _verdict(result.verdict, result.misfits)
+    histories = {history.name: history_json(history) for history in result.histories}
     document["load_cases"] = [
-        _channel(one, found.misfits.get(one.name)) | histories.get(one.name, {}) for one in response.channels
+        _channel(channel, result.misfits.get(channel.name)) | histories.get(channel.name, {})
+        for channel in response.channels
     ]
-    if found.fit is not None:
-        document["fit"] = fit_part(found.fit)
-    if found.tables is not None:
-        document["dynamic"] = compared_json(found.tables)
+    if result.fit is not None:
+        document["fit"] = fit_part(result.fit)
+    if result.tables is not None:
+        document["dynamic"] = compared_json(result.tables)
     return cleaned(document)
 
 
-def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
-    shown, recorded = quantities(channel.mode), channel.recording
-    document: dict[str, Any] = {key: of(channel, shown) for key, of in _CURVE.items()}
-    if found is not None:
+def _channel(channel: Simulated, misfit: Misfit | None) -> dict[str, Any]:
+    units, recorded = quantities(channel.mode), channel.recording
+    document: dict[str, Any] = {key: entry(channel, units) for key, entry in _CURVE.items()}
+    if misfit is not None:
         document["recording"] = {
             "file": str(recorded.source) if recorded and recorded.source else None,
             "samples": len(recorded.displacement) if recorded else 0,
-            **{key: of(found, shown) for key, of in _MISFIT.items()},
+            **{key: entry(misfit, units) for key, entry in _MISFIT.items()},
         }
     if channel.six is not None:
         six, motion = channel.six, shown_motion(channel.six)
@@ -55,7 +56,7 @@ def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
         del document["displacement"]
         document |= {
             "mode": "path",
-            "units": {"motion": "mm, deg", "force": "N, N mm", "stiffness": shown.stiffness_unit},
+            "units": {"motion": "mm, deg", "force": "N, N mm", "stiffness": units.stiffness_unit},
             "time": six.time,
             "motion": {name: motion[:, k] for k, name in enumerate(MOTIONS)},
             "force": {name: six.force[:, k] for k, name in enumerate(REACTIONS)},
@@ -71,76 +72,76 @@ def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
             document["stiffness_matrix_at_displacement"] = displacement_at(channel, displacement)
     document["contact"] = [
         {
-            "surfaces": one.surfaces,
-            "first": displacement_at(channel, one.first),
-            "largest_force": one.force,
-            "at": displacement_at(channel, one.at),
-            **part(one, "radius height"),
+            "surfaces": contact.surfaces,
+            "first": displacement_at(channel, contact.first),
+            "largest_force": contact.force,
+            "at": displacement_at(channel, contact.at),
+            **part(contact, "radius height"),
         }
-        for one in channel.touched
+        for contact in channel.touched
     ]
     return document
 
 
 # A stretch is given relative to rest, where it is zero, as in the case file's path.
 _CURVE: dict[str, Callable[[Simulated, Quantities], Any]] = {
-    "name": lambda one, _: one.name,
-    "mode": lambda one, _: one.mode,
-    "units": lambda one, shown: {
-        "displacement": "stretch - 1" if shown.rest else shown.displacement_unit or shown.displacement,
-        "force": shown.force_unit,
-        "stiffness": shown.stiffness_unit,
-        "energy": energy_unit(one.mode),
+    "name": lambda channel, _: channel.name,
+    "mode": lambda channel, _: channel.mode,
+    "units": lambda channel, units: {
+        "displacement": "stretch - 1" if units.rest else units.displacement_unit or units.displacement,
+        "force": units.force_unit,
+        "stiffness": units.stiffness_unit,
+        "energy": energy_unit(channel.mode),
     },
-    "time": lambda one, _: one.curve.time,
-    "displacement": lambda one, shown: shown.shown(one.curve.displacement) - shown.rest,
-    "force": lambda one, _: one.curve.force,
-    "stiffness": lambda one, shown: {
-        "initial": shown.stiffness(one.curve.initial_stiffness()),
-        "secant": shown.stiffness(one.curve.secant_stiffness()),
+    "time": lambda channel, _: channel.curve.time,
+    "displacement": lambda channel, units: units.shown(channel.curve.displacement) - units.rest,
+    "force": lambda channel, _: channel.curve.force,
+    "stiffness": lambda channel, units: {
+        "initial": units.stiffness(channel.curve.initial_stiffness()),
+        "secant": units.stiffness(channel.curve.secant_stiffness()),
     },
-    "complete": lambda one, _: not one.stopped,
-    "stopped": lambda one, _: one.stopped,
-    "reach": lambda one, shown: shown.at(one.reach) - shown.rest,
-    "newton_iterations": lambda one, _: one.newton,
-    "steps_tried": lambda one, _: len(one.attempts),
-    "steps_rejected": lambda one, _: sum(not attempt.accepted for attempt in one.attempts),
-    "unknowns": lambda one, _: one.unknowns,
-    "principal_stretches": lambda one, _: one.strained.range,
-    "unstable_percent": lambda one, _: 100 * one.strained.unstable,
-    "mesh_error_percent": lambda one, _: one.mesh_error,
-    "seconds": lambda one, _: one.seconds,
+    "complete": lambda channel, _: not channel.stopped,
+    "stopped": lambda channel, _: channel.stopped,
+    "reach": lambda channel, units: units.at(channel.reach) - units.rest,
+    "newton_iterations": lambda channel, _: channel.newton,
+    "steps_tried": lambda channel, _: len(channel.attempts),
+    "steps_rejected": lambda channel, _: sum(not attempt.accepted for attempt in channel.attempts),
+    "unknowns": lambda channel, _: channel.unknowns,
+    "principal_stretches": lambda channel, _: channel.strained.range,
+    "unstable_percent": lambda channel, _: 100 * channel.strained.unstable,
+    "mesh_error_percent": lambda channel, _: channel.mesh_error,
+    "seconds": lambda channel, _: channel.seconds,
 }
 _MISFIT: dict[str, Callable[[Misfit, Quantities], Any]] = {
-    "rms_percent": lambda one, _: one.rms_percent,
-    "peak_percent": lambda one, _: one.peak_percent,
-    "noise_percent": lambda one, _: one.noise_percent,
-    "stiffness_measured": lambda one, shown: shown.stiffness(one.measured.secant),
-    "stiffness_simulated": lambda one, shown: shown.stiffness(one.predicted.secant),
-    "stiffness_ratio": lambda one, _: one.stiffness_ratio,
-    "initial_stiffness_measured": lambda one, shown: shown.stiffness(one.measured.initial),
-    "initial_stiffness_simulated": lambda one, shown: shown.stiffness(one.predicted.initial),
-    "within_10_percent": lambda one, _: one.within_10_percent,
-    "within_tolerance": lambda one, _: one.within,
-    "tolerance_percent": lambda one, _: one.tolerance.percent,
-    "compared": lambda one, _: one.compared,
-    "force_range": lambda one, _: one.force_range,
+    "rms_percent": lambda misfit, _: misfit.rms_percent,
+    "peak_percent": lambda misfit, _: misfit.peak_percent,
+    "noise_percent": lambda misfit, _: misfit.noise_percent,
+    "stiffness_measured": lambda misfit, units: units.stiffness(misfit.measured.secant),
+    "stiffness_simulated": lambda misfit, units: units.stiffness(misfit.predicted.secant),
+    "stiffness_ratio": lambda misfit, _: misfit.stiffness_ratio,
+    "initial_stiffness_measured": lambda misfit, units: units.stiffness(misfit.measured.initial),
+    "initial_stiffness_simulated": lambda misfit, units: units.stiffness(misfit.predicted.initial),
+    "within_10_percent": lambda misfit, _: misfit.within_10_percent,
+    "within_tolerance": lambda misfit, _: misfit.within,
+    "tolerance_percent": lambda misfit, _: misfit.tolerance.percent,
+    "compared": lambda misfit, _: misfit.compared,
+    "force_range": lambda misfit, _: misfit.force_range,
 }
 
 
 def _verdict(verdict: DirectVerdict, misfits: Mapping[str, Misfit]) -> dict[str, Any]:
     channels: dict[str, Any] = {}
     for channel in verdict.channels:
-        found, shown = misfits.get(channel.name), quantities(channel.mode)
+        misfit, units = misfits.get(channel.name), quantities(channel.mode)
         channels[channel.name] = {
             "text": channel.text,
-            "within_10_percent": found.within_10_percent if found else None,
+            "within_10_percent": misfit.within_10_percent if misfit else None,
             "within_tolerance": channel.within,
         }
-        if found is not None:
+        if misfit is not None:
             keys = ("stiffness_simulated", "stiffness_measured", "stiffness_ratio")
-            known = {key: _MISFIT[key](found, shown) for key in keys}
-            channels[channel.name] |= known | {"unit": shown.stiffness_unit}
+            stiffnesses = {key: _MISFIT[key](misfit, units) for key in keys}
+            channels[channel.name] |= stiffnesses | {"unit": units.stiffness_unit}
     factor = verdict.single_factor
     return {
         **part(verdict, "headline text"),

@@ -21,27 +21,27 @@ if TYPE_CHECKING:
     from bushcli.simulate.dynamic_tables import ComparedTable
 
 
-def dynamic_json(found: DynamicResult) -> dict[str, Any]:
+def dynamic_json(result: DynamicResult) -> dict[str, Any]:
     """Return dynamic stiffness as JSON-ready data."""
-    response = found.response
+    response = result.response
     document = head("dynamic", response.case, response.conditions, response.seconds)
     document["complete"] = response.complete
     document["material"] = material_json(response.material)
     document["load_cases"] = []
     for curve in response.curves:
-        shown, test = quantities(curve.mode), curve.test
-        preload: dict[str, Any] = {"displacement": shown.at(curve.preload), "force": curve.force}
+        units, test = quantities(curve.mode), curve.test
+        preload: dict[str, Any] = {"displacement": units.at(curve.preload), "force": curve.force}
         preload["stiffness"] = curve.static
         entry: dict[str, Any] = {
             "name": curve.name,
             "mode": test.mode,
             "units": {
-                "displacement": shown.displacement_unit,
-                "force": shown.force_unit,
+                "displacement": units.displacement_unit,
+                "force": units.force_unit,
                 "stiffness": stiffness_unit(curve.mode),
             },
             "preload": preload,
-            "amplitude": None if curve.amplitude is None else shown.per_internal * curve.amplitude,
+            "amplitude": None if curve.amplitude is None else units.per_internal * curve.amplitude,
             "temperature": test.temperature,
             "point": "transfer" if test.transfer else "driving",
             "frequency": curve.frequency,
@@ -59,8 +59,8 @@ def dynamic_json(found: DynamicResult) -> dict[str, Any]:
             entry["storage_matrix"] = curve.matrix.real.tolist()
             entry["loss_matrix"] = curve.matrix.imag.tolist()
         document["load_cases"].append(entry)
-    if found.fit is not None:
-        document["fit"] = fit_part(found.fit)
+    if result.fit is not None:
+        document["fit"] = fit_part(result.fit)
     return cleaned(document)
 
 
@@ -68,22 +68,22 @@ def compared_json(compared: Iterable[ComparedTable]) -> list[dict[str, Any]]:
     """Return simulated beside measured stiffness as JSON-ready data: the measured columns are in "recorded"."""
     return [
         {
-            **part(one.table, "name mode"),
+            **part(comparison.table, "name mode"),
             "units": recorded["units"],
             "preload": {
-                "displacement": quantities(one.table.mode).per_internal * one.preload,
-                "force": one.table.preload_force,
+                "displacement": quantities(comparison.table.mode).per_internal * comparison.preload,
+                "force": comparison.table.preload_force,
             },
             **{key: recorded[key] for key in ("amplitude", "temperature")},
             "point": "transfer",
-            "frequency": one.table.frequency,
-            **_moduli(one.simulated),
-            "reduction_error": one.reduction_error,
+            "frequency": comparison.table.frequency,
+            **_moduli(comparison.simulated),
+            "reduction_error": comparison.reduction_error,
             "recorded": recorded,
-            "misfit": part(one, "stiffness_percent loss_angle_deg"),
+            "misfit": part(comparison, "stiffness_percent loss_angle_deg"),
         }
-        for one in compared
-        for recorded in [table_json(one.table)]
+        for comparison in compared
+        for recorded in [table_json(comparison.table)]
     ]
 
 

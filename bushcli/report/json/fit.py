@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from bushcli.inverse.coupon_tables import TableSpectrum, TableSweep
 
 
-def fit_json(found: FitResult) -> dict[str, Any]:
+def fit_json(result: FitResult) -> dict[str, Any]:
     """Return an identified law, and what the tables of dynamic moduli say, as JSON-ready data."""
-    document = head("fit", found.case, found.conditions)
-    if found.fit is not None:
-        document |= {"data_faults": faults_json(found.fit.faults), **fit_part(found.fit)}
-    if found.spectra:
-        document["dynamic"] = spectra_json(found.spectra)
+    document = head("fit", result.case, result.conditions)
+    if result.fit is not None:
+        document |= {"data_faults": faults_json(result.fit.faults), **fit_part(result.fit)}
+    if result.spectra:
+        document["dynamic"] = spectra_json(result.spectra)
     return cleaned(document)
 
 
@@ -48,8 +48,8 @@ def fit_part(fit: Fit) -> dict[str, Any]:
             for name, estimate in fit.parameters.items()
         },
         "correlation": {
-            one: {other: fit.correlation[i, j] for j, other in enumerate(names)}
-            for i, one in enumerate(names)
+            name: {other_name: fit.correlation[i, j] for j, other_name in enumerate(names)}
+            for i, name in enumerate(names)
         },
         "misfit": {
             key: {
@@ -65,8 +65,12 @@ def fit_part(fit: Fit) -> dict[str, Any]:
         "identifiability": {
             "singular_values": fit.singular_values,
             "undetermined": [
-                {"weights": one.weights, "singular_value": one.singular_value, "text": one.text}
-                for one in fit.undetermined
+                {
+                    "weights": combination.weights,
+                    "singular_value": combination.singular_value,
+                    "text": combination.text,
+                }
+                for combination in fit.undetermined
             ],
         },
     }
@@ -83,21 +87,21 @@ def curves_by_mode(fit: Fit) -> dict[str, FittedCurve]:
     }
 
 
-def spectra_json(found: Iterable[TableSpectrum | TableSweep]) -> list[dict[str, Any]]:
+def spectra_json(spectra: Iterable[TableSpectrum | TableSweep]) -> list[dict[str, Any]]:
     """Return spectra as JSON-ready data: moduli in MPa, times in s, g over the equilibrium modulus."""
     from bushcli.inverse.coupon_tables import TableSweep
 
-    shown = []
-    for one in found:
-        table = part(one.table, "name mode quantity")
-        if isinstance(one, TableSweep):
+    tables = []
+    for table_fit in spectra:
+        table = part(table_fit.table, "name mode quantity")
+        if isinstance(table_fit, TableSweep):
             table["thinned"] = [
                 part(fit, "temperature rows equilibrium modulus constants")
                 | {"misfit": part(fit, "storage_percent loss_percent")}
-                for fit in one.fits
+                for fit in table_fit.fits
             ]
         else:
-            fit, spectrum, pot = one.fit, one.fit.spectrum, one.fit.spring_pot
+            fit, spectrum, pot = table_fit.fit, table_fit.fit.spectrum, table_fit.fit.spring_pot
             table |= {
                 "rows": fit.rows,
                 "equilibrium": spectrum.equilibrium,
@@ -123,5 +127,5 @@ def spectra_json(found: Iterable[TableSpectrum | TableSweep]) -> list[dict[str, 
                 "spring_pot": part(pot, "equilibrium modulus exponent")
                 | {"misfit": part(pot, "storage_percent loss_percent")},
             }
-        shown.append(table)
-    return shown
+        tables.append(table)
+    return tables

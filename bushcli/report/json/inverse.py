@@ -13,10 +13,10 @@ from bushcli.report.results import InverseResult
 from bushcli.report.views.inverse import answer
 
 
-def inverse_json(found: InverseResult) -> dict[str, Any]:
+def inverse_json(result: InverseResult) -> dict[str, Any]:
     """Return identified laws as JSON-ready data; the entries at the top level describe the best law."""
-    fits, best = found.fits, found.best
-    document = head("inverse", found.case, found.conditions) | fit_part(best)
+    fits, best = result.fits, result.best
+    document = head("inverse", result.case, result.conditions) | fit_part(best)
     document["data_faults"] = faults_json(best.faults)
     del document["weighting"]
     document["verdict"] = part(answer(best), "headline text")
@@ -28,7 +28,7 @@ def inverse_json(found: InverseResult) -> dict[str, Any]:
         }
         for key, curve in curves_by_mode(best).items()
     }
-    document["channels"] = {history.name: history_json(history) for history in found.histories}
+    document["channels"] = {history.name: history_json(history) for history in result.histories}
     document |= part(best, "method message cost") | {
         "bic": information_criterion(best),
         "effective_samples": sum(effective_samples(c) for c in best.curves if not c.held_out),
@@ -38,7 +38,9 @@ def inverse_json(found: InverseResult) -> dict[str, Any]:
     document |= part(best, "leverage profile_sweeps")
     document["end_points"] = best.end_points
     document["profiles"] = best.profiles
-    document["evaluations"] = [vars(one) | {"step": None, "radius": None} for one in best.evaluations]
+    document["evaluations"] = [
+        vars(evaluation) | {"step": None, "radius": None} for evaluation in best.evaluations
+    ]
     if len(fits) > 1:
         document["models"] = [
             {

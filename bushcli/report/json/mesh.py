@@ -9,12 +9,12 @@ from bushcli.report.json.common import cleaned, head, part
 from bushcli.report.results import MeshResult
 
 
-def mesh_json(found: MeshResult) -> dict[str, Any]:
+def mesh_json(result: MeshResult) -> dict[str, Any]:
     """Return the meshes of a case as JSON-ready data."""
-    case = found.case
+    case = result.case
     document = head("mesh", case, unusual(case, case.material))
     document["geometry"] = {"notes": case.geometry.notes, "measures": case.geometry.measures()}
     document["meshes"] = [
-        part(mesh, "name modes dimension cells nodes boundaries regions") for mesh in found.meshes
+        part(mesh, "name modes dimension cells nodes boundaries regions") for mesh in result.meshes
     ]
     return cleaned(document)

@@ -19,32 +19,34 @@ def described(response: Response) -> Mapping[str, Any]:
 
 def study_json(result: StudyResult) -> dict[str, Any]:
     """Return a study as JSON-ready data."""
-    found = result.study
-    document = head("study", found.case, found.conditions)
+    study = result.study
+    document = head("study", study.case, study.conditions)
     document |= {
-        "sampling": found.plan.sampling,
-        "designs": len(found.plan.rows),
-        **part(found, "failed resumed"),
-        "seconds_of_designs": found.seconds,
-        "variables": {one.key: part(one, "spec low high nominal") for one in found.plan.variables},
-        "failures": found.failures,
+        "sampling": study.plan.sampling,
+        "designs": len(study.plan.rows),
+        **part(study, "failed resumed"),
+        "seconds_of_designs": study.seconds,
+        "variables": {
+            variable.key: part(variable, "spec low high nominal") for variable in study.plan.variables
+        },
+        "failures": study.failures,
         "answers": {},
     }
-    units = {one.name: one.unit for one in found.task.answers}
-    for name, one in found.summaries.items():
+    units = {answer.name: answer.unit for answer in study.task.answers}
+    for name, summary in study.summaries.items():
         document["answers"][name] = {
             "unit": units[name],
-            **part(one, "count mean std"),
-            **{f"p{level:02d}": value for level, value in zip((5, 50, 95), one.quantiles, strict=True)},
-            "worst": {"lowest": one.lowest, "highest": one.highest},
-            "linear_share": one.linear,
+            **part(summary, "count mean std"),
+            **{f"p{q:02d}": value for q, value in zip((5, 50, 95), summary.quantiles, strict=True)},
+            "worst": {"lowest": summary.lowest, "highest": summary.highest},
+            "linear_share": summary.linear,
             # Sobol indices that were not calculated are nan.
             "influences": {
                 key: {k: v for k, v in vars(influence).items() if v == v}
-                for key, influence in one.influences.items()
+                for key, influence in summary.influences.items()
             },
         }
-        if (limits := one.limits) is not None:
+        if (limits := summary.limits) is not None:
             document["answers"][name] |= {
                 "limits": part(limits, "low high"),
                 "yield": {"share": limits.share, "lower": limits.interval[0], "upper": limits.interval[1]},

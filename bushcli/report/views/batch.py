@@ -33,77 +33,79 @@ _BAND = (
 )
 
 
-def batch_document(found: Batch) -> Document:
+def batch_document(batch: Batch) -> Document:
     """Return the document of a batch."""
     lines = []
-    for one in found.outliers:
-        why = " and ".join(_IN_WORDS[kind] for kind in one.outlier)
+    for part in batch.outliers:
+        criteria = " and ".join(_IN_WORDS[kind] for kind in part.outlier)
         no_cause = "; its recording shows no cause: suspect its rubber or a dimension"
         lines.append(
-            f"{one.name}: an outlier by {why}{f': {joined(one.causes)}' if one.causes else no_cause}."
+            f"{part.name}: an outlier by {criteria}{f': {joined(part.causes)}' if part.causes else no_cause}."
         )
-    lines += [f"{one.name}: {joined(one.causes)}." for one in found.parts if one.causes and not one.outlier]
-    fit = in_file_units(found.fit)
-    law = [(name, parameter_unit(fit, name), one) for name, one in fit.parameters.items()]
+    lines += [
+        f"{part.name}: {joined(part.causes)}." for part in batch.parts if part.causes and not part.outlier
+    ]
+    fit = in_file_units(batch.fit)
+    law = [(name, parameter_unit(fit, name), estimate) for name, estimate in fit.parameters.items()]
     return Document(
-        batch_headline(found),
+        batch_headline(batch),
         lines,
-        "bad" if found.outliers else "good",
+        "bad" if batch.outliers else "good",
         [
             Section("Curves", [figures("curve")], on="page"),
-            Section("Parts", [table_of("Parts", found.parts, _PARTS, left=2), note(_HOW)]),
-            Section("Scatter", [table_of("Scatter of the stiffness", found.curves, _SCATTER), note(_BAND)]),
+            Section("Parts", [table_of("Parts", batch.parts, _PARTS, left=2), note(_HOW)]),
+            Section("Scatter", [table_of("Scatter of the stiffness", batch.curves, _SCATTER), note(_BAND)]),
             Section(
                 "Law of all parts", [table_of(f"Law of all parts: {fit.material.law}", law, _LAW, left=2)]
             ),
         ],
-        found.conditions,
-        conditions(replace(found.case, material=found.fit.material)),
+        batch.conditions,
+        conditions(replace(batch.case, material=batch.fit.material)),
     )
 
 
-def batch_headline(found: Batch) -> str:
+def batch_headline(batch: Batch) -> str:
     """Return the result in one sentence."""
     scatter = ", ".join(
-        f"{one.mode} {_mean(one)} {quantities(one.mode).stiffness_unit} with a standard deviation of "
-        f"{percent(100.0 * one.scatter)}"
-        for one in found.curves
+        f"{curve.mode} {_mean(curve)} {quantities(curve.mode).stiffness_unit} with a standard deviation of "
+        f"{percent(100.0 * curve.scatter)}"
+        for curve in batch.curves
     )
-    names = [one.name for one in found.outliers]
-    said = f"outlier{'s' * (len(names) > 1)}: {listed(names)}" if names else "no outliers"
-    return f"{len(found.parts)} parts: {scatter}; {said}"
+    names = [part.name for part in batch.outliers]
+    outliers = f"outlier{'s' * (len(names) > 1)}: {listed(names)}" if names else "no outliers"
+    return f"{len(batch.parts)} parts: {scatter}; {outliers}"
 
 
-def stiffness(one: BatchPart) -> float:
+def stiffness(part: BatchPart) -> float:
     """Return the secant stiffness of a part as recorded: N/mm, N mm per degree."""
-    return quantities(one.mode).stiffness(one.recording.secant_stiffness())
+    return quantities(part.mode).stiffness(part.recording.secant_stiffness())
 
 
-def _mean(one: BatchCurve) -> str:
-    return number(quantities(one.mode).stiffness(one.mean.secant_stiffness()))
+def _mean(curve: BatchCurve) -> str:
+    return number(quantities(curve.mode).stiffness(curve.mean.secant_stiffness()))
 
 
 _PARTS: Columns[BatchPart] = (
-    ("part", lambda one: one.name),
-    ("mode", lambda one: one.mode),
-    ("factor", lambda one: with_std(one.factor, one.std)),
-    ("deviation", lambda one: "-" if math.isnan(one.deviation) else f"{one.deviation:+.1f}"),
-    ("secant stiffness", lambda one: number(stiffness(one))),
-    ("", lambda one: quantities(one.mode).stiffness_unit),
-    ("misfit", lambda one: percent(one.rms_percent)),
-    ("noise", lambda one: percent(one.noise_percent)),
-    ("outlier in", lambda one: ", ".join(one.outlier)),
+    ("part", lambda part: part.name),
+    ("mode", lambda part: part.mode),
+    ("factor", lambda part: with_std(part.factor, part.std)),
+    ("deviation", lambda part: "-" if math.isnan(part.deviation) else f"{part.deviation:+.1f}"),
+    ("secant stiffness", lambda part: number(stiffness(part))),
+    ("", lambda part: quantities(part.mode).stiffness_unit),
+    ("misfit", lambda part: percent(part.rms_percent)),
+    ("noise", lambda part: percent(part.noise_percent)),
+    ("outlier in", lambda part: ", ".join(part.outlier)),
 )
 _SCATTER: Columns[BatchCurve] = (
-    ("mode", lambda one: one.mode),
-    ("parts", lambda one: str(one.parts)),
+    ("mode", lambda curve: curve.mode),
+    ("parts", lambda curve: str(curve.parts)),
     ("mean stiffness", _mean),
-    ("", lambda one: quantities(one.mode).stiffness_unit),
-    ("standard deviation", lambda one: percent(100.0 * one.scatter)),
-    ("tolerance band", lambda one: f"± {percent(100.0 * one.k * one.scatter)}"),
+    ("", lambda curve: quantities(curve.mode).stiffness_unit),
+    ("standard deviation", lambda curve: percent(100.0 * curve.scatter)),
+    ("tolerance band", lambda curve: f"± {percent(100.0 * curve.k * curve.scatter)}"),
 )
 _LAW: Columns[tuple[str, str, Estimate]] = (
-    ("parameter", lambda one: one[0]),
-    ("", lambda one: one[1].replace("1", "")),
-    ("value", lambda one: with_std(one[2].value, one[2].std)),
+    ("parameter", lambda row: row[0]),
+    ("", lambda row: row[1].replace("1", "")),
+    ("value", lambda row: with_std(row[2].value, row[2].std)),
 )

@@ -13,48 +13,54 @@ from bushcli.study.compare import Comparison, Difference
 _MOST = 40
 
 
-def compare_document(found: Comparison) -> Document:
+def compare_document(comparison: Comparison) -> Document:
     """Return the document of a comparison."""
     curves = Table(
         "Largest difference to the first curve, of its force range",
-        ("channel", *(item.name for item in found.items)),
+        ("channel", *(item.name for item in comparison.items)),
         tuple(
-            (one.channel, *("-" if value is None else f"{value + 0.0:+.2f} %" for value in one.percent))
-            for one in found.curves
+            (curve.channel, *("-" if value is None else f"{value + 0.0:+.2f} %" for value in curve.percent))
+            for curve in comparison.curves
         ),
     )
     problems = tuple(
         (item.name, str(item.result.get("command", "")), ", ".join(names) or "none")
-        for item, names in zip(found.items, found.problems, strict=True)
+        for item, names in zip(comparison.items, comparison.problems, strict=True)
     )
     doubts = Table("Problems", ("result", "of", "problems"), problems, left=3)
     sections = [
         Section("Curves", [curves, figures("curve")]),
-        Section("Keys of the cases", [_table("Keys that differ", found, found.keys)]),
-        Section("Numbers", [_table("Numbers that differ", found, found.numbers)]),
+        Section("Keys of the cases", [_table("Keys that differ", comparison, comparison.keys)]),
+        Section("Numbers", [_table("Numbers that differ", comparison, comparison.numbers)]),
         Section("Problems of each result", [doubts]),
     ]
-    return Document(compare_headline(found), [], "plain", sections)
+    return Document(compare_headline(comparison), [], "plain", sections)
 
 
-def compare_headline(found: Comparison) -> str:
+def compare_headline(comparison: Comparison) -> str:
     """Return the result in one sentence."""
-    names = listed([one.name for one in found.items])
-    keys = [one.key for one in found.keys]
+    names = listed([item.name for item in comparison.items])
+    keys = [difference.key for difference in comparison.keys]
     count = len(keys)
-    said = f"{count} key{'s differ' if count != 1 else ' differs'}" if keys else "their cases are equal"
-    few = f" ({', '.join(keys)})" if 0 < count <= 3 else ""
-    differ = len(found.numbers)
-    return f"{names}: {said}{few}, {differ or 'no'} number{'s differ' if differ > 1 else ' differs'}"
+    key_count = f"{count} key{'s differ' if count != 1 else ' differs'}" if keys else "their cases are equal"
+    key_list = f" ({', '.join(keys)})" if 0 < count <= 3 else ""
+    numbers = len(comparison.numbers)
+    return (
+        f"{names}: {key_count}{key_list}, {numbers or 'no'} number{'s differ' if numbers > 1 else ' differs'}"
+    )
 
 
-def _table(title: str, found: Comparison, differences: Sequence[Difference]) -> Table:
-    heads = ["key", *(item.name for item in found.items), *(["change"] if len(found.items) == 2 else [])]
+def _table(title: str, comparison: Comparison, differences: Sequence[Difference]) -> Table:
+    heads = [
+        "key",
+        *(item.name for item in comparison.items),
+        *(["change"] if len(comparison.items) == 2 else []),
+    ]
     rows = []
-    for one in differences:
-        change = one.percent[-1]
-        last = [("" if change is None else f"{change:+.3g} %")] if len(found.items) == 2 else []
-        rows.append((one.key, *map(_shown, one.values), *last))
+    for difference in differences:
+        change = difference.percent[-1]
+        change_cell = [("" if change is None else f"{change:+.3g} %")] if len(comparison.items) == 2 else []
+        rows.append((difference.key, *map(_shown, difference.values), *change_cell))
     return Table(title, tuple(heads), tuple(rows), left=1, most=_MOST)
 
 

@@ -30,25 +30,25 @@ def history_section(histories: Sequence[ChannelHistory]) -> Section:
 
 def cycle_table(history: ChannelHistory) -> Table:
     """Return energy, loss, secant stiffness and peak force of each cycle, recorded beside simulated."""
-    shown, both = quantities(history.mode), history.has_recording
-    timed, unit = history.path.time is not None, shown.displacement_unit
+    units, both = quantities(history.mode), history.has_recording
+    timed, unit = history.path.time is not None, units.displacement_unit
     rows: list[Row] = []
-    for known, recorded, simulated in history.cycles:
-        path = f"{_plain(shown.at(known.lowest))} to {_plain(shown.at(known.highest))}"
-        rate = (number(None if known.rate is None else shown.per_internal * known.rate),) if timed else ()
-        before, after = _values(recorded, shown), _values(simulated, shown)
+    for cycle, recorded, simulated in history.cycles:
+        path = f"{_plain(units.at(cycle.lowest))} to {_plain(units.at(cycle.highest))}"
+        rate = (number(None if cycle.rate is None else units.per_internal * cycle.rate),) if timed else ()
+        recorded_values, simulated_values = _values(recorded, units), _values(simulated, units)
         cells = [
             cell
-            for name in shown_values(known, shown)
-            for cell in _pair(before.get(name), after.get(name), both)
+            for name in shown_values(cycle, units)
+            for cell in _pair(recorded_values.get(name), simulated_values.get(name), both)
         ]
-        rows.append((f"{known.number}{'' if known.closed else ' open'}", path, *rate, *cells))
-    heads: Row = ("cycle", unit or shown.displacement, *((shown.rate_unit,) if timed else ()))
-    values = [f"energy, {energy_unit(history.mode)}", "loss, %", f"secant, {shown.stiffness_unit}"]
-    heads += _paired([*values, f"peak, {shown.force_unit}"], both)
+        rows.append((f"{cycle.number}{'' if cycle.closed else ' open'}", path, *rate, *cells))
+    heads: Row = ("cycle", unit or units.displacement, *((units.rate_unit,) if timed else ()))
+    values = [f"energy, {energy_unit(history.mode)}", "loss, %", f"secant, {units.stiffness_unit}"]
+    heads += _head_pairs([*values, f"peak, {units.force_unit}"], both)
     peaks = range(len(heads) - (2 if both else 1), len(heads))
     return Table(
-        f"{held(history.name, history.held_out)}: cycles, {_seen(both)}",
+        f"{held(history.name, history.held_out)}: cycles, {_legend(both)}",
         heads,
         tuple(rows),
         detail=peaks,
@@ -58,51 +58,57 @@ def cycle_table(history: ChannelHistory) -> Table:
 
 def hold_table(history: ChannelHistory) -> Table:
     """Return the force at the start of each hold and its relaxation, recorded beside simulated."""
-    shown, both = quantities(history.mode), history.has_recording
-    known_times = [at for at in STANDARD_TIMES if any(at in known.after for known, _, _ in history.holds)]
+    units, both = quantities(history.mode), history.has_recording
+    known_times = [time for time in STANDARD_TIMES if any(time in hold.after for hold, _, _ in history.holds)]
     rows: list[Row] = []
-    for known, recorded, simulated in history.holds:
-        before, after = _values(recorded, shown), _values(simulated, shown)
-        names = ("force_start", *(f"{at:g}" for at in known_times), "relaxation_percent")
-        cells = [cell for name in names for cell in _pair(before.get(name), after.get(name), both)]
-        duration = "-" if known.duration is None else number(known.duration)
-        rows.append((str(known.number), _plain(shown.at(known.displacement)), duration, *cells))
-    values = [f"start, {shown.force_unit}", *(f"{at:g} s, %" for at in known_times), "end, %"]
-    heads: Row = ("hold", f"at, {shown.displacement_unit or 'stretch'}", "s", *_paired(values, both))
-    title = f"{held(history.name, history.held_out)}: force lost in holds after 1 s, 10 s, ..., {_seen(both)}"
+    for hold, recorded, simulated in history.holds:
+        recorded_values, simulated_values = _values(recorded, units), _values(simulated, units)
+        names = ("force_start", *(f"{time:g}" for time in known_times), "relaxation_percent")
+        cells = [
+            cell
+            for name in names
+            for cell in _pair(recorded_values.get(name), simulated_values.get(name), both)
+        ]
+        duration = "-" if hold.duration is None else number(hold.duration)
+        rows.append((str(hold.number), _plain(units.at(hold.displacement)), duration, *cells))
+    values = [f"start, {units.force_unit}", *(f"{time:g} s, %" for time in known_times), "end, %"]
+    heads: Row = ("hold", f"at, {units.displacement_unit or 'stretch'}", "s", *_head_pairs(values, both))
+    title = (
+        f"{held(history.name, history.held_out)}: force lost in holds after 1 s, 10 s, ..., {_legend(both)}"
+    )
     return Table(title, heads, tuple(rows), most=FEW)
 
 
-def _seen(both: bool) -> str:
+def _legend(both: bool) -> str:
     return "recorded ± standard error, and simulated (sim.)" if both else "simulated"
 
 
-def _paired(heads: Sequence[str], both: bool) -> Row:
+def _head_pairs(heads: Sequence[str], both: bool) -> Row:
     return tuple(name for head in heads for name in ((head, "sim.") if both else (head,)))
 
 
-def _values(found: Cycle | Hold | None, shown: Quantities) -> dict[str, Uncertain]:
+def _values(segment: Cycle | Hold | None, units: Quantities) -> dict[str, Uncertain]:
     """Return the values of a cycle or a hold by name, and the relaxation in percent by the time in s."""
-    if found is None:
+    if segment is None:
         return {}
-    values = shown_values(found, shown)
-    if isinstance(found, Hold):
-        return values | {f"{at:g}": times(100.0, one) for at, one in found.after.items()}
+    values = shown_values(segment, units)
+    if isinstance(segment, Hold):
+        return values | {f"{time:g}": times(100.0, relaxation) for time, relaxation in segment.after.items()}
     # No error of a peak: it is that of one sample, the same in every row.
-    return values | {"peak_force": Uncertain(found.peak_force.value)}
+    return values | {"peak_force": Uncertain(segment.peak_force.value)}
 
 
 def _pair(recorded: Uncertain | None, simulated: Uncertain | None, both: bool) -> list[str]:
     """Return a recorded value with its error, and the simulated value with as many digits."""
     std = recorded.std if recorded is not None and recorded.std > 0 else math.nan
     cells = []
-    for found in (recorded, simulated) if both else (simulated,):
-        if found is None or not math.isfinite(found.value):
+    for estimate in (recorded, simulated) if both else (simulated,):
+        if estimate is None or not math.isfinite(estimate.value):
             cells.append("-")
-        elif found is recorded and found.std > 0:
-            cells.append(with_std(found.value, found.std))
+        elif estimate is recorded and estimate.std > 0:
+            cells.append(with_std(estimate.value, estimate.std))
         else:
-            text = with_std(found.value, std).split(" ± ")[0]
+            text = with_std(estimate.value, std).split(" ± ")[0]
             cells.append(text.removeprefix("-") if float(text) == 0 else text)
     return cells
 

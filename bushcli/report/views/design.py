@@ -17,80 +17,82 @@ _NOTE = (
 )
 
 
-def design_document(found: Design) -> Document:
+def design_document(design: Design) -> Document:
     """Return the document of a design."""
-    began = "The conditions above are those of the case file, where the search began."
-    keys = tuple(found.targets[0].slopes)
+    remark = "The conditions above are those of the case file, where the search began."
+    keys = tuple(design.targets[0].slopes)
     slopes = tuple(
-        (one.target.name, one.target.unit, *(number(one.slopes[key], 4) for key in keys))
-        for one in found.targets
+        (goal.target.name, goal.target.unit, *(number(goal.slopes[key], 4) for key in keys))
+        for goal in design.targets
     )
     tables = [
-        table_of("Targets", found.targets, _TARGETS, left=2),
-        table_of("Design", found.keys.items(), _DESIGN),
+        table_of("Targets", design.targets, _TARGETS, left=2),
+        table_of("Design", design.keys.items(), _DESIGN),
         Table("Derivatives, per unit of each key", ("target", "", *keys), slopes, left=2),
     ]
     sections = [
-        Section("", [Paragraph(began, on="page")]),
+        Section("", [Paragraph(remark, on="page")]),
         *(Section(table.title, [table]) for table in tables),
-        Section(_SPREAD, [spread_table(found), note(_NOTE)]),
+        Section(_SPREAD, [spread_table(design), note(_NOTE)]),
     ]
-    met = all(one.met for one in found.targets)
-    lines = ["To simulate it: " + " ".join(f"--set {text}" for text in overrides(found))]
-    seen = conditions(found.case)
-    return Document(design_headline(found), lines, "good" if met else "bad", sections, found.conditions, seen)
+    met = all(goal.met for goal in design.targets)
+    lines = ["To simulate it: " + " ".join(f"--set {text}" for text in overrides(design))]
+    condition_rows = conditions(design.case)
+    return Document(
+        design_headline(design), lines, "good" if met else "bad", sections, design.conditions, condition_rows
+    )
 
 
-def overrides(found: Design) -> list[str]:
+def overrides(design: Design) -> list[str]:
     """Return the design as values of ``--set``."""
-    return [f"{key}={one.value:.8g}" for key, one in found.keys.items()]
+    return [f"{key}={dimension.value:.8g}" for key, dimension in design.keys.items()]
 
 
-def design_headline(found: Design) -> str:
+def design_headline(design: Design) -> str:
     """Return the result in one sentence."""
-    values = ", ".join(f"{key} = {number(one.value, 5)}" for key, one in found.keys.items())
-    missed = [one.target.name for one in found.targets if not one.met]
+    values = ", ".join(f"{key} = {number(dimension.value, 5)}" for key, dimension in design.keys.items())
+    missed = [goal.target.name for goal in design.targets if not goal.met]
     if missed:
         return f"Nearest design: {values}; it misses {', '.join(missed)}"
     return f"Design: {values}"
 
 
-def _deviation(one: Reached) -> str:
+def _deviation(goal: Reached) -> str:
     """Return the deviation with the digits that show whether it is within what is allowed."""
-    limit = 100 * one.allowed
-    text = beside(round(100 * one.deviation, 9), -limit, limit, decimals=3)
+    limit = 100 * goal.allowed
+    text = beside(round(100 * goal.deviation, 9), -limit, limit, decimals=3)
     return f"{'' if text.startswith('-') else '+'}{text} %".replace("-0.000 %", "+0.000 %")
 
 
 _TARGETS: Columns[Reached] = (
-    ("target", lambda one: one.target.name),
-    ("", lambda one: one.target.unit),
-    ("wanted", lambda one: number(one.wanted, 5)),
-    ("value", lambda one: number(one.value, 5)),
+    ("target", lambda goal: goal.target.name),
+    ("", lambda goal: goal.target.unit),
+    ("wanted", lambda goal: number(goal.wanted, 5)),
+    ("value", lambda goal: number(goal.value, 5)),
     ("deviation", _deviation),
-    ("", lambda one: "reached" if one.met else "missed"),
+    ("", lambda goal: "reached" if goal.met else "missed"),
 )
 _DESIGN: Columns[tuple[str, Dimension]] = (
-    ("key", lambda one: one[0]),
-    ("value", lambda one: number(one[1].value, 6)),
-    ("started at", lambda one: number(one[1].start, 5)),
-    ("lower bound", lambda one: number(one[1].lower, 5)),
-    ("upper bound", lambda one: number(one[1].upper, 5)),
-    ("", lambda one: "at its bound" if one[1].at_bound else ""),
+    ("key", lambda row: row[0]),
+    ("value", lambda row: number(row[1].value, 6)),
+    ("started at", lambda row: number(row[1].start, 5)),
+    ("lower bound", lambda row: number(row[1].lower, 5)),
+    ("upper bound", lambda row: number(row[1].upper, 5)),
+    ("", lambda row: "at its bound" if row[1].at_bound else ""),
 )
 
 
-def spread_table(found: Design) -> Table:
+def spread_table(design: Design) -> Table:
     """Return the change of each rate at the upper limit of each tolerance."""
     keys: tuple[str, ...] = ()
     rows: list[Row] = []
-    for one in found.targets:
-        if (spread := one.spread) is not None:
+    for goal in design.targets:
+        if (spread := goal.spread) is not None:
             keys = tuple(spread.contributions)
             share = "-" if math.isnan(spread.share) else f"{100 * spread.share:.1f} %"
             values = [
                 number(value, 3) for value in (*spread.contributions.values(), spread.worst, spread.std)
             ]
-            rows.append((one.target.name, one.target.unit, *values, share))
+            rows.append((goal.target.name, goal.target.unit, *values, share))
     heads = ("target", "", *keys, "worst case", "std", "within allowed")
     return Table(_SPREAD, heads, tuple(rows), left=2)

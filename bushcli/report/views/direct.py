@@ -39,25 +39,25 @@ _ROWS = 9
 _NOTHING = 1e-6
 
 
-def direct_document(found: DirectResult) -> Document:
+def direct_document(result: DirectResult) -> Document:
     """Return the document of a direct prediction."""
-    response, verdict, shape = found.response, found.verdict, found.response.case.geometry
-    compared, headline = found.tables or (), verdict.headline
+    response, verdict, shape = result.response, result.verdict, result.response.case.geometry
+    compared, headline = result.tables or (), verdict.headline
     if compared and not response.channels:
         headline = f"{len(compared)} table{'s' * (len(compared) > 1)} of dynamic stiffness compared"
     checked = [channel for channel in response.channels if channel.mesh_error is not None]
     errors = ", ".join(f"{channel.name} {percent(channel.mesh_error)}" for channel in checked)
     error = f"estimated error of the mesh, of the force range: {errors}" if errors else ""
-    read = [*paragraphs(shape.notes), measure_table(shape), figures("geometry")]
-    stiffness = comparison_table(response, found.misfits) if found.misfits else stiffness_table(response)
+    interpretation = [*paragraphs(shape.notes), measure_table(shape), figures("geometry")]
+    stiffness = comparison_table(response, result.misfits) if result.misfits else stiffness_table(response)
     sections = [
         Section("Channels", [stiffness, *paragraphs([error], kind="note")]),
-        Section(f"Simulated {'and recorded ' if found.misfits else ''}curves", [figures("curve")]),
+        Section(f"Simulated {'and recorded ' if result.misfits else ''}curves", [figures("curve")]),
         Section("Six motions", [*six_tables(response), figures("six")]),
-        history_section(found.histories),
-        *([] if found.fit is None else [fit_section(found.fit)]),
+        history_section(result.histories),
+        *([] if result.fit is None else [fit_section(result.fit)]),
         Section("Contact", [contact_table(response)]),
-        Section("How the geometry file was interpreted", read if shape.notes else [], on="page"),
+        Section("How the geometry file was interpreted", interpretation if shape.notes else [], on="page"),
         Section("Deformed shape at the largest displacement", [figures("deformed")]),
         Section("Mesh and solution", [solution_table(response), figures("mesh")], on="page"),
         *([compared_section(compared)] if compared else []),
@@ -67,7 +67,7 @@ def direct_document(found: DirectResult) -> Document:
         [*verdict.lines, *misfit_lines(compared)],
         verdict.tone,
         sections,
-        found.conditions,
+        result.conditions,
         conditions(response.case, response.material),
         ends_with_verdict=True,
     )
@@ -78,12 +78,12 @@ def stiffness_table(response: Response) -> Table:
     heads = ("channel", "unit", "initial stiffness", "secant stiffness", "from", "to", "")
     rows: list[Row] = []
     for channel in response.channels:
-        shown, curve = quantities(channel.mode), channel.curve
+        units, curve = quantities(channel.mode), channel.curve
         leads = "" if channel.six is None else f" ({MOTIONS[channel.six.lead]})"
         rates = (curve.initial_stiffness(), curve.secant_stiffness())
         ends = (min(curve.displacement), max(curve.displacement))
-        cells = [*(number(shown.stiffness(rate)) for rate in rates), *(number(shown.at(q)) for q in ends)]
-        rows.append((f"{channel.name}{leads}", shown.stiffness_unit, *cells, shown.displacement_unit))
+        cells = [*(number(units.stiffness(rate)) for rate in rates), *(number(units.at(q)) for q in ends)]
+        rows.append((f"{channel.name}{leads}", units.stiffness_unit, *cells, units.displacement_unit))
     return Table("Simulated stiffness", heads, tuple(rows), left=2)
 
 
@@ -92,26 +92,28 @@ def comparison_table(response: Response, misfits: Mapping[str, Misfit]) -> Table
     heads = ("channel", "stiffness", "simulated", "measured", "sim/meas", "rms", "peak", "noise")
     rows: list[Row] = []
     for channel in response.channels:
-        shown, found = quantities(channel.mode), misfits.get(channel.name)
-        unit = shown.stiffness_unit
-        if found is None:
-            secant = number(shown.stiffness(channel.curve.secant_stiffness()))
+        units, misfit = quantities(channel.mode), misfits.get(channel.name)
+        unit = units.stiffness_unit
+        if misfit is None:
+            secant = number(units.stiffness(channel.curve.secant_stiffness()))
             rows.append((channel.name, f"secant, {unit}", secant, *("-",) * 6))
             continue
-        peak = percent(found.peak_percent, found.tolerance.percent)
-        misfit = [percent(found.rms_percent), peak, percent(found.noise_percent)]
-        ends = [1.0 + side * found.tolerance.band for side in (-1, 1)]
-        for name, first, rest in (
-            ("secant", channel.name, (*misfit, "yes" if found.within else "no")),
+        peak = percent(misfit.peak_percent, misfit.tolerance.percent)
+        errors = [percent(misfit.rms_percent), peak, percent(misfit.noise_percent)]
+        ends = [1.0 + side * misfit.tolerance.band for side in (-1, 1)]
+        for name, label, rest in (
+            ("secant", channel.name, (*errors, "yes" if misfit.within else "no")),
             ("initial", "", ("",) * 4),
         ):
-            ours, theirs = (getattr(one, name) for one in (found.predicted, found.measured))
+            simulated, measured = (getattr(slopes, name) for slopes in (misfit.predicted, misfit.measured))
             limits = ends if name == "secant" else ()
             ratio = (
-                beside(ours / theirs, *limits, decimals=2) if theirs and np.isfinite(ours / theirs) else "-"
+                beside(simulated / measured, *limits, decimals=2)
+                if measured and np.isfinite(simulated / measured)
+                else "-"
             )
-            both = (number(shown.stiffness(ours)), number(shown.stiffness(theirs)))
-            rows.append((first, f"{name}, {unit}", *both, ratio, *rest))
+            cells = (number(units.stiffness(simulated)), number(units.stiffness(measured)))
+            rows.append((label, f"{name}, {unit}", *cells, ratio, *rest))
     within = f"within {response.case.tolerance.text}"
     return Table("Simulated against measured", (*heads, within), tuple(rows), left=2)
 
@@ -129,18 +131,21 @@ def steps_in_words(channel: Simulated) -> str:
 
 
 _SOLUTION: Columns[Simulated] = (
-    ("channel", lambda one: one.name),
-    ("unknowns", lambda one: str(one.unknowns)),
+    ("channel", lambda channel: channel.name),
+    ("unknowns", lambda channel: str(channel.unknowns)),
     ("steps", steps_in_words),
-    ("Newton", lambda one: str(one.newton)),
-    ("stretches*", lambda one: f"{one.strained.range[0]:.2f} to {one.strained.range[1]:.2f}"),
+    ("Newton", lambda channel: str(channel.newton)),
+    ("stretches*", lambda channel: f"{channel.strained.range[0]:.2f} to {channel.strained.range[1]:.2f}"),
     (
         "unstable states",
-        lambda one: percent(100 * one.strained.unstable) if one.strained.unstable else "none",
+        lambda channel: percent(100 * channel.strained.unstable) if channel.strained.unstable else "none",
     ),
-    ("mesh error", lambda one: "not checked" if one.mesh_error is None else percent(one.mesh_error)),
-    ("time", lambda one: f"{sum(one.seconds.values()):.2f} s"),
-    ("complete", lambda one: f"stopped: {one.stopped}" if one.stopped else "yes"),
+    (
+        "mesh error",
+        lambda channel: "not checked" if channel.mesh_error is None else percent(channel.mesh_error),
+    ),
+    ("time", lambda channel: f"{sum(channel.seconds.values()):.2f} s"),
+    ("complete", lambda channel: f"stopped: {channel.stopped}" if channel.stopped else "yes"),
 )
 
 
@@ -148,14 +153,14 @@ def contact_table(response: Response) -> Table:
     """Return where surfaces met; without rows where none did."""
     rows = []
     for channel in response.channels:
-        shown = quantities(channel.mode)
-        unit = "s" if channel.in_time else shown.displacement_unit
-        for one in channel.touched:
-            first, at = (displacement_at(channel, q) for q in (one.first, one.at))
-            other = " with itself" if len(set(one.surfaces)) == 1 else f" and {one.surfaces[1]}"
-            met = (f"{number(first)} {unit}", f"{number(one.force)} N", f"{number(at)} {unit}")
-            place = (f"{number(one.radius)} mm", f"{number(one.height)} mm")
-            rows.append((channel.name, f"{one.surfaces[0]}{other}".replace("_", " "), *met, *place))
+        units = quantities(channel.mode)
+        unit = "s" if channel.in_time else units.displacement_unit
+        for contact in channel.touched:
+            first, largest = (displacement_at(channel, q) for q in (contact.first, contact.at))
+            partner = " with itself" if len(set(contact.surfaces)) == 1 else f" and {contact.surfaces[1]}"
+            cells = (f"{number(first)} {unit}", f"{number(contact.force)} N", f"{number(largest)} {unit}")
+            place = (f"{number(contact.radius)} mm", f"{number(contact.height)} mm")
+            rows.append((channel.name, f"{contact.surfaces[0]}{partner}".replace("_", " "), *cells, *place))
     heads = ("channel", "surfaces", "met by", "largest force*", "at", "radius", "z")
     title = (
         "Contact (*pressure integrated over the area; radius and z of where it acts in the deformed rubber)"
@@ -191,7 +196,7 @@ def path_table(name: str, six: SixCurve) -> Table:
     return Table(title, tuple(heads), tuple(rows), left=0)
 
 
-def matrix_table(channel: Simulated, at: str, displacement: float, matrix: Array) -> Table:
+def matrix_table(channel: Simulated, state_name: str, displacement: float, matrix: Array) -> Table:
     """Return one stiffness matrix of a channel."""
     heads = ("", *(f"{name}, {'mm' if k < 3 else 'rad'}" for k, name in enumerate(MOTIONS)))
     diagonal = np.sqrt(np.abs(np.diag(matrix)))
@@ -201,7 +206,7 @@ def matrix_table(channel: Simulated, at: str, displacement: float, matrix: Array
         rows.append((f"{name}, {FORCE_UNITS[k]}", *row))
     unit = "s" if channel.in_time else quantities(channel.mode).displacement_unit
     travel = f"{number(displacement_at(channel, displacement))} {unit}"
-    place = f"at {travel}" if at == "at" else f"at the {at} ({travel})"
+    place = f"at {travel}" if state_name == "at" else f"at the {state_name} ({travel})"
     state = f"; {channel.state}" if channel.state else ""
     return Table(f"{channel.name}: stiffness matrix {place}, N, mm, rad{state}", heads, tuple(rows), left=1)
 

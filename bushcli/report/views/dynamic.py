@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 _ROWS = 10
 
 
-def dynamic_document(found: DynamicResult) -> Document:
+def dynamic_document(result: DynamicResult) -> Document:
     """Return the document of dynamic stiffness."""
-    response = found.response
+    response = result.response
     count = len({(curve.name, curve.preload) for curve in response.curves})
     tables = [frequency_table(curve) for curve in response.curves]
     headline = f"Dynamic stiffness about {count} preload{'' if count == 1 else 's'}"
@@ -39,11 +39,15 @@ def dynamic_document(found: DynamicResult) -> Document:
         lines,
         "plain" if response.complete else "bad",
         [
-            *([] if found.fit is None else [fit_section(found.fit)]),
+            *([] if result.fit is None else [fit_section(result.fit)]),
             Section("Dynamic stiffness and loss angle", [figures("dynamic")]),
             Section("Preloads", [table_of("", response.curves, _PRELOADS, left=3)]),
             Section(
-                "Tables", [replace(one, on="terminal") for one in tables], "both", "All frequencies", tables
+                "Tables",
+                [replace(table, on="terminal") for table in tables],
+                "both",
+                "All frequencies",
+                tables,
             ),
             Section("Solution", paragraphs([solution_line(response)], kind="note")),
         ],
@@ -60,18 +64,18 @@ def stiffness_unit(mode: str) -> str:
 
 def preload_in_words(curve: DynamicCurve) -> str:
     """Return the preload with its force."""
-    shown = quantities(curve.mode)
-    travel = f"{number(shown.at(curve.preload), 4)} {shown.displacement_unit}".strip()
+    units = quantities(curve.mode)
+    travel = f"{number(units.at(curve.preload), 4)} {units.displacement_unit}".strip()
     # At rest the force is rounding.
-    return f"{travel}, {number(round(curve.force, 9), 4)} {shown.force_unit}"
+    return f"{travel}, {number(round(curve.force, 9), 4)} {units.force_unit}"
 
 
 def amplitude_in_words(curve: DynamicCurve) -> str:
     """Return the amplitude, "small" where none is given."""
     if curve.amplitude is None:
         return "small"
-    shown = quantities(curve.mode)
-    return f"{shown.per_internal * curve.amplitude:.4g} {shown.displacement_unit}".strip()
+    units = quantities(curve.mode)
+    return f"{units.per_internal * curve.amplitude:.4g} {units.displacement_unit}".strip()
 
 
 def point_in_words(curve: DynamicCurve) -> str:
@@ -136,16 +140,16 @@ Array = NDArray[np.float64]
 
 def table_units(table: DynamicTable) -> tuple[str, str, str]:
     """Return the units of displacement, force and stiffness that are shown."""
-    mode, shown = modes()[table.mode], quantities(table.mode)
+    mode, units = modes()[table.mode], quantities(table.mode)
     if mode.specimen == "coupon":
         return "strain", "MPa", "MPa"
-    return shown.displacement_unit, shown.force_unit, "N mm/rad" if mode.rotational else "N/mm"
+    return units.displacement_unit, units.force_unit, "N mm/rad" if mode.rotational else "N/mm"
 
 
 def dynamic_tables_section(tables: Sequence[DynamicTable]) -> Section:
     """Return a table with a row for each curve of each measured table, and what was understood from the files."""
     parts = [table.rows(rows) for table in tables for rows in table.conditions()]
-    remarks = [f"{one.name}: {text}" for one in tables for text in one.remarks]
+    remarks = [f"{table.name}: {text}" for table in tables for text in table.remarks]
     table = table_of("Dynamic tables", parts, _MEASURED, left=2)
     return Section("Dynamic tables", [table, *paragraphs(remarks)])
 
@@ -153,27 +157,29 @@ def dynamic_tables_section(tables: Sequence[DynamicTable]) -> Section:
 def misfit_lines(compared: Sequence[ComparedTable]) -> list[str]:
     """Return a sentence with the misfit of each table."""
     return [
-        f"{one.table.name}: dynamic stiffness within {percent(one.stiffness_percent)} and "
-        f"{number(one.loss_angle_deg)} degrees of its table (rms)"
-        for one in compared
+        f"{comparison.table.name}: dynamic stiffness within {percent(comparison.stiffness_percent)} and "
+        f"{number(comparison.loss_angle_deg)} degrees of its table (rms)"
+        for comparison in compared
     ]
 
 
 def compared_section(compared: Sequence[ComparedTable]) -> Section:
     """Return a table with the misfit of each curve of each measured table."""
-    each = [(one, rows) for one in compared for rows in one.table.conditions()]
-    parts = [(one.table.rows(rows), one.simulated[rows]) for one, rows in each]
+    curves = [(comparison, curve) for comparison in compared for curve in comparison.table.conditions()]
+    parts = [(comparison.table.rows(rows), comparison.simulated[rows]) for comparison, rows in curves]
     title = "Dynamic stiffness: simulated and measured"
-    remarks = [f"{one.table.name}: {text}" for one in compared for text in one.table.remarks]
+    remarks = [
+        f"{comparison.table.name}: {text}" for comparison in compared for text in comparison.table.remarks
+    ]
     blocks = [table_of(title, parts, _COMPARED), *paragraphs(remarks), figures("table")]
     return Section(title, blocks if parts else [])
 
 
 def preload_of(table: DynamicTable) -> str:
     """Return the preload of rows in words: "preload 1500 N"; with their temperature and amplitude, if these differ."""
-    first = table.rows(table.conditions()[0])
-    shown = [one for one in (_preload(first), _span(first.temperature, "°C")) if one != "-"]
-    return f"preload {', '.join(shown)}" if shown else "at rest"
+    curve = table.rows(table.conditions()[0])
+    conditions_text = [text for text in (_preload(curve), _span(curve.temperature, "°C")) if text != "-"]
+    return f"preload {', '.join(conditions_text)}" if conditions_text else "at rest"
 
 
 def _motion(part: DynamicTable, values: Array) -> str:
@@ -192,10 +198,10 @@ def _preload(part: DynamicTable) -> str:
 
 def _span(values: Array, unit: str) -> str:
     """Return the range of values, or their mean where they differ by less than is shown."""
-    known = values[~np.isnan(values)]
-    if not len(known):
+    finite = values[~np.isnan(values)]
+    if not len(finite):
         return "-"
-    ends = [number(float(end)) for end in (known.min(), known.max())]
+    ends = [number(float(end)) for end in (finite.min(), finite.max())]
     return (ends[0] if ends[0] == ends[1] else f"{ends[0]} to {ends[1]}") + (f" {unit}" if unit else "")
 
 
@@ -213,16 +219,16 @@ _MEASURED: Columns[DynamicTable] = (
 )
 # Of the same, and their simulated stiffness.
 _COMPARED: Columns[tuple[DynamicTable, NDArray[np.complex128]]] = (
-    ("channel", lambda one: one[0].name),
-    ("frequency", lambda one: _span(one[0].frequency, "Hz")),
-    ("amplitude", lambda one: _motion(one[0], one[0].amplitude)),
-    ("preload", lambda one: _preload(one[0])),
-    ("|K*|", lambda one: _span(one[0].stiffness, "")),
-    ("simulated", lambda one: _span(np.abs(one[1]), "")),
-    ("misfit", lambda one: percent(100.0 * _rms(np.abs(one[1]) / one[0].stiffness - 1.0))),
-    ("loss angle", lambda one: _span(np.degrees(one[0].loss_angle), "°")),
-    ("simulated", lambda one: _span(np.degrees(np.angle(one[1])), "°")),
-    ("misfit", lambda one: f"{number(np.degrees(_rms(np.angle(one[1]) - one[0].loss_angle)))} °"),
+    ("channel", lambda row: row[0].name),
+    ("frequency", lambda row: _span(row[0].frequency, "Hz")),
+    ("amplitude", lambda row: _motion(row[0], row[0].amplitude)),
+    ("preload", lambda row: _preload(row[0])),
+    ("|K*|", lambda row: _span(row[0].stiffness, "")),
+    ("simulated", lambda row: _span(np.abs(row[1]), "")),
+    ("misfit", lambda row: percent(100.0 * _rms(np.abs(row[1]) / row[0].stiffness - 1.0))),
+    ("loss angle", lambda row: _span(np.degrees(row[0].loss_angle), "°")),
+    ("simulated", lambda row: _span(np.degrees(np.angle(row[1])), "°")),
+    ("misfit", lambda row: f"{number(np.degrees(_rms(np.angle(row[1]) - row[0].loss_angle)))} °"),
 )
 
 

@@ -25,25 +25,25 @@ _NOTE = (
 )
 
 
-def fit_document(found: FitResult) -> Document:
+def fit_document(result: FitResult) -> Document:
     """Return the document of an identified law, and of what the tables of dynamic moduli say."""
-    fit, lines, seen = found.fit, [], None
+    fit, lines, material = result.fit, [], None
     if fit is None:
-        names = {one.table.name for one in found.spectra}
+        names = {table_fit.table.name for table_fit in result.spectra}
         headline = f"Relaxation spectra of {len(names)} table{'s' * (len(names) != 1)} of dynamic moduli"
     else:
         worst = max(curve.rms_percent for curve in fit.curves if not curve.held_out)
         # Rounded up, because no curve is worse.
-        shown = f"{math.ceil(10 * worst - 1e-6) / 10:.1f} % rms or better"
-        headline, seen = f"{fit.material.law} fits {curves_of(fit)} to {shown}", fit.material
+        accuracy = f"{math.ceil(10 * worst - 1e-6) / 10:.1f} % rms or better"
+        headline, material = f"{fit.material.law} fits {curves_of(fit)} to {accuracy}", fit.material
         lines = [] if fit.converged else ["The fit did not converge."]
     return Document(
         headline,
         lines,
         "plain",
-        [*([fit_section(fit)] if fit else []), *spectra_sections(found.spectra)],
-        found.conditions,
-        conditions(found.case, seen),
+        [*([fit_section(fit)] if fit else []), *spectra_sections(result.spectra)],
+        result.conditions,
+        conditions(result.case, material),
         ends_with_verdict=fit is not None,
     )
 
@@ -71,11 +71,11 @@ def parameter_table(fit: Fit) -> Table:
     from bushcli.inverse.file_units import parameter_unit
 
     rows: list[Row] = []
-    for name, found in fit.parameters.items():
+    for name, estimate in fit.parameters.items():
         unit = parameter_unit(fit, name)
-        bounds = f"{number(found.lower)} to {number(found.upper)}{' (at bound)' if found.at_bound else ''}"
+        bounds = f"{number(estimate.lower)} to {number(estimate.upper)}{' (at bound)' if estimate.at_bound else ''}"
         rows.append(
-            (name, number(found.value, 4), number(found.std, 2), "-" if unit == "1" else unit, bounds)
+            (name, number(estimate.value, 4), number(estimate.std, 2), "-" if unit == "1" else unit, bounds)
         )
     return Table(f"Law {fit.material.law}", ("parameter", "value", "std", "unit", "bounds"), tuple(rows))
 
@@ -84,10 +84,10 @@ def fitted_table(fit: Fit) -> Table:
     """Return the curves of a fit: misfit, range tested, range in which the law is stable."""
     rows = []
     for curve in fit.curves:
-        mode, shown = curve.recording.mode, quantities(curve.recording.mode)
-        q, unit = curve.recording.displacement, shown.displacement_unit
-        ends = f"{number(shown.at(q.min()))} to {number(shown.at(q.max()))}"
-        tested = f"{ends} {unit}" if unit else f"{shown.displacement} {ends}"
+        mode, units = curve.recording.mode, quantities(curve.recording.mode)
+        q, unit = curve.recording.displacement, units.displacement_unit
+        ends = f"{number(units.at(q.min()))} to {number(units.at(q.max()))}"
+        tested = f"{ends} {unit}" if unit else f"{units.displacement} {ends}"
         # Simple shear reaches the states of a planar test.
         limits = fit.stability.get("planar" if modes()[mode].sheared else mode)
         stable = "-"
@@ -105,15 +105,17 @@ def fit_lines(fit: Fit) -> list[str]:
     lines = []
     for curve in fit.curves:
         if curve.branch:
-            of = f"{curve.samples} of {len(curve.recording.force)} samples"
-            which = (
-                "loading and unloading together" if curve.branch == "both" else f"{curve.branch} alone ({of})"
+            samples = f"{curve.samples} of {len(curve.recording.force)} samples"
+            part = (
+                "loading and unloading together"
+                if curve.branch == "both"
+                else f"{curve.branch} alone ({samples})"
             )
             count = len({branch.cycle for branch in branches(curve.recording)})
             cycles = f", of all {count} cycles (cycles chooses among them)" if count > 1 else ""
             other = {"loading": "unloading", "unloading": "loading"}.get(curve.branch, "loading")
             lines.append(
-                f'{curve.name}: fitted to {which}{cycles}; --branch {other} or branch = "{other}" changes it'
+                f'{curve.name}: fitted to {part}{cycles}; --branch {other} or branch = "{other}" changes it'
             )
     bulk, std = fit.material.bulk_modulus, bulk_modulus_std(fit)
     if not _all_coupons(fit):
@@ -136,28 +138,31 @@ def curves_of(fit: Fit) -> str:
 
 def bulk_modulus_std(fit: Fit) -> float | None:
     """Return the standard error of an identified bulk modulus, MPa; None where it was not identified."""
-    found = fit.parameters.get("compliance")
-    return None if found is None or not found.value > 0 else found.std / found.value**2
+    compliance = fit.parameters.get("compliance")
+    return None if compliance is None or not compliance.value > 0 else compliance.std / compliance.value**2
 
 
 def _all_coupons(fit: Fit) -> bool:
     return all(modes()[curve.recording.mode].specimen == "coupon" for curve in fit.curves)
 
 
-def spectra_sections(found: Sequence[TableSpectrum | TableSweep]) -> list[Section]:
+def spectra_sections(spectra: Sequence[TableSpectrum | TableSweep]) -> list[Section]:
     """Return a section for each spectrum: its misfit, its terms, the shifts with temperature, the master curve."""
     from bushcli.inverse.coupon_tables import TableSweep
 
-    return [sweep_section(one) if isinstance(one, TableSweep) else spectrum_section(one) for one in found]
+    return [
+        sweep_section(table_fit) if isinstance(table_fit, TableSweep) else spectrum_section(table_fit)
+        for table_fit in spectra
+    ]
 
 
-def sweep_section(one: TableSweep) -> Section:
+def sweep_section(sweep: TableSweep) -> Section:
     """Return the fit of a table of amplitudes at each temperature."""
-    symbol = one.table.quantity
+    symbol = sweep.table.quantity
     heads = (
         "temperature [°C]",
         f"{symbol}_inf [MPa]",
-        *one.fits[0].constants,
+        *sweep.fits[0].constants,
         "misfit storage",
         "misfit loss",
     )
@@ -169,22 +174,22 @@ def sweep_section(one: TableSweep) -> Section:
             percent(fit.storage_percent),
             percent(fit.loss_percent),
         )
-        for fit in one.fits
+        for fit in sweep.fits
     )
     from bushcli.effects.effect import effect_in_force_law  # here: few results need the effects
 
     name = effect_in_force_law("clock").name
     lines = [f"Constants of the effect {name}, fitted at each temperature: a spectrum that amplitude thins."]
-    own = figures("sweep", channel=one.table.name)
+    plot = figures("sweep", channel=sweep.table.name)
     return Section(
-        f"Amplitudes of {one.table.name}", [own, Table("", heads, rows, left=0), *paragraphs(lines)]
+        f"Amplitudes of {sweep.table.name}", [plot, Table("", heads, rows, left=0), *paragraphs(lines)]
     )
 
 
-def spectrum_section(one: TableSpectrum) -> Section:
+def spectrum_section(table_fit: TableSpectrum) -> Section:
     """Return the relaxation spectrum of a table, with the shifts by temperature."""
-    fit, spectrum, pot = one.fit, one.fit.spectrum, one.fit.spring_pot
-    symbol = one.table.quantity
+    fit, spectrum, pot = table_fit.fit, table_fit.fit.spectrum, table_fit.fit.spring_pot
+    symbol = table_fit.table.quantity
     heads = ("model", f"{symbol}_inf [MPa]", "constants", "misfit storage", "misfit loss")
     rows = (
         (
@@ -206,7 +211,7 @@ def spectrum_section(one: TableSpectrum) -> Section:
         (number(float(tau)), number(float(g)), number(float(modulus)))
         for tau, g, modulus in zip(spectrum.times, spectrum.relative, spectrum.moduli, strict=True)
     )
-    shown = [
+    tables = [
         Table("", heads, rows),
         Table("Branches", ("tau [s]", "g", "modulus [MPa]"), terms, left=0, most=12),
     ]
@@ -216,20 +221,20 @@ def spectrum_section(one: TableSpectrum) -> Section:
             for t, value, std in zip(fit.temperatures, fit.shifts, fit.shift_errors, strict=True)
         )
         title = f"Shift of the times, from {number(fit.reference)} degrees C"
-        shown.append(Table(title, ("temperature [°C]", "log10 a_T"), steps, left=0, most=12))
+        tables.append(Table(title, ("temperature [°C]", "log10 a_T"), steps, left=0, most=12))
     lines = []
     if fit.wlf is not None and fit.arrhenius is not None:
-        C1, C2, missed = fit.wlf
-        energy, off = fit.arrhenius
+        C1, C2, wlf_error = fit.wlf
+        energy, arrhenius_error = fit.arrhenius
         lines.append(
-            f"As a formula the shifts are WLF with C1 = {number(C1)} and C2 = {number(C2)} K to {number(missed)} "
-            f"decades (rms), or Arrhenius with E = {number(energy)} kJ/mol to {number(off)}: constants of the effect "
-            f"temperature with reference = {number(fit.reference)}."
+            f"As a formula the shifts are WLF with C1 = {number(C1)} and C2 = {number(C2)} K to {number(wlf_error)} "
+            f"decades (rms), or Arrhenius with E = {number(energy)} kJ/mol to {number(arrhenius_error)}: constants of "
+            f"the effect temperature with reference = {number(fit.reference)}."
         )
     if fit.lag_error and abs(fit.lag) > 3.0 * fit.lag_error:
         lines.append(
             f"The rig's lag of {with_std(1e6 * fit.lag, 1e6 * fit.lag_error)} microseconds was identified with it: "
             "the loss angle grows with frequency alike at all temperatures."
         )
-    own = figures("spectrum", channel=one.table.name)
-    return Section(f"Spectrum of {one.table.name}", [own, *shown, *paragraphs(lines)])
+    plot = figures("spectrum", channel=table_fit.table.name)
+    return Section(f"Spectrum of {table_fit.table.name}", [plot, *tables, *paragraphs(lines)])

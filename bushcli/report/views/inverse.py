@@ -51,9 +51,9 @@ _RANKING = (
 )
 
 
-def inverse_document(found: InverseResult) -> Document:
+def inverse_document(result: InverseResult) -> Document:
     """Return the document of identified laws; all but the ranking describes the best of them."""
-    fits, best = found.fits, found.best
+    fits, best = result.fits, result.best
     verdict = answer(best)
     sections = [
         *(
@@ -66,13 +66,13 @@ def inverse_document(found: InverseResult) -> Document:
             "Curves before and after", [table_of(_MISFITS, best.curves, _CURVES, left=3), figures("curve")]
         ),
         *([compared_section(best.tables)] if best.tables else []),
-        history_section(found.histories),
+        history_section(result.histories),
         Section(
             "What the curves determine",
             [
                 correlation_table(best),
                 leverage_table(best),
-                *paragraphs(determined(best)),
+                *paragraphs(determined_lines(best)),
                 *paragraphs((f"{c.text[:1].upper()}{c.text[1:]}." for c in best.undetermined), "page"),
                 figures("certainty", "profiles"),
             ],
@@ -84,8 +84,8 @@ def inverse_document(found: InverseResult) -> Document:
         (*verdict.lines, *misfit_lines(best.tables)),
         verdict.tone,
         sections,
-        found.conditions,
-        conditions(found.case, best.material, "recordings"),
+        result.conditions,
+        conditions(result.case, best.material, "recordings"),
         ends_with_verdict=True,
     )
 
@@ -95,24 +95,26 @@ def answer(fit: Fit) -> Verdict:
     fitted = [curve for curve in fit.curves if not curve.held_out]
     values = listed([f"{name} = {with_error(fit, name)}" for name in fit.parameters])
     misfits = ", ".join(f"{curve.name} {percent(curve.rms_percent)}" for curve in fitted)
-    them, noise = ("The curve is", "its noise") if len(fitted) == 1 else ("The curves are", "their noise")
+    subject, noise = ("The curve is", "its noise") if len(fitted) == 1 else ("The curves are", "their noise")
     tone: Tone
     if any(fault.fatal for fault in fit.faults):
         # Neither the misfit nor the standard errors say anything about the rubber.
-        told = f"The law was fitted to these data ({misfits} rms): its values do not describe the rubber."
-        return Verdict(faulty_data(fit.faults), (told,), "bad")
-    off = "; ".join(f"{c.name} {percent(c.rms_percent)}, noise {percent(c.noise_percent)}" for c in fitted)
+        text = f"The law was fitted to these data ({misfits} rms): its values do not describe the rubber."
+        return Verdict(faulty_data(fit.faults), (text,), "bad")
+    details = "; ".join(
+        f"{c.name} {percent(c.rms_percent)}, noise {percent(c.noise_percent)}" for c in fitted
+    )
     if not fitted:
         met, tone = ("", "good") if fit.tables else ("There is no fitted curve", "bad")
     elif not fit.converged:
         so_far = f"the best point so far reproduces the curves to {misfits} rms"
         met, tone = f"The search did not converge; {so_far}", "bad"
     elif all(is_met(curve) for curve in fitted):
-        met, tone = f"{them} reproduced to within {noise} ({misfits})", "good"
+        met, tone = f"{subject} reproduced to within {noise} ({misfits})", "good"
     elif any(is_poor(curve) for curve in fitted):
-        met, tone = f"{them} not reproduced ({off})", "bad"
+        met, tone = f"{subject} not reproduced ({details})", "bad"
     else:
-        met, tone = f"{them} reproduced closely, not to within {noise} ({off})", "plain"
+        met, tone = f"{subject} reproduced closely, not to within {noise} ({details})", "plain"
     met, tone = _with_tables(fit, met, tone)
     if len(fit.parameters) > _IN_HEADLINE:
         return Verdict(met, (f"{values}.", *_lines(fit)), tone)
@@ -121,21 +123,22 @@ def answer(fit: Fit) -> Verdict:
 
 def _with_tables(fit: Fit, met: str, tone: Tone) -> tuple[str, Tone]:
     """Return a headline and its tone with what is to be said of tables of dynamic stiffness; empty = no curves."""
-    tables = [one for one in fit.tables if not one.held_out]
-    missed = [one for one in tables if one.over_errors > ABOVE_NOISE]
+    tables = [comparison for comparison in fit.tables if not comparison.held_out]
+    not_met = [comparison for comparison in tables if comparison.over_errors > ABOVE_NOISE]
     if not tables or (met and not fit.converged):
         return met, tone
     if not fit.converged:
         return "The search did not converge", "bad"
-    subject, its = ("the table is", "its") if len(tables) == 1 else ("the tables are", "their")
-    within = f"{subject} reproduced to within {its} errors"
-    if missed:
-        off = ", ".join(
-            f"{one.table.name} {percent(one.stiffness_percent)} and {number(one.loss_angle_deg)} degrees"
-            for one in missed
+    subject, possessive = ("the table is", "its") if len(tables) == 1 else ("the tables are", "their")
+    within = f"{subject} reproduced to within {possessive} errors"
+    if not_met:
+        misfits = ", ".join(
+            f"{comparison.table.name} {percent(comparison.stiffness_percent)} and "
+            f"{number(comparison.loss_angle_deg)} degrees"
+            for comparison in not_met
         )
-        within, tone = f"{subject} not reproduced ({off})", "bad" if tone == "bad" or not met else "plain"
-    return f"{met}, {'but' if missed else 'and'} {within}" if met else within[0].upper() + within[1:], tone
+        within, tone = f"{subject} not reproduced ({misfits})", "bad" if tone == "bad" or not met else "plain"
+    return f"{met}, {'but' if not_met else 'and'} {within}" if met else within[0].upper() + within[1:], tone
 
 
 def is_met(curve: FittedCurve) -> bool:
@@ -173,9 +176,9 @@ def _lines(fit: Fit) -> list[str]:
         )
     for curve in fit.curves:
         if curve.held_out:
-            good = curve.rms_percent <= PREDICTED
+            met = curve.rms_percent <= PREDICTED
             lines.append(
-                f"{curve.name}, held out, is {'' if good else 'not '}predicted: {percent(curve.rms_percent)} rms "
+                f"{curve.name}, held out, is {'' if met else 'not '}predicted: {percent(curve.rms_percent)} rms "
                 f"(noise {percent(curve.noise_percent)})."
             )
     if "compliance" in fit.parameters:
@@ -188,24 +191,26 @@ def _lines(fit: Fit) -> list[str]:
 
 def bulk_modulus(fit: Fit) -> str:
     """Return the identified bulk modulus, MPa; its lower limit if the rubber may be incompressible."""
-    found = fit.parameters["compliance"]
-    if found.value > 2 * found.std:
-        return number(1 / found.value, 3)
-    limit = found.value + 2 * found.std
+    compliance = fit.parameters["compliance"]
+    if compliance.value > 2 * compliance.std:
+        return number(1 / compliance.value, 3)
+    limit = compliance.value + 2 * compliance.std
     return f"above {number(1 / limit, 2)}" if limit > 0 else "not determined"
 
 
-def determined(fit: Fit) -> list[str]:
+def determined_lines(fit: Fit) -> list[str]:
     """Return a sentence on what the curves determine, judged by the singular values."""
     values = list(map(float, fit.singular_values))
     if not values:
         return []
-    good, of = sum(value >= UNDETERMINED for value in values), len(values)
-    shown = ", ".join(number(value, 2) for value in values)
-    all_of_them = "Both" if of == 2 else f"All {of}"
-    what = f"{all_of_them if good == of else f'{good} of {of}'} combinations of the parameters are determined"
-    what = "The parameter is determined" if good == of == 1 else what
-    return [f"{what} (relative singular values {shown}; below {UNDETERMINED:g} a combination is left open)."]
+    rank, count = sum(value >= UNDETERMINED for value in values), len(values)
+    values_text = ", ".join(number(value, 2) for value in values)
+    all_of_them = "Both" if count == 2 else f"All {count}"
+    text = f"{all_of_them if rank == count else f'{rank} of {count}'} combinations of the parameters are determined"
+    text = "The parameter is determined" if rank == count == 1 else text
+    return [
+        f"{text} (relative singular values {values_text}; below {UNDETERMINED:g} a combination is left open)."
+    ]
 
 
 def search(fit: Fit) -> list[str]:
@@ -252,13 +257,13 @@ def _interval(estimate: Estimate) -> str:
 
 _MISFITS = "Misfit in percent of the recorded force range"
 _CURVES: Columns[FittedCurve] = (
-    ("channel", lambda one: one.name),
-    ("mode", lambda one: one.recording.mode),
-    ("", lambda one: "predicted (held out)" if one.held_out else "fitted"),
-    ("rms before", lambda one: percent(one.started_percent)),
-    ("rms after", lambda one: percent(one.rms_percent)),
-    ("noise", lambda one: percent(one.noise_percent)),
-    ("within noise", lambda one: "yes" if is_met(one) else "no"),
+    ("channel", lambda curve: curve.name),
+    ("mode", lambda curve: curve.recording.mode),
+    ("", lambda curve: "predicted (held out)" if curve.held_out else "fitted"),
+    ("rms before", lambda curve: percent(curve.started_percent)),
+    ("rms after", lambda curve: percent(curve.rms_percent)),
+    ("noise", lambda curve: percent(curve.noise_percent)),
+    ("within noise", lambda curve: "yes" if is_met(curve) else "no"),
 )
 
 
@@ -276,13 +281,13 @@ def leverage_table(fit: Fit) -> Table:
     """Return the effect of an error of 1 % in the force of one channel on the parameters."""
     names = tuple(fit.parameters)
 
-    def shown(name: str, change: float) -> str:
+    def cell(name: str, change: float) -> str:
         # A value on its bound does not change as the linear theory predicts.
-        known = math.isfinite(change) and not fit.parameters[name].at_bound
-        return f"{100 * change:+.1f} %" if known else "-"
+        is_determined = math.isfinite(change) and not fit.parameters[name].at_bound
+        return f"{100 * change:+.1f} %" if is_determined else "-"
 
     rows = [
-        (channel, *(shown(name, changes.get(name, math.nan)) for name in names))
+        (channel, *(cell(name, changes.get(name, math.nan)) for name in names))
         for channel, changes in fit.leverage.items()
     ]
     title = "Change of the parameters if the force of a channel were 1 % larger"
@@ -295,15 +300,15 @@ def model_table(fits: Sequence[Fit]) -> Table:
     unseen = {curve.name for fit in fits for curve in fit.curves if curve.held_out}
     order = sorted(names, key=lambda name: name in unseen)
     scores = [information_criterion(fit) for fit in fits]
-    least = min((score for score in scores if math.isfinite(score)), default=0.0)
+    smallest = min((score for score in scores if math.isfinite(score)), default=0.0)
     rows = []
     for fit, score in zip(fits, scores, strict=True):
         rms = {curve.name: curve.rms_percent for curve in fit.curves}
         misfits = [percent(rms[name]) if name in rms else "not solved" for name in order]
         cost = number(math.sqrt(fit.cost)) if fit.cost >= 0 else "-"
         problems = ", ".join(dict.fromkeys(c.name for c in fit.conditions))
-        judged = (f"+{beside(score - least, CLEAR)}", "yes" if fit.converged else "no", problems)
-        rows.append((fit.material.law, str(len(fit.parameters)), *misfits, cost, *judged))
+        cells = (f"+{beside(score - smallest, CLEAR)}", "yes" if fit.converged else "no", problems)
+        rows.append((fit.material.law, str(len(fit.parameters)), *misfits, cost, *cells))
     channels = [held(name, name in unseen) for name in order]
     heads = ("law", "parameters", *channels, "misfit/noise", "BIC", "converged", "problems")
     by = "prediction of what was held out" if unseen else "BIC"

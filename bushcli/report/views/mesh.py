@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from geometry.shape import Shape
 
 
-def mesh_document(found: MeshResult) -> Document:
+def mesh_document(result: MeshResult) -> Document:
     """Return the document of the meshes of a case, with the interpretation of a geometry file."""
-    case, shape = found.case, found.case.geometry
+    case, shape = result.case, result.case.geometry
     size = size_of(shape)
     columns: Columns[Meshed] = (
         ("mesh", lambda mesh: mesh.name),
@@ -29,7 +29,7 @@ def mesh_document(found: MeshResult) -> Document:
         notes_section(shape),
         Section("Volumes and areas", [measure_table(shape)] if shape.notes else []),
         Section("", paragraphs([f"Size: {size}" if size else ""])),
-        Section("Meshes", [table_of("Meshes", found.meshes, columns, left=3)]),
+        Section("Meshes", [table_of("Meshes", result.meshes, columns, left=3)]),
     ]
     return Document("", (), "plain", sections, unusual(case, case.material))
 

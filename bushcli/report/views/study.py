@@ -45,14 +45,14 @@ _SOBOL = (
 
 def study_document(result: StudyResult) -> Document:
     """Return the document of a study."""
-    found = result.study
-    indices = _SOBOL if found.plan.sampling == "saltelli" else ""
+    study = result.study
+    indices = _SOBOL if study.plan.sampling == "saltelli" else ""
     explained = [
-        (answer_table(found), _ANSWERS),
-        (worst_table(found), _WORST),
-        (influence_table(found), _ALONE + indices),
+        (answer_table(study), _ANSWERS),
+        (worst_table(study), _WORST),
+        (influence_table(study), _ALONE + indices),
     ]
-    failed = table_of("Designs without a result", found.failures, _FAILURES, left=3)
+    failed = table_of("Designs without a result", study.failures, _FAILURES, left=3)
     sections = [
         Section("What matters", [figures("tornado")]),
         Section("Curves of all designs", [figures("band")]),
@@ -61,26 +61,30 @@ def study_document(result: StudyResult) -> Document:
         *(Section(table.title, [table, note(text)]) for table, text in explained),
         Section(failed.title, [failed]),
     ]
-    worst = min((one.limits.share for one in found.summaries.values() if one.limits), default=None)
+    worst = min(
+        (summary.limits.share for summary in study.summaries.values() if summary.limits), default=None
+    )
     tone: Tone = "plain" if worst is None else "good" if worst > 0.99 else "bad"
-    seen = conditions(found.case, found.task.material)
-    return Document(headline(found), lines(found), tone, sections, found.conditions, seen)
+    condition_rows = conditions(study.case, study.task.material)
+    return Document(headline(study), lines(study), tone, sections, study.conditions, condition_rows)
 
 
-def headline(found: Study) -> str:
+def headline(study: Study) -> str:
     """Return the result in one sentence: the yield where there are limits, else the number of designs."""
-    total = len(found.plan.rows)
-    of = f"{total} design{'s' if total != 1 else ''} ({NAMES[found.plan.sampling]})"
-    shares = {name: one.limits.share for name, one in found.summaries.items() if one.limits is not None}
+    total = len(study.plan.rows)
+    designs = f"{total} design{'s' if total != 1 else ''} ({NAMES[study.plan.sampling]})"
+    shares = {
+        name: summary.limits.share for name, summary in study.summaries.items() if summary.limits is not None
+    }
     if shares:
         worst = min(shares, key=lambda name: shares[name])
-        one = found.summaries[worst]
-        whole = f" with a result, of {total}" if one.count < total else ""
-        sample = f"{one.count} designs{whole} ({NAMES[found.plan.sampling]})"
+        summary = study.summaries[worst]
+        whole = f" with a result, of {total}" if summary.count < total else ""
+        sample = f"{summary.count} designs{whole} ({NAMES[study.plan.sampling]})"
         return f"{share_percent(shares[worst])} of {sample} are within the limits of {worst}"
-    if found.failed:
-        return f"{total - found.failed} of {of} have a result"
-    return f"{of}, all with a result"
+    if study.failed:
+        return f"{total - study.failed} of {designs} have a result"
+    return f"{designs}, all with a result"
 
 
 def share_percent(share: float) -> str:
@@ -88,67 +92,76 @@ def share_percent(share: float) -> str:
     return f"{beside(100 * share, 0.0, 100.0, decimals=1)} %"
 
 
-def lines(found: Study) -> list[str]:
+def lines(study: Study) -> list[str]:
     """Return sentences on the varied keys and the strongest influences, or the answers of a single design."""
-    said = [f"{one.key} = {one.spec}" for one in found.plan.variables]
-    text = [f"Varied: {'; '.join(said)}."]
-    for name, one in found.summaries.items():
-        chance = _CHANCE / math.sqrt(max(one.count - 1, 1))
-        strongest = max(one.influences.items(), key=lambda pair: abs(pair[1].spearman), default=None)
+    variables = [f"{variable.key} = {variable.spec}" for variable in study.plan.variables]
+    sentences = [f"Varied: {'; '.join(variables)}."]
+    for name, summary in study.summaries.items():
+        chance = _CHANCE / math.sqrt(max(summary.count - 1, 1))
+        strongest = max(summary.influences.items(), key=lambda pair: abs(pair[1].spearman), default=None)
         if strongest is not None and abs(strongest[1].spearman) > max(_WEAK, chance):
             key, influence = strongest
             grows = "grows" if influence.spearman > 0 else "falls"
-            text.append(f"{name} {grows} with {key} (rank correlation {influence.spearman:.2f}).")
-    if not found.summaries:
-        for answer in found.task.answers:
-            value = next(iter(found.samples.get(answer.name, ())), None)
+            sentences.append(f"{name} {grows} with {key} (rank correlation {influence.spearman:.2f}).")
+    if not study.summaries:
+        for answer in study.task.answers:
+            value = next(iter(study.samples.get(answer.name, ())), None)
             if isinstance(value, float):
-                text.append(f"{answer.name}: {number(value, 4)} {answer.unit}".rstrip() + ".")
-    return text
+                sentences.append(f"{answer.name}: {number(value, 4)} {answer.unit}".rstrip() + ".")
+    return sentences
 
 
-def answer_table(found: Study) -> Table:
+def answer_table(study: Study) -> Table:
     """Return the statistics of each answer, with the share within its limits."""
-    limited = any(one.limits for one in found.summaries.values())
+    limited = any(summary.limits for summary in study.summaries.values())
     heads: Row = ("answer", "", "designs", "mean", "std", "5 %", "median", "95 %")
     heads += ("limits", "within", "95 % interval") if limited else ()
-    units = {one.name: one.unit for one in found.task.answers}
+    units = {answer.name: answer.unit for answer in study.task.answers}
     rows: list[Row] = []
-    for name, one in found.summaries.items():
-        row: Row = (name, units[name], str(one.count), number(one.mean, 4), number(one.std, 3))
-        ends = (one.limits.low, one.limits.high) if one.limits else ()
-        row += tuple(number(value, 4, ends) for value in one.quantiles)
-        if limited and one.limits is not None:
-            low, high = one.limits.interval
+    for name, summary in study.summaries.items():
+        row: Row = (name, units[name], str(summary.count), number(summary.mean, 4), number(summary.std, 3))
+        ends = (summary.limits.low, summary.limits.high) if summary.limits else ()
+        row += tuple(number(value, 4, ends) for value in summary.quantiles)
+        if limited and summary.limits is not None:
+            low, high = summary.limits.interval
             # As they were given: a rounded limit could be on the other side of a value.
-            row += (f"{one.limits.low:.10g} to {one.limits.high:.10g}", share_percent(one.limits.share))
+            row += (
+                f"{summary.limits.low:.10g} to {summary.limits.high:.10g}",
+                share_percent(summary.limits.share),
+            )
             row += (f"{share_percent(low).removesuffix(' %')} to {share_percent(high)}",)
         rows.append(row if len(row) == len(heads) else (*row, "-", "-", "-"))
     return Table("Answers", heads, tuple(rows), left=2)
 
 
-def worst_table(found: Study) -> Table:
+def worst_table(study: Study) -> Table:
     """Return the designs with the lowest and the highest value of each answer."""
     rows = tuple(
         (
-            *(name, what, number(extreme.value, 4, (one.limits.low, one.limits.high) if one.limits else ())),
+            *(
+                name,
+                end,
+                number(extreme.value, 4, (summary.limits.low, summary.limits.high) if summary.limits else ()),
+            ),
             str(extreme.design),
             *(v if isinstance(v, str) else number(float(v), 5) for v in extreme.at.values()),
         )
-        for name, one in found.summaries.items()
-        for what, extreme in (("lowest", one.lowest), ("highest", one.highest))
+        for name, summary in study.summaries.items()
+        for end, extreme in (("lowest", summary.lowest), ("highest", summary.highest))
     )
-    return Table("Worst cases", ("answer", "", "value", "design", *found.plan.keys), rows, left=2)
+    return Table("Worst cases", ("answer", "", "value", "design", *study.plan.keys), rows, left=2)
 
 
-def influence_table(found: Study) -> Table:
+def influence_table(study: Study) -> Table:
     """Return the influence of each key on each answer, the strongest first."""
-    indices = found.plan.sampling == "saltelli"
+    indices = study.plan.sampling == "saltelli"
     heads: Row = ("answer", "key", "correlation", "of ranks", "at 5 %", "at 95 %")
     heads += ("Sobol first", "±", "Sobol total", "±") if indices else ()
     rows = []
-    for name, one in found.summaries.items():
-        ordered = sorted(one.influences.items(), key=lambda pair: -abs(pair[1].swing[1] - pair[1].swing[0]))
+    for name, summary in study.summaries.items():
+        ordered = sorted(
+            summary.influences.items(), key=lambda pair: -abs(pair[1].swing[1] - pair[1].swing[0])
+        )
         for key, influence in ordered:
             row: Row = (name, key, f"{influence.pearson:.2f}", f"{influence.spearman:.2f}")
             row += tuple(f"{'+' if change > 0 else ''}{number(change, 3)}" for change in influence.swing)
@@ -160,8 +173,13 @@ def influence_table(found: Study) -> Table:
 
 
 _FAILURES: Columns[Failure] = (
-    ("kind", lambda one: one.kind.replace("_", " ")),
-    ("reason, of the first", lambda one: one.reason),
-    ("designs", lambda one: ", ".join([*map(str, one.designs), *["..."] * (one.count > len(one.designs))])),
-    ("number", lambda one: str(one.count)),
+    ("kind", lambda failure: failure.kind.replace("_", " ")),
+    ("reason, of the first", lambda failure: failure.reason),
+    (
+        "designs",
+        lambda failure: ", ".join(
+            [*map(str, failure.designs), *["..."] * (failure.count > len(failure.designs))]
+        ),
+    ),
+    ("number", lambda failure: str(failure.count)),
 )

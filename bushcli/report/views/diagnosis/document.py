@@ -60,136 +60,146 @@ _TRIALS = (
 )
 
 
-def diagnosis_document(found: Diagnosis) -> Document:
+def diagnosis_document(diagnosis: Diagnosis) -> Document:
     """Return the document of a diagnosis."""
-    is_faulty = found.verdict == "faulty_data"
-    missing = missing_section(found)
+    is_faulty = diagnosis.verdict == "faulty_data"
+    missing = missing_section(diagnosis)
     left_out = Section(
         "What was left out",
-        [*paragraphs(effect_lines(found)), effect_table(found), note(_VALUES), figures("priors")],
+        [*paragraphs(effect_lines(diagnosis)), effect_table(diagnosis), note(_VALUES), figures("priors")],
         fold="Where the priors come from",
-        folded=[source_table(found)],
+        folded=[source_table(diagnosis)],
     )
     curves = Section("Recorded curves", [figures("diagnosed")])
     if not is_faulty:
-        some = any(one.faulty.any() for one in found.channels)
-        how = _HOW + (" Samples shaded from top to bottom are faulty and were left out." if some else "")
-        curves = Section("Recorded and simulated curves", [figures("diagnosed"), note(how)])
+        any_faulty = any(channel.faulty.any() for channel in diagnosis.channels)
+        caption = _HOW
+        caption += " Samples shaded from top to bottom are faulty and were left out." if any_faulty else ""
+        curves = Section("Recorded and simulated curves", [figures("diagnosed"), note(caption)])
     sections = [
         Section(
             "How probable each effect is",
             [
-                *paragraphs(words.ended(words.rival_lines(found))),
-                *paragraphs([_UNIFORM] if found.uniform_odds and found.models else []),
-                probability_table(found),
+                *paragraphs(words.as_sentences(words.rival_lines(diagnosis))),
+                *paragraphs([_UNIFORM] if diagnosis.uniform_odds and diagnosis.models else []),
+                probability_table(diagnosis),
                 figures("probabilities"),
             ],
         ),
-        Section("The most probable models", [model_table(found), note(_PROBABILITIES)]),
-        *([missing] if words.is_missing(found) else []),
-        *([left_out] if found.effects else []),
+        Section("The most probable models", [model_table(diagnosis), note(_PROBABILITIES)]),
+        *([missing] if words.is_missing(diagnosis) else []),
+        *([left_out] if diagnosis.effects else []),
         Section(
             "Before and after",
-            [misfit_table(found), *paragraphs(words.ended([words.form_error_line(found)]))],
+            [misfit_table(diagnosis), *paragraphs(words.as_sentences([words.form_error_line(diagnosis)]))],
         ),
-        *([curves] if found.channels or is_faulty else []),
-        compared_section([one.compared for one in found.tables]),
-        *([] if words.is_missing(found) else [missing]),
-        record_section(found),
-        Section("Where in the bushing", [*paragraphs(words.ended(map_lines(found))), figures("bushing_map")]),
+        *([curves] if diagnosis.channels or is_faulty else []),
+        compared_section([table.compared for table in diagnosis.tables]),
+        *([] if words.is_missing(diagnosis) else [missing]),
+        record_section(diagnosis),
+        Section(
+            "Where in the bushing",
+            [*paragraphs(words.as_sentences(map_lines(diagnosis))), figures("bushing_map")],
+        ),
         Section(
             "Parameters",
-            [parameter_table(found), *paragraphs([] if is_faulty else [law_line(found)], "terminal")],
+            [parameter_table(diagnosis), *paragraphs([] if is_faulty else [law_line(diagnosis)], "terminal")],
         ),
-        Section("Next test", [*paragraphs(words.ended(words.next_test_lines(found))), figures("next_test")]),
-        search_section(found),
+        Section(
+            "Next test",
+            [*paragraphs(words.as_sentences(words.next_test_lines(diagnosis))), figures("next_test")],
+        ),
+        search_section(diagnosis),
     ]
     # Where the verdict is faulty data, its paragraph has the faults.
-    faults = [] if is_faulty else fault_lines(found.faults)
+    faults = [] if is_faulty else fault_lines(diagnosis.faults)
     return Document(
-        words.headline(found),
-        short_paragraphs(found),
-        words.tone(found),
+        words.headline(diagnosis),
+        short_paragraphs(diagnosis),
+        words.tone(diagnosis),
         sections,
         # The faults of the data are in the warning.
-        [one for one in found.conditions if one.name not in FAULTS],
+        [condition for condition in diagnosis.conditions if condition.name not in FAULTS],
         # A diagnosis does not assume the effects of the case.
         conditions(
-            replace(found.case, effects=()),
-            found.material,
-            found.law_from if found.law_fixed else "recordings",
+            replace(diagnosis.case, effects=()),
+            diagnosis.material,
+            diagnosis.law_from if diagnosis.law_fixed else "recordings",
         ),
-        Section("Data faults", [fault_table(found), *paragraphs(faults, "terminal")]),
+        Section("Data faults", [fault_table(diagnosis), *paragraphs(faults, "terminal")]),
     )
 
 
-def missing_section(found: Diagnosis) -> Section:
+def missing_section(diagnosis: Diagnosis) -> Section:
     """Return the section on unknown physics; on the terminal only where it may be missing."""
-    what = "Recorded minus simulated force of the most probable model, without noise"
-    what += ": the force that the unknown physics adds." if words.is_missing(found) else "."
-    shapes: list[Block] = [note(what), figures("missing")] if found.missing and found.missing.profiles else []
-    blocks = [*paragraphs(words.ended(words.missing_lines(found))), *shapes]
-    if words.is_missing(found):
+    caption = "Recorded minus simulated force of the most probable model, without noise"
+    caption += ": the force that the unknown physics adds." if words.is_missing(diagnosis) else "."
+    shapes: list[Block] = (
+        [note(caption), figures("missing")] if diagnosis.missing and diagnosis.missing.profiles else []
+    )
+    blocks = [*paragraphs(words.as_sentences(words.missing_lines(diagnosis))), *shapes]
+    if words.is_missing(diagnosis):
         return Section("What is missing", blocks)
     return Section("Misfit that the most probable model leaves", blocks, on="page")
 
 
-def record_section(found: Diagnosis) -> Section:
+def record_section(diagnosis: Diagnosis) -> Section:
     """Return the places of the misfit; the page describes them beside the curves, with the same numbers."""
-    if found.verdict == "faulty_data":
+    if diagnosis.verdict == "faulty_data":
         return Section("Where in the record", [figures("record_map")])
-    blocks = paragraphs(points(found.places), "terminal" if found.location.mismatch else "both")
-    if found.remaining_places and found.effects:
-        blocks += paragraphs(["After the most probable model:", *words.ended(points(found.remaining_places))])
-    explained = [note(_RECORD)] if found.location.mismatch else []
+    blocks = paragraphs(points(diagnosis.places), "terminal" if diagnosis.location.mismatch else "both")
+    if diagnosis.remaining_places and diagnosis.effects:
+        blocks += paragraphs(
+            ["After the most probable model:", *words.as_sentences(points(diagnosis.remaining_places))]
+        )
+    explained = [note(_RECORD)] if diagnosis.location.mismatch else []
     return Section("Where in the record", [*blocks, *explained, figures("record_map")])
 
 
-def search_section(found: Diagnosis) -> Section:
+def search_section(diagnosis: Diagnosis) -> Section:
     """Return how many models were fitted, and what these recordings cannot show."""
-    failed = f"{found.failed_solves} trial{'s' * (found.failed_solves != 1)} failed"
-    solved = f"{found.forward_solves} simulations of one channel, {failed}, {found.seconds:.0f} s"
+    failed = f"{diagnosis.failed_solves} trial{'s' * (diagnosis.failed_solves != 1)} failed"
+    solved = f"{diagnosis.forward_solves} simulations of one channel, {failed}, {diagnosis.seconds:.0f} s"
     blocks = [
-        *paragraphs(words.ended(words.searched_lines(found))),
-        *paragraphs(words.ended(untestable_lines(found)), "terminal"),
-        untestable_table(found),
-        *paragraphs([solved] if found.verdict != "faulty_data" else [], kind="note"),
+        *paragraphs(words.as_sentences(words.searched_lines(diagnosis))),
+        *paragraphs(words.as_sentences(untestable_lines(diagnosis)), "terminal"),
+        untestable_table(diagnosis),
+        *paragraphs([solved] if diagnosis.verdict != "faulty_data" else [], kind="note"),
     ]
-    folded: list[Block] = [trial_table(found), note(_TRIALS)]
+    folded: list[Block] = [trial_table(diagnosis), note(_TRIALS)]
     return Section("How far the search went", blocks, fold="The models that were fitted", folded=folded)
 
 
-def effect_lines(found: Diagnosis) -> list[str]:
+def effect_lines(diagnosis: Diagnosis) -> list[str]:
     """Return a line for each effect: probability, summary, whether its values are plausible, and a remark."""
     lines = []
-    for effect in found.effects:
+    for effect in diagnosis.effects:
         doubt = "" if effect.plausible else " Hardly plausible."
-        remark = f" {words.ended([effect.remark])[0]}" if effect.remark else ""
-        lines.append(
-            f"{effect.label} ({words.chance(effect.probability)}): {words.ended([effect.summary])[0]}{doubt}{remark}"
-        )
+        remark = f" {words.as_sentences([effect.remark])[0]}" if effect.remark else ""
+        summary = words.as_sentences([effect.summary])[0]
+        lines.append(f"{effect.label} ({words.chance(effect.probability)}): {summary}{doubt}{remark}")
     return lines
 
 
-def map_lines(found: Diagnosis) -> list[str]:
+def map_lines(diagnosis: Diagnosis) -> list[str]:
     """Return a paragraph for each map of the bushing, with its channels if the diagnosis has several."""
     lines = []
-    for one in found.maps:
-        both = " together" if len(one.channels) > 1 else ""
-        where = f"In the rubber ({listed(list(one.channels))}{both}): " if len(found.channels) > 1 else ""
-        lines.append(f"{where}{one.text}")
+    for bushing_map in diagnosis.maps:
+        both = " together" if len(bushing_map.channels) > 1 else ""
+        place = f"In the rubber ({listed(list(bushing_map.channels))}{both}): "
+        lines.append(f"{place if len(diagnosis.channels) > 1 else ''}{bushing_map.text}")
     cause = {
-        "missing_physics": listed(words.effect_names(found)),
-        "law_too_poor": f"that the {words.law_title(found.plain.law)} law is too poor",
-    }.get(found.verdict)
-    if lines and cause and any(one.helps_locally for one in found.maps):
+        "missing_physics": listed(words.effect_names(diagnosis)),
+        "law_too_poor": f"that the {words.law_title(diagnosis.plain.law)} law is too poor",
+    }.get(diagnosis.verdict)
+    if lines and cause and any(bushing_map.helps_locally for bushing_map in diagnosis.maps):
         lines.append(f"The map shows the misfit of the plain law; the most probable cause is {cause}.")
     return lines
 
 
-def untestable_lines(found: Diagnosis) -> list[str]:
+def untestable_lines(diagnosis: Diagnosis) -> list[str]:
     """Return a line that lists the effects which these recordings cannot show; the report gives the reasons."""
-    names = [phrase(name) for name in found.searched.untestable]
+    names = [phrase(name) for name in diagnosis.searched.untestable]
     if not names:
         return []
     return [
@@ -197,15 +207,19 @@ def untestable_lines(found: Diagnosis) -> list[str]:
     ]
 
 
-def law_line(found: Diagnosis) -> str:
+def law_line(diagnosis: Diagnosis) -> str:
     """Return the law of the most probable model with its values."""
-    own = {name: quantity for name, quantity in found.parameters.items() if "." not in name}
-    if own and not found.law_fixed:
-        values = ", ".join(f"{name} {shown(name, q, found.measured).text}" for name, q in own.items())
+    law_parameters = {name: quantity for name, quantity in diagnosis.parameters.items() if "." not in name}
+    if law_parameters and not diagnosis.law_fixed:
+        values = ", ".join(
+            f"{name} {shown(name, q, diagnosis.measured).text}" for name, q in law_parameters.items()
+        )
     else:
-        values = ", ".join(f"{name} {number(value, 4)}" for name, value in found.material.parameters.items())
-    fixed = f" (fixed, from the {found.law_from})" if found.law_fixed else ""
-    return f"{words.law_title(found.material.law)} law: {values}{fixed}"
+        values = ", ".join(
+            f"{name} {number(value, 4)}" for name, value in diagnosis.material.parameters.items()
+        )
+    fixed = f" (fixed, from the {diagnosis.law_from})" if diagnosis.law_fixed else ""
+    return f"{words.law_title(diagnosis.material.law)} law: {values}{fixed}"
 
 
 def points(lines: Sequence[str]) -> list[str]:
@@ -213,18 +227,18 @@ def points(lines: Sequence[str]) -> list[str]:
     return [f"{i}. {line}" for i, line in enumerate(lines, start=1)] if len(lines) > 1 else list(lines)
 
 
-def probability_table(found: Diagnosis) -> Table:
+def probability_table(diagnosis: Diagnosis) -> Table:
     """Return the probability of each effect as a bar, the most probable one first; no rows without models."""
-    ranked = sorted(found.probability.items() if found.models else (), key=lambda one: -one[1])
+    ranked = sorted(diagnosis.probability.items() if diagnosis.models else (), key=lambda item: -item[1])
     rows: list[Row] = [(title(name), bar(p), words.short_chance(p)) for name, p in ranked if p >= SMALL]
     name = "Probability that the effect is present"
     if not rows:
         return Table(name, ("", "", ""), ())
-    few, hidden = words.unlikely(found, SMALL), words.undetectable(found, SMALL)
-    if few:
-        rows.append((_counted(few, "others, each"), bar(0.0), words.short_chance(0.0)))
-    if hidden:
-        rows.append((_counted(hidden, "not detectable"), bar(0.0), words.short_chance(math.nan)))
+    unlikely, undetectable = words.unlikely(diagnosis, SMALL), words.undetectable(diagnosis, SMALL)
+    if unlikely:
+        rows.append((_counted(unlikely, "others, each"), bar(0.0), words.short_chance(0.0)))
+    if undetectable:
+        rows.append((_counted(undetectable, "not detectable"), bar(0.0), words.short_chance(math.nan)))
     return Table(name, ("", "", ""), tuple(rows), left=2, on="terminal")
 
 
@@ -239,19 +253,19 @@ def bar(share: float) -> str:
     return "█" * (eighths // 8) + _EIGHTHS[eighths % 8].strip()
 
 
-def model_table(found: Diagnosis) -> Table:
+def model_table(diagnosis: Diagnosis) -> Table:
     """Return the most probable models, as many as hold 95 % of the probability together."""
     rows: list[Row] = []
     so_far = 0.0
-    for one in found.models:
+    for model in diagnosis.models:
         if so_far >= _CREDIBLE:
             break
-        so_far += one.probability
-        misfit = "predicted" if one.misfit is None else number(one.misfit)
-        error = "-" if one.form_error is None else percent(100 * one.form_error)
-        shares = map(words.short_chance, (one.probability, so_far))
-        name = words.model_title(one.law, one.effects, one.variants)
-        rows.append((name, *shares, logarithm(one.log_evidence), misfit, error))
+        so_far += model.probability
+        misfit = "predicted" if model.misfit is None else number(model.misfit)
+        error = "-" if model.form_error is None else percent(100 * model.form_error)
+        shares = map(words.short_chance, (model.probability, so_far))
+        name = words.model_title(model.law, model.effects, model.variants)
+        rows.append((name, *shares, logarithm(model.log_evidence), misfit, error))
     heads = ("model", "probability", "together", "ln evidence", "misfit/noise", "error/effect")
     return Table("Models that hold 95 % of the probability together", heads, tuple(rows), most=_MODELS)
 
@@ -261,105 +275,108 @@ def logarithm(value: float) -> str:
     return f"{value:+.1f}" if math.isfinite(value) else "-"
 
 
-def effect_table(found: Diagnosis) -> Table:
+def effect_table(diagnosis: Diagnosis) -> Table:
     """Return each effect that was left out, with its parameters before and after the recordings."""
     rows: list[Row] = []
-    also = any(derived_text(quantity) for one in found.effects for quantity in one.parameters.values())
-    for effect in found.effects:
-        first, evidence = effect.label, number(effect.evidence, 2)
+    has_derived = any(
+        derived_text(quantity) for effect in diagnosis.effects for quantity in effect.parameters.values()
+    )
+    for effect in diagnosis.effects:
+        label, evidence = effect.label, number(effect.evidence, 2)
         for name, quantity in effect.parameters.items():
-            value = shown(f"{effect.name}.{name}", quantity, found.measured)
-            far = "-" if quantity.prior is None else words.short_chance(quantity.prior_tail)
-            known = (value.text, value.interval, value.prior_text, far)
-            rows.append((first, name, *known, *((derived_text(quantity),) if also else ()), evidence))
-            first, evidence = "", ""
+            value = shown(f"{effect.name}.{name}", quantity, diagnosis.measured)
+            tail = "-" if quantity.prior is None else words.short_chance(quantity.prior_tail)
+            cells = (value.text, value.interval, value.prior_text, tail)
+            rows.append((label, name, *cells, *((derived_text(quantity),) if has_derived else ()), evidence))
+            label, evidence = "", ""
     heads: Row = ("effect", "parameter", "value", "95 % interval", "before, 95 %", "as far out")
-    heads = (*heads, *(("that is",) if also else ()), "evidence")
+    heads = (*heads, *(("that is",) if has_derived else ()), "evidence")
     name = "Values with 95 % intervals: posterior and prior"
     return Table(name, heads, tuple(rows), left=2, detail=range(5, len(heads)))
 
 
-def source_table(found: Diagnosis) -> Table:
+def source_table(diagnosis: Diagnosis) -> Table:
     """Return the sources of the priors of the effects' parameters."""
     rows = [
         (effect.label, name, quantity.prior_source)
-        for effect in found.effects
+        for effect in diagnosis.effects
         for name, quantity in effect.parameters.items()
         if quantity.prior_source
     ]
     return Table("", ("effect", "parameter", "source"), tuple(rows), left=3)
 
 
-def parameter_table(found: Diagnosis) -> Table:
+def parameter_table(diagnosis: Diagnosis) -> Table:
     """Return all parameters of the most probable model."""
     rows: list[Row] = []
-    also = any(derived_text(quantity) for quantity in found.parameters.values())
-    twice = any(quantity.with_form_error is not None for quantity in found.parameters.values())
-    for name, quantity in found.parameters.items():
-        value = shown(name, quantity, found.measured)
-        effect, _, own = name.rpartition(".")
-        label, unit = f"{title(effect)}: {own}" if effect else own, "-" if value.unit == "1" else value.unit
-        other = "-" if value.with_form_error is None else number(value.with_form_error, 4)
-        mean = (value.word or number(value.value, 4), *((other,) if twice else ()))
+    has_derived = any(derived_text(quantity) for quantity in diagnosis.parameters.values())
+    has_form_error = any(quantity.with_form_error is not None for quantity in diagnosis.parameters.values())
+    for name, quantity in diagnosis.parameters.items():
+        value = shown(name, quantity, diagnosis.measured)
+        effect, _, key = name.rpartition(".")
+        label, unit = f"{title(effect)}: {key}" if effect else key, "-" if value.unit == "1" else value.unit
+        with_form_error = "-" if value.with_form_error is None else number(value.with_form_error, 4)
+        mean = (value.word or number(value.value, 4), *((with_form_error,) if has_form_error else ()))
         mean = (*mean, "-" if value.word else number(value.std, 2))
-        ranges = (value.interval, value.prior_text, *((derived_text(quantity),) if also else ()))
+        ranges = (value.interval, value.prior_text, *((derived_text(quantity),) if has_derived else ()))
         rows.append((label, quantity.meaning, unit, *mean, *ranges))
-    heads: Row = ("parameter", "meaning", "unit", "value", *(("with form error",) if twice else ()))
+    heads: Row = ("parameter", "meaning", "unit", "value", *(("with form error",) if has_form_error else ()))
     heads = (*heads, "std", "95 % interval", "prior 95 %")
-    heads = (*heads, "that is") if also else heads
+    heads = (*heads, "that is") if has_derived else heads
     return Table("Parameters of the most probable model", heads, tuple(rows), left=3, on="page")
 
 
-def misfit_table(found: Diagnosis) -> Table:
+def misfit_table(diagnosis: Diagnosis) -> Table:
     """Return the misfit before and after, the noise, and the form error of each channel; no rows without a fit."""
-    if found.verdict == "faulty_data":
+    if diagnosis.verdict == "faulty_data":
         return Table("", (), ())
     rows: list[Row] = []
-    form = found.form_error.percent
-    for one in found.measured:
-        sizes = map(percent, (one.before_percent, one.after_percent, one.noise_percent))
-        rows.append((held(one.name, one.held_out), *sizes, *((percent(form.get(one.name)),) if form else ())))
+    form = diagnosis.form_error.percent
+    for channel in diagnosis.measured:
+        sizes = map(percent, (channel.before_percent, channel.after_percent, channel.noise_percent))
+        error = (percent(form.get(channel.name)),) if form else ()
+        rows.append((held(channel.name, channel.held_out), *sizes, *error))
     heads = ("channel", "before", "after", "noise", *(("form error",) if form else ()))
-    return Table(f"Rms misfit, % {words.relative_to(found)}", heads, tuple(rows))
+    return Table(f"Rms misfit, % {words.relative_to(diagnosis)}", heads, tuple(rows))
 
 
-def trial_table(found: Diagnosis) -> Table:
+def trial_table(diagnosis: Diagnosis) -> Table:
     """Return all models that were fitted, in the order of the search."""
     name = "Models in the order of the search (ln of evidence times odds)"
-    return table_of(name, enumerate(found.searched.trials, start=1), _TRIED, left=3)
+    return table_of(name, enumerate(diagnosis.searched.trials, start=1), _TRIED, left=3)
 
 
 _TRIED: Columns[tuple[int, TriedModel]] = (
-    ("", lambda one: str(one[0])),
-    ("model", lambda one: words.model_title(one[1].law, one[1].effects)),
-    ("remark", lambda one: one[1].text),
-    ("predicted", lambda one: logarithm(one[1].predicted)),
-    ("found", lambda one: logarithm(one[1].log_evidence)),
-    ("misfit/noise", lambda one: number(one[1].misfit)),
-    ("simulations", lambda one: str(one[1].solves)),
+    ("", lambda row: str(row[0])),
+    ("model", lambda row: words.model_title(row[1].law, row[1].effects)),
+    ("remark", lambda row: row[1].text),
+    ("predicted", lambda row: logarithm(row[1].predicted)),
+    ("found", lambda row: logarithm(row[1].log_evidence)),
+    ("misfit/noise", lambda row: number(row[1].misfit)),
+    ("simulations", lambda row: str(row[1].solves)),
 )
 
 
-def untestable_table(found: Diagnosis) -> Table:
+def untestable_table(diagnosis: Diagnosis) -> Table:
     """Return the effects that these recordings cannot show, with the reasons."""
-    rows = [(title(name), reason) for name, reason in found.searched.untestable.items()]
+    rows = [(title(name), reason) for name, reason in diagnosis.searched.untestable.items()]
     return Table("Not detectable in these recordings", ("effect", "why"), tuple(rows), left=2, on="page")
 
 
-def fault_table(found: Diagnosis) -> Table:
+def fault_table(diagnosis: Diagnosis) -> Table:
     """Return the faults of the recordings with their remedies, the fatal ones first."""
     rows = [
         (
-            one.channel,
-            fault_kind(one),
-            one.where,
+            fault.channel,
+            fault_kind(fault),
+            fault.where,
             "correct first"
-            if one.fatal
-            else f"{100 * one.probability:.0f} % probable"
-            if one.doubtful
-            else f"{int(one.samples.sum())} samples left out",
-            one.remedy,
+            if fault.fatal
+            else f"{100 * fault.probability:.0f} % probable"
+            if fault.doubtful
+            else f"{int(fault.samples.sum())} samples left out",
+            fault.remedy,
         )
-        for one in sorted(found.faults, key=lambda one: not one.fatal)
+        for fault in sorted(diagnosis.faults, key=lambda fault: not fault.fatal)
     ]
     return Table("", ("channel", "fault", "where", "", "what to do"), tuple(rows), left=5, on="page")

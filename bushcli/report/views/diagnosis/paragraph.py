@@ -21,118 +21,122 @@ _DOUBT = 0.05
 NOTABLE = 1.0
 
 
-def paragraph(found: Diagnosis) -> str:
+def paragraph(diagnosis: Diagnosis) -> str:
     """Return the diagnosis in one paragraph."""
-    return " ".join(short_paragraphs(found))
+    return " ".join(short_paragraphs(diagnosis))
 
 
-def short_paragraphs(found: Diagnosis) -> list[str]:
+def short_paragraphs(diagnosis: Diagnosis) -> list[str]:
     """Return what was found, where, why, the improvement, what is missing, alternatives, and what to do next."""
-    if found.verdict == "faulty_data":
-        return [_opening(found), *words.ended(fault_lines(found.faults))]
-    explained, unexplained = found.verdict == "explained", found.verdict == "unexplained"
-    missing = words.ended(words.missing_lines(found))
+    if diagnosis.verdict == "faulty_data":
+        return [_opening(diagnosis), *words.as_sentences(fault_lines(diagnosis.faults))]
+    explained, unexplained = diagnosis.verdict == "explained", diagnosis.verdict == "unexplained"
+    missing = words.as_sentences(words.missing_lines(diagnosis))
     parts = [
-        [_opening(found), *(missing[1:] if unexplained and not found.unsearched else [])],
-        [] if explained else words.ended(found.places[:2]),
-        _effects(found) if found.effects else [],
-        [] if explained else [_gain(found), *words.ended([words.form_error_line(found)])],
-        missing if words.is_missing(found) and not unexplained else [],
-        [_rivals(found)],
-        [] if found.next_test is None else [f"Next test: {found.next_test.text.rstrip('.')}."],
-        [] if found.searched.complete else words.ended(words.searched_lines(found)[:1]),
+        [_opening(diagnosis), *(missing[1:] if unexplained and not diagnosis.unsearched else [])],
+        [] if explained else words.as_sentences(diagnosis.places[:2]),
+        _effects(diagnosis) if diagnosis.effects else [],
+        [] if explained else [_gain(diagnosis), *words.as_sentences([words.form_error_line(diagnosis)])],
+        missing if words.is_missing(diagnosis) and not unexplained else [],
+        [_rivals(diagnosis)],
+        [] if diagnosis.next_test is None else [f"Next test: {diagnosis.next_test.text.rstrip('.')}."],
+        [] if diagnosis.searched.complete else words.as_sentences(words.searched_lines(diagnosis)[:1]),
     ]
     joined = [" ".join(sentence for sentence in part if sentence) for part in parts]
     return [text for text in joined if text]
 
 
-def _opening(found: Diagnosis) -> str:
-    law = words.law_title(found.plain.law)
-    fitted = [channel for channel in found.measured if not channel.held_out]
-    what = "table" if all(one.kind == "dynamic" for one in fitted) else "recording"
-    many = "s" if len(fitted) > 1 else ""
-    channels = f"{listed([channel.name for channel in fitted])} {what}{many}"
+def _opening(diagnosis: Diagnosis) -> str:
+    law = words.law_title(diagnosis.plain.law)
+    fitted = [channel for channel in diagnosis.measured if not channel.held_out]
+    kind = "table" if all(channel.kind == "dynamic" for channel in fitted) else "recording"
+    plural = "s" if len(fitted) > 1 else ""
+    channels = f"{listed([channel.name for channel in fitted])} {kind}{plural}"
     origin = {
         "recordings": f"The {law} law alone, fitted to the {channels}",
         "coupons": f"The {law} law, fitted to the coupon tests and compared with the {channels}",
-    }[found.law_from]
-    best = words.best_probability(found)
-    match found.verdict:
+    }[diagnosis.law_from]
+    best = words.best_probability(diagnosis)
+    match diagnosis.verdict:
         case "explained":
-            return f"{origin}, describes {'them' if many else 'it'}{best}: {_nothing_missing(found)}."
+            return f"{origin}, describes {'them' if plural else 'it'}{best}: {_nothing_missing(diagnosis)}."
         case "law_too_poor":
-            other = words.law_title(found.material.law)
-            short = any(condition.name == "misfit_above_noise" for condition in found.conditions)
+            better_law = words.law_title(diagnosis.material.law)
+            above_noise = any(condition.name == "misfit_above_noise" for condition in diagnosis.conditions)
             return f"{origin}, leaves a misfit larger than the noise because the law is too poor: " + (
-                f"{other} fits better without any further physics{best}, but not to within the noise."
-                if short
-                else f"{other} describes the same rubber without any further physics{best}."
+                f"{better_law} fits better without any further physics{best}, but not to within the noise."
+                if above_noise
+                else f"{better_law} describes the same rubber without any further physics{best}."
             )
-        case "unexplained" if found.unsearched:
+        case "unexplained" if diagnosis.unsearched:
             return (
                 f"{origin}, may lack something. The search ended before it could tell which effects are probable: "
-                f"none of them is ruled out.{_so_far(found)}"
+                f"none of them is ruled out.{_so_far(diagnosis)}"
             )
         case "unexplained":
-            sure = words.missing_lines(found)[:1] or [f"Nothing {words.catalogue(found)} explains it"]
-            return f"{origin}, leaves a misfit larger than the noise. {sure[0]}."
+            reasons = words.missing_lines(diagnosis)[:1] or [
+                f"Nothing {words.catalogue(diagnosis)} explains it"
+            ]
+            return f"{origin}, leaves a misfit larger than the noise. {reasons[0]}."
         case "faulty_data":
             return "A diagnosis is possible only after the data are corrected."
         case "missing_physics":
-            if words.group_of(found) is not None:
-                return f"{origin}, leaves something out: {words.missing_physics(found)}."
-            if len(words.likely(found)) > 1:
+            if words.group_of(diagnosis) is not None:
+                return f"{origin}, leaves something out: {words.missing_physics(diagnosis)}."
+            if len(words.likely(diagnosis)) > 1:
                 # Several effects may be probable together though none of them is alone.
-                none = found.probability.get(NOTHING, 0.0)
+                none = diagnosis.probability.get(NOTHING, 0.0)
                 leaves = (
                     f"probably leaves something out ({words.chance(1.0 - none)})"
                     if none >= _DOUBT
                     else "leaves something out"
                 )
-                return f"{origin}, {leaves}: most probably {listed(words.effects_with_chance(found))}."
-            return f"{origin}, leaves something out: {listed(words.effects_with_chance(found))}."
+                return f"{origin}, {leaves}: most probably {listed(words.effects_with_chance(diagnosis))}."
+            return f"{origin}, leaves something out: {listed(words.effects_with_chance(diagnosis))}."
 
 
-def _nothing_missing(found: Diagnosis) -> str:
+def _nothing_missing(diagnosis: Diagnosis) -> str:
     """Return what is said of the rest where the law alone describes the recordings."""
-    said = "nothing is missing that these recordings could show"
-    if words.shows_nothing(found):
-        said += ", and they can show none of the effects considered"
-    noise = {channel.name: channel.noise_percent for channel in found.measured}
-    errors = {name: size for name, size in found.form_error.percent.items() if size > NOTABLE * noise[name]}
+    statement = "nothing is missing that these recordings could show"
+    if words.shows_nothing(diagnosis):
+        statement += ", and they can show none of the effects considered"
+    noise = {channel.name: channel.noise_percent for channel in diagnosis.measured}
+    errors = {
+        name: size for name, size in diagnosis.form_error.percent.items() if size > NOTABLE * noise[name]
+    }
     if not errors:
-        return said
+        return statement
     sizes = listed([f"{percent(size)} in {name}" for name, size in errors.items()])
-    return f"{said}, if the formula of the law may err by {sizes} (rms, {words.relative_to(found)})"
+    return f"{statement}, if the formula of the law may err by {sizes} (rms, {words.relative_to(diagnosis)})"
 
 
-def _so_far(found: Diagnosis) -> str:
+def _so_far(diagnosis: Diagnosis) -> str:
     """Return a sentence on the best model of a search that ended too early; empty if only laws were fitted."""
-    trials = [one for one in found.searched.trials if math.isfinite(one.log_evidence)]
-    best = max(trials, key=lambda one: one.log_evidence, default=None)
+    trials = [trial for trial in diagnosis.searched.trials if math.isfinite(trial.log_evidence)]
+    best = max(trials, key=lambda trial: trial.log_evidence, default=None)
     if best is None or not best.effects:
         return ""
     model = words.model_title(best.law, best.effects)
     return f" Of the {len(trials)} models fitted so far {model} is the most probable."
 
 
-def _effects(found: Diagnosis) -> list[str]:
+def _effects(diagnosis: Diagnosis) -> list[str]:
     """Return sentences on the effects of the most probable model, and on its law if that is not the plain one."""
     parts: list[str] = []
-    for one in found.effects:
-        values = parameters_text(one, found.measured)
-        sure = "" if one.probability >= _SURE else f", {words.chance(one.probability)}"
-        parts.append(f"{one.summary.rstrip('.')} ({one.label}{sure}: {values}).")
-        if not one.plausible:
-            parts += words.ended(
-                [f"{one.label} is hardly plausible" + (f": {one.remark}" if one.remark else "")]
+    for effect in diagnosis.effects:
+        values = parameters_text(effect, diagnosis.measured)
+        chance = "" if effect.probability >= _SURE else f", {words.chance(effect.probability)}"
+        parts.append(f"{effect.summary.rstrip('.')} ({effect.label}{chance}: {values}).")
+        if not effect.plausible:
+            parts += words.as_sentences(
+                [f"{effect.label} is hardly plausible" + (f": {effect.remark}" if effect.remark else "")]
             )
-    if found.material.law != found.plain.law:
-        replaced = (
-            f"the {words.law_title(found.material.law)} law in place of {words.law_title(found.plain.law)}"
+    if diagnosis.material.law != diagnosis.plain.law:
+        law, plain = words.law_title(diagnosis.material.law), words.law_title(diagnosis.plain.law)
+        parts.append(
+            f"The model also has the {law} law in place of {plain}: both changes together reduce the misfit."
         )
-        parts.append(f"The model also has {replaced}: both changes together reduce the misfit.")
-    elif found.law_from == "coupons" and not found.law_fixed:
+    elif diagnosis.law_from == "coupons" and not diagnosis.law_fixed:
         parts.append(
             "The law, too, is no longer that of the coupons but identified from the recordings: both together reduce "
             "the misfit."
@@ -140,33 +144,33 @@ def _effects(found: Diagnosis) -> list[str]:
     return parts
 
 
-def _gain(found: Diagnosis) -> str:
+def _gain(diagnosis: Diagnosis) -> str:
     parts: list[str] = []
-    for channel in found.measured:
+    for channel in diagnosis.measured:
         if f"{channel.before_percent:.2g}" == f"{channel.after_percent:.2g}":
             continue
-        held = ", held out," if channel.held_out else ""
+        held_out = ", held out," if channel.held_out else ""
         parts.append(
-            f"{channel.name}{held} from {channel.before_percent:.2g} to {channel.after_percent:.2g} % {channel.of} "
+            f"{channel.name}{held_out} from {channel.before_percent:.2g} to {channel.after_percent:.2g} % {channel.of} "
             f"(noise {channel.noise_percent:.2g} %)"
         )
     if not parts:
         return ""
-    what = "With it" if len(found.effects) == 1 else "With them" if found.effects else ""
-    if not what and found.material.law != found.plain.law:
-        what = f"With the {words.law_title(found.material.law)} law"
-    falls = all(channel.after_percent <= channel.before_percent for channel in found.measured)
+    what = "With it" if len(diagnosis.effects) == 1 else "With them" if diagnosis.effects else ""
+    if not what and diagnosis.material.law != diagnosis.plain.law:
+        what = f"With the {words.law_title(diagnosis.material.law)} law"
+    falls = all(channel.after_percent <= channel.before_percent for channel in diagnosis.measured)
     change = "the misfit falls" if falls else "the misfit changes"
     return f"{what} {change}: {', '.join(parts)}." if what else f"{change.capitalize()}: {', '.join(parts)}."
 
 
-def _rivals(found: Diagnosis) -> str:
+def _rivals(diagnosis: Diagnosis) -> str:
     """Return a sentence with the other sets of effects that are possible, with their probabilities."""
-    others = [one.text() for one in words.likely(found)[1:]]
+    others = [candidate.text() for candidate in words.likely(diagnosis)[1:]]
     if not others:
         return ""
     if len(others) > _SETS:
         others = [*others[: _SETS - 1], "others"]
-    if found.verdict == "explained":
+    if diagnosis.verdict == "explained":
         return f"Not ruled out: {', '.join(others)}."
-    return f"These recordings cannot tell {words.likely(found)[0].text()} from: {'; '.join(others)}."
+    return f"These recordings cannot tell {words.likely(diagnosis)[0].text()} from: {'; '.join(others)}."

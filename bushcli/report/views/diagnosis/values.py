@@ -52,29 +52,39 @@ def shown(
 ) -> ShownQuantity:
     """Return a parameter of the most probable model in the units of the case file: angles in degrees."""
     factor, unit_shown = _degrees(quantity.unit)
-    at: Callable[[float], float] = partial(mul, factor)
-    if (found := _parameter(name)) is not None and found.of_channel:
-        acts_on, of = effects()[effect_name(name.partition(".")[0])].acts_on, quantity.channels
-        acting = [one for one in channels if acts_on(one.mode, one.kind) and (of is None or one.name in of)]
-        if any(modes()[one.mode].rotational for one in acting):
-            at, unit_shown = partial(outside, found, rotational=True), unit(found, rotational=True)
-    value, std, lower, upper = (at(v) for v in (quantity.value, quantity.std, quantity.lower, quantity.upper))
-    prior = None if quantity.prior is None else (at(quantity.prior[0]), at(quantity.prior[1]))
-    other = None if quantity.with_form_error is None else at(quantity.with_form_error)
+    scale: Callable[[float], float] = partial(mul, factor)
+    if (parameter := _parameter(name)) is not None and parameter.of_channel:
+        acts_on, own_channels = effects()[effect_name(name.partition(".")[0])].acts_on, quantity.channels
+        acting = [
+            channel
+            for channel in channels
+            if acts_on(channel.mode, channel.kind) and (own_channels is None or channel.name in own_channels)
+        ]
+        if any(modes()[channel.mode].rotational for channel in acting):
+            scale = partial(outside, parameter, rotational=True)
+            unit_shown = unit(parameter, rotational=True)
+    value, std, lower, upper = (
+        scale(v) for v in (quantity.value, quantity.std, quantity.lower, quantity.upper)
+    )
+    prior = None if quantity.prior is None else (scale(quantity.prior[0]), scale(quantity.prior[1]))
+    with_form_error = None if quantity.with_form_error is None else scale(quantity.with_form_error)
     word = quantity.word.replace("_", " ")
-    return ShownQuantity(value, std, lower, upper, unit_shown, prior, word, other)
+    return ShownQuantity(value, std, lower, upper, unit_shown, prior, word, with_form_error)
 
 
 def derived(quantity: Quantity) -> dict[str, tuple[float, str]]:
     """Return the parameter under its reciprocal names, in the units of the case file."""
     return {
-        name: (_degrees(of)[0] * value, _degrees(of)[1]) for name, (value, of) in quantity.derived.items()
+        name: (_degrees(unit_name)[0] * value, _degrees(unit_name)[1])
+        for name, (value, unit_name) in quantity.derived.items()
     }
 
 
 def derived_text(quantity: Quantity) -> str:
     """Return the parameter under its reciprocal names as text: "r = 3.2"."""
-    return ", ".join(f"{name} = {number(value)}{tail(of)}" for name, (value, of) in derived(quantity).items())
+    return ", ".join(
+        f"{name} = {number(value)}{tail(unit_name)}" for name, (value, unit_name) in derived(quantity).items()
+    )
 
 
 def parameters_text(effect: DiagnosedEffect, channels: Sequence[DiagnosedChannel | DiagnosedTable]) -> str:
@@ -85,27 +95,27 @@ def parameters_text(effect: DiagnosedEffect, channels: Sequence[DiagnosedChannel
     """
     parts = []
     for name, quantity in effect.parameters.items():
-        known, first, found = derived(quantity), 0.0, _parameter(f"{effect.name}.{name}")
-        for other, (value, of) in known.items():
-            first = first or value
-            if found is not None and found.exponential == other:
+        derived_values, first_value, parameter = derived(quantity), 0.0, _parameter(f"{effect.name}.{name}")
+        for symbol, (value, unit_name) in derived_values.items():
+            first_value = first_value or value
+            if parameter is not None and parameter.exponential == symbol:
                 std = value * quantity.std
             else:
-                std = value**2 / abs(first) * quantity.std / abs(quantity.value)
-            parts.append(f"{other} = {with_std(value, std)}{tail(of)}")
-        if not known:
-            one = shown(f"{effect.name}.{name}", quantity, channels)
-            text = one.text
-            if one.std == 0.0 and one.upper > one.lower:
+                std = value**2 / abs(first_value) * quantity.std / abs(quantity.value)
+            parts.append(f"{symbol} = {with_std(value, std)}{tail(unit_name)}")
+        if not derived_values:
+            entry = shown(f"{effect.name}.{name}", quantity, channels)
+            text = entry.text
+            if entry.std == 0.0 and entry.upper > entry.lower:
                 # A scanned dimension stands for the range half-way to the next one.
-                text = f"{one.value:.3g}{tail(one.unit)} ({span(one.lower, one.upper)})"
-            parts.append(f"{name}: {one.word}" if one.word else f"{name} = {text}")
+                text = f"{entry.value:.3g}{tail(entry.unit)} ({span(entry.lower, entry.upper)})"
+            parts.append(f"{name}: {entry.word}" if entry.word else f"{name} = {text}")
     return ", ".join(parts)
 
 
-def tail(of: str) -> str:
+def tail(unit_name: str) -> str:
     """Return a unit with the space before it; empty for the unit "1"."""
-    return "" if of == "1" else f" {of}"
+    return "" if unit_name == "1" else f" {unit_name}"
 
 
 def span(lower: float, upper: float) -> str:
@@ -114,15 +124,15 @@ def span(lower: float, upper: float) -> str:
 
 
 def _parameter(name: str) -> EffectParameter | None:
-    effect, _, own = name.partition(".")
+    effect, _, parameter = name.partition(".")
     if effect_name(effect) not in effects():
         return None
-    return next((p for p in effects()[effect_name(effect)].parameters if p.name == own), None)
+    return next((p for p in effects()[effect_name(effect)].parameters if p.name == parameter), None)
 
 
-def _degrees(of: str) -> tuple[float, str]:
+def _degrees(unit_name: str) -> tuple[float, str]:
     """Return factor and unit in the case file of an internal unit; "rad" may be numerator or denominator."""
-    above, _, below = of.partition("/")
+    above, _, below = unit_name.partition("/")
     if above == "rad":
-        return math.degrees(1.0), of.replace("rad", "degrees", 1)
-    return (math.radians(1.0), f"{above}/degree") if below == "rad" else (1.0, of)
+        return math.degrees(1.0), unit_name.replace("rad", "degrees", 1)
+    return (math.radians(1.0), f"{above}/degree") if below == "rad" else (1.0, unit_name)

@@ -34,103 +34,105 @@ class Likely:
         return f"{together(self.effects, none)} ({chance(self.probability)})"
 
 
-def headline(found: Diagnosis) -> str:
+def headline(diagnosis: Diagnosis) -> str:
     """Return the verdict in one sentence, without its full stop, and that it misses what was held out, if it does."""
-    missed = any(condition.name == "held_out_missed" for condition in found.conditions)
-    more = "; but it does not predict what was held out" if missed else ""
-    law, best = law_title(found.material.law), best_probability(found)
-    match found.verdict:
+    missed = any(condition.name == "held_out_missed" for condition in diagnosis.conditions)
+    note = "; but it does not predict what was held out" if missed else ""
+    law, best = law_title(diagnosis.material.law), best_probability(diagnosis)
+    match diagnosis.verdict:
         case "explained":
-            blind = ", which can show none of the effects" if shows_nothing(found) else ""
-            what = f"the {law} law alone describes the recordings"
-            return f"Explained: {what}{best}{blind}{_not_ruled_out(found)}{more}"
+            blind = ", which can show none of the effects" if shows_nothing(diagnosis) else ""
+            claim = f"the {law} law alone describes the recordings"
+            return f"Explained: {claim}{best}{blind}{_not_ruled_out(diagnosis)}{note}"
         case "law_too_poor":
-            better = f"the {law} law describes the recordings without any effect{best}"
-            return f"Law too poor: {law_title(found.plain.law)}; {better}{_not_ruled_out(found)}{more}"
+            claim = f"the {law} law describes the recordings without any effect{best}"
+            return f"Law too poor: {law_title(diagnosis.plain.law)}; {claim}{_not_ruled_out(diagnosis)}{note}"
         case "missing_physics":
-            return f"Missing physics: {missing_physics(found)}{more}"
-        case "unexplained" if found.unsearched:
-            return f"Not diagnosed: the search ended before it could tell which effects are probable{more}"
+            return f"Missing physics: {missing_physics(diagnosis)}{note}"
+        case "unexplained" if diagnosis.unsearched:
+            return f"Not diagnosed: the search ended before it could tell which effects are probable{note}"
         case "unexplained":
-            beside = f"; also {listed(effects_with_chance(found))}" if found.effects else ""
-            p = f" ({chance(found.probability[UNKNOWN])})" if UNKNOWN in found.probability else best
-            known = _not_ruled_out(found, [UNKNOWN])
-            return f"Unexplained: something is missing that is not {catalogue(found)}{p}{beside}{known}{more}"
+            beside = f"; also {listed(effects_with_chance(diagnosis))}" if diagnosis.effects else ""
+            p = f" ({chance(diagnosis.probability[UNKNOWN])})" if UNKNOWN in diagnosis.probability else best
+            rivals = _not_ruled_out(diagnosis, [UNKNOWN])
+            return f"Unexplained: something is missing that is not {catalogue(diagnosis)}{p}{beside}{rivals}{note}"
         case "faulty_data":
-            return f"{faulty_data(found.faults)}{more}"
+            return f"{faulty_data(diagnosis.faults)}{note}"
 
 
-def shows_nothing(found: Diagnosis) -> bool:
+def shows_nothing(diagnosis: Diagnosis) -> bool:
     """Whether these recordings can show none of the effects considered, whatever their size."""
-    considered = set(found.probability) - {NOTHING, UNKNOWN}
-    return bool(considered) and considered <= set(found.searched.untestable)
+    considered = set(diagnosis.probability) - {NOTHING, UNKNOWN}
+    return bool(considered) and considered <= set(diagnosis.searched.untestable)
 
 
-def likely(found: Diagnosis) -> tuple[Likely, ...]:
+def likely(diagnosis: Diagnosis) -> tuple[Likely, ...]:
     """Return the sets of effects to be named: the best model's, and those of the credible set with at least 5 %.
 
     A single other set of the credible set is named in any case.
     """
-    if not found.models:
+    if not diagnosis.models:
         return ()
-    best = found.models[0].effects
+    best = diagnosis.models[0].effects
     sets = [
-        Likely(names, sum(one.probability for one in found.models if set(one.effects) == set(names)))
-        for names in (best, *found.rivals)
+        Likely(
+            names, sum(model.probability for model in diagnosis.models if set(model.effects) == set(names))
+        )
+        for names in (best, *diagnosis.rivals)
     ]
-    named = [one for one in sets[1:] if one.probability >= _NAMED]
+    named = [candidate for candidate in sets[1:] if candidate.probability >= _NAMED]
     if not named and len(sets) == 2:
         # Without it the first set would be named alone, with less than what is certain.
         named = sets[1:]
     return (sets[0], *named)
 
 
-def best_probability(found: Diagnosis) -> str:
+def best_probability(diagnosis: Diagnosis) -> str:
     """Return the probability of the most probable set of effects in brackets; empty if no models were compared."""
-    sets = likely(found)
+    sets = likely(diagnosis)
     return f" ({chance(sets[0].probability)})" if sets else ""
 
 
-def effects_with_chance(found: Diagnosis) -> list[str]:
+def effects_with_chance(diagnosis: Diagnosis) -> list[str]:
     """Return the effects of the most probable model, each with its own probability."""
-    return [f"{name} ({chance(p)})" for name, p in _named(found).items()]
+    return [f"{name} ({chance(p)})" for name, p in _effect_chances(diagnosis).items()]
 
 
-def effect_names(found: Diagnosis) -> list[str]:
+def effect_names(diagnosis: Diagnosis) -> list[str]:
     """Return the effects of the most probable model for a sentence, with channels if an effect occurs twice."""
-    return list(_named(found))
+    return list(_effect_chances(diagnosis))
 
 
-def _named(found: Diagnosis) -> dict[str, float]:
-    own = [effect_name(one.name) for one in found.effects]
-    named = {}
-    for one, name in zip(found.effects, own, strict=True):
-        if one.channels and own.count(name) > 1:
-            named[f"{within(one.title)} ({', '.join(one.channels)})"] = one.probability
+def _effect_chances(diagnosis: Diagnosis) -> dict[str, float]:
+    names = [effect_name(effect.name) for effect in diagnosis.effects]
+    chances = {}
+    for effect, name in zip(diagnosis.effects, names, strict=True):
+        if effect.channels and names.count(name) > 1:
+            chances[f"{within(effect.title)} ({', '.join(effect.channels)})"] = effect.probability
         else:
             # Without a channel it is the effect in any of them.
-            named[within(one.title)] = found.probability.get(name, one.probability)
-    return named
+            chances[within(effect.title)] = diagnosis.probability.get(name, effect.probability)
+    return chances
 
 
-def catalogue(found: Diagnosis) -> str:
+def catalogue(diagnosis: Diagnosis) -> str:
     """Return the words for the effects that were considered: "in the catalogue of effects"."""
-    if found.searched.not_simulated:
+    if diagnosis.searched.not_simulated:
         return "among the effects with which the bushing can be simulated"
-    if found.asked is None:
+    if diagnosis.asked is None:
         return "in the catalogue of effects"
-    return f"among the effects asked for ({listed([phrase(name) for name in found.asked])})"
+    return f"among the effects asked for ({listed([phrase(name) for name in diagnosis.asked])})"
 
 
-def group_of(found: Diagnosis) -> Group | None:
+def group_of(diagnosis: Diagnosis) -> Group | None:
     """Return the group of which each likely set has one member, not the same in all sets; None without such a group.
 
     Sets in which the unknown effect stands in place of known ones do not count.
     """
-    rests = _known(_rests(found))
+    rests = _without_unknown(_differing_parts(diagnosis))
     if len(rests) < 2:
         return None
-    for group in sorted(found.groups, key=lambda one: (len(one.effects), -one.probability)):
+    for group in sorted(diagnosis.groups, key=lambda group: (len(group.effects), -group.probability)):
         members = {effect_name(name) for name in group.effects}
         # A set with two members says that both are there, which "one or the other" denies.
         if all(len(members & {effect_name(name) for name in rest.effects}) == 1 for rest in rests):
@@ -146,129 +148,148 @@ def group_text(group: Group) -> str:
     return f"{group.text}{p}"
 
 
-def missing_physics(found: Diagnosis) -> str:
+def missing_physics(diagnosis: Diagnosis) -> str:
     """Return what was left out: the certain effects, then the group or the alternative sets."""
-    sets = likely(found)
+    sets = likely(diagnosis)
     if len(sets) < 2:
-        own, of_set = list(map(chance, _named(found).values())), chance(sets[0].probability)
-        if len(own) == 1 and own != [of_set]:
-            return f"{listed(effects_with_chance(found))}, with nothing else ({of_set})"
-        return f"{listed(effect_names(found))} ({of_set})"
-    common = set.intersection(*(set(one.effects) for one in sets))
-    sure = [
+        chances, set_chance = (
+            list(map(chance, _effect_chances(diagnosis).values())),
+            chance(sets[0].probability),
+        )
+        if len(chances) == 1 and chances != [set_chance]:
+            return f"{listed(effects_with_chance(diagnosis))}, with nothing else ({set_chance})"
+        return f"{listed(effect_names(diagnosis))} ({set_chance})"
+    common = set.intersection(*(set(candidate.effects) for candidate in sets))
+    certain = [
         f"{name} ({chance(p)})"
-        for (name, p), one in zip(_named(found).items(), found.effects, strict=True)
-        if one.name in common
+        for (name, p), effect in zip(_effect_chances(diagnosis).items(), diagnosis.effects, strict=True)
+        if effect.name in common
     ]
-    group = group_of(found)
+    group = group_of(diagnosis)
     if group is not None:
-        more = set.union(*(set(one.effects) for one in _known(_rests(found))))
+        more = set.union(
+            *(set(candidate.effects) for candidate in _without_unknown(_differing_parts(diagnosis)))
+        )
         members = {effect_name(name) for name in group.effects}
         others = sorted(name for name in more if effect_name(name) not in members)
-        also = f"; perhaps also {listed([phrase(name) for name in others])}" if others else ""
-        unknown = [one for one in _rests(found) if set(one.effects) == {UNKNOWN}]
+        possible = f"; perhaps also {listed([phrase(name) for name in others])}" if others else ""
+        unknown = [
+            candidate for candidate in _differing_parts(diagnosis) if set(candidate.effects) == {UNKNOWN}
+        ]
         besides = f"; not ruled out: {unknown[0].text()}" if unknown else ""
         # It follows a colon, and a sentence must not have two.
-        return " and ".join([*sure, group_text(group).replace(": ", "; ", 1)]) + also + besides
-    if sure:
-        rests = _some([one.text("nothing else") for one in _rests(found)])
-        return f"{listed(sure)}, with {', or with '.join(rests)}; these recordings cannot tell them apart"
+        return " and ".join([*certain, group_text(group).replace(": ", "; ", 1)]) + possible + besides
+    if certain:
+        rests = _first_few([candidate.text("nothing else") for candidate in _differing_parts(diagnosis)])
+        return f"{listed(certain)}, with {', or with '.join(rests)}; these recordings cannot tell them apart"
     # No effect is not missing: it is named as what else is possible.
-    rests = _some([one.text() for one in sets if one.effects])
-    besides = "".join(f"; not ruled out: {one.text()}" for one in sets if not one.effects)
+    rests = _first_few([candidate.text() for candidate in sets if candidate.effects])
+    besides = "".join(f"; not ruled out: {candidate.text()}" for candidate in sets if not candidate.effects)
     apart = "; these recordings cannot tell them apart" if len(rests) > 1 else ""
     return f"{', or '.join(rests)}{apart}{besides}"
 
 
-def _some(sets: list[str]) -> list[str]:
+def _first_few(sets: list[str]) -> list[str]:
     """Return what a headline has room for: the first sets, and a word for the others."""
     return [*sets[: _SETS - 1], "others"] if len(sets) > _SETS else sets
 
 
-def _rests(found: Diagnosis) -> list[Likely]:
+def _differing_parts(diagnosis: Diagnosis) -> list[Likely]:
     """Return the likely sets without the effects that all of them have."""
-    sets = likely(found)
-    common = set.intersection(*(set(one.effects) for one in sets)) if sets else set()
-    return [replace(one, effects=tuple(n for n in one.effects if n not in common)) for one in sets]
+    sets = likely(diagnosis)
+    common = set.intersection(*(set(candidate.effects) for candidate in sets)) if sets else set()
+    return [
+        replace(candidate, effects=tuple(n for n in candidate.effects if n not in common))
+        for candidate in sets
+    ]
 
 
-def _known(sets: Sequence[Likely]) -> list[Likely]:
+def _without_unknown(sets: Sequence[Likely]) -> list[Likely]:
     """Return the sets without those that consist of the unknown effect alone."""
-    return [one for one in sets if set(one.effects) != {UNKNOWN}]
+    return [candidate for candidate in sets if set(candidate.effects) != {UNKNOWN}]
 
 
-def _not_ruled_out(found: Diagnosis, without: Sequence[str] = ()) -> str:
+def _not_ruled_out(diagnosis: Diagnosis, without: Sequence[str] = ()) -> str:
     """Return the other likely sets, except those that have one of the effects `without`."""
-    others = [one.text() for one in likely(found)[1:] if not set(one.effects) & set(without)]
-    return f"; not ruled out: {', '.join(_some(others))}" if others else ""
+    others = [
+        candidate.text() for candidate in likely(diagnosis)[1:] if not set(candidate.effects) & set(without)
+    ]
+    return f"; not ruled out: {', '.join(_first_few(others))}" if others else ""
 
 
-def tone(found: Diagnosis) -> Tone:
+def tone(diagnosis: Diagnosis) -> Tone:
     """Return the tone of the verdict, which selects its colour."""
     tones: dict[str, Tone] = {"explained": "good", "unexplained": "bad", "faulty_data": "bad"}
-    return tones.get(found.verdict, "plain")
+    return tones.get(diagnosis.verdict, "plain")
 
 
-def is_missing(found: Diagnosis) -> bool:
+def is_missing(diagnosis: Diagnosis) -> bool:
     """Whether unknown physics is probable enough to be reported as missing."""
-    return found.missing is not None and (
-        found.verdict == "unexplained" or found.missing.probability >= _POSSIBLE
+    return diagnosis.missing is not None and (
+        diagnosis.verdict == "unexplained" or diagnosis.missing.probability >= _POSSIBLE
     )
 
 
-def missing_lines(found: Diagnosis) -> list[str]:
+def missing_lines(diagnosis: Diagnosis) -> list[str]:
     """Return sentences on the unknown physics: its probability, its share of the misfit, its appearance."""
-    missing = found.missing
+    missing = diagnosis.missing
     if missing is None:
         return []
-    first = f"With a probability of {chance(missing.probability)} something is missing that is not {catalogue(found)}"
-    none = "no known effect" if found.asked is None else "none of the effects asked for"
-    none = "none of these" if found.searched.not_simulated else none
-    of = percent(100 * missing.share)
-    share = f"{of} of the misfit of the plain law (squared, above the noise) is explained by {none}"
-    return [first, share, *missing.text]
+    probability = f"With a probability of {chance(missing.probability)}"
+    certainty = f"{probability} something is missing that is not {catalogue(diagnosis)}"
+    none = "no known effect" if diagnosis.asked is None else "none of the effects asked for"
+    none = "none of these" if diagnosis.searched.not_simulated else none
+    percentage = percent(100 * missing.share)
+    share = f"{percentage} of the misfit of the plain law (squared, above the noise) is explained by {none}"
+    return [certainty, share, *missing.text]
 
 
-def form_error_line(found: Diagnosis) -> str:
+def form_error_line(diagnosis: Diagnosis) -> str:
     """Return a sentence on the form error and how much of the remaining misfit it covers; empty without models."""
-    form = found.form_error
-    if not found.models:
+    form = diagnosis.form_error
+    if not diagnosis.models:
         return ""
     by_channel = [f"{percent(value)} in {name}" for name, value in form.percent.items() if value > 0]
-    size = f"of {listed(by_channel)} (rms, {relative_to(found)})"
+    size = f"of {listed(by_channel)} (rms, {relative_to(diagnosis)})"
     only = "" if form.covers >= 0.5 else "only "
     share = "all" if form.covers >= 0.995 else percent(100 * form.covers)
     covered = f"{only}{share} of the remaining misfit above the noise"
-    fitted = [one for one in found.measured if not one.held_out]
-    within_noise = form.covers >= 1.0 and all(one.after_percent <= one.noise_percent for one in fitted)
-    if UNKNOWN in found.models[0].effects:
+    fitted = [channel for channel in diagnosis.measured if not channel.held_out]
+    within_noise = form.covers >= 1.0 and all(
+        channel.after_percent <= channel.noise_percent for channel in fitted
+    )
+    if UNKNOWN in diagnosis.models[0].effects:
         return f"The unknown force, {size}, accounts for {covered}" if by_channel else ""
     if not by_channel:
         return "Errors of the formulas do not show beside the noise: the misfit of the most probable model is all noise"
-    rest = (
+    remainder = (
         "the remaining misfit is no larger than the noise" if within_noise else f"this accounts for {covered}"
     )
-    return f"The formulas of the most probable model are assumed to err by {size[3:]}; {rest}"
+    return f"The formulas of the most probable model are assumed to err by {size[3:]}; {remainder}"
 
 
-def rival_lines(found: Diagnosis) -> list[str]:
+def rival_lines(diagnosis: Diagnosis) -> list[str]:
     """Return the groups and the sets of effects that these recordings cannot distinguish, with their probabilities."""
-    lines = [f"{text[:1].upper()}{text[1:]}" for text in map(group_text, found.groups)]
-    sets = likely(found)
+    lines = [f"{text[:1].upper()}{text[1:]}" for text in map(group_text, diagnosis.groups)]
+    sets = likely(diagnosis)
     if len(sets) > 1:
-        lines.append(f"These recordings cannot tell apart: {'; '.join(one.text() for one in sets)}")
+        lines.append(
+            f"These recordings cannot tell apart: {'; '.join(candidate.text() for candidate in sets)}"
+        )
     return lines
 
 
-def next_test_lines(found: Diagnosis) -> list[str]:
+def next_test_lines(diagnosis: Diagnosis) -> list[str]:
     """Return sentences on the proposed test and the information expected from it, or on why none is proposed."""
-    test = found.next_test
+    test = diagnosis.next_test
     if test is None:
         # Of a search that did not end by itself nothing is said.
-        if not found.rivals or found.searched.ended != "nothing left":
+        if not diagnosis.rivals or diagnosis.searched.ended != "nothing left":
             return []
-        known = [one for one in (found.models[0].effects, *found.rivals) if UNKNOWN not in one]
-        if len(known) < 2:
+        known_sets = [
+            effects for effects in (diagnosis.models[0].effects, *diagnosis.rivals) if UNKNOWN not in effects
+        ]
+        if len(known_sets) < 2:
             return ["No test is proposed: of unknown physics nothing can be predicted"]
         return ["No test is proposed: none of those considered is expected to tell the rivals apart"]
     bits = f"{test.information:.2f} of the {test.possible:.2f} bits of information that are still open"
@@ -276,34 +297,34 @@ def next_test_lines(found: Diagnosis) -> list[str]:
     return [test.text, gain] if test.possible > 0 else [test.text]
 
 
-def searched_lines(found: Diagnosis) -> list[str]:
+def searched_lines(diagnosis: Diagnosis) -> list[str]:
     """Return sentences on the number of fitted models, whether others matter, and models that could not be solved."""
-    if found.verdict == "faulty_data":
+    if diagnosis.verdict == "faulty_data":
         return []
-    searched = found.searched
+    searched = diagnosis.searched
     count = len(searched.trials)
     if not count:
         return []
     fitted = f"{count} {'model was' if count == 1 else 'models were'} fitted"
-    why = {
+    end = {
         "nothing left": "",
         "budget": ": the time limit was reached",
         "interrupted": ": the search was interrupted",
     }.get(searched.ended, "")
     lines = [
-        f"{fitted}, the others predicted; fitting these too could shift {chance(searched.left)} of the probability{why}"
+        f"{fitted}, the others predicted; fitting these too could shift {chance(searched.left)} of the probability{end}"
     ]
     if searched.lost:
         lines.append(f"Could not be solved from any start: {'; '.join(searched.lost)}")
     return lines
 
 
-def relative_to(found: Diagnosis) -> str:
+def relative_to(diagnosis: Diagnosis) -> str:
     """Return what percentages of misfits are relative to: the force range, K* of tables, or both."""
-    return " or ".join(dict.fromkeys(one.of for one in found.measured))
+    return " or ".join(dict.fromkeys(channel.of for channel in diagnosis.measured))
 
 
-def ended(lines: Iterable[str]) -> list[str]:
+def as_sentences(lines: Iterable[str]) -> list[str]:
     """Return sentences, each with an initial capital and a full stop; empty lines are left out."""
     return [f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in lines if line]
 
@@ -315,16 +336,16 @@ def law_title(name: str) -> str:
 
 def together(names: Sequence[str], none: str = "no effect") -> str:
     """Return a set of effects as part of a sentence: "Mullins softening with internal friction and offset"."""
-    first, *others = [phrase(name) for name in names] or [none]
-    return f"{first} with {listed(others)}" if others else first
+    main, *others = [phrase(name) for name in names] or [none]
+    return f"{main} with {listed(others)}" if others else main
 
 
 def model_title(law: str, names: Sequence[str], variants: Mapping[str, str] | None = None) -> str:
     """Return a model as a table shows it: "Yeoh + Mullins softening + offset (radial)", "Yeoh alone"."""
     if not names:
         return f"{law_title(law)} alone"
-    known = variants or {}
-    parts = [f"{phrase(name)} ({known[name]})" if known.get(name) else phrase(name) for name in names]
+    forms = variants or {}
+    parts = [f"{phrase(name)} ({forms[name]})" if forms.get(name) else phrase(name) for name in names]
     return " + ".join((law_title(law), *parts))
 
 
@@ -342,12 +363,12 @@ def short_chance(probability: float) -> str:
     return "> 99 %" if probability > _ALMOST_CERTAIN else f"{100 * probability:.0f} %"
 
 
-def unlikely(found: Diagnosis, limit: float) -> list[str]:
+def unlikely(diagnosis: Diagnosis, limit: float) -> list[str]:
     """Return the effects that are less probable than a limit and that these recordings could show."""
-    ranked = sorted(found.probability.items(), key=lambda one: -one[1])
-    return [name for name, p in ranked if p < limit and name not in found.searched.untestable]
+    ranked = sorted(diagnosis.probability.items(), key=lambda item: -item[1])
+    return [name for name, p in ranked if p < limit and name not in diagnosis.searched.untestable]
 
 
-def undetectable(found: Diagnosis, limit: float) -> list[str]:
+def undetectable(diagnosis: Diagnosis, limit: float) -> list[str]:
     """Return the effects that these recordings cannot show; they count as absent, which nothing in the data says."""
-    return [name for name in found.searched.untestable if found.probability.get(name, 0.0) < limit]
+    return [name for name in diagnosis.searched.untestable if diagnosis.probability.get(name, 0.0) < limit]
