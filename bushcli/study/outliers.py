@@ -35,7 +35,7 @@ def outlying(values: Array, false_alarm: float = FALSE_ALARM) -> tuple[NDArray[n
     from scipy.stats import t
 
     n, left, order = len(values), np.arange(len(values)), list[int]()
-    found, level = 0, false_alarm / float(np.interp(n, _PARTS, _MORE_OFTEN))
+    count, probability = 0, false_alarm / float(np.interp(n, _PARTS, _MORE_OFTEN))
     # Up to a third of the parts: with more, it is not clear which are the outliers.
     for i in range(n // 3 if n >= FEWEST else 0):
         spread = float(np.std(values[left], ddof=1))
@@ -44,14 +44,14 @@ def outlying(values: Array, false_alarm: float = FALSE_ALARM) -> tuple[NDArray[n
         deviation = np.abs(values[left] - values[left].mean()) / spread
         worst = int(np.argmax(deviation))
         free = n - i - 2
-        point = float(t.ppf(1.0 - level / (2.0 * (n - i)), free))
+        point = float(t.ppf(1.0 - probability / (2.0 * (n - i)), free))
         limit = (n - i - 1) * point / np.sqrt((free + point**2) * (n - i))
         order.append(int(left[worst]))
         if deviation[worst] > limit:
-            found = i + 1
+            count = i + 1
         left = np.delete(left, worst)
     out = np.zeros(n, dtype=bool)
-    out[order[:found]] = True
+    out[order[:count]] = True
     like = values[~out]
     spread = float(np.std(like, ddof=1)) if len(like) > 1 else 0.0
     return out, (values - like.mean()) / spread if spread > 0.0 else np.zeros(n)

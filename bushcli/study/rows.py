@@ -197,7 +197,7 @@ class Rows:
         file = self.folder / DEFINITION
         expected = "restore the file, or leave out --resume, which begins rows of its own"
         if file not in self._own:
-            if any(one.suffix != ".part" for one in self._own):
+            if any(other.suffix != ".part" for other in self._own):
                 what = "is missing: it is not known to which study the saved designs belong"
                 raise InputError(Problem(str(file), what, "", expected))
             return
@@ -284,10 +284,10 @@ class Rows:
 def is_defined(folder: Path, definition: Mapping[str, Any]) -> bool:
     """Whether a folder holds the rows of the study with this definition."""
     try:
-        found = json.loads(read_bounded(folder / DEFINITION, _LARGEST_DEFINITION))
+        saved = json.loads(read_bounded(folder / DEFINITION, _LARGEST_DEFINITION))
     except (*_DAMAGED, RecursionError):
         return False
-    return bool(found == json.loads(json.dumps(definition)))
+    return bool(saved == json.loads(json.dumps(definition)))
 
 
 def _refuse_link(path: Path) -> None:

@@ -90,9 +90,9 @@ def variable(text: str) -> Variable:
         raise _wrong(text, "is not KEY=VALUES", f"e.g. geometry.outer_radius={EXAMPLES}")
     if (toleranced_value := toleranced(spec)) is not None:
         return of_tolerance(key, toleranced_value)
-    found = _called(key, spec, text) or _range(key, spec, text)
-    if found is not None:
-        return found
+    parsed = _called(key, spec, text) or _range(key, spec, text)
+    if parsed is not None:
+        return parsed
     parts, depth = [""], 0
     for character in spec:  # a comma within the brackets of a point or a path does not separate values
         depth += (character in "[{") - (character in "]}")
@@ -145,28 +145,28 @@ def of_values(key: str, spec: str, values: tuple[Value, ...]) -> Variable:
     )
 
 
-def of_tolerance(key: str, found: Toleranced, origin: str = "") -> Variable:
+def of_tolerance(key: str, tolerance: Toleranced, origin: str = "") -> Variable:
     """Return the variable of a number with a tolerance: a normal distribution, cut off at the limits.
 
     Parameters
     ----------
     key : str
         As in `Variable`.
-    found : Toleranced
+    tolerance : Toleranced
         Nominal value and limits.
     origin : str
         File that has the tolerance; empty for ``--vary``.
     """
     from scipy.special import ndtr
 
-    sigma, tail = found.deviation / SIGMAS, float(ndtr(-SIGMAS))
+    sigma, tail = tolerance.deviation / SIGMAS, float(ndtr(-SIGMAS))
     return Variable(
         key,
-        f"{found.nominal:g} +- {found.deviation:g}",
-        ppf=lambda u: found.nominal + sigma * _normal(tail + (1.0 - 2.0 * tail) * u),
-        low=found.low,
-        high=found.high,
-        nominal=found.nominal,
+        f"{tolerance.nominal:g} +- {tolerance.deviation:g}",
+        ppf=lambda u: tolerance.nominal + sigma * _normal(tail + (1.0 - 2.0 * tail) * u),
+        low=tolerance.low,
+        high=tolerance.high,
+        nominal=tolerance.nominal,
         origin=origin,
     )
 
@@ -205,15 +205,15 @@ def _range(key: str, spec: str, text: str) -> Variable | None:
 
 def _called(key: str, spec: str, text: str) -> Variable | None:
     """Return the variable of a specification such as "normal(22, 0.05)"; None for anything else."""
-    found = _CALL.match(spec)
-    if found is None:
+    match = _CALL.match(spec)
+    if match is None:
         return None
-    name = found[1]
+    name = match[1]
     if name not in _DISTRIBUTIONS:
         raise _wrong(text, f"{name} is not a distribution", ", ".join(_DISTRIBUTIONS))
     arguments, is_valid, ppf = _DISTRIBUTIONS[name]
     try:
-        numbers = [float(part) for part in found[2].split(",")]
+        numbers = [float(part) for part in match[2].split(",")]
     except ValueError:
         numbers = []
     if len(numbers) != len(arguments) or not all(map(math.isfinite, numbers)):

@@ -111,14 +111,14 @@ def _cut(axes: Axes, view: View) -> None:
     """Fill the bodies of an assembly where the plane of x and z cuts them, and draw the bonds as lines."""
     size = float(np.abs(view.solids).max())
     # Nodes lie in a plane of symmetry: the section is taken beside it.
-    level = 1.234e-4 * size
+    y = 1.234e-4 * size
     low, high = view.solids.min(axis=(0, 1)), view.solids.max(axis=(0, 1))
     columns = max(2, round(_ROWS * (high[0] - low[0]) / (high[2] - low[2])))
     x, z = (low[i] + (np.arange(n) + 0.5) / n * (high[i] - low[i]) for i, n in ((0, columns), (2, _ROWS)))
     image = np.ones((_ROWS, columns, 4))
     image[..., 3] = 0.0
     for number in np.unique(view.solid_label):
-        lines = _crossed(view.solids[view.solid_label == number], level)
+        lines = _crossed(view.solids[view.solid_label == number], y)
         start, end = lines[:, 0], lines[:, 1]
         for row, height in enumerate(z):
             met = (start[:, 1] > height) != (end[:, 1] > height)
@@ -133,13 +133,13 @@ def _cut(axes: Axes, view: View) -> None:
         if name in view.names:
             bond = view.triangles[view.label == view.names.index(name)]
             ink = _colour(name, view)
-            axes.add_collection(LineCollection(list(_crossed(bond, level)), colors=ink, linewidths=3.5))
+            axes.add_collection(LineCollection(list(_crossed(bond, y)), colors=ink, linewidths=3.5))
     section_axes(axes, ("x [mm]", "z [mm]"))
 
 
-def _crossed(triangles: Array, level: float) -> Array:
+def _crossed(triangles: Array, y: float) -> Array:
     """Return where triangles cross the plane of this y: ends (x, z) of lines, mm, shape (k, 2, 2)."""
-    return cut(triangles, np.eye(3)[1], level, above=False)[0][..., [0, 2]]
+    return cut(triangles, np.eye(3)[1], y, above=False)[0][..., [0, 2]]
 
 
 def _solid(axes: Axes, view: View, opened: bool) -> None:

@@ -12,23 +12,25 @@ from bushcli.study.batch import Batch
 from bushcli.study.compare import Comparison, ReactionHistory
 
 
-def batch_panels(found: Batch) -> list[Panels]:
+def batch_panels(batch: Batch) -> list[Panels]:
     """Return the parts of each mode, their mean and the tolerance band."""
     panels = []
-    for curve in found.curves:
+    for curve in batch.curves:
         shown = quantities(curve.mode)
-        parts = [part for part in found.parts if part.mode == curve.mode]
+        parts = [part for part in batch.parts if part.mode == curve.mode]
         series = []
         for key, label, is_outlier in (("part", "parts", False), ("left_out", "outliers", True)):
             drawn = [part.recording for part in parts if bool(part.outlier) == is_outlier]
             if drawn:  # one series, with gaps, so that no line joins two curves
-                x = [value for one in drawn for value in (shown.shown(one.displacement), [np.nan])]
-                force = [value for one in drawn for value in (one.force, [np.nan])]
+                x = [
+                    value for recording in drawn for value in (shown.shown(recording.displacement), [np.nan])
+                ]
+                force = [value for recording in drawn for value in (recording.force, [np.nan])]
                 series.append(Series(key, label, np.concatenate(x), np.concatenate(force)))
         q = shown.shown(curve.mean.displacement)
         series.append(Series("after", "mean", q, curve.mean.force))
         # Up to the turning points, each of which belongs to both branches.
-        legs = [slice(max(one.start - 1, 0), one.stop) for one in curve.mean.segments]
+        legs = [slice(max(segment.start - 1, 0), segment.stop) for segment in curve.mean.segments]
         outlines = [around(q[leg], curve.lower[leg], curve.upper[leg]) for leg in legs]
         band = Region("range", "tolerance band", outlines)
         plot = Plot("curves", shown.labels, series, [band], rest_lines(shown), height=400.0)
@@ -37,11 +39,11 @@ def batch_panels(found: Batch) -> list[Panels]:
     return panels
 
 
-def compare_panels(found: Comparison) -> list[Panels]:
+def compare_panels(comparison: Comparison) -> list[Panels]:
     """Return the curves of each channel."""
-    panels, names = [], file_names(found.channels)
-    for channel in found.channels:
-        drawn = {i: item for i, item in enumerate(found.items) if channel in item.curves}
+    panels, names = [], file_names(comparison.channels)
+    for channel in comparison.channels:
+        drawn = {i: item for i, item in enumerate(comparison.items) if channel in item.curves}
         series = []
         for i, item in drawn.items():
             curve = item.curves[channel]

@@ -27,12 +27,12 @@ _SAME = 1e-5
 
 def history_panels(histories: Sequence[ChannelHistory], names: Mapping[str, str]) -> list[Panels]:
     """Return the loops of each channel, and its holds where the recording has time."""
-    found = []
+    panels = []
     for history in histories:
-        found.append(cycle_panels(history, names[history.name]))
+        panels.append(cycle_panels(history, names[history.name]))
         if holds := drawn_holds(history):
-            found.append(hold_panels(history, holds, names[history.name]))
-    return found
+            panels.append(hold_panels(history, holds, names[history.name]))
+    return panels
 
 
 def cycle_panels(history: ChannelHistory, file: str) -> Panels:
@@ -56,18 +56,18 @@ def cycle_panels(history: ChannelHistory, file: str) -> Panels:
 
 def energy_plot(history: ChannelHistory) -> Plot:
     """Return the energies of the closed cycles; the work of open ones includes stored energy and would dwarf them."""
-    found = dict(zip(_LABELS, _values(history, "energy", True), strict=True))
+    energies = dict(zip(_LABELS, _values(history, "energy", True), strict=True))
     heading = "hysteresis energy of closed cycles (error bars: ± 2 standard errors)"
-    plot = _by_cycle(history, found, "energy", f"energy [{energy_unit(history.mode)}]", heading)
-    if not any(one.value or one.std for values in found.values() for one in values.values()):
+    plot = _by_cycle(history, energies, "energy", f"energy [{energy_unit(history.mode)}]", heading)
+    if not any(energy.value or energy.std for values in energies.values() for energy in values.values()):
         return replace(plot, y=(-1.0, 1.0))
     if len(history.cycles) > _BARS:
         return plot
-    shown = [key for key in found if found[key]]
+    shown = [key for key in energies if energies[key]]
     width, bars, errors = 0.8 / max(len(shown), 1), [], []
     for i, key in enumerate(shown):
-        at = np.array(list(found[key])) + (i - 0.5 * (len(shown) - 1)) * width
-        value, error = _bars(found[key])
+        at = np.array(list(energies[key])) + (i - 0.5 * (len(shown) - 1)) * width
+        value, error = _bars(energies[key])
         boxes = [
             np.array([(x - width / 2, 0.0), (x + width / 2, 0.0), (x + width / 2, v), (x - width / 2, v)])
             for x, v in zip(at, value, strict=True)
@@ -75,7 +75,9 @@ def energy_plot(history: ChannelHistory) -> Plot:
         bars.append(Region(key, _LABELS[key], boxes))
         errors.append(Series("zero", "", at, np.where(error > 0, value, np.nan), error=error, mark="dots"))
     return replace(
-        plot, regions=bars, series=[one for one in errors if one.error is not None and one.error.any()]
+        plot,
+        regions=bars,
+        series=[series for series in errors if series.error is not None and series.error.any()],
     )
 
 
@@ -84,13 +86,13 @@ _LABELS = {"recorded": "recorded", "after": "simulated"}
 
 def secant_plot(history: ChannelHistory, shown: Quantities) -> Plot:
     """Return the secant stiffness of each cycle, recorded and simulated."""
-    found = dict(zip(_LABELS, _values(history, "secant_stiffness"), strict=True))
+    secants = dict(zip(_LABELS, _values(history, "secant_stiffness"), strict=True))
     heading = "secant stiffness, peak to peak of each cycle"
-    plot = _by_cycle(history, found, "secant", f"secant [{shown.stiffness_unit}]", heading)
-    every = [one.value for values in found.values() for one in values.values()]
+    plot = _by_cycle(history, secants, "secant", f"secant [{shown.stiffness_unit}]", heading)
+    stiffnesses = [secant.value for values in secants.values() for secant in values.values()]
     # A law without memory has one secant; its cycles differ by rounding only.
-    if every and max(every) - min(every) < _SAME * max(map(abs, every)):
-        return replace(plot, y=tuple(sorted((0.95 * every[0], 1.05 * every[0]))) or None)  # type: ignore[arg-type]
+    if stiffnesses and max(stiffnesses) - min(stiffnesses) < _SAME * max(map(abs, stiffnesses)):
+        return replace(plot, y=tuple(sorted((0.95 * stiffnesses[0], 1.05 * stiffnesses[0]))) or None)  # type: ignore[arg-type]
     return plot
 
 
@@ -98,24 +100,30 @@ def _values(
     history: ChannelHistory, name: str, closed: bool = False
 ) -> tuple[dict[int, Uncertain], dict[int, Uncertain]]:
     """Return a value of the recorded and of the simulated cycles by their number; on demand of closed ones alone."""
-    shown, known = quantities(history.mode), [one for one in history.cycles if one[0].closed or not closed]
+    shown = quantities(history.mode)
+    known = [cycle for cycle in history.cycles if cycle[0].closed or not closed]
     recorded, simulated = (
-        {one.number: shown_values(one, shown)[name] for three in known if (one := three[i])} for i in (1, 2)
+        {cycle.number: shown_values(cycle, shown)[name] for three in known if (cycle := three[i])}
+        for i in (1, 2)
     )
     return recorded, simulated
 
 
-def _bars(found: Mapping[int, Uncertain]) -> tuple[Array, Array]:
+def _bars(values: Mapping[int, Uncertain]) -> tuple[Array, Array]:
     """Return the values, and two standard errors of each."""
-    value, std = np.array([(one.value, one.std) for one in found.values()]).reshape(-1, 2).T
+    value, std = np.array([(entry.value, entry.std) for entry in values.values()]).reshape(-1, 2).T
     return value, 2.0 * std
 
 
 def _by_cycle(
-    history: ChannelHistory, found: Mapping[str, Mapping[int, Uncertain]], name: str, label: str, heading: str
+    history: ChannelHistory,
+    curves: Mapping[str, Mapping[int, Uncertain]],
+    name: str,
+    label: str,
+    heading: str,
 ) -> Plot:
     series = []
-    for key, values in found.items():
+    for key, values in curves.items():
         if values:
             value, error = _bars(values)
             series.append(
@@ -149,9 +157,11 @@ def hold_panels(
             hold for three in history.holds if (hold := three[i]) and math.isfinite(hold.relaxation.value)
         ]
         if held:
-            found = max(held, key=lambda hold: abs(hold.force_start.value)).relaxation
-            std = max(std, found.std)
-            parts.append(f"{percent(100 * found.value) if abs(found.value) > std else '0 %'} {what}")
+            relaxation = max(held, key=lambda hold: abs(hold.force_start.value)).relaxation
+            std = max(std, relaxation.std)
+            parts.append(
+                f"{percent(100 * relaxation.value) if abs(relaxation.value) > std else '0 %'} {what}"
+            )
     name = capital(history.name)
     title = (
         f"{name}: the held force relaxes by {', '.join(parts)}" if parts else f"{name}: no force in the holds"

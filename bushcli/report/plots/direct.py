@@ -59,28 +59,28 @@ def smooth(curve: Curve) -> tuple[Array, Array]:
     return q, curve.at(q)
 
 
-def curve_title(channel: Simulated, found: Misfit | None) -> str:
+def curve_title(channel: Simulated, misfit: Misfit | None) -> str:
     """Return the title of a channel's curves; the misfit is None where nothing was compared."""
     name = capital(channel.name)
     shown = quantities(channel.mode)
-    if found is None:
+    if misfit is None:
         secant = shown.stiffness(channel.curve.secant_stiffness())
         return f"{name}: {number(secant)} {shown.stiffness_unit} simulated (secant)"
-    if found.within:
-        return f"{name}: within {found.tolerance.text} of the recording ({percent(found.rms_percent)} rms)"
-    if abs(found.stiffness_ratio - 1.0) <= found.tolerance.band:
-        off = percent(found.peak_percent, found.tolerance.percent)
-        return f"{name}: stiffness within {found.tolerance.text}, curve off by up to {off}"
-    return f"{name}: simulation {stiffer(found.stiffness_ratio, found.tolerance.percent)}"
+    if misfit.within:
+        return f"{name}: within {misfit.tolerance.text} of the recording ({percent(misfit.rms_percent)} rms)"
+    if abs(misfit.stiffness_ratio - 1.0) <= misfit.tolerance.band:
+        off = percent(misfit.peak_percent, misfit.tolerance.percent)
+        return f"{name}: stiffness within {misfit.tolerance.text}, curve off by up to {off}"
+    return f"{name}: simulation {stiffer(misfit.stiffness_ratio, misfit.tolerance.percent)}"
 
 
-def curve_panels(channel: Simulated, found: Misfit | None, file: str) -> Panels:
+def curve_panels(channel: Simulated, misfit: Misfit | None, file: str) -> Panels:
     """Return a channel's curve, with its recording, the accepted band and the difference where there is a misfit."""
     shown = quantities(channel.mode)
     q, force = smooth(channel.curve)
     series = [] if channel.recording is None else [recorded_series(channel.recording, shown)]
     series.append(Series("after", "simulated", shown.shown(q), force))
-    if found is None:
+    if misfit is None:
         series.append(
             Series("after", "", shown.shown(channel.curve.displacement), channel.curve.force, "dots")
         )
@@ -88,23 +88,25 @@ def curve_panels(channel: Simulated, found: Misfit | None, file: str) -> Panels:
         end = int(np.argmax(np.abs(channel.curve.displacement)))
         at = (shown.shown(channel.curve.displacement[[end]]), channel.curve.force[[end]])
         series.append(Series("stopped", "simulation stopped", *at, "crosses"))
-    title, span = curve_title(channel, found), padded(np.concatenate([one.x for one in series]))
-    if found is None or channel.recording is None:
+    title, span = curve_title(channel, misfit), padded(np.concatenate([curve.x for curve in series]))
+    if misfit is None or channel.recording is None:
         plot = Plot("curve", shown.labels, series, bands=rest_lines(shown), x=span, height=400.0)
         return Panels(f"{file}-curve", "curve", title, [[plot]], channel.name)
-    simulated, measured = (number(shown.stiffness(one.secant)) for one in (found.predicted, found.measured))
+    simulated, measured = (
+        number(shown.stiffness(stiffness.secant)) for stiffness in (misfit.predicted, misfit.measured)
+    )
     heading = f"secant stiffness: simulated {simulated}, measured {measured} {shown.stiffness_unit}"
-    accepted, labels = _accepted(channel.recording, found, shown), ("", shown.force_label)
+    accepted, labels = _accepted(channel.recording, misfit, shown), ("", shown.force_label)
     plot = Plot("curve", labels, series, [accepted], rest_lines(shown), x=span, heading=heading, height=370.0)
-    q, off = shown.shown(found.displacement), 100 * found.difference / found.force_range
-    reach = found.tolerance.percent
+    q, off = shown.shown(misfit.displacement), 100 * misfit.difference / misfit.force_range
+    reach = misfit.tolerance.percent
     below = difference_plot(
         Series("after", "", q, off, "both" if len(q) <= SEPARATE else "line"),
         Stripe("tolerance", y=(-reach, reach)),
         shown,
         span,
-        f"simulated - recorded, in % of the recorded {shown.force} range: rms {percent(found.rms_percent)}, "
-        f"peak {percent(found.peak_percent, reach)}, noise {percent(found.noise_percent)}",
+        f"simulated - recorded, in % of the recorded {shown.force} range: rms {percent(misfit.rms_percent)}, "
+        f"peak {percent(misfit.peak_percent, reach)}, noise {percent(misfit.noise_percent)}",
     )
     return Panels(f"{file}-curve", "curve", title, [[plot], [below]], channel.name)
 
@@ -120,9 +122,9 @@ def difference_plot(
     )
 
 
-def _accepted(recording: Recording, found: Misfit, shown: Quantities) -> Region:
+def _accepted(recording: Recording, misfit: Misfit, shown: Quantities) -> Region:
     """Return the recording, branch by branch, widened by the tolerance, a share of its force range."""
-    width = found.tolerance.band * found.force_range
+    width = misfit.tolerance.band * misfit.force_range
     outlines = []
     for branch in branches(recording):
         # The sample before belongs to both branches; without it the band would have gaps at the turning points.
@@ -133,7 +135,7 @@ def _accepted(recording: Recording, found: Misfit, shown: Quantities) -> Region:
         order = np.argsort(q, kind="stable")
         outlines.append(around(shown.shown(q[order]), force[order] - width, force[order] + width))
     return Region(
-        "tolerance", f"± {found.tolerance.percent:g} % of the recorded {shown.force} range", outlines
+        "tolerance", f"± {misfit.tolerance.percent:g} % of the recorded {shown.force} range", outlines
     )
 
 
@@ -163,6 +165,6 @@ def six_panels(name: str, six: SixCurve, file: str) -> Panels:
 
 
 def _over_time(what: str, label: str, time: Array, values: Array, labels: list[str]) -> Plot:
-    series = [Series(colour(i), one, time, values[:, i], "both") for i, one in enumerate(labels)]
+    series = [Series(colour(i), name, time, values[:, i], "both") for i, name in enumerate(labels)]
     span = (float(time[0]), float(time[-1]))
     return Plot(what, ("time [s]", label), series, x=span, bands=[Stripe("zero", y=(0.0, 0.0))], width=450.0)

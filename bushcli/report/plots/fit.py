@@ -69,21 +69,21 @@ def coupon_plot(curve: FittedCurve, stable: tuple[float, float] | None, index: i
 def inverse_panels(result: InverseResult, names: Mapping[str, str]) -> list[Panels]:
     """Return curves, search and certainty, cycles and holds and, for several laws, their ranking."""
     fits, best = result.fits, result.best
-    found = [fitted_panels(curve, names[curve.name]) for curve in best.curves]
-    found += [table_panels(one, names[one.table.name]) for one in best.tables]
+    panels = [fitted_panels(curve, names[curve.name]) for curve in best.curves]
+    panels += [table_panels(table, names[table.table.name]) for table in best.tables]
     if len(fits) > 1:
-        found.append(ranking_panels(fits))
+        panels.append(ranking_panels(fits))
     if best.profiles:
         kind = "profiles" if len(best.profiles) > 1 else "certainty"
-        plots = [profile_plot(best, one, best.parameters[one.name]) for one in best.profiles]
-        found.append(Panels("profiles", kind, "Profile likelihood", in_rows(plots, 2)))
+        plots = [profile_plot(best, profile, best.parameters[profile.name]) for profile in best.profiles]
+        panels.append(Panels("profiles", kind, "Profile likelihood", in_rows(plots, 2)))
     if len(best.parameters) > 1:
-        found.append(correlation_panels(best))
+        panels.append(correlation_panels(best))
     if best.evaluations:
-        found.append(convergence_panels(best))
+        panels.append(convergence_panels(best))
     if len(best.end_points) > 1:
-        found.append(ends_panels(best))
-    return found + history_panels(result.histories, names)
+        panels.append(ends_panels(best))
+    return panels + history_panels(result.histories, names)
 
 
 def fitted_panels(curve: FittedCurve, file: str) -> Panels:
@@ -274,19 +274,19 @@ def convergence_panels(fit: Fit) -> Panels:
     span = (0.5, float(at.max()) + 0.5)
     bands = [Stripe("level", y=(1.0, 1.0), label="noise")]
     if profiles.any():
-        first = float(at[profiles].min()) - 0.5
-        bands.insert(0, Stripe("shaded", x=(first, span[1]), label="for the profiles"))
+        start = float(at[profiles].min()) - 0.5
+        bands.insert(0, Stripe("shaded", x=(start, span[1]), label="for the profiles"))
     above = Plot("misfit", ("", "misfit / noise"), series, x=span, bands=bands, height=300.0, log="y")
     ratios = []
     for i, (name, estimate) in enumerate(fit.parameters.items()):
         unit = estimate.value if estimate.value else 1.0
         values = np.array([e.parameters.get(name, np.nan) for e in fit.evaluations]) / unit
         ratios.append(Series(colour(i), name, at, values, mark))  # type: ignore[arg-type]  # mypy infers str
-    every = np.concatenate([np.ones(1), *(one.y[np.isfinite(one.y)] for one in ratios)])
-    limits = (max(_LEAST_RATIO, float(every.min())) - 0.1, min(_MOST_RATIO, float(every.max())) + 0.1)
+    finite = np.concatenate([np.ones(1), *(ratio.y[np.isfinite(ratio.y)] for ratio in ratios)])
+    limits = (max(_LEAST_RATIO, float(finite.min())) - 0.1, min(_MOST_RATIO, float(finite.max())) + 0.1)
     labels, heading = ("evaluation of all channels", "ratio"), "each parameter / its identified value"
-    one = [Stripe("zero", y=(1.0, 1.0))]
-    below = Plot("parameters", labels, ratios, x=span, y=limits, bands=one, heading=heading)
+    line = [Stripe("zero", y=(1.0, 1.0))]
+    below = Plot("parameters", labels, ratios, x=span, y=limits, bands=line, heading=heading)
     end = "converged" if fit.converged else "not converged"
     title = f"{fit.material.law}, {fit.method}: {end} after {fit.sweeps} evaluations, {fit.seconds:.0f} s"
     return Panels("convergence", "convergence", title, [[above], [below]])

@@ -97,7 +97,7 @@ def _not_replaced(directory: Path, names: Iterable[str], inputs: Collection[Path
         return {}
     read = {path.resolve() for path in inputs}
     own = owned(directory)
-    found = {}
+    problems = {}
     for name in there:
         path = directory / name
         what = ""
@@ -117,29 +117,29 @@ def _not_replaced(directory: Path, names: Iterable[str], inputs: Collection[Path
         elif name not in own:
             what = f"exists already and was not written by an earlier run ({RESULT} does not list it)"
         if what:
-            found[name] = Problem(str(path), what, "", "give another -o")
-    return found
+            problems[name] = Problem(str(path), what, "", "give another -o")
+    return problems
 
 
 def owned(directory: Path) -> frozenset[str] | None:
     """Return the files that bushcli wrote into a folder; None if it wrote none."""
-    found, noted = earlier_result(directory), claimed(directory)
-    if found is None:
+    result, noted = earlier_result(directory), claimed(directory)
+    if result is None:
         return noted or None
-    return noted | {name for name in found[FILES] if Path(name).name == name} | {RESULT}
+    return noted | {name for name in result[FILES] if Path(name).name == name} | {RESULT}
 
 
 def earlier_result(directory: Path) -> dict[str, Any] | None:
     """Return the result that a run has written into a folder; None without one that lists its files."""
     file = directory / RESULT
     try:
-        found = None if file.is_symlink() else json.loads(read_bounded(file, _LARGEST))
+        result = None if file.is_symlink() else json.loads(read_bounded(file, _LARGEST))
     except (OSError, ValueError, RecursionError):
         return None
-    if not isinstance(found, dict) or not {"command", "versions"} <= found.keys():
+    if not isinstance(result, dict) or not {"command", "versions"} <= result.keys():
         return None
-    listed = found.get(FILES)
-    return found if isinstance(listed, list) and all(isinstance(name, str) for name in listed) else None
+    listed = result.get(FILES)
+    return result if isinstance(listed, list) and all(isinstance(name, str) for name in listed) else None
 
 
 def _is_protected(path: Path) -> bool:
@@ -193,7 +193,9 @@ def occupy(directory: Path) -> Callable[[], None]:
 def is_finished(result: Mapping[str, Any]) -> bool:
     """Whether a run has ended by itself, and not by an interruption."""
     problems = result.get("problems") or ()
-    return not any(isinstance(one, Mapping) and one.get("name") == "interrupted" for one in problems)
+    return not any(
+        isinstance(problem, Mapping) and problem.get("name") == "interrupted" for problem in problems
+    )
 
 
 def moves_to(directory: Path, command: str, question: str) -> tuple[str, Path] | None:
@@ -210,13 +212,13 @@ def moves_to(directory: Path, command: str, question: str) -> tuple[str, Path] |
     tuple of str and Path, or None
         None if there is no result, or one of the same question, which the new one replaces.
     """
-    found = earlier_result(directory)
-    if found is None or (found["command"], found.get(QUESTION, "")) == (command, question):
+    earlier = earlier_result(directory)
+    if earlier is None or (earlier["command"], earlier.get(QUESTION, "")) == (command, question):
         return None
-    before = "".join(letter for letter in str(found["command"]) if letter.isalnum())
+    before = "".join(letter for letter in str(earlier["command"]) if letter.isalnum())
 
     def is_same(there: Mapping[str, Any]) -> bool:
-        return is_finished(there) and there.get(QUESTION, "") == found.get(QUESTION)
+        return is_finished(there) and there.get(QUESTION, "") == earlier.get(QUESTION)
 
     # A result that was moved before and calculated again is there already.
     return before, _free(directory / f"earlier-{before}", is_same)
@@ -224,8 +226,8 @@ def moves_to(directory: Path, command: str, question: str) -> tuple[str, Path] |
 
 def place_of(directory: Path, result: Mapping[str, Any]) -> Path:
     """Return the folder for a result: one inside the given one for an unfinished result beside a finished one."""
-    found = earlier_result(directory)
-    if found is None or is_finished(result) or not is_finished(found):
+    earlier = earlier_result(directory)
+    if earlier is None or is_finished(result) or not is_finished(earlier):
         return directory
     return _free(directory / f"unfinished-{result['command']}", lambda there: not is_finished(there))
 
@@ -288,8 +290,14 @@ def write_files(
     try:
         parts.mkdir(parents=True, exist_ok=True)
         place.mkdir(exist_ok=True)
-        kept, obsolete = _set_aside(place, result, parts)
-        listed = {*kept, *obsolete, *files, *staged, *(name for name in beside if (place / name).is_file())}
+        remaining, obsolete = _set_aside(place, result, parts)
+        listed = {
+            *remaining,
+            *obsolete,
+            *files,
+            *staged,
+            *(name for name in beside if (place / name).is_file()),
+        }
         _write_all(place, files, listed, parts)
         for name, file in staged.items():
             file.replace(place / name)
@@ -397,7 +405,7 @@ def claimed(directory: Path) -> frozenset[str]:
     """Return the files in a folder that a run has noted because it has no result that could list them."""
     file = directory / CLAIMED
     try:
-        found = None if file.is_symlink() else json.loads(read_bounded(file, _LARGEST_CLAIM))
+        names = None if file.is_symlink() else json.loads(read_bounded(file, _LARGEST_CLAIM))
     except (OSError, ValueError, RecursionError):
         return frozenset()
-    return frozenset(map(str, found)) if isinstance(found, list) else frozenset()
+    return frozenset(map(str, names)) if isinstance(names, list) else frozenset()
