@@ -159,12 +159,12 @@ def summary(
 ) -> Summary | None:
     """Return the statistics of one answer over the designs; None where fewer than two have it."""
     values = table.answers[name]
-    there = np.isfinite(values) & plan.independent[table.design]
-    y = values[there]
+    has_answer = np.isfinite(values) & plan.independent[table.design]
+    y = values[has_answer]
     if len(y) < 2:
         return None
     numbers = {
-        variable.key: np.array(table.keys[variable.key], dtype=float)[there]
+        variable.key: np.array(table.keys[variable.key], dtype=float)[has_answer]
         for variable in plan.variables
         if variable.numeric
     }
@@ -229,12 +229,12 @@ def _sobol(
     whole = np.full(len(plan.rows), np.nan)
     whole[table.design] = values
     blocks = whole.reshape(-1, keys + 2)
-    good = blocks[np.isfinite(blocks).all(axis=1)]
-    if len(good) < 2 or np.ptp(good) == 0.0:
+    complete = blocks[np.isfinite(blocks).all(axis=1)]
+    if len(complete) < 2 or np.ptp(complete) == 0.0:
         return {}
     with np.errstate(all="ignore"):
         indices = sobol.analyze(
-            problem(keys), good.ravel(), calc_second_order=False, conf_level=CONFIDENCE, seed=seed
+            problem(keys), complete.ravel(), calc_second_order=False, conf_level=CONFIDENCE, seed=seed
         )
     return {
         key: tuple(float(indices[name][i]) for name in ("S1", "ST", "S1_conf", "ST_conf"))  # type: ignore[misc]
@@ -247,11 +247,11 @@ def within(limits: Limits, y: Array) -> Limits:
     from scipy.special import betaincinv
 
     n = len(y)
-    good = int(np.count_nonzero((y >= limits.low) & (y <= limits.high)))
+    inside = int(np.count_nonzero((y >= limits.low) & (y <= limits.high)))
     tail = 0.5 * (1.0 - CONFIDENCE)
-    low = float(betaincinv(good, n - good + 1, tail)) if good else 0.0
-    high = float(betaincinv(good + 1, n - good, 1.0 - tail)) if good < n else 1.0
-    return Limits(limits.low, limits.high, good / n, (low, high))
+    low = float(betaincinv(inside, n - inside + 1, tail)) if inside else 0.0
+    high = float(betaincinv(inside + 1, n - inside, 1.0 - tail)) if inside < n else 1.0
+    return Limits(limits.low, limits.high, inside / n, (low, high))
 
 
 def limits_of(text: str, percent: float = DEFAULT.percent) -> tuple[str, Limits]:
@@ -269,9 +269,9 @@ def limits_of(text: str, percent: float = DEFAULT.percent) -> tuple[str, Limits]
         The text has none of these forms.
     """
     name, equals, spec = text.rpartition("=")
-    found = toleranced(spec)
-    if equals and name.strip() and found is not None:
-        return name.strip(), Limits(found.low, found.high)
+    tolerance = toleranced(spec)
+    if equals and name.strip() and tolerance is not None:
+        return name.strip(), Limits(tolerance.low, tolerance.high)
     try:
         ends = [float(part) for part in spec.split(":")]
         width = 0.01 * percent * abs(ends[0])

@@ -99,8 +99,8 @@ class NoAnswer(ValueError):
 
 def default_answers(case: Case) -> tuple[Asked, ...]:
     """Return initial and secant stiffness of every channel."""
-    known = [name for name, mode in case.channels if mode in modes()]
-    return tuple(answer(case, f"{name}.{kind}") for name in known for kind in ALONE)
+    channels = [name for name, mode in case.channels if mode in modes()]
+    return tuple(answer(case, f"{name}.{kind}") for name in channels for kind in ALONE)
 
 
 def answer(case: Case, text: str) -> Asked:
@@ -144,11 +144,11 @@ def answer(case: Case, text: str) -> Asked:
         raise InputError(Problem(f"--answer {text}", what, nearest(channel, channels), ", ".join(channels)))
     travel, at_load = place_of(f"--answer {text}", channels[channel], at[3]) if at else (None, False)
     place = "load" if at_load else "travel"
-    known = (*(choice for choice in AT if choice != "force"), "travel") if at_load else AT
-    if at and kind not in known:
+    kinds = (*(choice for choice in AT if choice != "force"), "travel") if at_load else AT
+    if at and kind not in kinds:
         what = f"{kind} cannot be evaluated at a {place}"
         raise InputError(
-            Problem(f"--answer {text}", what, "", ", ".join(f"{choice}@{at[3]}" for choice in known))
+            Problem(f"--answer {text}", what, "", ", ".join(f"{choice}@{at[3]}" for choice in kinds))
         )
     if travel == 0.0 and kind == "secant":
         what = f"has no secant: the {place} is zero"
@@ -196,8 +196,8 @@ def loading(curve: Curve, travel: float, name: str) -> tuple[Array, Array]:
     unit, load = quantity_unit(curve.mode), "Nmm" if modes()[curve.mode].rotational else "N"
     # Far beyond the curve, a load was meant.
     meant = max(abs(low), abs(high)) * 3.0 < abs(travel * turn) and unit
-    said = f"; a load has its unit, @{travel * turn:.6g}{load}" if meant else ""
-    raise NoAnswer(f"{name}: the curve goes from {low:.6g} to {high:.6g}{unit}{said}")
+    hint = f"; a load has its unit, @{travel * turn:.6g}{load}" if meant else ""
+    raise NoAnswer(f"{name}: the curve goes from {low:.6g} to {high:.6g}{unit}{hint}")
 
 
 def travel_at(curve: Curve, load: float, name: str) -> float:
@@ -215,8 +215,8 @@ def travel_at(curve: Curve, load: float, name: str) -> float:
     before, after = map(float, curve.displacement[step])
     if abs(force[step][1]) <= slack:
         return after
-    q, own = loading(curve, 0.5 * (before + after), name)
-    roots = CubicSpline(q, own - load).roots(extrapolate=False)
+    q, forces = loading(curve, 0.5 * (before + after), name)
+    roots = CubicSpline(q, forces - load).roots(extrapolate=False)
     return next(float(root) for root in roots if min(before, after) <= root <= max(before, after))
 
 

@@ -295,9 +295,9 @@ def _compared(case: Case, group: Sequence[Recording], faulty: set[str]) -> tuple
     shape, _ = outlying(np.log([max(part.rms_percent, 1e-9) for part in parts]), FALSE_ALARM / 2.0)
     # A misfit below the others' is no fault of a part.
     shape &= np.array([part.rms_percent for part in parts]) > np.median([part.rms_percent for part in parts])
-    like = [recording for recording, *out in zip(sound, stiffness, shape, strict=True) if not any(out)]
-    mean = np.mean([recording.force for recording in like], axis=0)
-    q = np.mean([recording.displacement for recording in like], axis=0)
+    inliers = [recording for recording, *out in zip(sound, stiffness, shape, strict=True) if not any(out)]
+    mean = np.mean([recording.force for recording in inliers], axis=0)
+    q = np.mean([recording.displacement for recording in inliers], axis=0)
     # The mean is the batch: the factors are relative to it.
     share = float(mean @ median) / float(median @ median)
     parts = [
@@ -321,7 +321,7 @@ def _compared(case: Case, group: Sequence[Recording], faulty: set[str]) -> tuple
     curve = Curve(group[0].mode, q, mean, sound[0].time)
     low, high = (mean * np.exp(side * k * scatter) for side in (-1.0, 1.0))
     return parts, BatchCurve(
-        curve.mode, curve, np.minimum(low, high), np.maximum(low, high), len(like), scatter, k
+        curve.mode, curve, np.minimum(low, high), np.maximum(low, high), len(inliers), scatter, k
     )
 
 
@@ -349,8 +349,8 @@ def _on_their_own(
     sources = {source.label: source for source in case.specimens}
     results = []
     for recording in others:
-        alone = replace(mean, recordings=(sources[recording.name],), load_cases=(), coupons=())
-        response = predict(alone, material, pictures=False)  # type: ignore[arg-type]
+        single = replace(mean, recordings=(sources[recording.name],), load_cases=(), coupons=())
+        response = predict(single, material, pictures=False)  # type: ignore[arg-type]
         (channel,) = response.channels
         simulated = (
             channel.curve.force
@@ -358,8 +358,8 @@ def _on_their_own(
             else channel.curve.backbone().at(recording.displacement, tolerance=0.02)
         )
         part = replace(_fitted(recording, simulated), simulated=True)
-        like = [other for other in parts if other.mode == recording.mode and not other.outlier]
-        factors = np.log([other.factor for other in like])
+        inliers = [other for other in parts if other.mode == recording.mode and not other.outlier]
+        factors = np.log([other.factor for other in inliers])
         is_foreign = part.factor <= 0.0 or foreign(
             float(np.log(part.factor)), factors, len(others), FALSE_ALARM / 2.0
         )

@@ -40,21 +40,24 @@ def travel_cause(part: Recording, common: Recording) -> Cause:
     """Return in which way the program of a part differs from that of the batch."""
     rotational = modes()[part.mode].rotational
     per, name = (180.0 / np.pi, "deg") if rotational else (1.0, "mm")
-    own, usual = (
+    part_range, batch_range = (
         (per * float(recording.displacement.min()), per * float(recording.displacement.max()))
         for recording in (part, common)
     )
-    reach = f"moves from {own[0]:.4g} to {own[1]:.4g} {name}, the batch from {usual[0]:.4g} to {usual[1]:.4g} {name}"
+    reach = (
+        f"moves from {part_range[0]:.4g} to {part_range[1]:.4g} {name}, "
+        f"the batch from {batch_range[0]:.4g} to {batch_range[1]:.4g} {name}"
+    )
     share = float(np.ptp(part.displacement) / np.ptp(common.displacement))
     same_travel = abs(share - 1.0) < 0.02
     difference = "other steps in between" if same_travel else f"{share:.3g} times the travel"
-    held = np.isclose(
+    at_end = np.isclose(
         part.displacement, part.displacement.max(), atol=1e-3 * np.ptp(part.displacement)
     ).mean()
-    usually = np.isclose(
+    batch_at_end = np.isclose(
         common.displacement, common.displacement.max(), atol=1e-3 * np.ptp(common.displacement)
     ).mean()
-    clamped = not same_travel and share < 1.0 and held > 2.0 * usually + 0.02
+    clamped = not same_travel and share < 1.0 and at_end > 2.0 * batch_at_end + 0.02
     return Cause("travel", f"{reach}: {difference}" + (", clamped at its end" if clamped else ""))
 
 
@@ -71,9 +74,9 @@ def effect_cause(part: Recording, batch: Array, left: Array, usual: float) -> Ca
         if not size > 1e-12 * float(column @ column):
             continue
         amplitude = float(across @ left) / size
-        taken = amplitude**2 * size / excess
-        if best is None or taken > best[0]:
-            best = taken, name, words.format(amplitude)
+        explained = amplitude**2 * size / excess
+        if best is None or explained > best[0]:
+            best = explained, name, words.format(amplitude)
     if best is None or best[0] < EXPLAINS:
         return None
     share = min(100.0 * best[0], 100.0)
@@ -124,11 +127,11 @@ def _columns(part: Recording, batch: Array) -> Iterator[tuple[str, str, Array]]:
         width = max(len(part.displacement) // 200, 1)
         padded = np.pad(part.displacement, width, mode="edge")
         smooth = np.convolve(padded, np.ones(2 * width + 1) / (2 * width + 1), mode="valid")
-        way = np.asarray(np.sign(np.gradient(smooth)), dtype=np.float64)
+        direction = np.asarray(np.sign(np.gradient(smooth)), dtype=np.float64)
         yield (
             " or ".join(sliding),
             f"a loop of about {{0:.3g}} {'N mm' if rotational else 'N'} to either side",
-            way,
+            direction,
         )
 
 

@@ -68,9 +68,11 @@ class Difference:
     @property
     def percent(self) -> tuple[float | None, ...]:
         """Change of each number against the first, percent; None where there are no two numbers."""
-        first = self.values[0]
+        reference = self.values[0]
         return tuple(
-            100.0 * (value / first - 1.0) if _is_number(value) and _is_number(first) and first else None
+            100.0 * (value / reference - 1.0)
+            if _is_number(value) and _is_number(reference) and reference
+            else None
             for value in self.values
         )
 
@@ -110,8 +112,8 @@ def compare(items: Sequence[ComparedResult]) -> Comparison:
         ]
         names = [[str(entry.get("name", entry.get("mode"))) for entry in table] for table in tables]
         # All names, or how many and the ends.
-        few = (f"{len(n)}: {n[0]} ... {n[-1]}" if len(n) > 3 else ", ".join(n) or None for n in names)
-        lists.append(Difference(key, tuple(few)))
+        summaries = (f"{len(n)}: {n[0]} ... {n[-1]}" if len(n) > 3 else ", ".join(n) or None for n in names)
+        lists.append(Difference(key, tuple(summaries)))
     other = [difference for difference in lists if len(set(difference.values)) > 1]
     for case in given_cases:
         for key in ("path", *(difference.key for difference in other)):
@@ -121,12 +123,12 @@ def compare(items: Sequence[ComparedResult]) -> Comparison:
         dict(_leaves({key: value for key, value in item.result.items() if key not in _HOW})) for item in items
     ]
     # What only one kind of result has is no difference, and a key of the cases is one already.
-    given = {key for case in cases for key in case}
+    case_keys = {key for case in cases for key in case}
     common = [
         {
             key: value
             for key, value in table.items()
-            if key not in given and sum(key in entries for entries in numbers) > 1
+            if key not in case_keys and sum(key in entries for entries in numbers) > 1
         }
         for table in numbers
     ]
@@ -151,9 +153,9 @@ def curves_in(result: Mapping[str, Any]) -> dict[str, Curve | ReactionHistory]:
             time = np.array(entry["time"], dtype=float)
             reactions = np.array([entry["force"][name] for name in REACTIONS], dtype=float)
             size = np.abs(reactions).max(axis=1, initial=0.0)
-            for k, (name, like) in enumerate(zip(REACTIONS, PAIR_MODES, strict=True)):
+            for k, (name, pair_mode) in enumerate(zip(REACTIONS, PAIR_MODES, strict=True)):
                 if len(time) > 1 and size[k] > _NOTHING * size[3 * (k // 3) : 3 * (k // 3) + 3].max():
-                    curves[f"{entry['name']} {name}"] = ReactionHistory(like, time, reactions[k])
+                    curves[f"{entry['name']} {name}"] = ReactionHistory(pair_mode, time, reactions[k])
             continue
         mode = modes().get(entry.get("mode", ""))
         q, force = entry.get("displacement"), entry.get("force")
@@ -177,8 +179,8 @@ def _leaves(value: Any, at: str = "") -> Iterator[tuple[str, Any]]:
     elif isinstance(value, list) and any(isinstance(entry, Mapping) for entry in value):
         for i, item in enumerate(value):
             name = item.get("name", item.get("mode")) if isinstance(item, Mapping) else None
-            taken = [entry.get("name", entry.get("mode")) for entry in value if isinstance(entry, Mapping)]
-            yield from _leaves(item, f"{at}.{name}" if name and taken.count(name) == 1 else f"{at}[{i}]")
+            names = [entry.get("name", entry.get("mode")) for entry in value if isinstance(entry, Mapping)]
+            yield from _leaves(item, f"{at}.{name}" if name and names.count(name) == 1 else f"{at}[{i}]")
     elif isinstance(value, list):
         if len(value) <= 6:
             yield at, tuple(value) if all(not isinstance(entry, list) for entry in value) else str(value)
@@ -209,22 +211,22 @@ def _is_number(value: Any) -> bool:
 
 
 def _apart(curves: Sequence[Curve | ReactionHistory | None]) -> tuple[float | None, ...]:
-    first = curves[0]
-    if first is None:
+    reference = curves[0]
+    if reference is None:
         return (None,) * len(curves)
-    found: list[float | None] = []
-    x, force = _over(first)
+    differences: list[float | None] = []
+    x, force = _over(reference)
     for curve in curves:
         difference = None
-        if curve is not None and (type(curve), curve.mode) == (type(first), first.mode):
+        if curve is not None and (type(curve), curve.mode) == (type(reference), reference.mode):
             own, other = _over(curve)
             low, high = max(x[0], own[0]), min(x[-1], own[-1])
             if high > low:
                 at = np.linspace(low, high, 200)
                 apart = np.interp(at, own, other) - np.interp(at, x, force)
                 difference = float(100.0 * apart[np.argmax(np.abs(apart))] / np.ptp(force))
-        found.append(difference)
-    return tuple(found)
+        differences.append(difference)
+    return tuple(differences)
 
 
 def _over(curve: Curve | ReactionHistory) -> tuple[Array, Array]:

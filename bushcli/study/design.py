@@ -49,8 +49,8 @@ class Dimension:
     @property
     def at_bound(self) -> bool:
         """Whether the value is at a bound."""
-        near = AT_BOUND * (self.upper - self.lower)
-        return self.value - self.lower <= near or self.upper - self.value <= near
+        margin = AT_BOUND * (self.upper - self.lower)
+        return self.value - self.lower <= margin or self.upper - self.value <= margin
 
 
 @dataclass(frozen=True)
@@ -203,15 +203,15 @@ def design(
         points += list(low + unit * (high - low))
     cache = DesignCache(measured=Measured(tables))
     ends: list[End] = []
-    lost, reason = 0, ""
+    failed, reason = 0, ""
     questions = [(task, tuple(targets), point, low, high) for point in points]
     for _, end in pool.answers(search, questions, cache):
         if isinstance(end, End):
             ends.append(end)
         else:  # its start could not be simulated
-            lost, reason = lost + 1, str(end)
+            failed, reason = failed + 1, str(end)
         if notify is not None:
-            notify(len(ends) + lost, len(points), lost)
+            notify(len(ends) + failed, len(points), failed)
     if not ends:
         what = f"no start could be simulated: {reason.rstrip('.')}"
         raise InputError(Problem("design", what, "", "try other bounds, or more --starts"))

@@ -50,21 +50,21 @@ def outlying(values: Array, false_alarm: float = FALSE_ALARM) -> tuple[NDArray[n
         if deviation[worst] > limit:
             count = i + 1
         left = np.delete(left, worst)
-    out = np.zeros(n, dtype=bool)
-    out[order[:count]] = True
-    like = values[~out]
-    spread = float(np.std(like, ddof=1)) if len(like) > 1 else 0.0
-    return out, (values - like.mean()) / spread if spread > 0.0 else np.zeros(n)
+    is_outlier = np.zeros(n, dtype=bool)
+    is_outlier[order[:count]] = True
+    inliers = values[~is_outlier]
+    spread = float(np.std(inliers, ddof=1)) if len(inliers) > 1 else 0.0
+    return is_outlier, (values - inliers.mean()) / spread if spread > 0.0 else np.zeros(n)
 
 
-def foreign(value: float, like: Array, others: int, false_alarm: float = FALSE_ALARM) -> bool:
+def foreign(value: float, inliers: Array, others: int, false_alarm: float = FALSE_ALARM) -> bool:
     """Whether a further value does not belong to like ones: outside the prediction interval of a single value."""
     from scipy.stats import t
 
-    if len(like) < FEWEST:
+    if len(inliers) < FEWEST:
         return False
-    limit = t.ppf(1.0 - false_alarm / (2.0 * others), len(like) - 1) * np.sqrt(1.0 + 1.0 / len(like))
-    return bool(abs(value - like.mean()) > limit * np.std(like, ddof=1))
+    limit = t.ppf(1.0 - false_alarm / (2.0 * others), len(inliers) - 1) * np.sqrt(1.0 + 1.0 / len(inliers))
+    return bool(abs(value - inliers.mean()) > limit * np.std(inliers, ddof=1))
 
 
 def tolerance_factor(count: int, content: float = CONTENT, confidence: float = CONFIDENCE) -> float:

@@ -132,9 +132,9 @@ def plan(
             '--vary KEY=VALUES, --list FILE, or a tolerance in the case, such as outer_radius = "22.0 +- 0.1"'
         )
         raise InputError(Problem("study", what, "", wanted))
-    twice = next((key for key in keys if keys.count(key) > 1), None)
-    if twice:
-        raise InputError(Problem(f"--vary {twice}", "is varied twice"))
+    repeated = next((key for key in keys if keys.count(key) > 1), None)
+    if repeated:
+        raise InputError(Problem(f"--vary {repeated}", "is varied twice"))
     chosen = sampling or ("grid" if all(variable.values for variable in variables) else "lhs")
     rows: Sequence[tuple[Value, ...]]
     if chosen == "grid":

@@ -49,19 +49,19 @@ def search(
     allowed = np.array(
         [target.value if math.isnan(target.deviation) else target.deviation for target in targets]
     )
-    known: dict[bytes, TargetRates | None] = {}
+    evaluated: dict[bytes, TargetRates | None] = {}
     reason = ""
 
     def at(unit: Array) -> TargetRates | None:
         nonlocal reason
-        if unit.tobytes() not in known:
+        if unit.tobytes() not in evaluated:
             values = [float(v) for v in low + unit * scale]
             try:
-                known[unit.tobytes()] = rates(cache, task, targets, values, task.keys)
+                evaluated[unit.tobytes()] = rates(cache, task, targets, values, task.keys)
             except (InputError, GeometryError, NotConverged, ValueError) as error:
                 reason = str(error).splitlines()[0]
-                known[unit.tobytes()] = None
-        return known[unit.tobytes()]
+                evaluated[unit.tobytes()] = None
+        return evaluated[unit.tobytes()]
 
     def residual(unit: Array) -> Array:
         reached = at(unit)
@@ -80,4 +80,6 @@ def search(
     solution = least_squares(
         residual, unit, slope, bounds=(0.0, 1.0), xtol=XTOL, ftol=FTOL, gtol=None, max_nfev=MOST_EVALUATIONS
     )
-    return End(low + solution.x * scale, 2.0 * float(solution.cost), len(known), bool(solution.status > 0))
+    return End(
+        low + solution.x * scale, 2.0 * float(solution.cost), len(evaluated), bool(solution.status > 0)
+    )

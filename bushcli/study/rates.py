@@ -92,11 +92,11 @@ def rates(
     names = {key: key.removeprefix(PARAMETERS) for key in by if key.startswith(PARAMETERS)}
     of_law = {key: name for key, name in names.items() if name in material.parameters}
     for i, target in enumerate(targets):
-        value[i], known = _rate(
+        value[i], derivatives = _rate(
             cache.bodies, case, material, target, {} if modes()[target.mode].rotational else shapes, of_law
         )
         for j, key in enumerate(by):
-            slope[i, j] = known.get(key, np.nan)
+            slope[i, j] = derivatives.get(key, np.nan)
     for j, key in enumerate(by):
         left = np.flatnonzero(np.isnan(slope[:, j]))
         if len(left):

@@ -88,9 +88,9 @@ SHOWN = 1000
 def first_valid_design(cache: DesignCache, task: StudyTask, plan: Plan) -> tuple[Case, Sequence[Value]]:
     """Return the case of the first design that is valid, and its values; an error where none of the first ones is."""
     names = [*plan.keys, *(answer.name for answer in task.answers)]
-    twice = next((name for name in names if names.count(name) > 1), None)
-    if twice:
-        raise InputError(Problem(f"--answer {twice}", "is the name of two columns", "", "NAME=ANSWER"))
+    repeated = next((name for name in names if names.count(name) > 1), None)
+    if repeated:
+        raise InputError(Problem(f"--answer {repeated}", "is the name of two columns", "", "NAME=ANSWER"))
     refusal: Exception | None = None
     for number, values in enumerate(plan.rows[:TRIED]):
         try:
@@ -143,14 +143,14 @@ def study(
         The folder cannot be written or holds another study, or limits are given for something that is not an answer.
     """
     limits = limits or {}
-    known = [answer.name for answer in task.answers]
-    for name in (name for name in limits if name not in known):
+    names = [answer.name for answer in task.answers]
+    for name in (name for name in limits if name not in names):
         what = "is not an answer of this study"
-        raise InputError(Problem(f"--limits {name}", what, nearest(name, known), ", ".join(known)))
+        raise InputError(Problem(f"--limits {name}", what, nearest(name, names), ", ".join(names)))
     cache = DesignCache(measured=Measured(tables))
     first_case, values = first_valid_design(cache, task, plan)
     keys = {variable.key: variable.numeric for variable in plan.variables}
-    kinds = columns_of(keys, known, curve_columns(first_case) if task.curves else ())
+    kinds = columns_of(keys, names, curve_columns(first_case) if task.curves else ())
     defined = definition(task, plan, case)
     place, used = history_of(folder, lambda path: is_defined(path, defined), resume)
     rows = Rows(place, defined, kinds, len(plan.rows), used)
@@ -177,28 +177,28 @@ def _summed_up(
     warnings: Sequence[Condition],
 ) -> Study:
     """Return the statistics of the rows, with the conditions `warnings` of the first design."""
-    known = [answer.name for answer in task.answers]
-    table = columns(rows, plan.keys, known)
+    names = [answer.name for answer in task.answers]
+    table = columns(rows, plan.keys, names)
     summaries = {
         name: statistics
-        for name in known
+        for name in names
         if (statistics := summary(plan, table, name, limits.get(name), plan.seed)) is not None
     }
     reasons = failures(table)
-    lost = sum(reason.count for reason in reasons)
+    failed = sum(reason.count for reason in reasons)
     channels = [name for name, _ in case.channels if f"{name}.force" in rows.columns]
     bands = tuple(curves for name in channels if (curves := band(rows, name)) is not None)
-    seconds, doubted = 0.0, dict[str, int]()
+    seconds, doubtful = 0.0, dict[str, int]()
     for block in rows.tables([SECONDS, CONDITIONS]):
         seconds += math.fsum(block[SECONDS].to_pylist())
         for name in filter(None, ",".join(block[CONDITIONS].to_pylist()).split(",")):
-            doubted[name] = doubted.get(name, 0) + 1
+            doubtful[name] = doubtful.get(name, 0) + 1
     samples: dict[str, Sequence[Value]] = {}
-    if known:
+    if names:
         whole = np.flatnonzero(np.all([np.isfinite(column) for column in table.answers.values()], axis=0))
-        shown = whole[:: max(1, -(-len(whole) // SHOWN))]
-        samples = {key: [column[i] for i in shown] for key, column in table.keys.items()}
-        samples |= {name: [float(v) for v in column[shown]] for name, column in table.answers.items()}
+        sample = whole[:: max(1, -(-len(whole) // SHOWN))]
+        samples = {key: [column[i] for i in sample] for key, column in table.keys.items()}
+        samples |= {name: [float(v) for v in column[sample]] for name, column in table.answers.items()}
     return Study(
         case=case,
         task=task,
@@ -207,17 +207,17 @@ def _summed_up(
         failures=reasons,
         bands=bands,
         samples=samples,
-        failed=lost,
+        failed=failed,
         resumed=resumed,
         seconds=seconds,
-        conditions=(*_conditions(plan, lost, summaries, doubted, rows.damaged), *warnings),
+        conditions=(*_conditions(plan, failed, summaries, doubtful, rows.damaged), *warnings),
     )
 
 
 def _solve(
     cache: DesignCache, task: StudyTask, plan: Plan, pool: Pool, rows: Rows, notify: Notify | None
 ) -> None:
-    wrong = 0
+    failed = 0
     spent, solved = 0.0, 0
 
     def questions() -> Iterator[tuple[Any, ...]]:
@@ -230,28 +230,28 @@ def _solve(
             most = 1 if not solved else max(1, min(BATCH, int(BATCH_SECONDS / max(spent / solved, 1e-6))))
             # Smaller batches towards the end, so that no process works alone for long.
             most = max(1, min(most, (total - number) // (2 * pool.workers)))
-            last = number + 1
-            while last < min(total, number + most) and last not in rows.done:
-                last += 1
-            yield task, number, [plan.rows[i] for i in range(number, last)]
-            number = last
+            stop = number + 1
+            while stop < min(total, number + most) and stop not in rows.done:
+                stop += 1
+            yield task, number, [plan.rows[i] for i in range(number, stop)]
+            number = stop
 
     def take(batch: Sequence[Row]) -> None:
-        nonlocal wrong, spent, solved
+        nonlocal failed, spent, solved
         rows.add(batch)
-        wrong += sum(row["status"] != "ok" for row in batch)
+        failed += sum(row["status"] != "ok" for row in batch)
         spent += sum(row[SECONDS] for row in batch)
         solved += len(batch)
         if notify is not None:
-            notify(len(rows.done), len(plan.rows), wrong)
+            notify(len(rows.done), len(plan.rows), failed)
 
-    lost: list[tuple[Any, ...]] = []
+    died: list[tuple[Any, ...]] = []
     for question, answer in pool.answers(evaluate, questions(), cache):
         if isinstance(answer, Died):
-            lost.append(question)
+            died.append(question)
         else:
             take(answer)
-    singles = ((task, number + i, [values]) for _, number, batch in lost for i, values in enumerate(batch))
+    singles = ((task, number + i, [values]) for _, number, batch in died for i, values in enumerate(batch))
     for (_, number, batch), answer in pool.answers(evaluate, singles, cache):
         if isinstance(answer, Died):
             answer = [failed_row(empty_row(task, number, batch[0]), "died", str(answer))]
@@ -259,19 +259,19 @@ def _solve(
 
 
 def _conditions(
-    plan: Plan, lost: int, summaries: Mapping[str, Summary], doubted: Mapping[str, int], damaged: int
+    plan: Plan, failed: int, summaries: Mapping[str, Summary], doubtful: Mapping[str, int], damaged: int
 ) -> tuple[Condition, ...]:
     conditions = [history_damaged(damaged)] if damaged else []
-    if lost:
+    if failed:
         conditions.append(
             Condition(
                 "designs_failed",
-                f"{lost} of {len(plan.rows)} designs have no result; the statistics are those of the others",
+                f"{failed} of {len(plan.rows)} designs have no result; the statistics are those of the others",
                 "see the reasons; narrower ranges avoid such designs",
             )
         )
     # Conditions other than those with which designs failed.
-    for name, count in doubted.items():
+    for name, count in doubtful.items():
         if name != "not_converged":
             conditions.append(
                 Condition(
@@ -280,17 +280,17 @@ def _conditions(
                     "see the column `conditions`; `bushcli direct --set ...` shows one of them in detail",
                 )
             )
-    wide = [
+    uncertain = [
         key
         for summary in summaries.values()
         for key, influence in summary.influences.items()
         if influence.total_error > 0.1
     ]
-    if wide:
+    if uncertain:
         conditions.append(
             Condition(
                 "uncertain_indices",
-                f"Sobol indices are known to no better than 0.1 for {', '.join(dict.fromkeys(wide))}",
+                f"Sobol indices are known to no better than 0.1 for {', '.join(dict.fromkeys(uncertain))}",
                 "ask for more --designs, twice as many for each halving of the variance",
             )
         )

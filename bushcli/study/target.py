@@ -94,15 +94,15 @@ def target(text: str) -> Target:
     rate, at, travel = name.partition("@")
     mode, dot, kind = rate.partition(".")
     kind = kind if dot else "secant" if at else "initial"
-    known = [
+    names = [
         definition.name
         for definition in modes().values()
         if definition.specimen == "bushing" and definition.follow is None
     ]
     if not equals or not name:
         raise InputError(Problem(where, "is not NAME=VALUE", "", EXAMPLES))
-    if mode not in known:
-        raise InputError(Problem(where, f"{mode} is not a mode", nearest(mode, known), ", ".join(known)))
+    if mode not in names:
+        raise InputError(Problem(where, f"{mode} is not a mode", nearest(mode, names), ", ".join(names)))
     if kind not in KINDS:
         raise InputError(
             Problem(where, f"{kind} is not a kind of rate", nearest(kind, KINDS), ", ".join(KINDS))

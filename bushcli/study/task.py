@@ -92,9 +92,9 @@ class StudyTask:
         ValueError
             The hardness is outside the range of its relation.
         """
-        given = dict(zip(self.keys, values, strict=True))
-        shore_a = given.pop(HARDNESS, None)
-        changed = [f"{key}={written(value)}" for key, value in given.items()]
+        by_key = dict(zip(self.keys, values, strict=True))
+        shore_a = by_key.pop(HARDNESS, None)
+        changed = [f"{key}={written(value)}" for key, value in by_key.items()]
         case = load_case(self.case, [*self.overrides, *changed], tables)
         material = self.material if case.needs_fit and self.material is not None else case.material
         if shore_a is not None and self.hardness is not None:
@@ -184,8 +184,8 @@ def curves(response: Response) -> Row:
 
 def curve_columns(case: Case) -> tuple[str, ...]:
     """Return the names of the columns of `curves`."""
-    known = [name for name, mode in case.channels if mode in modes()]
-    return tuple(f"{name}.{what}" for name in known for what in ("displacement", "force"))
+    channels = [name for name, mode in case.channels if mode in modes()]
+    return tuple(f"{name}.{what}" for name in channels for what in ("displacement", "force"))
 
 
 @dataclass(frozen=True)

@@ -130,17 +130,17 @@ def _solid(local_map: LocalMap) -> tuple[Array, Array, Array]:
         triangles = np.concatenate([shapes[:, [0, 1, 2]], shapes[:, [0, 2, 3]]])
         half, of = cut(triangles, y, distance, above=True)
         cells = np.array(_TETRAHEDRA[kind])
-        met, of_cell = cut(
+        section, of_cell = cut(
             local_map.points[local_map.cells[:, cells].reshape(-1, 4)], y, distance, above=False
         )
-        shapes = np.concatenate([half[:, [0, 1, 2, 2]], met])
+        shapes = np.concatenate([half[:, [0, 1, 2, 2]], section])
         values = np.concatenate([np.tile(values, 2)[of], np.repeat(local_map.factor, len(cells))[of_cell]])
-        outward = np.concatenate([np.tile(outward, (2, 1))[of], np.tile(-y, (len(met), 1))])
+        outward = np.concatenate([np.tile(outward, (2, 1))[of], np.tile(-y, (len(section), 1))])
     view = cut_view(shapes)
     # The body is closed: what is turned away from the eye cannot be seen, and would be drawn over its edges.
-    seen = np.flatnonzero(outward @ view.towards > 0.0)
-    shapes, values = shapes[seen], values[seen]
-    whole = np.ones(len(seen), dtype=bool)
+    visible = np.flatnonzero(outward @ view.towards > 0.0)
+    shapes, values = shapes[visible], values[visible]
+    whole = np.ones(len(visible), dtype=bool)
     sharp = once(face_edges(shapes)[outline(Surface(shapes, shapes, shapes[..., 0], whole, 0.0))])
     sharp = sharp[(sharp[:, 0] != sharp[:, 1]).any(axis=1)]  # the last corner of a triangle stands twice
     # A little nearer to the eye than the faces that they bound.

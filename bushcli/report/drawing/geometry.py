@@ -121,8 +121,8 @@ def _cut(axes: Axes, view: View) -> None:
         lines = _crossed(view.solids[view.solid_label == number], y)
         start, end = lines[:, 0], lines[:, 1]
         for row, height in enumerate(z):
-            met = (start[:, 1] > height) != (end[:, 1] > height)
-            a, b = start[met], end[met]
+            crossing = (start[:, 1] > height) != (end[:, 1] > height)
+            a, b = start[crossing], end[crossing]
             at = np.sort(a[:, 0] + (height - a[:, 1]) * (b[:, 0] - a[:, 0]) / (b[:, 1] - a[:, 1]))
             image[row, np.searchsorted(at, x) % 2 == 1] = (*to_rgb(_colour(view.names[number], view)), 1.0)
     extent = (low[0], high[0], low[2], high[2])

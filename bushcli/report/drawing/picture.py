@@ -92,13 +92,13 @@ def wrapped(text: str, width: float, size: float) -> str:
 def plotted(panels: Panels) -> Picture:
     """Draw plots that belong together as one picture, row by row."""
     panels = replace(panels, rows=[[prepared(plot) for plot in row] for row in panels.rows])
-    wide = max(sum(plot.width for plot in row) for row in panels.rows) / _PER_INCH
-    high = [max(plot.height for plot in row) / _PER_INCH for row in panels.rows]
+    width = max(sum(plot.width for plot in row) for row in panels.rows) / _PER_INCH
+    heights = [max(plot.height for plot in row) / _PER_INCH for row in panels.rows]
     with style():
-        figure = new_figure(max(wide, 4.6), sum(high) + 0.35 * len(high) + 0.4)
+        figure = new_figure(max(width, 4.6), sum(heights) + 0.35 * len(heights) + 0.4)
         # All axes in one grid, which aligns them.
         across = math.lcm(*(len(row) for row in panels.rows))
-        grid = figure.add_gridspec(len(high), across, height_ratios=high)
+        grid = figure.add_gridspec(len(heights), across, height_ratios=heights)
         axes = []
         for i, row in enumerate(panels.rows):
             for j, plot in enumerate(row):
@@ -109,7 +109,7 @@ def plotted(panels: Panels) -> Picture:
             bar = figure.colorbar(
                 ScalarMappable(Normalize(-scale[0], scale[0]), DIVERGING), ax=axes, pad=0.015
             )
-            bar.set_label(wrapped(scale[1], 0.9 * sum(high), 9), fontsize=9)
+            bar.set_label(wrapped(scale[1], 0.9 * sum(heights), 9), fontsize=9)
             bar.outline.set_visible(False)  # type: ignore[operator]
         figure.suptitle(
             wrapped(panels.title, figure.get_figwidth(), 12),

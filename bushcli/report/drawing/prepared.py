@@ -142,13 +142,13 @@ def thinned(x: Array, y: Array, most: int, dots: bool = False) -> tuple[Array, A
     out, but for the lowest and the highest point of each column.
     """
     points = np.stack([x, y], axis=1)
-    good = np.isfinite(points).all(axis=1)
-    if not good.any():
+    finite = np.isfinite(points).all(axis=1)
+    if not finite.any():
         return x[:1], y[:1]
-    share = (points - points[good].min(axis=0)) / _size(points[good])
+    share = (points - points[finite].min(axis=0)) / _size(points[finite])
     at: NDArray[np.intp] = np.arange(len(x))
     for columns in _COLUMNS:
-        column, row = np.where(good, share.T * (columns - 1e-6), -1).astype(np.int16)
+        column, row = np.where(finite, share.T * (columns - 1e-6), -1).astype(np.int16)
         if not dots:
             # The extremes of a column are among those of its halves.
             at = at[_extremes(column[at], y[at])]
@@ -161,16 +161,16 @@ def thinned(x: Array, y: Array, most: int, dots: bool = False) -> tuple[Array, A
             cell = column[at].astype(np.int64) * columns + row[at]
             if dots:
                 new[np.unique(cell, return_index=True)[1]] = True
-                drawn = at[new & good[at]]
+                drawn = at[new & finite[at]]
             else:
                 # Segments that join cells that were joined before are left out; -1 interrupts the curve.
                 low, high = np.minimum(cell[:-1], cell[1:]), np.maximum(cell[:-1], cell[1:])
                 joins = new[:-1] | new[1:]
                 joins[np.unique(low * columns**2 + high, return_index=True)[1]] = True
-                joins &= good[at][:-1] & good[at][1:]
+                joins &= finite[at][:-1] & finite[at][1:]
                 used = np.append(joins, False) | np.append(False, joins)
-                begins = np.flatnonzero(used & ~np.append(False, joins))
-                drawn = np.insert(at[used], np.searchsorted(np.flatnonzero(used), begins[1:]), -1)
+                starts = np.flatnonzero(used & ~np.append(False, joins))
+                drawn = np.insert(at[used], np.searchsorted(np.flatnonzero(used), starts[1:]), -1)
         if len(drawn) <= most:
             break
     gap = drawn < 0
@@ -224,11 +224,11 @@ def _outlined(regions: Sequence[Region]) -> Sequence[Region]:
 def _placed(plot: Plot) -> list[Region]:
     """Return the regions with one place for each number, far enough from the numbers before it."""
     _, _, width, height = pane(plot)
-    taken: list[Array] = []
-    made = []
+    points: list[Array] = []
+    numbered = []
     for region in plot.regions:
         if not region.number or region.at is None:
-            made.append(region)
+            numbered.append(region)
             continue
         places = np.stack(position(plot, region.at[:, 0], region.at[:, 1]), axis=1)
         places = np.clip(places, 10.0, [width - 10.0, height - 10.0])
@@ -237,11 +237,11 @@ def _placed(plot: Plot) -> list[Region]:
         around = [places[:1] + _APART * ring * circle for ring in (0.6, 1.1, 1.7, 2.4, 3.2)]
         places = np.concatenate([places, *around])
         inside = ((places >= 9.0) & (places <= [width - 9.0, height - 9.0])).all(axis=1)
-        free = inside & np.all([np.hypot(*(places - place).T) >= _APART for place in taken], axis=0)
+        free = inside & np.all([np.hypot(*(places - place).T) >= _APART for place in points], axis=0)
         x, y = places[int(np.argmax(free))]
-        taken.append(np.array([x, y]))
+        points.append(np.array([x, y]))
         (left, right), (bottom, top) = plot.limits
         # Numbers are used on linear axes only.
         at = (left + x / width * (right - left), top - y / height * (top - bottom))
-        made.append(replace(region, at=np.array([at])))
-    return made
+        numbered.append(replace(region, at=np.array([at])))
+    return numbered

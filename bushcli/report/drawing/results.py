@@ -45,7 +45,7 @@ def direct_pictures(result: DirectResult, names: Mapping[str, str]) -> Iterator[
             yield six_panels(channel.name, channel.six, file)
         yield curve_panels(channel, result.misfits.get(channel.name), file)
     yield from history_panels(result.histories, names)
-    yield from (table_panels(table, names[table.table.name]) for table in result.tables or ())
+    yield from (table_panels(compared, names[compared.table.name]) for compared in result.tables or ())
     if result.fit is not None:
         yield fit_panels(result.fit)
     yield from _interpretation(response.case.geometry)
@@ -53,11 +53,11 @@ def direct_pictures(result: DirectResult, names: Mapping[str, str]) -> Iterator[
     for channel in response.channels:
         if channel.surface is None:
             continue
-        shown, at, file = quantities(channel.mode), channel.surface.displacement, names[channel.name]
+        units, at, file = quantities(channel.mode), channel.surface.displacement, names[channel.name]
         reached = f"{at:.3g} s"
         if not channel.in_time:
-            value = f"{float(f'{shown.at(at):.3g}'):g}"
-            reached = f"{value} {shown.displacement_unit}" if shown.displacement_unit else f"stretch {value}"
+            value = f"{float(f'{units.at(at):.3g}'):g}"
+            reached = f"{value} {units.displacement_unit}" if units.displacement_unit else f"stretch {value}"
         title = f"{capital(channel.name)}: deformed at {reached}"
         figure = deformed_figure(channel.surface, title)
         yield picture(f"{file}-deformed", "deformed", title, figure, channel.name)
@@ -106,8 +106,8 @@ def diagnosis_pictures(diagnosis: Diagnosis, names: Mapping[str, str]) -> Iterat
         if any(bin_.channel == channel.name for bin_ in diagnosis.location.bins):
             yield places.record_panels(diagnosis, channel, file)
         profiles = [] if diagnosis.missing is None else diagnosis.missing.profiles
-        if own := [profile for profile in profiles if profile.channel == channel.name]:
-            yield places.missing_panels(channel, own, file)
+        if channel_profiles := [profile for profile in profiles if profile.channel == channel.name]:
+            yield places.missing_panels(channel, channel_profiles, file)
     for table in diagnosis.tables:
         yield dynamic.table_panels(table.compared, names[table.name])
     for local_map in diagnosis.maps:

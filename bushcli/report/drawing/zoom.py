@@ -59,8 +59,8 @@ def figure(picture: Picture) -> Markup:
         image = f"data:image/{form};base64,{base64.b64encode(data).decode()}"
     else:
         rows = [[svg(plot, f"{panels.name}-") for plot in row] for row in panels.rows]
-        if known := panels.rows[0][0].scale:
-            scale = (*(tick(float(f"{sign * known[0]:.3g}")) for sign in (-1, 1)), known[1])
+        if colour_scale := panels.rows[0][0].scale:
+            scale = (*(tick(float(f"{sign * colour_scale[0]:.3g}")) for sign in (-1, 1)), colour_scale[1])
     template = templates().get_template("figure.html")
     return Markup(template.render(picture=picture, image=image, scale=scale, rows=rows))
 
@@ -117,8 +117,8 @@ def _grid(plot: Plot) -> tuple[list[tuple[float, ...]], list[tuple[str, float, f
         lines += [] if plot.y_names else [(left, left + width, at, at, value == 0)]
         # The lines of a name are centred about its place.
         texts = (name or tick(value)).split("\n")
-        first = at + 4 - 8 * (len(texts) - 1)
-        words += [("y", left - 7, first + 16 * i, text) for i, text in enumerate(texts)]
+        baseline = at + 4 - 8 * (len(texts) - 1)
+        words += [("y", left - 7, baseline + 16 * i, text) for i, text in enumerate(texts)]
     return lines, words
 
 
@@ -157,19 +157,19 @@ def _path(x: Array, y: Array, closed: bool = False) -> str:
 
 def _series(plot: Plot, series: Series) -> str:
     x, y = position(plot, series.x, series.y)
-    good = np.isfinite(x) & np.isfinite(y)
+    finite = np.isfinite(x) & np.isfinite(y)
     paths = []
     if series.error is not None and series.error.any():
         ends = [position(plot, series.x, series.y + sign * series.error)[1] for sign in (-1, 1)]
         bars = "".join(
-            f"M{a:.2f} {b:.2f}V{c:.2f}" for a, b, c, shown in zip(x, *ends, good, strict=True) if shown
+            f"M{a:.2f} {b:.2f}V{c:.2f}" for a, b, c, shown in zip(x, *ends, finite, strict=True) if shown
         )
         paths.append(f'<path class="error" d="{bars}"/>')
     if series.mark in ("line", "both"):
         paths.append(f'<path class="line as-{series.key}" d="{_path(x, y)}"/>')
     if series.mark != "line":
         # A line of zero length with round ends is a dot that keeps its size.
-        dots = "".join(f"M{a:.2f} {b:.2f}h0" for a, b in zip(x[good], y[good], strict=True))
+        dots = "".join(f"M{a:.2f} {b:.2f}h0" for a, b in zip(x[finite], y[finite], strict=True))
         paths.append(
             f'<path class="{"dots" if series.mark != "crosses" else "dots crosses"} as-{series.key}" d="{dots}"/>'
         )

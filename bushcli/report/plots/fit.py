@@ -44,15 +44,15 @@ def fit_panels(fit: Fit) -> Panels:
 
 def coupon_plot(curve: FittedCurve, stable: tuple[float, float] | None, index: int) -> Plot:
     """Return one test with the fitted curve, and the stretches at which the law is unstable."""
-    shown = quantities(curve.recording.mode)
+    units = quantities(curve.recording.mode)
     q, force = smooth(curve.smooth or curve.fitted)
-    at = shown.shown(curve.recording.displacement)
+    at = units.shown(curve.recording.displacement)
     label = f"{'predicted (held out)' if curve.held_out else 'fitted'}, rms {percent(curve.rms_percent)}"
     series = [
         Series("recorded", "recorded", at, curve.recording.force, "dots"),
-        Series("after", label, shown.shown(q), force),
+        Series("after", label, units.shown(q), force),
     ]
-    low, high = (float(f([f(at), f(shown.shown(q))])) for f in (np.min, np.max))
+    low, high = (float(f([f(at), f(units.shown(q))])) for f in (np.min, np.max))
     margin = 0.05 * (high - low)
     left, right = low - margin, high + margin
     bands = []
@@ -62,7 +62,7 @@ def coupon_plot(curve: FittedCurve, stable: tuple[float, float] | None, index: i
         bands = [Stripe("unstable", x=(a, b), label="law unstable") for a, b in ends if b > a]
     title = curve.name if curve.name == curve.recording.mode else f"{curve.name} ({curve.recording.mode})"
     return Plot(
-        f"coupon-{index}", shown.labels, series, x=(left, right), bands=bands, heading=title, height=340.0
+        f"coupon-{index}", units.labels, series, x=(left, right), bands=bands, heading=title, height=340.0
     )
 
 
@@ -70,7 +70,7 @@ def inverse_panels(result: InverseResult, names: Mapping[str, str]) -> list[Pane
     """Return curves, search and certainty, cycles and holds and, for several laws, their ranking."""
     fits, best = result.fits, result.best
     panels = [fitted_panels(curve, names[curve.name]) for curve in best.curves]
-    panels += [table_panels(table, names[table.table.name]) for table in best.tables]
+    panels += [table_panels(compared, names[compared.table.name]) for compared in best.tables]
     if len(fits) > 1:
         panels.append(ranking_panels(fits))
     if best.profiles:
@@ -88,37 +88,37 @@ def inverse_panels(result: InverseResult, names: Mapping[str, str]) -> list[Pane
 
 def fitted_panels(curve: FittedCurve, file: str) -> Panels:
     """Return recording, start and fit; below them the remaining misfit with the noise."""
-    name, rms, shown = capital(curve.name), percent(curve.rms_percent), quantities(curve.recording.mode)
+    name, rms, units = capital(curve.name), percent(curve.rms_percent), quantities(curve.recording.mode)
     title = f"{name}: fitted to {rms} rms"
     if curve.held_out:
         title = f"{name}, held out: predicted to {rms} rms"
     elif np.isfinite(curve.started_percent):
         title = f"{name}: {percent(curve.started_percent)} rms before, {rms} after"
     q, force = smooth(curve.smooth or curve.fitted)
-    q = shown.shown(q)
-    reach = 0.04 * float(np.ptp(curve.recording.displacement)) * shown.per_internal
+    q = units.shown(q)
+    reach = 0.04 * float(np.ptp(curve.recording.displacement)) * units.per_internal
     span = (float(q.min()) - reach, float(q.max()) + reach)
-    series = [recorded_series(curve.recording, shown)]
+    series = [recorded_series(curve.recording, units)]
     limits = None
     if curve.started is not None:
         order = np.argsort(curve.started.displacement, kind="stable")
-        before = shown.shown(curve.started.displacement[order]), curve.started.force[order]
+        before = units.shown(curve.started.displacement[order]), curve.started.force[order]
         series.append(Series("before", f"before: {percent(curve.started_percent)} rms", *before))
         limits = force_limits(np.concatenate([curve.recording.force, curve.fitted.force]), before[1])
     label = "predicted (held out)" if curve.held_out else "after"
     series.append(Series("after", f"{label}: {rms} rms", q, force))
     curves = Plot(
-        "curve", ("", shown.force_label), series, x=span, y=limits, bands=rest_lines(shown), height=370.0
+        "curve", ("", units.force_label), series, x=span, y=limits, bands=rest_lines(units), height=370.0
     )
     difference = 100 * (curve.fitted.force - curve.recording.force) / float(np.ptp(curve.recording.force))
     noise = float(np.nan_to_num(curve.noise_percent))
     below = difference_plot(
         # Dots, because lines from cycle to cycle would hide whether the misfit follows the displacement.
-        Series("dot", "", shown.shown(curve.recording.displacement), difference, "dots"),
+        Series("dot", "", units.shown(curve.recording.displacement), difference, "dots"),
         Stripe("noise", y=(-2 * noise, 2 * noise)),
-        shown,
+        units,
         span,
-        f"{label} - recorded, in % of the recorded {shown.force} range: rms {rms}; grey: noise {percent(noise)}, "
+        f"{label} - recorded, in % of the recorded {units.force} range: rms {rms}; grey: noise {percent(noise)}, "
         "± 2 sigma",
     )
     return Panels(f"{file}-identified", "curve", title, [[curves], [below]], curve.name)

@@ -45,10 +45,10 @@ def record_panels(diagnosis: Diagnosis, channel: DiagnosedChannel, file: str) ->
 
     def plot(what: str, kind: str, bins: Sequence[Bin]) -> Plot:
         regions, dots = _cells([bin_ for bin_ in bins if bin_.branch == kind], cycles, units, scale)
-        last = what == rows[-1][0]
+        is_last = what == rows[-1][0]
         return Plot(
             f"{what}-{kind}",
-            (units.displacement_label if last else "", "cycle" if kind == kinds[0] else ""),
+            (units.displacement_label if is_last else "", "cycle" if kind == kinds[0] else ""),
             [Series("significant", "", *dots, "dots")],
             regions,
             x=(min(span), max(span)),
@@ -62,9 +62,9 @@ def record_panels(diagnosis: Diagnosis, channel: DiagnosedChannel, file: str) ->
         )
 
     title = f"{channel.name}: where in the record the simulation misses"
-    made = [[plot(what, kind, bins) for kind in kinds] for what, bins in rows]
+    plots = [[plot(what, kind, bins) for kind in kinds] for what, bins in rows]
     note = "dots: more than noise, all bins tested together"
-    return Panels(f"{file}-record-map", "record_map", title, made, channel.name, note)
+    return Panels(f"{file}-record-map", "record_map", title, plots, channel.name, note)
 
 
 def _sign(bin_: Bin) -> float:

@@ -76,10 +76,10 @@ def sweep_panels(sweep: TableSweep, file: str) -> Panels:
     for part, mark, of in (("storage", "'", np.real), ("loss", "''", np.imag)):
         series = []
         for k, fit in enumerate(sweep.fits):
-            near = np.argmin([abs(table.temperature - other.temperature) for other in sweep.fits], axis=0)
-            own = near == k if len(sweep.fits) > 1 else np.ones(len(table), dtype=bool)
+            nearest = np.argmin([abs(table.temperature - other.temperature) for other in sweep.fits], axis=0)
+            selected = nearest == k if len(sweep.fits) > 1 else np.ones(len(table), dtype=bool)
             label = "" if np.isnan(fit.temperature) else f"{number(fit.temperature)} degrees C"
-            key, at = colour(k), table.rows(own)
+            key, at = colour(k), table.rows(selected)
             for f in np.unique(at.frequency):
                 rows = at.rows(at.frequency == f)
                 line = np.geomspace(rows.amplitude.min(), rows.amplitude.max(), 100)

@@ -92,7 +92,7 @@ def tornado_plot(summary: Summary, label: str, index: int) -> Plot:
 
 def band_panels(study: Study, band: Band) -> Panels:
     """Return the median curve, and the bands that contain 90 % of the curves and all of them."""
-    shown = quantities(dict(study.case.channels)[band.channel])
+    units = quantities(dict(study.case.channels)[band.channel])
     q, (least, low, middle, high, most) = band.displacement, band.force
     # A loop is drawn in parts: between its turning points the displacement is monotonic.
     turns = np.flatnonzero(np.diff(np.sign(np.diff(q)))) + 1
@@ -104,7 +104,7 @@ def band_panels(study: Study, band: Band) -> Panels:
     title = f"{band.channel}: curves of {band.count} designs"
     file = "".join(c if c.isalnum() or c in "-_" else "_" for c in band.channel)[:50]
     series = [Series("after", "median", q, middle)]
-    plot = Plot("band", shown.labels, series, regions, height=400.0)
+    plot = Plot("band", units.labels, series, regions, height=400.0)
     return Panels(f"band-{file}", "band", title, [[plot]], band.channel)
 
 

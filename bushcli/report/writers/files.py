@@ -106,10 +106,12 @@ def write(
 
     def draw() -> dict[str, Content]:
         pictures = _report("drawing.results").drawn(files.pictures()) if files.pictures else ()
-        made = picture_files(pictures)
+        written = picture_files(pictures)
         if files.has_page:
-            made[REPORT] = _report("writers.page").page(document(), result, pictures, inputs_of(files.case))
-        return made
+            written[REPORT] = _report("writers.page").page(
+                document(), result, pictures, inputs_of(files.case)
+            )
+        return written
 
     contents: dict[str, Content] = {RESULT: result}
     if files.case is not None and result["command"] in IDENTIFYING:
@@ -141,10 +143,11 @@ def mesh_files(result: results.MeshResult) -> Files:
 
 def direct_files(result: results.DirectResult) -> Files:
     """Return the files of a direct prediction: per channel its curve, its comparison and its fields."""
-    curves, compared = [channel.name for channel in result.response.channels], result.tables or ()
-    names = file_names([*curves, *(table.table.name for table in compared)])
+    curves, compared_tables = [channel.name for channel in result.response.channels], result.tables or ()
+    names = file_names([*curves, *(compared.table.name for compared in compared_tables)])
     contents: dict[str, Content] = {
-        f"{names[table.table.name]}-table.csv": tables.compared_table(table) for table in compared
+        f"{names[compared.table.name]}-table.csv": tables.compared_table(compared)
+        for compared in compared_tables
     }
     for channel in result.response.channels:
         name = names[channel.name]
@@ -192,8 +195,12 @@ def fit_files(result: results.FitResult) -> Files:
 def inverse_files(result: results.InverseResult) -> Files:
     """Return the files of identified laws: for each channel the recorded curve and that of the best law."""
     best = result.best
-    names = file_names([*(curve.name for curve in best.curves), *(table.table.name for table in best.tables)])
-    contents = {f"{names[table.table.name]}-table.csv": tables.compared_table(table) for table in best.tables}
+    names = file_names(
+        [*(curve.name for curve in best.curves), *(compared.table.name for compared in best.tables)]
+    )
+    contents = {
+        f"{names[compared.table.name]}-table.csv": tables.compared_table(compared) for compared in best.tables
+    }
     contents |= {
         f"{names[curve.name]}-identified.csv": _fitted(
             curve, "predicted" if curve.held_out else "fitted", start=True
@@ -296,8 +303,8 @@ def write_refused(directory: Path, error: GeometryError) -> tuple[Path, ...]:
     if earlier_result(directory) is not None:
         directory = directory / REFUSED
     pictures = picture_files([_report("drawing.results").geometry_picture(error.view, str(error), {})])
-    noted = json.dumps(sorted({*claimed(directory), *pictures}))
-    return write_files(directory, {CLAIMED: noted, **pictures}, [])[1:]
+    listing = json.dumps(sorted({*claimed(directory), *pictures}))
+    return write_files(directory, {CLAIMED: listing, **pictures}, [])[1:]
 
 
 def write_starter_case(directory: Path, case: str) -> tuple[Path, ...]:
@@ -359,14 +366,14 @@ def question_of(command: str, case: Case, options: Mapping[str, Any]) -> str:
     options : mapping of str to object
         Of the command; those that only say how it works (`--workers`, `--resume`, ...) do not count.
     """
-    asked = {name: value for name, value in options.items() if name not in _HOW}
-    shown = {key: value for key, value in resolved(case).items() if key != "path"}
-    read = [
+    relevant = {name: value for name, value in options.items() if name not in _HOW}
+    case_data = {key: value for key, value in resolved(case).items() if key != "path"}
+    texts = [
         value.read_text(errors="replace")
-        for value in asked.values()
+        for value in relevant.values()
         if isinstance(value, Path) and value.is_file()
     ]
-    data = [command, shown, case.data_digest(), asked, read, code_revision()]
+    data = [command, case_data, case.data_digest(), relevant, texts, code_revision()]
     return hashlib.sha256(json.dumps(data, sort_keys=True, default=str).encode()).hexdigest()[:32]
 
 

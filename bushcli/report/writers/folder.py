@@ -92,29 +92,29 @@ def refuse_others(directory: Path, names: Iterable[str], inputs: Collection[Path
 
 def _not_replaced(directory: Path, names: Iterable[str], inputs: Collection[Path]) -> dict[str, Problem]:
     """Return the names of files that must not be replaced, with the reason."""
-    there = [name for name in names if name != CLAIMED and os.path.lexists(directory / name)]
-    if not there:
+    existing = [name for name in names if name != CLAIMED and os.path.lexists(directory / name)]
+    if not existing:
         return {}
-    read = {path.resolve() for path in inputs}
-    own = owned(directory)
+    input_paths = {path.resolve() for path in inputs}
+    owned_names = owned(directory)
     problems = {}
-    for name in there:
+    for name in existing:
         path = directory / name
         what = ""
         if path.is_symlink():
             what = "is a symbolic link, which is not followed"
-        elif path.resolve() in read:
+        elif path.resolve() in input_paths:
             what = "is an input of the case, and a result would replace it"
         elif path.is_dir():
             what = "is a folder, where a file of the result belongs"
         elif _is_protected(path):
             what = "is write-protected"
-        elif own is None:
+        elif owned_names is None:
             what = (
                 "exists already and was not written by an earlier run "
                 f"(the folder has no {RESULT} in which bushcli lists its files)"
             )
-        elif name not in own:
+        elif name not in owned_names:
             what = f"exists already and was not written by an earlier run ({RESULT} does not list it)"
         if what:
             problems[name] = Problem(str(path), what, "", "give another -o")
@@ -123,10 +123,10 @@ def _not_replaced(directory: Path, names: Iterable[str], inputs: Collection[Path
 
 def owned(directory: Path) -> frozenset[str] | None:
     """Return the files that bushcli wrote into a folder; None if it wrote none."""
-    result, noted = earlier_result(directory), claimed(directory)
+    result, names = earlier_result(directory), claimed(directory)
     if result is None:
-        return noted or None
-    return noted | {name for name in result[FILES] if Path(name).name == name} | {RESULT}
+        return names or None
+    return names | {name for name in result[FILES] if Path(name).name == name} | {RESULT}
 
 
 def earlier_result(directory: Path) -> dict[str, Any] | None:
@@ -217,8 +217,8 @@ def moves_to(directory: Path, command: str, question: str) -> tuple[str, Path] |
         return None
     before = "".join(letter for letter in str(earlier["command"]) if letter.isalnum())
 
-    def is_same(there: Mapping[str, Any]) -> bool:
-        return is_finished(there) and there.get(QUESTION, "") == earlier.get(QUESTION)
+    def is_same(other: Mapping[str, Any]) -> bool:
+        return is_finished(other) and other.get(QUESTION, "") == earlier.get(QUESTION)
 
     # A result that was moved before and calculated again is there already.
     return before, _free(directory / f"earlier-{before}", is_same)
@@ -229,7 +229,7 @@ def place_of(directory: Path, result: Mapping[str, Any]) -> Path:
     earlier = earlier_result(directory)
     if earlier is None or is_finished(result) or not is_finished(earlier):
         return directory
-    return _free(directory / f"unfinished-{result['command']}", lambda there: not is_finished(there))
+    return _free(directory / f"unfinished-{result['command']}", lambda other: not is_finished(other))
 
 
 def _free(path: Path, may_go: Callable[[Mapping[str, Any]], bool]) -> Path:
@@ -239,7 +239,7 @@ def _free(path: Path, may_go: Callable[[Mapping[str, Any]], bool]) -> Path:
         place
         for place in places
         if not os.path.lexists(place)
-        or (not place.is_symlink() and (there := earlier_result(place)) is not None and may_go(there))
+        or (not place.is_symlink() and (result := earlier_result(place)) is not None and may_go(result))
     )
 
 
@@ -329,17 +329,17 @@ def _drawn(
         let_go()
         pictures = drawn()
         refused = _not_replaced(place, pictures, inputs)
-        mine = {name: content for name, content in pictures.items() if name not in refused}
+        allowed = {name: content for name, content in pictures.items() if name not in refused}
         # Listed before they are there, so that a run that is killed leaves none that nobody knows.
-        listed |= mine.keys()
-        _write_all(place, index | mine, listed, parts)
+        listed |= allowed.keys()
+        _write_all(place, index | allowed, listed, parts)
         if refused:
             raise InputError(*refused.values())
     except BaseException as error:
         with suppress(OSError):
             _write_all(place, index, {name for name in listed if os.path.lexists(place / name)}, parts)
         raise NotDrawn(place, error) from error
-    return tuple(place / name for name in mine)
+    return tuple(place / name for name in allowed)
 
 
 def _set_aside(
@@ -349,7 +349,7 @@ def _set_aside(
     if result is None:
         return frozenset(), frozenset()
     before = earlier_result(place)
-    own = frozenset(
+    owned_names = frozenset(
         name
         for name in owned(place) or ()
         if (place / name).is_file() and not (place / name).is_symlink() and not _is_protected(place / name)
@@ -357,14 +357,18 @@ def _set_aside(
     aside = moves_to(place, str(result.get("command", "")), str(result.get(QUESTION, "")))
     if before is None or aside is None:
         # The pictures of the same question stay until they are drawn again, unless they are those of a part of it.
-        return (own, frozenset()) if before is None or is_finished(before) else (frozenset(), own)
+        return (
+            (owned_names, frozenset())
+            if before is None or is_finished(before)
+            else (frozenset(), owned_names)
+        )
     if aside[1].exists():
-        return frozenset(), own
+        return frozenset(), owned_names
     copy = parts / "earlier"
     shutil.rmtree(copy, ignore_errors=True)
     copy.mkdir()
     try:
-        for name in own:
+        for name in owned_names:
             try:
                 os.link(place / name, copy / name)
             except OSError:  # a file system without hard links
@@ -372,7 +376,7 @@ def _set_aside(
         copy.rename(aside[1])
     finally:
         shutil.rmtree(copy, ignore_errors=True)
-    return frozenset(), own
+    return frozenset(), owned_names
 
 
 def _write_all(place: Path, files: Mapping[str, Content], listed: Collection[str], parts: Path) -> None:
