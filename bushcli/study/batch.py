@@ -172,7 +172,7 @@ def batch(
         # As of a stiffness, up to a third of the parts can be outliers by their program.
         few = sum(map(len, groups)) // 3
         outsiders |= {recording.name for group in groups[1:] if len(group) <= few for recording in group}
-        compared, curve = _compared(case, groups[0], faulty)
+        compared, curve = _compare_parts(case, groups[0], faulty)
         parts += compared
         curves.append(curve)
     with TemporaryDirectory() as folder:
@@ -189,7 +189,7 @@ def batch(
         for recording in others:
             told(f"simulating {recording.name}, which ran another program")
         material = fit.material
-        parts += _on_their_own(
+        parts += _simulate_others(
             replace(mean, effects=fit.effects or case.effects), material, case, others, parts
         )
     parts = [
@@ -276,7 +276,9 @@ def _cut(recording: Recording, start: float, n: int) -> Recording:
     return replace(recording, **cut)
 
 
-def _compared(case: Case, group: Sequence[Recording], faulty: set[str]) -> tuple[list[BatchPart], BatchCurve]:
+def _compare_parts(
+    case: Case, group: Sequence[Recording], faulty: set[str]
+) -> tuple[list[BatchPart], BatchCurve]:
     """Compare the parts that ran one program, sample by sample."""
     sound = [recording for recording in group if recording.name not in faulty]
     if not sound:
@@ -290,7 +292,7 @@ def _compared(case: Case, group: Sequence[Recording], faulty: set[str]) -> tuple
             )
         )
     median = np.median([recording.force for recording in sound], axis=0)
-    parts = [_fitted(recording, median) for recording in sound]
+    parts = [_batch_part(recording, median) for recording in sound]
     stiffness, deviation = outlying(np.log([max(part.factor, 1e-9) for part in parts]), FALSE_ALARM / 2.0)
     shape, _ = outlying(np.log([max(part.rms_percent, 1e-9) for part in parts]), FALSE_ALARM / 2.0)
     # A misfit below the others' is no fault of a part.
@@ -311,7 +313,7 @@ def _compared(case: Case, group: Sequence[Recording], faulty: set[str]) -> tuple
         for i, part in enumerate(parts)
     ]
     parts += [
-        replace(_fitted(recording, mean), deviation=float("nan"), outlier=("data",))
+        replace(_batch_part(recording, mean), deviation=float("nan"), outlier=("data",))
         for recording in group
         if recording.name in faulty
     ]
@@ -325,7 +327,7 @@ def _compared(case: Case, group: Sequence[Recording], faulty: set[str]) -> tuple
     )
 
 
-def _fitted(recording: Recording, of_batch: Array) -> BatchPart:
+def _batch_part(recording: Recording, of_batch: Array) -> BatchPart:
     """Return a part with the factor that brings the force of the batch (n,) closest to its own."""
     factor = float(recording.force @ of_batch) / float(of_batch @ of_batch)
     left = recording.force - factor * of_batch
@@ -342,7 +344,7 @@ def _fitted(recording: Recording, of_batch: Array) -> BatchPart:
     )
 
 
-def _on_their_own(
+def _simulate_others(
     mean: Case, material: object, case: Case, others: Sequence[Recording], parts: Sequence[BatchPart]
 ) -> list[BatchPart]:
     """Simulate each part that ran another program, and compare its factor with those of the batch."""
@@ -357,7 +359,7 @@ def _on_their_own(
             if channel.along
             else channel.curve.backbone().at(recording.displacement, tolerance=0.02)
         )
-        part = replace(_fitted(recording, simulated), simulated=True)
+        part = replace(_batch_part(recording, simulated), simulated=True)
         inliers = [other for other in parts if other.mode == recording.mode and not other.outlier]
         factors = np.log([other.factor for other in inliers])
         is_foreign = part.factor <= 0.0 or foreign(

@@ -135,9 +135,12 @@ def compare(items: Sequence[ComparedResult]) -> Comparison:
     channels = dict.fromkeys(name for item in items for name in item.curves)
     return Comparison(
         tuple(items),
-        (*_differing(cases), *other),
-        _differing(common),
-        tuple(CurveDifference(name, _apart([item.curves.get(name) for item in items])) for name in channels),
+        (*_differences(cases), *other),
+        _differences(common),
+        tuple(
+            CurveDifference(name, _curve_differences([item.curves.get(name) for item in items]))
+            for name in channels
+        ),
         tuple(tuple(problem["name"] for problem in item.result.get("problems", [])) for item in items),
     )
 
@@ -188,7 +191,7 @@ def _leaves(value: Any, at: str = "") -> Iterator[tuple[str, Any]]:
         yield at, value
 
 
-def _differing(tables: Sequence[Mapping[str, Any]]) -> tuple[Difference, ...]:
+def _differences(tables: Sequence[Mapping[str, Any]]) -> tuple[Difference, ...]:
     keys = dict.fromkeys(key for table in tables for key in table)
     differences = (Difference(key, tuple(table.get(key) for table in tables)) for key in keys)
     return tuple(
@@ -210,16 +213,16 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _apart(curves: Sequence[Curve | ReactionHistory | None]) -> tuple[float | None, ...]:
+def _curve_differences(curves: Sequence[Curve | ReactionHistory | None]) -> tuple[float | None, ...]:
     reference = curves[0]
     if reference is None:
         return (None,) * len(curves)
     differences: list[float | None] = []
-    x, force = _over(reference)
+    x, force = _points_of(reference)
     for curve in curves:
         difference = None
         if curve is not None and (type(curve), curve.mode) == (type(reference), reference.mode):
-            own, other = _over(curve)
+            own, other = _points_of(curve)
             low, high = max(x[0], own[0]), min(x[-1], own[-1])
             if high > low:
                 at = np.linspace(low, high, 200)
@@ -229,7 +232,7 @@ def _apart(curves: Sequence[Curve | ReactionHistory | None]) -> tuple[float | No
     return tuple(differences)
 
 
-def _over(curve: Curve | ReactionHistory) -> tuple[Array, Array]:
+def _points_of(curve: Curve | ReactionHistory) -> tuple[Array, Array]:
     """Return the growing displacements or times of a curve, and its forces."""
     if isinstance(curve, ReactionHistory):
         return curve.time, curve.force

@@ -86,7 +86,7 @@ def rates(
         translated = any(not modes()[target.mode].rotational for target in targets)
         if key in by and key.startswith("geometry.") and translated and not plates(case.geometry):
             hair = HAIR * max(abs(values[i]), 1e-3)
-            ends = (_changed(values, i, step * hair) for step in (-1.0, 1.0))
+            ends = (_with_change(values, i, step * hair) for step in (-1.0, 1.0))
             sides = [task.load(end, cache.tables)[0].geometry for end in ends]
             shapes[key] = (sides[0], sides[1], 2.0 * hair)
     names = {key: key.removeprefix(PARAMETERS) for key in by if key.startswith(PARAMETERS)}
@@ -103,14 +103,14 @@ def rates(
             k = task.keys.index(key)
             step = NUDGE * max(abs(values[k]), 1e-3)
             low, high = (
-                rates(cache, task, [targets[i] for i in left], _changed(values, k, side * step)).value
+                rates(cache, task, [targets[i] for i in left], _with_change(values, k, side * step)).value
                 for side in (-1.0, 1.0)
             )
             slope[left, j] = (high - low) / (2.0 * step)
     return TargetRates(value, slope)
 
 
-def _changed(values: Sequence[float], i: int, by: float) -> list[float]:
+def _with_change(values: Sequence[float], i: int, by: float) -> list[float]:
     return [value + by if j == i else value for j, value in enumerate(values)]
 
 
@@ -142,7 +142,7 @@ def _rate(
         if target.kind == "tangent" or drive is not None:
             stiffness.append(Sensitivity(model, ()).stiffness(solver))
         if shapes and target.kind != "tangent":
-            slopes.update(_moved(bodies, model, solver, shapes, case))
+            slopes.update(_shape_derivatives(bodies, model, solver, shapes, case))
 
     names = () if target.kind == "tangent" else tuple(of_law.values())
     history = march(model, program, sensitivity=names, observer=observe, drive=drive)
@@ -166,7 +166,7 @@ def _rate(
     return force / over, {key: slope / over for key, slope in slopes.items()}
 
 
-def _moved(
+def _shape_derivatives(
     bodies: PreparedModels,
     model: FiniteElementModel,
     solver: Equilibrium,

@@ -175,7 +175,7 @@ class Rows:
         with fresh.open("xb") as out:
             rows = self._table([self._waiting[n] for n in self._numbers(block)])
             self._parquet.write_table(rows, out, compression="zstd", write_page_checksum=True)
-        _synced(fresh)
+        _sync(fresh)
         fresh.replace(file)
         for number in self._numbers(block):
             del self._waiting[number]
@@ -189,7 +189,7 @@ class Rows:
         fresh.unlink(missing_ok=True)
         with fresh.open("xb") as out:
             out.write(content)
-        _synced(fresh)
+        _sync(fresh)
         fresh.replace(path)
 
     def _check(self, definition: Mapping[str, Any]) -> None:
@@ -296,7 +296,7 @@ def _refuse_link(path: Path) -> None:
         raise InputError(Problem(str(path), what, "", "give another -o, or delete the link"))
 
 
-def _synced(file: Path) -> None:
+def _sync(file: Path) -> None:
     with file.open("rb") as opened:
         os.fsync(opened.fileno())
 

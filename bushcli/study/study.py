@@ -164,10 +164,10 @@ def study(
         replace(condition, message=f"the first design: {condition.message}")
         for condition in unusual(first_case, first_case.material)
     ]
-    return _summed_up(case, task, plan, rows, limits, resumed, warnings), rows
+    return _statistics(case, task, plan, rows, limits, resumed, warnings), rows
 
 
-def _summed_up(
+def _statistics(
     case: Case,
     task: StudyTask,
     plan: Plan,

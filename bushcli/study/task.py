@@ -127,7 +127,7 @@ def evaluate(
         start_time = time.perf_counter()
         row = empty_row(task, number, values)
         try:
-            row = _simulated(cache, task, row, values)
+            row = _simulate(cache, task, row, values)
         except (InputError, GeometryError, ValueError) as error:
             row = failed_row(row, "input", str(error).splitlines()[0].removeprefix(f"{task.case}: "))
         except Exception as error:  # noqa: BLE001 - one design must not end the study
@@ -148,7 +148,7 @@ def failed_row(row: Row, kind: str, reason: str) -> Row:
     return row | {STATUS: "failed", KIND: kind, REASON: reason}
 
 
-def _simulated(cache: DesignCache, task: StudyTask, row: Row, values: Sequence[Value]) -> Row:
+def _simulate(cache: DesignCache, task: StudyTask, row: Row, values: Sequence[Value]) -> Row:
     case, material = task.load(values, cache.tables)
     predictions = PredictionCache(cache.bodies, cache.measured, task.fineness)
     response = predict(case, material, comm=MPI.COMM_SELF, kept=predictions, pictures=False)

@@ -39,9 +39,9 @@ def prepared(plot: Plot) -> Plot:
             x, y = thinned(curve.x, curve.y, MOST, curve.mark != "line")
             curve = replace(curve, x=x, y=y)
         series.append(curve)
-    plot = replace(plot, series=series, regions=_outlined(plot.regions))
+    plot = replace(plot, series=series, regions=_thin_outlines(plot.regions))
     plot = replace(plot, x=plot.x or _limits(plot, 0), y=plot.y or _limits(plot, 1))
-    return replace(plot, regions=_placed(plot), is_prepared=True)
+    return replace(plot, regions=_place_numbers(plot), is_prepared=True)
 
 
 def pane(plot: Plot) -> tuple[float, float, float, float]:
@@ -198,7 +198,7 @@ def _extremes(column: NDArray[np.int16], y: Array) -> NDArray[np.intp]:
 # -- areas and their numbers -------------------------------------------------------------------------------------------
 
 
-def _outlined(regions: Sequence[Region]) -> Sequence[Region]:
+def _thin_outlines(regions: Sequence[Region]) -> Sequence[Region]:
     """Return the regions with outlines of fewer points; pieces that lie in cells drawn before are left out."""
     outlines = [outline for region in regions for outline in region.outlines]
     if sum(map(len, outlines)) <= _MOST_OUTLINED:
@@ -221,7 +221,7 @@ def _outlined(regions: Sequence[Region]) -> Sequence[Region]:
     return outlined
 
 
-def _placed(plot: Plot) -> list[Region]:
+def _place_numbers(plot: Plot) -> list[Region]:
     """Return the regions with one place for each number, far enough from the numbers before it."""
     _, _, width, height = pane(plot)
     points: list[Array] = []

@@ -182,9 +182,9 @@ def revolved(surface: Surface) -> Surface:
 
     def swept(points: Array) -> Array:
         lines = points[face[:, None], ends]
-        rings = np.stack([_turned(lines, angle) for angle in angles])
+        rings = np.stack([_rotate(lines, angle) for angle in angles])
         walls = np.stack([rings[:-1, :, 0], rings[:-1, :, 1], rings[1:, :, 1], rings[1:, :, 0]], axis=2)
-        cuts = [_turned(points, angles[0]), _turned(points, angles[-1])]
+        cuts = [_rotate(points, angles[0]), _rotate(points, angles[-1])]
         return np.concatenate([walls.reshape(-1, 4, 3), *cuts])
 
     pieces, values = len(angles) - 1, surface.stretch[face[:, None], ends]
@@ -266,6 +266,6 @@ def cut(
     return np.concatenate(parts), np.concatenate(owner)
 
 
-def _turned(points: Array, angle: float) -> Array:
+def _rotate(points: Array, angle: float) -> Array:
     c, s = np.cos(angle), np.sin(angle)
     return np.asarray(points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))

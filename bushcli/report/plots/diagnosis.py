@@ -142,9 +142,9 @@ def _places(
         Region(
             "stiff" if mismatch.sign in ("too_stiff", "too_high") else "soft",
             sentence(mismatch, len(diagnosis.channels)),
-            outlined(mismatch.samples & _known(channel)),
+            outlined(mismatch.samples & _compared_samples(channel)),
             i,
-            line[_worst(channel, mismatch)],
+            line[_worst_samples(channel, mismatch)],
         )
         for i, mismatch in enumerate(diagnosis.location.mismatch, start=1)
         if mismatch.channel == channel.name
@@ -173,16 +173,16 @@ def _label(what: str, rms: float) -> str:
     return f"{what}: {percent(rms)} rms"
 
 
-def _worst(channel: DiagnosedChannel, mismatch: Mismatch) -> NDArray[np.int_]:
+def _worst_samples(channel: DiagnosedChannel, mismatch: Mismatch) -> NDArray[np.int_]:
     """Return samples of a place, that of the largest misfit first, the others spread over the place."""
     size = np.abs(channel.before - channel.recording.force)
-    inside = np.flatnonzero(mismatch.samples & _known(channel))
+    inside = np.flatnonzero(mismatch.samples & _compared_samples(channel))
     spread = inside[np.linspace(0, len(inside) - 1, min(_PLACES, len(inside))).astype(int)]
     order = spread[np.argsort(-size[spread], kind="stable")]
     return np.concatenate([inside[[int(np.argmax(size[inside]))]], order])
 
 
-def _known(channel: DiagnosedChannel) -> NDArray[np.bool_]:
+def _compared_samples(channel: DiagnosedChannel) -> NDArray[np.bool_]:
     """Return the samples (n,) at which the plain law is compared with good data."""
     return np.isfinite(channel.before) & ~channel.faulty
 

@@ -96,7 +96,7 @@ def curve_panels(channel: Simulated, misfit: Misfit | None, file: str) -> Panels
         number(units.stiffness(stiffness.secant)) for stiffness in (misfit.predicted, misfit.measured)
     )
     heading = f"secant stiffness: simulated {simulated}, measured {measured} {units.stiffness_unit}"
-    accepted, labels = _accepted(channel.recording, misfit, units), ("", units.force_label)
+    accepted, labels = _tolerance_region(channel.recording, misfit, units), ("", units.force_label)
     plot = Plot("curve", labels, series, [accepted], rest_lines(units), x=span, heading=heading, height=370.0)
     q, off = units.shown(misfit.displacement), 100 * misfit.difference / misfit.force_range
     reach = misfit.tolerance.percent
@@ -122,7 +122,7 @@ def difference_plot(
     )
 
 
-def _accepted(recording: Recording, misfit: Misfit, units: Quantities) -> Region:
+def _tolerance_region(recording: Recording, misfit: Misfit, units: Quantities) -> Region:
     """Return the recording, branch by branch, widened by the tolerance, a share of its force range."""
     width = misfit.tolerance.band * misfit.force_range
     outlines = []

@@ -178,7 +178,7 @@ def fit_files(result: results.FitResult) -> Files:
     names = file_names(
         [*(curve.name for curve in curves), *dict.fromkeys(spectrum.table.name for spectrum in spectra)]
     )
-    contents = {f"{names[curve.name]}-fit.csv": _fitted(curve, "fitted") for curve in curves}
+    contents = {f"{names[curve.name]}-fit.csv": _fit_table(curve, "fitted") for curve in curves}
     for spectrum in spectra:
         if isinstance(spectrum, TableSpectrum):
             columns = _report("plots.spectrum").master_columns(spectrum)
@@ -202,7 +202,7 @@ def inverse_files(result: results.InverseResult) -> Files:
         f"{names[compared.table.name]}-table.csv": tables.compared_table(compared) for compared in best.tables
     }
     contents |= {
-        f"{names[curve.name]}-identified.csv": _fitted(
+        f"{names[curve.name]}-identified.csv": _fit_table(
             curve, "predicted" if curve.held_out else "fitted", start=True
         )
         for curve in best.curves
@@ -210,7 +210,7 @@ def inverse_files(result: results.InverseResult) -> Files:
     return Files(result.case, contents, pictures=lambda: _report("plots.fit").inverse_panels(result, names))
 
 
-def _fitted(curve: FittedCurve, how: str, start: bool = False) -> str:
+def _fit_table(curve: FittedCurve, how: str, start: bool = False) -> str:
     """Return recorded and fitted force, and on demand that at the start of the search, where it is known."""
     forces = {"recorded": curve.recording.force, how: curve.fitted.force}
     if start and curve.started is not None:

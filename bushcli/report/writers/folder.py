@@ -221,7 +221,7 @@ def moves_to(directory: Path, command: str, question: str) -> tuple[str, Path] |
         return is_finished(other) and other.get(QUESTION, "") == earlier.get(QUESTION)
 
     # A result that was moved before and calculated again is there already.
-    return before, _free(directory / f"earlier-{before}", is_same)
+    return before, _free_place(directory / f"earlier-{before}", is_same)
 
 
 def place_of(directory: Path, result: Mapping[str, Any]) -> Path:
@@ -229,10 +229,10 @@ def place_of(directory: Path, result: Mapping[str, Any]) -> Path:
     earlier = earlier_result(directory)
     if earlier is None or is_finished(result) or not is_finished(earlier):
         return directory
-    return _free(directory / f"unfinished-{result['command']}", lambda other: not is_finished(other))
+    return _free_place(directory / f"unfinished-{result['command']}", lambda other: not is_finished(other))
 
 
-def _free(path: Path, may_go: Callable[[Mapping[str, Any]], bool]) -> Path:
+def _free_place(path: Path, may_go: Callable[[Mapping[str, Any]], bool]) -> Path:
     """Return the first of a path, and the path with -2, -3, ... behind it, that is free or has a result that may go."""
     places = (path if n == 1 else path.with_name(f"{path.name}-{n}") for n in count(1))
     return next(
@@ -307,7 +307,7 @@ def write_files(
             # `result.json` lists them now.
             (place / CLAIMED).unlink(missing_ok=True)
         written = tuple(place / name for name in (*files, *staged))
-        return written if drawn is None else (*written, *_drawn(place, files, inputs, listed, drawn, parts))
+        return written if drawn is None else (*written, *_draw(place, files, inputs, listed, drawn, parts))
     except OSError as error:
         raise _unwritable(place, error) from None
     finally:
@@ -315,7 +315,7 @@ def write_files(
             parts.rmdir()
 
 
-def _drawn(
+def _draw(
     place: Path,
     files: Mapping[str, Content],
     inputs: Collection[Path],

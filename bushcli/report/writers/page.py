@@ -78,7 +78,7 @@ def page(
         with suppress(OSError), path.open("rb") as file:  # a file may be gone since it was read
             digests.append((path, hashlib.file_digest(file, "sha256").hexdigest()))
     environment = templates()
-    environment.filters.update({"figure": figure, "grouped": _grouped})
+    environment.filters.update({"figure": figure, "grouped": _groups})
     return environment.get_template("report.html").render(
         document=document,
         warnings=on("page", [document.warning] if document.warning else []),
@@ -94,7 +94,7 @@ def page(
     )
 
 
-def _grouped(blocks: Iterable[Block]) -> Iterator[tuple[str, list[Block]]]:
+def _groups(blocks: Iterable[Block]) -> Iterator[tuple[str, list[Block]]]:
     """Yield blocks of the same kind that follow each other, with the name of their kind."""
     for kind, group in groupby(blocks, lambda block: type(block).__name__.lower()):
         yield (
