@@ -127,10 +127,10 @@ class Columns:
 
 def columns(rows: Rows, keys: Sequence[str], answers: Sequence[str]) -> Columns:
     """Read the columns that the statistics need."""
-    wanted = [DESIGN, STATUS, KIND, REASON, *keys, *answers]
-    lists: dict[str, list[object]] = {name: [] for name in wanted}
-    for table in rows.tables(wanted):
-        for name in wanted:
+    names = [DESIGN, STATUS, KIND, REASON, *keys, *answers]
+    lists: dict[str, list[object]] = {name: [] for name in names}
+    for table in rows.tables(names):
+        for name in names:
             lists[name] += table[name].to_pylist()
     return Columns(
         np.array(lists[DESIGN], dtype=np.int64),
@@ -206,7 +206,7 @@ def _influences(
     )
     slopes, *_ = np.linalg.lstsq(matrix, y, rcond=None)
     spread = float(np.sum((y - y.mean()) ** 2))
-    left = float(np.sum((y - matrix @ slopes) ** 2))
+    residual = float(np.sum((y - matrix @ slopes) ** 2))
     influences = {}
     for slope, (key, column) in zip(slopes[1:], x.items(), strict=True):
         low, high = np.quantile(column, (QUANTILES[0], QUANTILES[-1])) - column.mean()
@@ -216,7 +216,7 @@ def _influences(
             pearson = float(np.corrcoef(column, y)[0, 1])
             spearman = float(np.corrcoef(rankdata(column), rankdata(y))[0, 1])
         influences[key] = Influence(pearson, spearman, swing, *indices.get(key, ()))
-    return influences, 1.0 - left / spread if spread > 0.0 else 0.0
+    return influences, 1.0 - residual / spread if spread > 0.0 else 0.0
 
 
 def _sobol(
@@ -226,9 +226,9 @@ def _sobol(
     from SALib.analyze import sobol
 
     keys = len(plan.variables)
-    whole = np.full(len(plan.rows), np.nan)
-    whole[table.design] = values
-    blocks = whole.reshape(-1, keys + 2)
+    answers = np.full(len(plan.rows), np.nan)
+    answers[table.design] = values
+    blocks = answers.reshape(-1, keys + 2)
     complete = blocks[np.isfinite(blocks).all(axis=1)]
     if len(complete) < 2 or np.ptp(complete) == 0.0:
         return {}
@@ -279,6 +279,6 @@ def limits_of(text: str, percent: float = DEFAULT.percent) -> tuple[str, Limits]
     except ValueError:
         low = high = math.nan
     if not equals or not name.strip() or not low < high:
-        wanted = 'e.g. "axial.initial=350 +- 15 %" or axial.initial=300:400'
-        raise InputError(Problem(f"--limits {text}", "has no limits", "", wanted))
+        expected = 'e.g. "axial.initial=350 +- 15 %" or axial.initial=300:400'
+        raise InputError(Problem(f"--limits {text}", "has no limits", "", expected))
     return name.strip(), Limits(low, high)

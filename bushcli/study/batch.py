@@ -330,7 +330,7 @@ def _compare_parts(
 def _batch_part(recording: Recording, of_batch: Array) -> BatchPart:
     """Return a part with the factor that brings the force of the batch (n,) closest to its own."""
     factor = float(recording.force @ of_batch) / float(of_batch @ of_batch)
-    left = recording.force - factor * of_batch
+    residual = recording.force - factor * of_batch
     size = float(np.ptp(recording.force))
     noise = force_noise(recording)
     return BatchPart(
@@ -339,7 +339,7 @@ def _batch_part(recording: Recording, of_batch: Array) -> BatchPart:
         recording,
         factor,
         noise / float(np.linalg.norm(of_batch)),
-        100.0 * float(np.sqrt(np.mean(left**2))) / size,
+        100.0 * float(np.sqrt(np.mean(residual**2))) / size,
         100.0 * noise / size,
     )
 

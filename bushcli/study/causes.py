@@ -61,9 +61,9 @@ def travel_cause(part: Recording, common: Recording) -> Cause:
     return Cause("travel", f"{reach}: {difference}" + (", clamped at its end" if clamped else ""))
 
 
-def effect_cause(part: Recording, batch: Array, left: Array, usual: float) -> Cause | None:
+def effect_cause(part: Recording, batch: Array, residual: Array, usual: float) -> Cause | None:
     """Return the effect that explains most of what remains of a part's force; None if none explains enough."""
-    excess = float(left @ left) - len(left) * usual**2
+    excess = float(residual @ residual) - len(residual) * usual**2
     if excess <= 0.0:
         return None
     best: tuple[float, str, str] | None = None
@@ -73,7 +73,7 @@ def effect_cause(part: Recording, batch: Array, left: Array, usual: float) -> Ca
         size = float(across @ across)
         if not size > 1e-12 * float(column @ column):
             continue
-        amplitude = float(across @ left) / size
+        amplitude = float(across @ residual) / size
         explained = amplitude**2 * size / excess
         if best is None or explained > best[0]:
             best = explained, name, words.format(amplitude)

@@ -237,15 +237,17 @@ def _result(
 
     values = [float(value) for value in end.values]
     others = {key: tolerance.nominal for key, tolerance in tolerances.items() if key not in task.keys}
-    whole = replace(task, keys=(*task.keys, *others))
-    target_rates = rates(cache, whole, targets, [*values, *others.values()], whole.keys)
+    whole_task = replace(task, keys=(*task.keys, *others))
+    target_rates = rates(cache, whole_task, targets, [*values, *others.values()], whole_task.keys)
     keys = {
         variable.key: Dimension(value, variable.low, variable.high, float(initial))
         for variable, value, initial in zip(variables, values, start, strict=True)
     }
     reached = []
     for i, target in enumerate(targets):
-        slopes = {key: float(target_rates.slope[i, j]) * target.per_shown for j, key in enumerate(whole.keys)}
+        slopes = {
+            key: float(target_rates.slope[i, j]) * target.per_shown for j, key in enumerate(whole_task.keys)
+        }
         shown = float(target_rates.value[i]) * target.per_shown
         spread = None
         if tolerances:

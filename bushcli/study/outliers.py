@@ -34,22 +34,22 @@ def outlying(values: Array, false_alarm: float = FALSE_ALARM) -> tuple[NDArray[n
     """Return which values are outliers, and the deviation of each in standard deviations of those that are not."""
     from scipy.stats import t
 
-    n, left, order = len(values), np.arange(len(values)), list[int]()
+    n, remaining, order = len(values), np.arange(len(values)), list[int]()
     count, probability = 0, false_alarm / float(np.interp(n, _PARTS, _MORE_OFTEN))
     # Up to a third of the parts: with more, it is not clear which are the outliers.
     for i in range(n // 3 if n >= FEWEST else 0):
-        spread = float(np.std(values[left], ddof=1))
+        spread = float(np.std(values[remaining], ddof=1))
         if spread <= 0.0:
             break
-        deviation = np.abs(values[left] - values[left].mean()) / spread
+        deviation = np.abs(values[remaining] - values[remaining].mean()) / spread
         worst = int(np.argmax(deviation))
         free = n - i - 2
         point = float(t.ppf(1.0 - probability / (2.0 * (n - i)), free))
         limit = (n - i - 1) * point / np.sqrt((free + point**2) * (n - i))
-        order.append(int(left[worst]))
+        order.append(int(remaining[worst]))
         if deviation[worst] > limit:
             count = i + 1
-        left = np.delete(left, worst)
+        remaining = np.delete(remaining, worst)
     is_outlier = np.zeros(n, dtype=bool)
     is_outlier[order[:count]] = True
     inliers = values[~is_outlier]

@@ -128,10 +128,10 @@ def plan(
     keys = [variable.key for variable in variables]
     if not keys:
         what = "nothing is varied"
-        wanted = (
+        expected = (
             '--vary KEY=VALUES, --list FILE, or a tolerance in the case, such as outer_radius = "22.0 +- 0.1"'
         )
-        raise InputError(Problem("study", what, "", wanted))
+        raise InputError(Problem("study", what, "", expected))
     repeated = next((key for key in keys if keys.count(key) > 1), None)
     if repeated:
         raise InputError(Problem(f"--vary {repeated}", "is varied twice"))
@@ -140,9 +140,9 @@ def plan(
     if chosen == "grid":
         ranged = next((variable for variable in variables if not variable.values), None)
         if ranged is not None:
-            wanted = f"e.g. {ranged.key}={ranged.low:g}:{ranged.high:g}:5, or choose another --sampling"
+            expected = f"e.g. {ranged.key}={ranged.low:g}:{ranged.high:g}:5, or choose another --sampling"
             raise InputError(
-                Problem(f"--vary {ranged.key}={ranged.spec}", "has no values for a grid", "", wanted)
+                Problem(f"--vary {ranged.key}={ranged.spec}", "has no values for a grid", "", expected)
             )
         if designs is not None:
             raise InputError(

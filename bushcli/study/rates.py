@@ -98,15 +98,15 @@ def rates(
         for j, key in enumerate(by):
             slope[i, j] = derivatives.get(key, np.nan)
     for j, key in enumerate(by):
-        left = np.flatnonzero(np.isnan(slope[:, j]))
-        if len(left):
+        missing = np.flatnonzero(np.isnan(slope[:, j]))
+        if len(missing):
             k = task.keys.index(key)
             step = NUDGE * max(abs(values[k]), 1e-3)
             low, high = (
-                rates(cache, task, [targets[i] for i in left], _with_change(values, k, side * step)).value
+                rates(cache, task, [targets[i] for i in missing], _with_change(values, k, side * step)).value
                 for side in (-1.0, 1.0)
             )
-            slope[left, j] = (high - low) / (2.0 * step)
+            slope[missing, j] = (high - low) / (2.0 * step)
     return TargetRates(value, slope)
 
 
@@ -162,8 +162,8 @@ def _rate(
         )
     if history.sensitivity is not None:
         slopes |= dict(zip(of_law, map(float, history.sensitivity[-1]), strict=True))
-    over = 1.0 if target.kind == "force" else q
-    return force / over, {key: slope / over for key, slope in slopes.items()}
+    divisor = 1.0 if target.kind == "force" else q
+    return force / divisor, {key: slope / divisor for key, slope in slopes.items()}
 
 
 def _shape_derivatives(

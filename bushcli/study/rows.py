@@ -229,8 +229,8 @@ class Rows:
                 self.damaged += len(numbers)
                 file.unlink()
         journal = self.folder / JOURNAL
-        whole = list(self._read_journal(journal))
-        self._replace(journal, b"".join(whole))
+        lines = list(self._read_journal(journal))
+        self._replace(journal, b"".join(lines))
         for block in sorted({number // BLOCK for number in self._waiting}):
             if all(number in self._waiting for number in self._numbers(block)):
                 self._journal = journal.open("ab")

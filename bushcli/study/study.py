@@ -195,8 +195,8 @@ def _statistics(
             doubtful[name] = doubtful.get(name, 0) + 1
     samples: dict[str, Sequence[Value]] = {}
     if names:
-        whole = np.flatnonzero(np.all([np.isfinite(column) for column in table.answers.values()], axis=0))
-        sample = whole[:: max(1, -(-len(whole) // SHOWN))]
+        complete = np.flatnonzero(np.all([np.isfinite(column) for column in table.answers.values()], axis=0))
+        sample = complete[:: max(1, -(-len(complete) // SHOWN))]
         samples = {key: [column[i] for i in sample] for key, column in table.keys.items()}
         samples |= {name: [float(v) for v in column[sample]] for name, column in table.answers.items()}
     return Study(

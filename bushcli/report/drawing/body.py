@@ -202,8 +202,8 @@ class _Drawing:
     def _colour_bar(self, figure: Figure, axes: Axes) -> None:
         assert self.scale is not None
         values = self.surface.stretch[self.surface.rubber]
-        over = bool(values.size and values.max() > self.scale.vmax * 1.001)  # type: ignore[operator]
-        mappable, ends = ScalarMappable(self.scale, _COLOURS), "max" if over else "neither"
+        is_clipped = bool(values.size and values.max() > self.scale.vmax * 1.001)  # type: ignore[operator]
+        mappable, ends = ScalarMappable(self.scale, _COLOURS), "max" if is_clipped else "neither"
         bar = figure.colorbar(mappable, ax=axes, shrink=0.75, pad=0.02, extend=ends)
         bar.set_label("largest principal stretch")
         bar.outline.set_visible(False)  # type: ignore[operator]

@@ -141,7 +141,7 @@ def draw(axes: Axes, plot: Plot) -> None:
             if math.isnan(ends[0]) and math.isnan(ends[1]):
                 continue
             if ends[0] == ends[1]:
-                drawn: Any = line(
+                artist: Any = line(
                     ends[0], color=look.colours[0], lw=look.width, ls=_dash(band.key), zorder=zorder
                 )
             else:
@@ -149,8 +149,8 @@ def draw(axes: Axes, plot: Plot) -> None:
                     limit if math.isnan(end) else end
                     for end, limit in zip(ends, axes.get_xlim(), strict=True)
                 )
-                drawn = span(low, high, color=look.colours[0], alpha=look.opacity, lw=0, zorder=zorder)
-            handles.setdefault(band.label, drawn)
+                artist = span(low, high, color=look.colours[0], alpha=look.opacity, lw=0, zorder=zorder)
+            handles.setdefault(band.label, artist)
     for region in plot.regions:
         key, opacity = (
             shade(region, plot) if region.value is not None else (region.key, LOOKS[region.key].opacity)
@@ -170,7 +170,7 @@ def draw(axes: Axes, plot: Plot) -> None:
             handles.setdefault(region.label, Patch(color=fill))
     for i, series in enumerate(plot.series):
         look, is_line = LOOKS[series.key], series.mark in ("line", "both")
-        (drawn,) = axes.plot(
+        (artist,) = axes.plot(
             series.x, series.y, color=look.colours[0], lw=look.width, ls=_dash(series.key) if is_line else "none",
             marker={"line": "", "dots": "o", "both": "o", "crosses": "x"}[series.mark],
             ms=max(3.0, 1.6 * look.width) if series.mark != "crosses" else 5.5, zorder=2 + 0.1 * i,
@@ -178,7 +178,7 @@ def draw(axes: Axes, plot: Plot) -> None:
         if series.error is not None and series.error.any():
             bars: dict[str, Any] = {"fmt": "none", "ecolor": GREY[0], "elinewidth": 1.1, "capsize": 2.5}
             axes.errorbar(series.x, series.y, series.error, zorder=2.05 + 0.1 * i, **bars)
-        handles.setdefault(series.label, drawn)
+        handles.setdefault(series.label, artist)
     for note in plot.notes:
         side = {"left": ("right", -5), "right": ("left", 5), "middle": ("center", 0)}[note.place]
         axes.annotate(

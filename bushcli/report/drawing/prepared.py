@@ -152,7 +152,7 @@ def thinned(x: Array, y: Array, most: int, dots: bool = False) -> tuple[Array, A
         if not dots:
             # The extremes of a column are among those of its halves.
             at = at[_extremes(column[at], y[at])]
-        drawn: NDArray[np.intp] = at
+        chosen: NDArray[np.intp] = at
         if len(at) > most:
             new = np.zeros(len(at), dtype=bool)
             # The lowest and the highest sample of each column.
@@ -161,7 +161,7 @@ def thinned(x: Array, y: Array, most: int, dots: bool = False) -> tuple[Array, A
             cell = column[at].astype(np.int64) * columns + row[at]
             if dots:
                 new[np.unique(cell, return_index=True)[1]] = True
-                drawn = at[new & finite[at]]
+                chosen = at[new & finite[at]]
             else:
                 # Segments that join cells that were joined before are left out; -1 interrupts the curve.
                 low, high = np.minimum(cell[:-1], cell[1:]), np.maximum(cell[:-1], cell[1:])
@@ -170,11 +170,11 @@ def thinned(x: Array, y: Array, most: int, dots: bool = False) -> tuple[Array, A
                 joins &= finite[at][:-1] & finite[at][1:]
                 used = np.append(joins, False) | np.append(False, joins)
                 starts = np.flatnonzero(used & ~np.append(False, joins))
-                drawn = np.insert(at[used], np.searchsorted(np.flatnonzero(used), starts[1:]), -1)
-        if len(drawn) <= most:
+                chosen = np.insert(at[used], np.searchsorted(np.flatnonzero(used), starts[1:]), -1)
+        if len(chosen) <= most:
             break
-    gap = drawn < 0
-    return np.where(gap, np.nan, x[drawn]), np.where(gap, np.nan, y[drawn])
+    gap = chosen < 0
+    return np.where(gap, np.nan, x[chosen]), np.where(gap, np.nan, y[chosen])
 
 
 def _size(points: Array) -> Array:
