@@ -127,66 +127,68 @@ class Columns:
 
 def columns(rows: Rows, keys: Sequence[str], answers: Sequence[str]) -> Columns:
     """Read the columns that the statistics need."""
-    wanted = [DESIGN, STATUS, KIND, REASON, *keys, *answers]
-    found: dict[str, list[object]] = {name: [] for name in wanted}
-    for table in rows.tables(wanted):
-        for name in wanted:
-            found[name] += table[name].to_pylist()
+    names = [DESIGN, STATUS, KIND, REASON, *keys, *answers]
+    lists: dict[str, list[object]] = {name: [] for name in names}
+    for table in rows.tables(names):
+        for name in names:
+            lists[name] += table[name].to_pylist()
     return Columns(
-        np.array(found[DESIGN], dtype=np.int64),
-        {key: found[key] for key in keys},  # type: ignore[misc]
-        {name: np.array([np.nan if v is None else v for v in found[name]], dtype=float) for name in answers},
-        list(zip(found[STATUS], found[KIND], found[REASON], strict=True)),  # type: ignore[arg-type]
+        np.array(lists[DESIGN], dtype=np.int64),
+        {key: lists[key] for key in keys},  # type: ignore[misc]
+        {name: np.array([np.nan if v is None else v for v in lists[name]], dtype=float) for name in answers},
+        list(zip(lists[STATUS], lists[KIND], lists[REASON], strict=True)),  # type: ignore[arg-type]
     )
 
 
-def failures(found: Columns) -> tuple[Failure, ...]:
+def failures(table: Columns) -> tuple[Failure, ...]:
     """Return the reasons of failures, the most frequent first; texts that differ only in numbers are one reason."""
     groups: dict[tuple[str, str], list[int]] = {}
-    for i, (status, kind, reason) in enumerate(found.status):
+    for i, (status, kind, reason) in enumerate(table.status):
         if status != "ok":
             groups.setdefault((kind, re.sub(r"[-+]?\d[\d.e+-]*", "#", reason)), []).append(i)
     return tuple(
         Failure(
-            kind, found.status[members[0]][2], len(members), tuple(int(found.design[i]) for i in members[:10])
+            kind, table.status[members[0]][2], len(members), tuple(int(table.design[i]) for i in members[:10])
         )
         for (kind, _), members in sorted(groups.items(), key=lambda group: -len(group[1]))
     )
 
 
 def summary(
-    plan: Plan, found: Columns, name: str, limits: Limits | None = None, seed: int = 0
+    plan: Plan, table: Columns, name: str, limits: Limits | None = None, seed: int = 0
 ) -> Summary | None:
     """Return the statistics of one answer over the designs; None where fewer than two have it."""
-    values = found.answers[name]
-    there = np.isfinite(values) & plan.independent[found.design]
-    y = values[there]
+    values = table.answers[name]
+    has_answer = np.isfinite(values) & plan.independent[table.design]
+    y = values[has_answer]
     if len(y) < 2:
         return None
     numbers = {
-        one.key: np.array(found.keys[one.key], dtype=float)[there] for one in plan.variables if one.numeric
+        variable.key: np.array(table.keys[variable.key], dtype=float)[has_answer]
+        for variable in plan.variables
+        if variable.numeric
     }
     moving = {key: x for key, x in numbers.items() if np.ptp(x) > 0.0}
     if len(y) <= len(moving):
         moving = {}  # too few designs to separate the influences of the keys
-    indices = _sobol(plan, found, values, seed) if plan.sampling == "saltelli" else {}
+    indices = _sobol(plan, table, values, seed) if plan.sampling == "saltelli" else {}
     influences, linear = _influences(moving, y, indices)
     return Summary(
         count=int(np.count_nonzero(np.isfinite(values))),
         mean=float(y.mean()),
         std=float(y.std(ddof=1)),
         quantiles=tuple(float(q) for q in np.quantile(y, QUANTILES)),
-        lowest=_extreme(found, values, int(np.nanargmin(values))),
-        highest=_extreme(found, values, int(np.nanargmax(values))),
+        lowest=_extreme(table, values, int(np.nanargmin(values))),
+        highest=_extreme(table, values, int(np.nanargmax(values))),
         influences=influences,
         linear=linear,
         limits=None if limits is None else within(limits, y),
     )
 
 
-def _extreme(found: Columns, values: Array, i: int) -> Extreme:
+def _extreme(table: Columns, values: Array, i: int) -> Extreme:
     return Extreme(
-        int(found.design[i]), float(values[i]), {key: column[i] for key, column in found.keys.items()}
+        int(table.design[i]), float(values[i]), {key: column[i] for key, column in table.keys.items()}
     )
 
 
@@ -198,42 +200,44 @@ def _influences(
         return {}, 0.0
     from scipy.stats import rankdata
 
-    scales = {key: float(one.std()) for key, one in x.items()}
-    matrix = np.column_stack([np.ones(len(y)), *((one - one.mean()) / scales[key] for key, one in x.items())])
+    scales = {key: float(column.std()) for key, column in x.items()}
+    matrix = np.column_stack(
+        [np.ones(len(y)), *((column - column.mean()) / scales[key] for key, column in x.items())]
+    )
     slopes, *_ = np.linalg.lstsq(matrix, y, rcond=None)
     spread = float(np.sum((y - y.mean()) ** 2))
-    left = float(np.sum((y - matrix @ slopes) ** 2))
-    found = {}
-    for slope, (key, one) in zip(slopes[1:], x.items(), strict=True):
-        low, high = np.quantile(one, (QUANTILES[0], QUANTILES[-1])) - one.mean()
+    residual = float(np.sum((y - matrix @ slopes) ** 2))
+    influences = {}
+    for slope, (key, column) in zip(slopes[1:], x.items(), strict=True):
+        low, high = np.quantile(column, (QUANTILES[0], QUANTILES[-1])) - column.mean()
         swing = (float(slope * low / scales[key]), float(slope * high / scales[key]))
         pearson = spearman = 0.0
         if np.ptp(y) > 0.0:
-            pearson = float(np.corrcoef(one, y)[0, 1])
-            spearman = float(np.corrcoef(rankdata(one), rankdata(y))[0, 1])
-        found[key] = Influence(pearson, spearman, swing, *indices.get(key, ()))
-    return found, 1.0 - left / spread if spread > 0.0 else 0.0
+            pearson = float(np.corrcoef(column, y)[0, 1])
+            spearman = float(np.corrcoef(rankdata(column), rankdata(y))[0, 1])
+        influences[key] = Influence(pearson, spearman, swing, *indices.get(key, ()))
+    return influences, 1.0 - residual / spread if spread > 0.0 else 0.0
 
 
 def _sobol(
-    plan: Plan, found: Columns, values: Array, seed: int
+    plan: Plan, table: Columns, values: Array, seed: int
 ) -> dict[str, tuple[float, float, float, float]]:
     """Return the Sobol indices and their half widths by key; a block with a failed design is left out as a whole."""
     from SALib.analyze import sobol
 
     keys = len(plan.variables)
-    whole = np.full(len(plan.rows), np.nan)
-    whole[found.design] = values
-    blocks = whole.reshape(-1, keys + 2)
-    good = blocks[np.isfinite(blocks).all(axis=1)]
-    if len(good) < 2 or np.ptp(good) == 0.0:
+    answers = np.full(len(plan.rows), np.nan)
+    answers[table.design] = values
+    blocks = answers.reshape(-1, keys + 2)
+    complete = blocks[np.isfinite(blocks).all(axis=1)]
+    if len(complete) < 2 or np.ptp(complete) == 0.0:
         return {}
     with np.errstate(all="ignore"):
-        got = sobol.analyze(
-            problem(keys), good.ravel(), calc_second_order=False, conf_level=CONFIDENCE, seed=seed
+        indices = sobol.analyze(
+            problem(keys), complete.ravel(), calc_second_order=False, conf_level=CONFIDENCE, seed=seed
         )
     return {
-        key: tuple(float(got[name][i]) for name in ("S1", "ST", "S1_conf", "ST_conf"))  # type: ignore[misc]
+        key: tuple(float(indices[name][i]) for name in ("S1", "ST", "S1_conf", "ST_conf"))  # type: ignore[misc]
         for i, key in enumerate(plan.keys)
     }
 
@@ -243,11 +247,11 @@ def within(limits: Limits, y: Array) -> Limits:
     from scipy.special import betaincinv
 
     n = len(y)
-    good = int(np.count_nonzero((y >= limits.low) & (y <= limits.high)))
+    inside = int(np.count_nonzero((y >= limits.low) & (y <= limits.high)))
     tail = 0.5 * (1.0 - CONFIDENCE)
-    low = float(betaincinv(good, n - good + 1, tail)) if good else 0.0
-    high = float(betaincinv(good + 1, n - good, 1.0 - tail)) if good < n else 1.0
-    return Limits(limits.low, limits.high, good / n, (low, high))
+    low = float(betaincinv(inside, n - inside + 1, tail)) if inside else 0.0
+    high = float(betaincinv(inside + 1, n - inside, 1.0 - tail)) if inside < n else 1.0
+    return Limits(limits.low, limits.high, inside / n, (low, high))
 
 
 def limits_of(text: str, percent: float = DEFAULT.percent) -> tuple[str, Limits]:
@@ -265,9 +269,9 @@ def limits_of(text: str, percent: float = DEFAULT.percent) -> tuple[str, Limits]
         The text has none of these forms.
     """
     name, equals, spec = text.rpartition("=")
-    found = toleranced(spec)
-    if equals and name.strip() and found is not None:
-        return name.strip(), Limits(found.low, found.high)
+    tolerance = toleranced(spec)
+    if equals and name.strip() and tolerance is not None:
+        return name.strip(), Limits(tolerance.low, tolerance.high)
     try:
         ends = [float(part) for part in spec.split(":")]
         width = 0.01 * percent * abs(ends[0])
@@ -275,6 +279,6 @@ def limits_of(text: str, percent: float = DEFAULT.percent) -> tuple[str, Limits]
     except ValueError:
         low = high = math.nan
     if not equals or not name.strip() or not low < high:
-        wanted = 'e.g. "axial.initial=350 +- 15 %" or axial.initial=300:400'
-        raise InputError(Problem(f"--limits {text}", "has no limits", "", wanted))
+        expected = 'e.g. "axial.initial=350 +- 15 %" or axial.initial=300:400'
+        raise InputError(Problem(f"--limits {text}", "has no limits", "", expected))
     return name.strip(), Limits(low, high)

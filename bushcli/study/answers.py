@@ -99,8 +99,8 @@ class NoAnswer(ValueError):
 
 def default_answers(case: Case) -> tuple[Asked, ...]:
     """Return initial and secant stiffness of every channel."""
-    known = [name for name, mode in case.channels if mode in modes()]
-    return tuple(answer(case, f"{name}.{kind}") for name in known for kind in ALONE)
+    channels = [name for name, mode in case.channels if mode in modes()]
+    return tuple(answer(case, f"{name}.{kind}") for name in channels for kind in ALONE)
 
 
 def answer(case: Case, text: str) -> Asked:
@@ -133,21 +133,23 @@ def answer(case: Case, text: str) -> Asked:
             close = nearest(channel, channels) if channel not in channels else ""
             what = "is not an answer" if channel in channels else f"there is no channel {channel}"
             raise InputError(Problem(f"--answer {text}", what, close, EXAMPLES))
-        first = re.split(r"[.\[]", spec, maxsplit=1)[0]
-        if first not in RESULT_KEYS:
-            what = f"the result of `bushcli direct` has no {first}"
+        root = re.split(r"[.\[]", spec, maxsplit=1)[0]
+        if root not in RESULT_KEYS:
+            what = f"the result of `bushcli direct` has no {root}"
             expected = f"{', '.join(RESULT_KEYS)}; e.g. {EXAMPLES}"
-            raise InputError(Problem(f"--answer {text}", what, nearest(first, RESULT_KEYS), expected))
+            raise InputError(Problem(f"--answer {text}", what, nearest(root, RESULT_KEYS), expected))
         return Asked(name, "", spec)
     if channel not in channels:
         what = f"there is no channel {channel}"
         raise InputError(Problem(f"--answer {text}", what, nearest(channel, channels), ", ".join(channels)))
     travel, at_load = place_of(f"--answer {text}", channels[channel], at[3]) if at else (None, False)
     place = "load" if at_load else "travel"
-    known = (*(one for one in AT if one != "force"), "travel") if at_load else AT
-    if at and kind not in known:
+    kinds = (*(choice for choice in AT if choice != "force"), "travel") if at_load else AT
+    if at and kind not in kinds:
         what = f"{kind} cannot be evaluated at a {place}"
-        raise InputError(Problem(f"--answer {text}", what, "", ", ".join(f"{one}@{at[3]}" for one in known)))
+        raise InputError(
+            Problem(f"--answer {text}", what, "", ", ".join(f"{choice}@{at[3]}" for choice in kinds))
+        )
     if travel == 0.0 and kind == "secant":
         what = f"has no secant: the {place} is zero"
         raise InputError(Problem(f"--answer {text}", what, "", f"{channel}.initial"))
@@ -159,16 +161,16 @@ def answer_columns(
 ) -> dict[str, float]:
     """Return the numbers by name; raise `NoAnswer` where a curve or the result has none."""
     channels = {channel.name: channel for channel in response.channels}
-    missing = next((one for one in answers if one.channel and one.channel not in channels), None)
+    missing = next((answer for answer in answers if answer.channel and answer.channel not in channels), None)
     if missing is not None:
         raise NoAnswer(
             f"{missing.name}: this design has no channel {missing.channel} ({', '.join(channels)})"
         )
     return {
-        one.name: number_at(one.kind, document or {})
-        if one.of_result
-        else one.on_curve(channels[one.channel])
-        for one in answers
+        answer.name: number_at(answer.kind, document or {})
+        if answer.of_result
+        else answer.on_curve(channels[answer.channel])
+        for answer in answers
     }
 
 
@@ -184,18 +186,18 @@ def loading(curve: Curve, travel: float, name: str) -> tuple[Array, Array]:
     turns = np.flatnonzero(np.diff(np.sign(np.diff(q)))) + 1
     edges = [0, *map(int, turns), len(q) - 1]
     slack = 1e-9 * float(np.ptp(q))
-    for first, last in pairwise(edges):
-        leg = q[first : last + 1]
-        if last - first >= 1 and leg.min() - slack <= travel <= leg.max() + slack:
+    for start, stop in pairwise(edges):
+        leg = q[start : stop + 1]
+        if stop - start >= 1 and leg.min() - slack <= travel <= leg.max() + slack:
             order = np.argsort(leg)
-            return leg[order], force[first : last + 1][order]
+            return leg[order], force[start : stop + 1][order]
     turn = math.degrees(1.0) if modes()[curve.mode].rotational else 1.0
     low, high = float(q.min()) * turn, float(q.max()) * turn
     unit, load = quantity_unit(curve.mode), "Nmm" if modes()[curve.mode].rotational else "N"
     # Far beyond the curve, a load was meant.
     meant = max(abs(low), abs(high)) * 3.0 < abs(travel * turn) and unit
-    said = f"; a load has its unit, @{travel * turn:.6g}{load}" if meant else ""
-    raise NoAnswer(f"{name}: the curve goes from {low:.6g} to {high:.6g}{unit}{said}")
+    hint = f"; a load has its unit, @{travel * turn:.6g}{load}" if meant else ""
+    raise NoAnswer(f"{name}: the curve goes from {low:.6g} to {high:.6g}{unit}{hint}")
 
 
 def travel_at(curve: Curve, load: float, name: str) -> float:
@@ -213,15 +215,15 @@ def travel_at(curve: Curve, load: float, name: str) -> float:
     before, after = map(float, curve.displacement[step])
     if abs(force[step][1]) <= slack:
         return after
-    q, own = loading(curve, 0.5 * (before + after), name)
-    roots = CubicSpline(q, own - load).roots(extrapolate=False)
+    q, forces = loading(curve, 0.5 * (before + after), name)
+    roots = CubicSpline(q, forces - load).roots(extrapolate=False)
     return next(float(root) for root in roots if min(before, after) <= root <= max(before, after))
 
 
 def quantity_unit(mode: str) -> str:
     """Return the unit of a mode's travel with a space before it; empty for a coupon."""
-    found = modes().get(mode)
-    return "" if found is None or found.specimen == "coupon" else " deg" if found.rotational else " mm"
+    kind = modes().get(mode)
+    return "" if kind is None or kind.specimen == "coupon" else " deg" if kind.rotational else " mm"
 
 
 def _finite(name: str, value: float) -> float:

@@ -40,25 +40,27 @@ class Band:
 def band(rows: Rows, channel: str) -> Band | None:
     """Return the band of a channel; None where the curves share no range, or are loops of different programs."""
     names = [f"{channel}.displacement", f"{channel}.force"]
-    every = max(1, -(-rows.count // MOST_CURVES))
-    found: list[tuple[Array, Array]] = []
+    stride = max(1, -(-rows.count // MOST_CURVES))
+    pairs: list[tuple[Array, Array]] = []
     seen = 0
     for table in rows.tables(["status", *names]):
         status = table["status"].to_pylist()
-        chosen = [i for i in range(len(status)) if status[i] == "ok" and (seen + i) % every == 0]
+        chosen = [i for i in range(len(status)) if status[i] == "ok" and (seen + i) % stride == 0]
         seen += len(status)
         if not chosen:
             continue  # Arrow cannot select rows by an empty list, which has no type
         for q, force in zip(*(table[name].take(chosen).to_pylist() for name in names), strict=True):
             if q and len(q) == len(force):
-                found.append((np.array(q), np.array(force)))
-    if len(found) < 2:
+                pairs.append((np.array(q), np.array(force)))
+    if len(pairs) < 2:
         return None
-    first = found[0][0]
-    if all(len(q) == len(first) and np.allclose(q, first, rtol=1e-9, atol=1e-12) for q, _ in found):
-        return Band(channel, first, np.quantile([force for _, force in found], LEVELS, axis=0), len(found))
+    reference = pairs[0][0]
+    if all(len(q) == len(reference) and np.allclose(q, reference, rtol=1e-9, atol=1e-12) for q, _ in pairs):
+        return Band(
+            channel, reference, np.quantile([force for _, force in pairs], LEVELS, axis=0), len(pairs)
+        )
     # By growing displacement; a curve that turns has no band with others.
-    curves = [(q, force) if q[-1] > q[0] else (q[::-1], force[::-1]) for q, force in found]
+    curves = [(q, force) if q[-1] > q[0] else (q[::-1], force[::-1]) for q, force in pairs]
     if any((np.diff(q) <= 0).any() for q, _ in curves):
         return None
     low, high = max(q[0] for q, _ in curves), min(q[-1] for q, _ in curves)

@@ -164,16 +164,16 @@ def batch(
     faulty = {fault.channel for fault in faults if fault.fatal}
     parts: list[BatchPart] = []
     curves: list[BatchCurve] = []
-    programs, odd = 0, set[str]()
-    for mode in dict.fromkeys(one.mode for one in recordings):
-        groups = _programs([one for one in recordings if one.mode == mode])
-        groups.sort(key=lambda group: -sum(one.name not in faulty for one in group))
+    programs, outsiders = 0, set[str]()
+    for mode in dict.fromkeys(recording.mode for recording in recordings):
+        groups = _programs([recording for recording in recordings if recording.mode == mode])
+        groups.sort(key=lambda group: -sum(recording.name not in faulty for recording in group))
         programs += len(groups)
         # As of a stiffness, up to a third of the parts can be outliers by their program.
         few = sum(map(len, groups)) // 3
-        odd |= {one.name for group in groups[1:] if len(group) <= few for one in group}
-        found, curve = _compared(case, groups[0], faulty)
-        parts += found
+        outsiders |= {recording.name for group in groups[1:] if len(group) <= few for recording in group}
+        compared, curve = _compare_parts(case, groups[0], faulty)
+        parts += compared
         curves.append(curve)
     with TemporaryDirectory() as folder:
         sources = []
@@ -181,17 +181,22 @@ def batch(
             sources.append(Source(curve.mode, Path(folder) / f"{curve.mode}-mean.csv"))
             write_curve_csv(sources[-1].file, curve.mean)
         mean = replace(case, recordings=tuple(sources), specimens=(), dynamic=())
-        told(f"identifying {model} from the mean of {sum(one.parts for one in curves)} parts")
+        told(f"identifying {model} from the mean of {sum(curve.parts for curve in curves)} parts")
         fit = identify(Task(mean, model), progress=progress, tables=tables)
-        others = [one for one in recordings if one.name not in {part.name for part in parts}]
-        for one in others:
-            told(f"simulating {one.name}, which ran another program")
+        others = [
+            recording for recording in recordings if recording.name not in {part.name for part in parts}
+        ]
+        for recording in others:
+            told(f"simulating {recording.name}, which ran another program")
         material = fit.material
-        parts += _on_their_own(
+        parts += _simulate_others(
             replace(mean, effects=fit.effects or case.effects), material, case, others, parts
         )
-    parts = [replace(one, outlier=("program", *one.outlier)) if one.name in odd else one for one in parts]
-    order = {one.name: i for i, one in enumerate(recordings)}
+    parts = [
+        replace(part, outlier=("program", *part.outlier)) if part.name in outsiders else part
+        for part in parts
+    ]
+    order = {recording.name: i for i, recording in enumerate(recordings)}
     parts.sort(key=lambda part: order[part.name])
     parts = [_with_causes(part, faults, curves, parts) for part in parts]
     return Batch(case, fit, tuple(parts), tuple(curves), _conditions(parts, faults, fit), faults, programs)
@@ -200,16 +205,19 @@ def batch(
 def _programs(recordings: Sequence[Recording]) -> list[list[Recording]]:
     """Return recordings of one mode in groups that ran the same program, each with the samples that all have."""
     groups: list[list[tuple[Recording, float]]] = []
-    for one in recordings:
+    for recording in recordings:
+        least = SHARED * len(recording.force)
         for group in groups:
-            begin = shift(group[0][0].displacement, one.displacement)
-            if begin is not None and _common([*group, (one, begin)])[1] >= SHARED * len(one.force):
-                group.append((one, begin))
+            offset = shift(group[0][0].displacement, recording.displacement)
+            if offset is not None and _common([*group, (recording, offset)])[1] >= least:
+                group.append((recording, offset))
                 break
         else:
-            groups.append([(one, 0.0)])
+            groups.append([(recording, 0.0)])
     return [
-        [_cut(one, at - begin, n) for one, begin in group] for group in groups for at, n in [_common(group)]
+        [_cut(recording, at - offset, n) for recording, offset in group]
+        for group in groups
+        for at, n in [_common(group)]
     ]
 
 
@@ -224,12 +232,12 @@ def shift(q: Array, p: Array) -> float | None:
     from scipy.signal import correlate
 
     lags = np.arange(1 - len(p), len(q))
-    first, last = np.maximum(lags, 0), np.minimum(lags + len(p), len(q))
-    squares = [np.concatenate([[0.0], np.cumsum(one**2)]) for one in (q, p)]
-    ends = (squares[0][last] - squares[0][first], squares[1][last - lags] - squares[1][first - lags])
+    start, stop = np.maximum(lags, 0), np.minimum(lags + len(p), len(q))
+    squares = [np.concatenate([[0.0], np.cumsum(path**2)]) for path in (q, p)]
+    ends = (squares[0][stop] - squares[0][start], squares[1][stop - lags] - squares[1][start - lags])
     # Mean square difference of the samples that both have, by lag.
-    apart = (ends[0] + ends[1] - 2.0 * correlate(q, p, method="fft")) / (last - first)
-    apart[last - first < max(SHARED * n, 3)] = np.inf
+    apart = (ends[0] + ends[1] - 2.0 * correlate(q, p, method="fft")) / (stop - start)
+    apart[stop - start < max(SHARED * n, 3)] = np.inf
     # Between samples it may be smaller.
     near = (
         (apart[1:-1] <= apart[:-2]) & (apart[1:-1] <= apart[2:]) & (apart[1:-1] <= (2.0 * EQUAL * size) ** 2)
@@ -239,38 +247,40 @@ def shift(q: Array, p: Array) -> float | None:
         # The difference grows with the square of the shift: its least value lies between samples.
         before, here, after = apart[k - 1 : k + 2]
         bend = before - 2.0 * here + after
-        begin = lags[k] + (0.5 * float((before - after) / bend) if np.isfinite(bend) and bend > 0.0 else 0.0)
-        at = np.arange(max(math.ceil(begin), 0), min(len(q), math.floor(begin) + len(p)))
-        if np.abs(q[at] - np.interp(at - begin, np.arange(len(p)), p)).max() <= EQUAL * size:
-            return float(begin)
+        offset = lags[k] + (0.5 * float((before - after) / bend) if np.isfinite(bend) and bend > 0.0 else 0.0)
+        at = np.arange(max(math.ceil(offset), 0), min(len(q), math.floor(offset) + len(p)))
+        if np.abs(q[at] - np.interp(at - offset, np.arange(len(p)), p)).max() <= EQUAL * size:
+            return float(offset)
     return None
 
 
 def _common(group: Sequence[tuple[Recording, float]]) -> tuple[int, int]:
     """Return the first sample of the program that all recordings have, and how many they have in common."""
-    begin = math.ceil(max(at for _, at in group) - 1e-9)
-    return begin, math.floor(min(at + len(one.force) - 1 for one, at in group) + 1e-9) - begin + 1
+    start = math.ceil(max(at for _, at in group) - 1e-9)
+    return start, math.floor(min(at + len(recording.force) - 1 for recording, at in group) + 1e-9) - start + 1
 
 
-def _cut(one: Recording, begin: float, n: int) -> Recording:
+def _cut(recording: Recording, start: float, n: int) -> Recording:
     """Return n samples of a recording from one on; between its samples they are interpolated."""
-    if begin == 0.0 and len(one.force) == n:
-        return one
-    whole = round(begin)
-    at = begin + np.arange(n)
+    if start == 0.0 and len(recording.force) == n:
+        return recording
+    whole = round(start)
+    at = start + np.arange(n)
     cut: dict[str, Any] = {}
     for name in ("displacement", "force", "time", "numbers", "selected"):
-        if (values := getattr(one, name)) is not None:
-            between = begin != whole and name in ("displacement", "force")
+        if (values := getattr(recording, name)) is not None:
+            between = start != whole and name in ("displacement", "force")
             cut[name] = (
                 np.interp(at, np.arange(len(values)), values) if between else values[whole : whole + n]
             )
-    return replace(one, **cut)
+    return replace(recording, **cut)
 
 
-def _compared(case: Case, group: Sequence[Recording], faulty: set[str]) -> tuple[list[BatchPart], BatchCurve]:
+def _compare_parts(
+    case: Case, group: Sequence[Recording], faulty: set[str]
+) -> tuple[list[BatchPart], BatchCurve]:
     """Compare the parts that ran one program, sample by sample."""
-    sound = [one for one in group if one.name not in faulty]
+    sound = [recording for recording in group if recording.name not in faulty]
     if not sound:
         names = ", ".join(sorted(faulty))
         raise InputError(
@@ -281,15 +291,15 @@ def _compared(case: Case, group: Sequence[Recording], faulty: set[str]) -> tuple
                 "bushcli check says what is wrong",
             )
         )
-    median = np.median([one.force for one in sound], axis=0)
-    parts = [_fitted(one, median) for one in sound]
+    median = np.median([recording.force for recording in sound], axis=0)
+    parts = [_batch_part(recording, median) for recording in sound]
     stiffness, deviation = outlying(np.log([max(part.factor, 1e-9) for part in parts]), FALSE_ALARM / 2.0)
     shape, _ = outlying(np.log([max(part.rms_percent, 1e-9) for part in parts]), FALSE_ALARM / 2.0)
     # A misfit below the others' is no fault of a part.
     shape &= np.array([part.rms_percent for part in parts]) > np.median([part.rms_percent for part in parts])
-    like = [one for one, *out in zip(sound, stiffness, shape, strict=True) if not any(out)]
-    mean = np.mean([one.force for one in like], axis=0)
-    q = np.mean([one.displacement for one in like], axis=0)
+    inliers = [recording for recording, *out in zip(sound, stiffness, shape, strict=True) if not any(out)]
+    mean = np.mean([recording.force for recording in inliers], axis=0)
+    q = np.mean([recording.displacement for recording in inliers], axis=0)
     # The mean is the batch: the factors are relative to it.
     share = float(mean @ median) / float(median @ median)
     parts = [
@@ -303,9 +313,9 @@ def _compared(case: Case, group: Sequence[Recording], faulty: set[str]) -> tuple
         for i, part in enumerate(parts)
     ]
     parts += [
-        replace(_fitted(one, mean), deviation=float("nan"), outlier=("data",))
-        for one in group
-        if one.name in faulty
+        replace(_batch_part(recording, mean), deviation=float("nan"), outlier=("data",))
+        for recording in group
+        if recording.name in faulty
     ]
     factors = np.log([part.factor for part in parts if not part.outlier])
     scatter = float(np.std(factors, ddof=1)) if len(factors) > 1 else 0.0
@@ -313,54 +323,54 @@ def _compared(case: Case, group: Sequence[Recording], faulty: set[str]) -> tuple
     curve = Curve(group[0].mode, q, mean, sound[0].time)
     low, high = (mean * np.exp(side * k * scatter) for side in (-1.0, 1.0))
     return parts, BatchCurve(
-        curve.mode, curve, np.minimum(low, high), np.maximum(low, high), len(like), scatter, k
+        curve.mode, curve, np.minimum(low, high), np.maximum(low, high), len(inliers), scatter, k
     )
 
 
-def _fitted(one: Recording, of_batch: Array) -> BatchPart:
+def _batch_part(recording: Recording, of_batch: Array) -> BatchPart:
     """Return a part with the factor that brings the force of the batch (n,) closest to its own."""
-    factor = float(one.force @ of_batch) / float(of_batch @ of_batch)
-    left = one.force - factor * of_batch
-    size = float(np.ptp(one.force))
-    noise = force_noise(one)
+    factor = float(recording.force @ of_batch) / float(of_batch @ of_batch)
+    residual = recording.force - factor * of_batch
+    size = float(np.ptp(recording.force))
+    noise = force_noise(recording)
     return BatchPart(
-        one.name,
-        one.mode,
-        one,
+        recording.name,
+        recording.mode,
+        recording,
         factor,
         noise / float(np.linalg.norm(of_batch)),
-        100.0 * float(np.sqrt(np.mean(left**2))) / size,
+        100.0 * float(np.sqrt(np.mean(residual**2))) / size,
         100.0 * noise / size,
     )
 
 
-def _on_their_own(
+def _simulate_others(
     mean: Case, material: object, case: Case, others: Sequence[Recording], parts: Sequence[BatchPart]
 ) -> list[BatchPart]:
     """Simulate each part that ran another program, and compare its factor with those of the batch."""
     sources = {source.label: source for source in case.specimens}
-    found = []
-    for one in others:
-        alone = replace(mean, recordings=(sources[one.name],), load_cases=(), coupons=())
-        response = predict(alone, material, pictures=False)  # type: ignore[arg-type]
+    results = []
+    for recording in others:
+        single = replace(mean, recordings=(sources[recording.name],), load_cases=(), coupons=())
+        response = predict(single, material, pictures=False)  # type: ignore[arg-type]
         (channel,) = response.channels
         simulated = (
             channel.curve.force
             if channel.along
-            else channel.curve.backbone().at(one.displacement, tolerance=0.02)
+            else channel.curve.backbone().at(recording.displacement, tolerance=0.02)
         )
-        part = replace(_fitted(one, simulated), simulated=True)
-        like = [other for other in parts if other.mode == one.mode and not other.outlier]
-        factors = np.log([other.factor for other in like])
-        odd = part.factor <= 0.0 or foreign(
+        part = replace(_batch_part(recording, simulated), simulated=True)
+        inliers = [other for other in parts if other.mode == recording.mode and not other.outlier]
+        factors = np.log([other.factor for other in inliers])
+        is_foreign = part.factor <= 0.0 or foreign(
             float(np.log(part.factor)), factors, len(others), FALSE_ALARM / 2.0
         )
         spread = float(np.std(factors, ddof=1)) if len(factors) > 1 else 0.0
         deviation = float(np.log(max(part.factor, 1e-9)) - factors.mean()) / spread if spread > 0.0 else 0.0
-        faulty = any(fault.fatal and fault.channel == one.name for fault in response.faults)
-        out = ("data",) * faulty + ("stiffness",) * odd
-        found.append(replace(part, deviation=deviation, outlier=out))
-    return found
+        faulty = any(fault.fatal and fault.channel == recording.name for fault in response.faults)
+        out = ("data",) * faulty + ("stiffness",) * is_foreign
+        results.append(replace(part, deviation=deviation, outlier=out))
+    return results
 
 
 def _with_causes(
@@ -368,23 +378,23 @@ def _with_causes(
 ) -> BatchPart:
     """Return a part with the causes that its recording shows for being an outlier or for another program."""
     causes = [Cause(fault.kind, fault.where) for fault in faults if fault.channel == part.name]
-    curve = next(one for one in curves if one.mode == part.mode)
+    curve = next(curve for curve in curves if curve.mode == part.mode)
     if part.simulated:
-        common = next(one.recording for one in parts if one.mode == part.mode and not one.simulated)
+        common = next(other.recording for other in parts if other.mode == part.mode and not other.simulated)
         causes.append(travel_cause(part.recording, common))
     elif part.outlier and not causes:
         own = part.factor * curve.mean.force
-        usual = [one.rms_percent for one in parts if one.mode == part.mode and not one.outlier]
-        level = float(np.median(usual)) / 100.0 * float(np.ptp(own)) if usual else 0.0
-        found = effect_cause(part.recording, own, part.recording.force - own, level)
-        causes += [found] if found is not None and "shape" in part.outlier else []
+        usual = [other.rms_percent for other in parts if other.mode == part.mode and not other.outlier]
+        rms = float(np.median(usual)) / 100.0 * float(np.ptp(own)) if usual else 0.0
+        cause = effect_cause(part.recording, own, part.recording.force - own, rms)
+        causes += [cause] if cause is not None and "shape" in part.outlier else []
     return replace(part, causes=tuple(causes))
 
 
 def _conditions(parts: Sequence[BatchPart], faults: Sequence[DataFault], fit: Fit) -> tuple[Condition, ...]:
-    found = []
+    conditions = []
     for fault in faults:
-        alike = sum(one.remedy == fault.remedy for one in faults)
+        alike = sum(other.remedy == fault.remedy for other in faults)
         source = next(part.recording.source for part in parts if part.name == fault.channel)
         remedy = fault.remedy
         # It corrects the part alone, unless most parts have the same fault.
@@ -393,13 +403,13 @@ def _conditions(parts: Sequence[BatchPart], faults: Sequence[DataFault], fit: Fi
                 f'a [[specimens]] table of its own, file = ".../{source.name}", which goes before a pattern'
             )
             remedy = f"give {fault.channel} {table}; in it, {fault.remedy}"
-        found.append(fault_condition(replace(fault, remedy=remedy)))
+        conditions.append(fault_condition(replace(fault, remedy=remedy)))
     by_mode: Mapping[str, int] = {
         mode: sum(part.mode == mode and not part.simulated for part in parts)
-        for mode in {p.mode for p in parts}
+        for mode in {part.mode for part in parts}
     }
     few = [f"{mode} ({count})" for mode, count in by_mode.items() if count < FEWEST]
     if few:
         what = f"too few parts ran one program to tell outliers: {', '.join(few)}, of at least {FEWEST}"
-        found.append(Condition("few_parts", what, "record more parts with the same program"))
-    return (*found, *fit.conditions)
+        conditions.append(Condition("few_parts", what, "record more parts with the same program"))
+    return (*conditions, *fit.conditions)

@@ -38,41 +38,45 @@ class Cause:
 
 def travel_cause(part: Recording, common: Recording) -> Cause:
     """Return in which way the program of a part differs from that of the batch."""
-    turned = modes()[part.mode].rotational
-    per, name = (180.0 / np.pi, "deg") if turned else (1.0, "mm")
-    own, usual = (
-        (per * float(one.displacement.min()), per * float(one.displacement.max())) for one in (part, common)
+    rotational = modes()[part.mode].rotational
+    per, name = (180.0 / np.pi, "deg") if rotational else (1.0, "mm")
+    part_range, batch_range = (
+        (per * float(recording.displacement.min()), per * float(recording.displacement.max()))
+        for recording in (part, common)
     )
-    reach = f"moves from {own[0]:.4g} to {own[1]:.4g} {name}, the batch from {usual[0]:.4g} to {usual[1]:.4g} {name}"
+    reach = (
+        f"moves from {part_range[0]:.4g} to {part_range[1]:.4g} {name}, "
+        f"the batch from {batch_range[0]:.4g} to {batch_range[1]:.4g} {name}"
+    )
     share = float(np.ptp(part.displacement) / np.ptp(common.displacement))
-    kept = abs(share - 1.0) < 0.02
-    said = "other steps in between" if kept else f"{share:.3g} times the travel"
-    held = np.isclose(
+    same_travel = abs(share - 1.0) < 0.02
+    difference = "other steps in between" if same_travel else f"{share:.3g} times the travel"
+    at_end = np.isclose(
         part.displacement, part.displacement.max(), atol=1e-3 * np.ptp(part.displacement)
     ).mean()
-    usually = np.isclose(
+    batch_at_end = np.isclose(
         common.displacement, common.displacement.max(), atol=1e-3 * np.ptp(common.displacement)
     ).mean()
-    clamped = not kept and share < 1.0 and held > 2.0 * usually + 0.02
-    return Cause("travel", f"{reach}: {said}" + (", clamped at its end" if clamped else ""))
+    clamped = not same_travel and share < 1.0 and at_end > 2.0 * batch_at_end + 0.02
+    return Cause("travel", f"{reach}: {difference}" + (", clamped at its end" if clamped else ""))
 
 
-def effect_cause(part: Recording, batch: Array, left: Array, usual: float) -> Cause | None:
+def effect_cause(part: Recording, batch: Array, residual: Array, usual: float) -> Cause | None:
     """Return the effect that explains most of what remains of a part's force; None if none explains enough."""
-    excess = float(left @ left) - len(left) * usual**2
+    excess = float(residual @ residual) - len(residual) * usual**2
     if excess <= 0.0:
         return None
     best: tuple[float, str, str] | None = None
-    for name, said, column in _columns(part, batch):
+    for name, words, column in _columns(part, batch):
         # Perpendicular to the factor that the part has already.
         across = column - (column @ batch) / (batch @ batch) * batch
         size = float(across @ across)
         if not size > 1e-12 * float(column @ column):
             continue
-        amplitude = float(across @ left) / size
-        taken = amplitude**2 * size / excess
-        if best is None or taken > best[0]:
-            best = taken, name, said.format(amplitude)
+        amplitude = float(across @ residual) / size
+        explained = amplitude**2 * size / excess
+        if best is None or explained > best[0]:
+            best = explained, name, words.format(amplitude)
     if best is None or best[0] < EXPLAINS:
         return None
     share = min(100.0 * best[0], 100.0)
@@ -81,10 +85,10 @@ def effect_cause(part: Recording, batch: Array, left: Array, usual: float) -> Ca
 
 def _columns(part: Recording, batch: Array) -> Iterator[tuple[str, str, Array]]:
     """Yield the name of an effect, its amplitude as a format, and what a unit of it adds to the force (n,)."""
-    turned = modes()[part.mode].rotational
+    rotational = modes()[part.mode].rotational
     order = np.argsort(part.displacement, kind="stable")
-    q, first = np.unique(part.displacement[order], return_index=True)
-    force = batch[order][first]
+    q, index = np.unique(part.displacement[order], return_index=True)
+    force = batch[order][index]
     # Slopes over a twentieth of the range: noise of the displacement makes those between neighbours meaningless.
     wide = 0.025 * float(np.ptp(q))
     stiffness = (np.interp(q + wide, q, force) - np.interp(q - wide, q, force)) / (
@@ -101,8 +105,11 @@ def _columns(part: Recording, batch: Array) -> Iterator[tuple[str, str, Array]]:
             continue
         if effect.needs_time and part.time is None:
             continue
-        for amplitude in [p for p in effect.parameters if p.off is not None]:
-            values = {p.name: p.start if p.off is None else p.off for p in effect.parameters}
+        for amplitude in [parameter for parameter in effect.parameters if parameter.off is not None]:
+            values = {
+                parameter.name: parameter.start if parameter.off is None else parameter.off
+                for parameter in effect.parameters
+            }
             active = ActiveEffect(effect, values)
             try:
                 added = rig.elastic_response(
@@ -111,23 +118,23 @@ def _columns(part: Recording, batch: Array) -> Iterator[tuple[str, str, Array]]:
             except (ArithmeticError, ValueError):
                 continue
             if np.isfinite(added).all() and added.any():
-                scale = outside(amplitude, 1.0, turned)
-                said = f"{amplitude.name} of about {{0:.3g}} {unit(amplitude, turned)}".strip()
-                yield effect.name, said, np.asarray(added / scale, dtype=np.float64)
+                scale = outside(amplitude, 1.0, rotational)
+                words = f"{amplitude.name} of about {{0:.3g}} {unit(amplitude, rotational)}".strip()
+                yield effect.name, words, np.asarray(added / scale, dtype=np.float64)
     sliding = [effect.name for effect in effects().values() if effect.slides]
     if sliding and (part.time is not None or len(part.displacement) > 2):
         # A loop: half of it on the way up, half on the way down.
         width = max(len(part.displacement) // 200, 1)
         padded = np.pad(part.displacement, width, mode="edge")
         smooth = np.convolve(padded, np.ones(2 * width + 1) / (2 * width + 1), mode="valid")
-        way = np.asarray(np.sign(np.gradient(smooth)), dtype=np.float64)
+        direction = np.asarray(np.sign(np.gradient(smooth)), dtype=np.float64)
         yield (
             " or ".join(sliding),
-            f"a loop of about {{0:.3g}} {'N mm' if turned else 'N'} to either side",
-            way,
+            f"a loop of about {{0:.3g}} {'N mm' if rotational else 'N'} to either side",
+            direction,
         )
 
 
 def joined(causes: Sequence[Cause]) -> str:
     """Return the texts of causes in one line."""
-    return "; ".join(one.text for one in causes)
+    return "; ".join(cause.text for cause in causes)

@@ -68,9 +68,11 @@ class Difference:
     @property
     def percent(self) -> tuple[float | None, ...]:
         """Change of each number against the first, percent; None where there are no two numbers."""
-        first = self.values[0]
+        reference = self.values[0]
         return tuple(
-            100.0 * (value / first - 1.0) if _is_number(value) and _is_number(first) and first else None
+            100.0 * (value / reference - 1.0)
+            if _is_number(value) and _is_number(reference) and reference
+            else None
             for value in self.values
         )
 
@@ -105,64 +107,69 @@ def compare(items: Sequence[ComparedResult]) -> Comparison:
     given_cases = [dict(item.result.get("case", {})) for item in items]
     lists = []
     for key in _LISTS:
-        tables = [[one for one in case.get(key) or () if isinstance(one, Mapping)] for case in given_cases]
-        names = [[str(one.get("name", one.get("mode"))) for one in table] for table in tables]
+        tables = [
+            [entry for entry in case.get(key) or () if isinstance(entry, Mapping)] for case in given_cases
+        ]
+        names = [[str(entry.get("name", entry.get("mode"))) for entry in table] for table in tables]
         # All names, or how many and the ends.
-        few = (f"{len(n)}: {n[0]} ... {n[-1]}" if len(n) > 3 else ", ".join(n) or None for n in names)
-        lists.append(Difference(key, tuple(few)))
-    other = [one for one in lists if len(set(one.values)) > 1]
+        summaries = (f"{len(n)}: {n[0]} ... {n[-1]}" if len(n) > 3 else ", ".join(n) or None for n in names)
+        lists.append(Difference(key, tuple(summaries)))
+    other = [difference for difference in lists if len(set(difference.values)) > 1]
     for case in given_cases:
-        for key in ("path", *(one.key for one in other)):
+        for key in ("path", *(difference.key for difference in other)):
             case.pop(key, None)
     cases = [dict(_leaves(case)) for case in given_cases]
     numbers = [
         dict(_leaves({key: value for key, value in item.result.items() if key not in _HOW})) for item in items
     ]
     # What only one kind of result has is no difference, and a key of the cases is one already.
-    given = {key for case in cases for key in case}
+    case_keys = {key for case in cases for key in case}
     common = [
         {
             key: value
             for key, value in table.items()
-            if key not in given and sum(key in one for one in numbers) > 1
+            if key not in case_keys and sum(key in entries for entries in numbers) > 1
         }
         for table in numbers
     ]
     channels = dict.fromkeys(name for item in items for name in item.curves)
     return Comparison(
         tuple(items),
-        (*_differing(cases), *other),
-        _differing(common),
-        tuple(CurveDifference(name, _apart([item.curves.get(name) for item in items])) for name in channels),
-        tuple(tuple(one["name"] for one in item.result.get("problems", [])) for item in items),
+        (*_differences(cases), *other),
+        _differences(common),
+        tuple(
+            CurveDifference(name, _curve_differences([item.curves.get(name) for item in items]))
+            for name in channels
+        ),
+        tuple(tuple(problem["name"] for problem in item.result.get("problems", [])) for item in items),
     )
 
 
 def curves_in(result: Mapping[str, Any]) -> dict[str, Curve | ReactionHistory]:
     """Return the simulated curves of a result of `direct`, and the mean curves of `batch`."""
-    found: dict[str, Curve | ReactionHistory] = {}
-    for one in (
+    curves: dict[str, Curve | ReactionHistory] = {}
+    for entry in (
         *result.get("load_cases", []),
         *(result.get("curves", []) if result.get("command") == "batch" else []),
     ):
-        if isinstance(one.get("force"), Mapping):
-            time = np.array(one["time"], dtype=float)
-            reactions = np.array([one["force"][name] for name in REACTIONS], dtype=float)
+        if isinstance(entry.get("force"), Mapping):
+            time = np.array(entry["time"], dtype=float)
+            reactions = np.array([entry["force"][name] for name in REACTIONS], dtype=float)
             size = np.abs(reactions).max(axis=1, initial=0.0)
-            for k, (name, like) in enumerate(zip(REACTIONS, PAIR_MODES, strict=True)):
+            for k, (name, pair_mode) in enumerate(zip(REACTIONS, PAIR_MODES, strict=True)):
                 if len(time) > 1 and size[k] > _NOTHING * size[3 * (k // 3) : 3 * (k // 3) + 3].max():
-                    found[f"{one['name']} {name}"] = ReactionHistory(like, time, reactions[k])
+                    curves[f"{entry['name']} {name}"] = ReactionHistory(pair_mode, time, reactions[k])
             continue
-        mode = modes().get(one.get("mode", ""))
-        q, force = one.get("displacement"), one.get("force")
+        mode = modes().get(entry.get("mode", ""))
+        q, force = entry.get("displacement"), entry.get("force")
         if mode is None or not isinstance(q, list) or not isinstance(force, list) or len(q) < 2:
             continue
         unit = np.pi / 180.0 if mode.rotational else 1.0
         rest = 1.0 if mode.specimen == "coupon" and not mode.sheared else 0.0
         pairs = [(a, b) for a, b in zip(q, force, strict=True) if _is_number(a) and _is_number(b)]
         x, y = np.array(pairs, dtype=float).T
-        found[str(one.get("name", one["mode"]))] = Curve(mode.name, unit * (x - rest), y)
-    return found
+        curves[str(entry.get("name", entry["mode"]))] = Curve(mode.name, unit * (x - rest), y)
+    return curves
 
 
 def _leaves(value: Any, at: str = "") -> Iterator[tuple[str, Any]]:
@@ -172,56 +179,60 @@ def _leaves(value: Any, at: str = "") -> Iterator[tuple[str, Any]]:
             if key in _HOW_OF_CHANNEL:
                 continue
             yield from _leaves(item, f"{at}.{key}" if at else str(key))
-    elif isinstance(value, list) and any(isinstance(one, Mapping) for one in value):
+    elif isinstance(value, list) and any(isinstance(entry, Mapping) for entry in value):
         for i, item in enumerate(value):
             name = item.get("name", item.get("mode")) if isinstance(item, Mapping) else None
-            taken = [one.get("name", one.get("mode")) for one in value if isinstance(one, Mapping)]
-            yield from _leaves(item, f"{at}.{name}" if name and taken.count(name) == 1 else f"{at}[{i}]")
+            names = [entry.get("name", entry.get("mode")) for entry in value if isinstance(entry, Mapping)]
+            yield from _leaves(item, f"{at}.{name}" if name and names.count(name) == 1 else f"{at}[{i}]")
     elif isinstance(value, list):
         if len(value) <= 6:
-            yield at, tuple(value) if all(not isinstance(one, list) for one in value) else str(value)
+            yield at, tuple(value) if all(not isinstance(entry, list) for entry in value) else str(value)
     elif value is not None:
         yield at, value
 
 
-def _differing(tables: Sequence[Mapping[str, Any]]) -> tuple[Difference, ...]:
-    every = dict.fromkeys(key for table in tables for key in table)
-    found = (Difference(key, tuple(table.get(key) for table in tables)) for key in every)
-    return tuple(one for one in found if not all(_same(one.values[0], value) for value in one.values))
+def _differences(tables: Sequence[Mapping[str, Any]]) -> tuple[Difference, ...]:
+    keys = dict.fromkeys(key for table in tables for key in table)
+    differences = (Difference(key, tuple(table.get(key) for table in tables)) for key in keys)
+    return tuple(
+        difference
+        for difference in differences
+        if not all(_same(difference.values[0], value) for value in difference.values)
+    )
 
 
-def _same(one: Any, other: Any) -> bool:
-    if _is_number(one) and _is_number(other):
-        return bool(abs(one - other) <= EQUAL * max(abs(one), abs(other)))
-    if isinstance(one, tuple) and isinstance(other, tuple) and len(one) == len(other):
-        return all(map(_same, one, other))
-    return bool(one == other)
+def _same(value: Any, other: Any) -> bool:
+    if _is_number(value) and _is_number(other):
+        return bool(abs(value - other) <= EQUAL * max(abs(value), abs(other)))
+    if isinstance(value, tuple) and isinstance(other, tuple) and len(value) == len(other):
+        return all(map(_same, value, other))
+    return bool(value == other)
 
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _apart(curves: Sequence[Curve | ReactionHistory | None]) -> tuple[float | None, ...]:
-    first = curves[0]
-    if first is None:
+def _curve_differences(curves: Sequence[Curve | ReactionHistory | None]) -> tuple[float | None, ...]:
+    reference = curves[0]
+    if reference is None:
         return (None,) * len(curves)
-    found: list[float | None] = []
-    x, force = _over(first)
+    differences: list[float | None] = []
+    x, force = _points_of(reference)
     for curve in curves:
         difference = None
-        if curve is not None and (type(curve), curve.mode) == (type(first), first.mode):
-            own, other = _over(curve)
+        if curve is not None and (type(curve), curve.mode) == (type(reference), reference.mode):
+            own, other = _points_of(curve)
             low, high = max(x[0], own[0]), min(x[-1], own[-1])
             if high > low:
                 at = np.linspace(low, high, 200)
                 apart = np.interp(at, own, other) - np.interp(at, x, force)
                 difference = float(100.0 * apart[np.argmax(np.abs(apart))] / np.ptp(force))
-        found.append(difference)
-    return tuple(found)
+        differences.append(difference)
+    return tuple(differences)
 
 
-def _over(curve: Curve | ReactionHistory) -> tuple[Array, Array]:
+def _points_of(curve: Curve | ReactionHistory) -> tuple[Array, Array]:
     """Return the growing displacements or times of a curve, and its forces."""
     if isinstance(curve, ReactionHistory):
         return curve.time, curve.force

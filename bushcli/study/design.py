@@ -49,8 +49,8 @@ class Dimension:
     @property
     def at_bound(self) -> bool:
         """Whether the value is at a bound."""
-        near = AT_BOUND * (self.upper - self.lower)
-        return self.value - self.lower <= near or self.upper - self.value <= near
+        margin = AT_BOUND * (self.upper - self.lower)
+        return self.value - self.lower <= margin or self.upper - self.value <= margin
 
 
 @dataclass(frozen=True)
@@ -135,11 +135,14 @@ def bounds_of(variables: Sequence[Variable]) -> tuple[Array, Array]:
     InputError
         A key has no range.
     """
-    for one in variables:
-        if one.values or not one.low < one.high:
-            what = f"{one.key} has no range to search"
-            raise InputError(Problem(f"--vary {one.key}={one.spec}", what, "", f"{one.key}=LOW:HIGH"))
-    return np.array([one.low for one in variables]), np.array([one.high for one in variables])
+    for variable in variables:
+        if variable.values or not variable.low < variable.high:
+            what = f"{variable.key} has no range to search"
+            raise InputError(
+                Problem(f"--vary {variable.key}={variable.spec}", what, "", f"{variable.key}=LOW:HIGH")
+            )
+    low = np.array([variable.low for variable in variables])
+    return low, np.array([variable.high for variable in variables])
 
 
 def design(
@@ -185,29 +188,30 @@ def design(
     InputError
         A key has no range, or no search found a design that can be simulated.
     """
-    for one in targets:
+    for target in targets:
         # Without the unit a load would be searched as a travel.
-        if not modes()[one.mode].rotational and abs(one.travel) > (case.geometry.overall or math.inf):
-            what = f"asks for a travel of {one.travel:g} mm, and the bushing is {case.geometry.overall:.4g} mm in all"
-            raise InputError(Problem(f"--target {one.name}", what, f"{one.name}N, if it is a load", ""))
+        if not modes()[target.mode].rotational and abs(target.travel) > (case.geometry.overall or math.inf):
+            overall = f"{case.geometry.overall:.4g} mm in all"
+            what = f"asks for a travel of {target.travel:g} mm, and the bushing is {overall}"
+            raise InputError(Problem(f"--target {target.name}", what, f"{target.name}N, if it is a load", ""))
     low, high = bounds_of(variables)
-    begins = [np.clip(start, low, high)]
+    points = [np.clip(start, low, high)]
     if starts > 1:
         from scipy.stats import qmc
 
         unit = qmc.LatinHypercube(len(low), rng=np.random.default_rng(seed)).random(starts - 1)
-        begins += list(low + unit * (high - low))
+        points += list(low + unit * (high - low))
     cache = DesignCache(measured=Measured(tables))
     ends: list[End] = []
-    lost, reason = 0, ""
-    questions = [(task, tuple(targets), begin, low, high) for begin in begins]
+    failed, reason = 0, ""
+    questions = [(task, tuple(targets), point, low, high) for point in points]
     for _, end in pool.answers(search, questions, cache):
         if isinstance(end, End):
             ends.append(end)
         else:  # its start could not be simulated
-            lost, reason = lost + 1, str(end)
+            failed, reason = failed + 1, str(end)
         if notify is not None:
-            notify(len(ends) + lost, len(begins), lost)
+            notify(len(ends) + failed, len(points), failed)
     if not ends:
         what = f"no start could be simulated: {reason.rstrip('.')}"
         raise InputError(Problem("design", what, "", "try other bounds, or more --starts"))
@@ -232,31 +236,35 @@ def _result(
     from scipy.special import ndtr
 
     values = [float(value) for value in end.values]
-    others = {key: one.nominal for key, one in tolerances.items() if key not in task.keys}
-    whole = replace(task, keys=(*task.keys, *others))
-    found = rates(cache, whole, targets, [*values, *others.values()], whole.keys)
+    others = {key: tolerance.nominal for key, tolerance in tolerances.items() if key not in task.keys}
+    whole_task = replace(task, keys=(*task.keys, *others))
+    target_rates = rates(cache, whole_task, targets, [*values, *others.values()], whole_task.keys)
     keys = {
-        one.key: Dimension(value, one.low, one.high, float(begin))
-        for one, value, begin in zip(variables, values, start, strict=True)
+        variable.key: Dimension(value, variable.low, variable.high, float(initial))
+        for variable, value, initial in zip(variables, values, start, strict=True)
     }
     reached = []
-    for i, one in enumerate(targets):
-        slopes = {key: float(found.slope[i, j]) * one.per_shown for j, key in enumerate(whole.keys)}
-        shown = float(found.value[i]) * one.per_shown
+    for i, target in enumerate(targets):
+        slopes = {
+            key: float(target_rates.slope[i, j]) * target.per_shown for j, key in enumerate(whole_task.keys)
+        }
+        shown = float(target_rates.value[i]) * target.per_shown
         spread = None
         if tolerances:
-            parts = {key: slopes[key] * given.deviation for key, given in tolerances.items()}
+            parts = {key: slopes[key] * tolerance.deviation for key, tolerance in tolerances.items()}
             std = math.sqrt(math.fsum((part / SIGMAS) ** 2 for part in parts.values()))
             share = math.nan
-            if not math.isnan(one.deviation) and std > 0.0:
-                wanted, allowed = one.value * one.per_shown, one.deviation * one.per_shown
+            if not math.isnan(target.deviation) and std > 0.0:
+                wanted, allowed = target.value * target.per_shown, target.deviation * target.per_shown
                 share = float(ndtr((wanted + allowed - shown) / std) - ndtr((wanted - allowed - shown) / std))
             spread = Spread(parts, math.fsum(map(abs, parts.values())), std, share)
-        reached.append(Reached(one, shown, slopes, spread))
-    scaled = found.slope[:, : len(variables)] * np.array([one.high - one.low for one in variables])
-    conditions = _conditions(keys, reached, scaled / found.value[:, None], end.converged)
+        reached.append(Reached(target, shown, slopes, spread))
+    scaled = target_rates.slope[:, : len(variables)] * np.array(
+        [variable.high - variable.low for variable in variables]
+    )
+    conditions = _conditions(keys, reached, scaled / target_rates.value[:, None], end.converged)
     if case.effects:
-        names = " and ".join(one.name for one in case.effects)
+        names = " and ".join(effect.name for effect in case.effects)
         what = f"the rates are those without the effects of the case: {names}"
         remedy = (
             "compare the design with `bushcli direct`, and correct the targets by what the effects change"
@@ -268,23 +276,23 @@ def _result(
 def _conditions(
     keys: Mapping[str, Dimension], reached: Sequence[Reached], scaled: Array, converged: bool
 ) -> tuple[Condition, ...]:
-    found = []
-    missed = [one for one in reached if not one.met]
-    bound = [key for key, one in keys.items() if one.at_bound]
+    conditions = []
+    missed = [rate for rate in reached if not rate.met]
+    bound = [key for key, dimension in keys.items() if dimension.at_bound]
     if missed:
         names = ", ".join(
-            f"{one.target.name} by {'+' * (one.deviation > 0.0)}{significant(off, -limit, limit)} %"
-            for one in missed
-            for off, limit in [(100 * one.deviation, 100 * one.allowed)]
+            f"{rate.target.name} by {'+' * (rate.deviation > 0.0)}{significant(off, -limit, limit)} %"
+            for rate in missed
+            for off, limit in [(100 * rate.deviation, 100 * rate.allowed)]
         )
         remedy = (
             f"widen the bounds of {', '.join(bound)}" if bound else "vary more keys, or use more --starts"
         )
-        found.append(
+        conditions.append(
             Condition("target_missed", f"no design within the bounds reaches the targets: {names}", remedy)
         )
     if not converged:
-        found.append(
+        conditions.append(
             Condition(
                 "not_converged", f"the search ended after {MOST_EVALUATIONS} designs", "use more --starts"
             )
@@ -293,5 +301,5 @@ def _conditions(
     rank = int(np.count_nonzero(singular > DETERMINED * singular[0]))
     if rank < len(keys) and not missed:
         what = f"{len(keys)} keys are searched, of which the targets determine {rank}: other designs meet the targets"
-        found.append(Condition("underdetermined", what, "add a --target, or vary fewer keys"))
-    return tuple(found)
+        conditions.append(Condition("underdetermined", what, "add a --target, or vary fewer keys"))
+    return tuple(conditions)

@@ -34,37 +34,37 @@ def outlying(values: Array, false_alarm: float = FALSE_ALARM) -> tuple[NDArray[n
     """Return which values are outliers, and the deviation of each in standard deviations of those that are not."""
     from scipy.stats import t
 
-    n, left, order = len(values), np.arange(len(values)), list[int]()
-    found, level = 0, false_alarm / float(np.interp(n, _PARTS, _MORE_OFTEN))
+    n, remaining, order = len(values), np.arange(len(values)), list[int]()
+    count, probability = 0, false_alarm / float(np.interp(n, _PARTS, _MORE_OFTEN))
     # Up to a third of the parts: with more, it is not clear which are the outliers.
     for i in range(n // 3 if n >= FEWEST else 0):
-        spread = float(np.std(values[left], ddof=1))
+        spread = float(np.std(values[remaining], ddof=1))
         if spread <= 0.0:
             break
-        deviation = np.abs(values[left] - values[left].mean()) / spread
+        deviation = np.abs(values[remaining] - values[remaining].mean()) / spread
         worst = int(np.argmax(deviation))
         free = n - i - 2
-        point = float(t.ppf(1.0 - level / (2.0 * (n - i)), free))
+        point = float(t.ppf(1.0 - probability / (2.0 * (n - i)), free))
         limit = (n - i - 1) * point / np.sqrt((free + point**2) * (n - i))
-        order.append(int(left[worst]))
+        order.append(int(remaining[worst]))
         if deviation[worst] > limit:
-            found = i + 1
-        left = np.delete(left, worst)
-    out = np.zeros(n, dtype=bool)
-    out[order[:found]] = True
-    like = values[~out]
-    spread = float(np.std(like, ddof=1)) if len(like) > 1 else 0.0
-    return out, (values - like.mean()) / spread if spread > 0.0 else np.zeros(n)
+            count = i + 1
+        remaining = np.delete(remaining, worst)
+    is_outlier = np.zeros(n, dtype=bool)
+    is_outlier[order[:count]] = True
+    inliers = values[~is_outlier]
+    spread = float(np.std(inliers, ddof=1)) if len(inliers) > 1 else 0.0
+    return is_outlier, (values - inliers.mean()) / spread if spread > 0.0 else np.zeros(n)
 
 
-def foreign(value: float, like: Array, others: int, false_alarm: float = FALSE_ALARM) -> bool:
+def foreign(value: float, inliers: Array, others: int, false_alarm: float = FALSE_ALARM) -> bool:
     """Whether a further value does not belong to like ones: outside the prediction interval of a single value."""
     from scipy.stats import t
 
-    if len(like) < FEWEST:
+    if len(inliers) < FEWEST:
         return False
-    limit = t.ppf(1.0 - false_alarm / (2.0 * others), len(like) - 1) * np.sqrt(1.0 + 1.0 / len(like))
-    return bool(abs(value - like.mean()) > limit * np.std(like, ddof=1))
+    limit = t.ppf(1.0 - false_alarm / (2.0 * others), len(inliers) - 1) * np.sqrt(1.0 + 1.0 / len(inliers))
+    return bool(abs(value - inliers.mean()) > limit * np.std(inliers, ddof=1))
 
 
 def tolerance_factor(count: int, content: float = CONTENT, confidence: float = CONFIDENCE) -> float:

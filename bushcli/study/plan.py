@@ -68,7 +68,7 @@ class Plan:
     @property
     def keys(self) -> tuple[str, ...]:
         """The keys that are varied."""
-        return tuple(one.key for one in self.variables)
+        return tuple(variable.key for variable in self.variables)
 
     @property
     def independent(self) -> NDArray[np.bool_]:
@@ -84,21 +84,23 @@ class Plan:
         """Whether shares of the designs estimate probabilities: on a grid or at corners they do not."""
         return self.sampling in ("lhs", "sobol", "random", "saltelli")
 
-    def located(self, found: Problem, number: int) -> Problem:
+    def located(self, problem: Problem, number: int) -> Problem:
         """Return a problem of a design with the place of its values, which were passed on like those of --set.
 
         The case is valid without them, so that in a list each problem comes from the line of the design.
 
         Parameters
         ----------
-        found : Problem
+        problem : Problem
         number : int
             Number of the design, from 0.
         """
         if self.lines:
-            return replace(found, where=f"{self.file}:{self.lines[number]}")
-        varied = (one for one in self.variables if found.where.startswith(f"--set {one.key}="))
-        return next((replace(found, where=one.where) for one in varied), found)
+            return replace(problem, where=f"{self.file}:{self.lines[number]}")
+        varied = (
+            variable for variable in self.variables if problem.where.startswith(f"--set {variable.key}=")
+        )
+        return next((replace(problem, where=variable.where) for variable in varied), problem)
 
 
 def plan(
@@ -123,37 +125,37 @@ def plan(
     InputError
         Nothing is varied, a key is varied twice, or the sampling does not suit the variables.
     """
-    keys = [one.key for one in variables]
+    keys = [variable.key for variable in variables]
     if not keys:
         what = "nothing is varied"
-        wanted = (
+        expected = (
             '--vary KEY=VALUES, --list FILE, or a tolerance in the case, such as outer_radius = "22.0 +- 0.1"'
         )
-        raise InputError(Problem("study", what, "", wanted))
-    twice = next((key for key in keys if keys.count(key) > 1), None)
-    if twice:
-        raise InputError(Problem(f"--vary {twice}", "is varied twice"))
-    chosen = sampling or ("grid" if all(one.values for one in variables) else "lhs")
+        raise InputError(Problem("study", what, "", expected))
+    repeated = next((key for key in keys if keys.count(key) > 1), None)
+    if repeated:
+        raise InputError(Problem(f"--vary {repeated}", "is varied twice"))
+    chosen = sampling or ("grid" if all(variable.values for variable in variables) else "lhs")
     rows: Sequence[tuple[Value, ...]]
     if chosen == "grid":
-        ranged = next((one for one in variables if not one.values), None)
+        ranged = next((variable for variable in variables if not variable.values), None)
         if ranged is not None:
-            wanted = f"e.g. {ranged.key}={ranged.low:g}:{ranged.high:g}:5, or choose another --sampling"
+            expected = f"e.g. {ranged.key}={ranged.low:g}:{ranged.high:g}:5, or choose another --sampling"
             raise InputError(
-                Problem(f"--vary {ranged.key}={ranged.spec}", "has no values for a grid", "", wanted)
+                Problem(f"--vary {ranged.key}={ranged.spec}", "has no values for a grid", "", expected)
             )
         if designs is not None:
             raise InputError(
                 Problem("--designs", "has no meaning for a grid: its values determine the number of designs")
             )
-        count = math.prod(len(one.values) for one in variables)
+        count = math.prod(len(variable.values) for variable in variables)
         if count > MOST_DESIGNS:
             raise InputError(
                 Problem("--vary", f"makes a grid of {count} designs", "", f"at most {MOST_DESIGNS}")
             )
-        rows = list(itertools.product(*(one.values for one in variables)))
+        rows = list(itertools.product(*(variable.values for variable in variables)))
     elif chosen == "corners":
-        texts = next((one for one in variables if not one.numeric), None)
+        texts = next((variable for variable in variables if not variable.numeric), None)
         if texts is not None or len(variables) > 16:
             what = (
                 f"{texts.key} has words"
@@ -161,12 +163,12 @@ def plan(
                 else f"{len(variables)} keys have {2 ** len(variables)} corners"
             )
             raise InputError(Problem("--sampling corners", what, "", "at most 16 keys with numbers"))
-        ends = [(one.low, one.high) for one in variables]
+        ends = [(variable.low, variable.high) for variable in variables]
         # The nominal design, then all combinations of both ends.
-        rows = [tuple(one.nominal for one in variables), *itertools.product(*ends)]
+        rows = [tuple(variable.nominal for variable in variables), *itertools.product(*ends)]
     else:
         unit = _unit(chosen, len(variables), designs, seed)
-        rows = list(zip(*(one.at(unit[:, i]) for i, one in enumerate(variables)), strict=True))
+        rows = list(zip(*(variable.at(unit[:, i]) for i, variable in enumerate(variables)), strict=True))
     return Plan(tuple(variables), chosen, rows, seed)
 
 
@@ -261,5 +263,5 @@ def from_list(file: Path, overridden: Sequence[Variable] = ()) -> Plan:
             place = f"{file}:{numbers[fault.number]}"
             raise InputError(Problem(place, f"{key} = {fault.what}", "", fault.expected))
         columns.append(of_values(key, str(file), values))
-    rows = list(zip(*(one.values for one in columns), strict=True))
+    rows = list(zip(*(column.values for column in columns), strict=True))
     return Plan(tuple(columns), "list", rows, file=str(file), lines=numbers)

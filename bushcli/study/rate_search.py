@@ -39,43 +39,47 @@ class End:
 
 
 def search(
-    cache: DesignCache, task: StudyTask, targets: Sequence[Target], begin: Array, low: Array, high: Array
+    cache: DesignCache, task: StudyTask, targets: Sequence[Target], start: Array, low: Array, high: Array
 ) -> End | str:
     """Search from one start, in any process; return the reason as text if the start cannot be simulated."""
     from scipy.optimize import least_squares
 
     scale = high - low
-    wanted = np.array([one.value for one in targets])
-    allowed = np.array([one.value if math.isnan(one.deviation) else one.deviation for one in targets])
-    known: dict[bytes, TargetRates | None] = {}
+    wanted = np.array([target.value for target in targets])
+    allowed = np.array(
+        [target.value if math.isnan(target.deviation) else target.deviation for target in targets]
+    )
+    evaluated: dict[bytes, TargetRates | None] = {}
     reason = ""
 
     def at(unit: Array) -> TargetRates | None:
         nonlocal reason
-        if unit.tobytes() not in known:
+        if unit.tobytes() not in evaluated:
             values = [float(v) for v in low + unit * scale]
             try:
-                known[unit.tobytes()] = rates(cache, task, targets, values, task.keys)
+                evaluated[unit.tobytes()] = rates(cache, task, targets, values, task.keys)
             except (InputError, GeometryError, NotConverged, ValueError) as error:
                 reason = str(error).splitlines()[0]
-                known[unit.tobytes()] = None
-        return known[unit.tobytes()]
+                evaluated[unit.tobytes()] = None
+        return evaluated[unit.tobytes()]
 
     def residual(unit: Array) -> Array:
-        found = at(unit)
+        reached = at(unit)
         # The search shortens a step to a design that cannot be simulated.
-        return np.full(len(targets), np.inf) if found is None else (found.value - wanted) / allowed
+        return np.full(len(targets), np.inf) if reached is None else (reached.value - wanted) / allowed
 
     def slope(unit: Array) -> Array:
-        found = at(unit)
-        assert found is not None
-        return found.slope * scale / allowed[:, None]
+        reached = at(unit)
+        assert reached is not None
+        return reached.slope * scale / allowed[:, None]
 
     # The first unknowns must be strictly inside the bounds.
-    unit = np.clip((begin - low) / scale, 1e-3, 1.0 - 1e-3)
+    unit = np.clip((start - low) / scale, 1e-3, 1.0 - 1e-3)
     if at(unit) is None:
         return reason
-    found = least_squares(
+    solution = least_squares(
         residual, unit, slope, bounds=(0.0, 1.0), xtol=XTOL, ftol=FTOL, gtol=None, max_nfev=MOST_EVALUATIONS
     )
-    return End(low + found.x * scale, 2.0 * float(found.cost), len(known), bool(found.status > 0))
+    return End(
+        low + solution.x * scale, 2.0 * float(solution.cost), len(evaluated), bool(solution.status > 0)
+    )

@@ -83,34 +83,34 @@ def rates(
     # By key the shapes with a slightly smaller and larger dimension, and the difference of the dimension.
     shapes: dict[str, tuple[Shape, Shape, float]] = {}
     for i, key in enumerate(task.keys):
-        translated = any(not modes()[one.mode].rotational for one in targets)
+        translated = any(not modes()[target.mode].rotational for target in targets)
         if key in by and key.startswith("geometry.") and translated and not plates(case.geometry):
             hair = HAIR * max(abs(values[i]), 1e-3)
-            ends = (_changed(values, i, step * hair) for step in (-1.0, 1.0))
-            sides = [task.load(one, cache.tables)[0].geometry for one in ends]
+            ends = (_with_change(values, i, step * hair) for step in (-1.0, 1.0))
+            sides = [task.load(end, cache.tables)[0].geometry for end in ends]
             shapes[key] = (sides[0], sides[1], 2.0 * hair)
     names = {key: key.removeprefix(PARAMETERS) for key in by if key.startswith(PARAMETERS)}
     of_law = {key: name for key, name in names.items() if name in material.parameters}
-    for i, one in enumerate(targets):
-        value[i], known = _rate(
-            cache.bodies, case, material, one, {} if modes()[one.mode].rotational else shapes, of_law
+    for i, target in enumerate(targets):
+        value[i], derivatives = _rate(
+            cache.bodies, case, material, target, {} if modes()[target.mode].rotational else shapes, of_law
         )
         for j, key in enumerate(by):
-            slope[i, j] = known.get(key, np.nan)
+            slope[i, j] = derivatives.get(key, np.nan)
     for j, key in enumerate(by):
-        left = np.flatnonzero(np.isnan(slope[:, j]))
-        if len(left):
+        missing = np.flatnonzero(np.isnan(slope[:, j]))
+        if len(missing):
             k = task.keys.index(key)
             step = NUDGE * max(abs(values[k]), 1e-3)
             low, high = (
-                rates(cache, task, [targets[i] for i in left], _changed(values, k, side * step)).value
+                rates(cache, task, [targets[i] for i in missing], _with_change(values, k, side * step)).value
                 for side in (-1.0, 1.0)
             )
-            slope[left, j] = (high - low) / (2.0 * step)
+            slope[missing, j] = (high - low) / (2.0 * step)
     return TargetRates(value, slope)
 
 
-def _changed(values: Sequence[float], i: int, by: float) -> list[float]:
+def _with_change(values: Sequence[float], i: int, by: float) -> list[float]:
     return [value + by if j == i else value for j, value in enumerate(values)]
 
 
@@ -118,19 +118,19 @@ def _rate(
     bodies: PreparedModels,
     case: Case,
     material: Material,
-    one: Target,
+    target: Target,
     shapes: Mapping[str, tuple[Shape, Shape, float]],
     of_law: Mapping[str, str],
 ) -> tuple[float, dict[str, float]]:
     """Return a rate, and those derivatives by key that need no other march."""
-    mode = modes()[one.mode]
+    mode = modes()[target.mode]
     model = bodies(case.geometry, mode, rubber_of(material), case.mesh.refinement, MPI.COMM_SELF)
-    end, steps, drive = one.travel, STEPS, None
-    if one.kind == "initial":
+    end, steps, drive = target.travel, STEPS, None
+    if target.kind == "initial":
         gap = case.geometry.gap or USUAL_GAP
         end, steps = SMALL * (1.0 if mode.rotational else gap), 1
-    elif not math.isnan(one.load):
-        end, drive = one.load, PrescribedForce()
+    elif not math.isnan(target.load):
+        end, drive = target.load, PrescribedForce()
     program = path((0.0, end), steps)
     slopes: dict[str, float] = {}
     stiffness: list[float] = []
@@ -139,15 +139,15 @@ def _rate(
         at = solver.q if drive is None else solver.force
         if abs(at - end) > 1e-6 * abs(end):
             return
-        if one.kind == "tangent" or drive is not None:
+        if target.kind == "tangent" or drive is not None:
             stiffness.append(Sensitivity(model, ()).stiffness(solver))
-        if shapes and one.kind != "tangent":
-            slopes.update(_moved(bodies, model, solver, shapes, case))
+        if shapes and target.kind != "tangent":
+            slopes.update(_shape_derivatives(bodies, model, solver, shapes, case))
 
-    names = () if one.kind == "tangent" else tuple(of_law.values())
+    names = () if target.kind == "tangent" else tuple(of_law.values())
     history = march(model, program, sensitivity=names, observer=observe, drive=drive)
     q, force = float(history.displacement[-1]), float(history.force[-1])
-    if one.kind == "tangent":
+    if target.kind == "tangent":
         # Its derivatives are differences of marches.
         return stiffness[-1], {}
     if drive is not None:
@@ -157,16 +157,16 @@ def _rate(
             slopes |= dict(zip(of_law, map(float, history.path_sensitivity[-1]), strict=True))
         return (
             (q, slopes)
-            if one.kind == "travel"
+            if target.kind == "travel"
             else (force / q, {k: -force / q**2 * s for k, s in slopes.items()})
         )
     if history.sensitivity is not None:
         slopes |= dict(zip(of_law, map(float, history.sensitivity[-1]), strict=True))
-    over = 1.0 if one.kind == "force" else q
-    return force / over, {key: slope / over for key, slope in slopes.items()}
+    divisor = 1.0 if target.kind == "force" else q
+    return force / divisor, {key: slope / divisor for key, slope in slopes.items()}
 
 
-def _moved(
+def _shape_derivatives(
     bodies: PreparedModels,
     model: FiniteElementModel,
     solver: Equilibrium,
@@ -176,7 +176,7 @@ def _moved(
     """Return the force's derivatives at the present equilibrium, by those dimensions to which the mesh can be moved."""
     v = solver.tangent_rate(factorised=True)
     b = model.system.create_vector()
-    found = {}
+    derivatives = {}
     for key, (low, high, distance) in shapes.items():
         works = []
         for other in (high, low):
@@ -185,7 +185,7 @@ def _moved(
             model.system.residual(b)
             works.append(float(b.array_r @ v[: model.system.owned]))
         if len(works) == 2:
-            found[key] = model.multiplicity * (works[0] - works[1]) / distance
+            derivatives[key] = model.multiplicity * (works[0] - works[1]) / distance
     bodies.relocated(model, case.geometry, case.mesh.refinement)
     b.destroy()
-    return found
+    return derivatives

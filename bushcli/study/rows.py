@@ -175,7 +175,7 @@ class Rows:
         with fresh.open("xb") as out:
             rows = self._table([self._waiting[n] for n in self._numbers(block)])
             self._parquet.write_table(rows, out, compression="zstd", write_page_checksum=True)
-        _synced(fresh)
+        _sync(fresh)
         fresh.replace(file)
         for number in self._numbers(block):
             del self._waiting[number]
@@ -189,7 +189,7 @@ class Rows:
         fresh.unlink(missing_ok=True)
         with fresh.open("xb") as out:
             out.write(content)
-        _synced(fresh)
+        _sync(fresh)
         fresh.replace(path)
 
     def _check(self, definition: Mapping[str, Any]) -> None:
@@ -197,7 +197,7 @@ class Rows:
         file = self.folder / DEFINITION
         expected = "restore the file, or leave out --resume, which begins rows of its own"
         if file not in self._own:
-            if any(one.suffix != ".part" for one in self._own):
+            if any(other.suffix != ".part" for other in self._own):
                 what = "is missing: it is not known to which study the saved designs belong"
                 raise InputError(Problem(str(file), what, "", expected))
             return
@@ -229,8 +229,8 @@ class Rows:
                 self.damaged += len(numbers)
                 file.unlink()
         journal = self.folder / JOURNAL
-        whole = list(self._read_journal(journal))
-        self._replace(journal, b"".join(whole))
+        lines = list(self._read_journal(journal))
+        self._replace(journal, b"".join(lines))
         for block in sorted({number // BLOCK for number in self._waiting}):
             if all(number in self._waiting for number in self._numbers(block)):
                 self._journal = journal.open("ab")
@@ -284,10 +284,10 @@ class Rows:
 def is_defined(folder: Path, definition: Mapping[str, Any]) -> bool:
     """Whether a folder holds the rows of the study with this definition."""
     try:
-        found = json.loads(read_bounded(folder / DEFINITION, _LARGEST_DEFINITION))
+        saved = json.loads(read_bounded(folder / DEFINITION, _LARGEST_DEFINITION))
     except (*_DAMAGED, RecursionError):
         return False
-    return bool(found == json.loads(json.dumps(definition)))
+    return bool(saved == json.loads(json.dumps(definition)))
 
 
 def _refuse_link(path: Path) -> None:
@@ -296,7 +296,7 @@ def _refuse_link(path: Path) -> None:
         raise InputError(Problem(str(path), what, "", "give another -o, or delete the link"))
 
 
-def _synced(file: Path) -> None:
+def _sync(file: Path) -> None:
     with file.open("rb") as opened:
         os.fsync(opened.fileno())
 

@@ -87,21 +87,21 @@ SHOWN = 1000
 
 def first_valid_design(cache: DesignCache, task: StudyTask, plan: Plan) -> tuple[Case, Sequence[Value]]:
     """Return the case of the first design that is valid, and its values; an error where none of the first ones is."""
-    names = [*plan.keys, *(one.name for one in task.answers)]
-    twice = next((name for name in names if names.count(name) > 1), None)
-    if twice:
-        raise InputError(Problem(f"--answer {twice}", "is the name of two columns", "", "NAME=ANSWER"))
-    first: Exception | None = None
+    names = [*plan.keys, *(answer.name for answer in task.answers)]
+    repeated = next((name for name in names if names.count(name) > 1), None)
+    if repeated:
+        raise InputError(Problem(f"--answer {repeated}", "is the name of two columns", "", "NAME=ANSWER"))
+    refusal: Exception | None = None
     for number, values in enumerate(plan.rows[:TRIED]):
         try:
             return task.load(values, cache.tables)[0], values
         except InputError as error:
-            first = first or InputError(*(plan.located(one, number) for one in error.problems))
+            refusal = refusal or InputError(*(plan.located(problem, number) for problem in error.problems))
         except ValueError as error:
-            first = first or error
-    if isinstance(first, InputError):
-        raise first
-    raise InputError(Problem("study", str(first)))
+            refusal = refusal or error
+    if isinstance(refusal, InputError):
+        raise refusal
+    raise InputError(Problem("study", str(refusal)))
 
 
 def study(
@@ -143,16 +143,16 @@ def study(
         The folder cannot be written or holds another study, or limits are given for something that is not an answer.
     """
     limits = limits or {}
-    known = [one.name for one in task.answers]
-    for name in (name for name in limits if name not in known):
+    names = [answer.name for answer in task.answers]
+    for name in (name for name in limits if name not in names):
         what = "is not an answer of this study"
-        raise InputError(Problem(f"--limits {name}", what, nearest(name, known), ", ".join(known)))
+        raise InputError(Problem(f"--limits {name}", what, nearest(name, names), ", ".join(names)))
     cache = DesignCache(measured=Measured(tables))
-    first, values = first_valid_design(cache, task, plan)
+    first_case, values = first_valid_design(cache, task, plan)
     keys = {variable.key: variable.numeric for variable in plan.variables}
-    kinds = columns_of(keys, known, curve_columns(first) if task.curves else ())
+    kinds = columns_of(keys, names, curve_columns(first_case) if task.curves else ())
     defined = definition(task, plan, case)
-    place, used = history_of(folder, lambda one: is_defined(one, defined), resume)
+    place, used = history_of(folder, lambda path: is_defined(path, defined), resume)
     rows = Rows(place, defined, kinds, len(plan.rows), used)
     resumed = len(rows.done)
     with closing(rows):
@@ -160,42 +160,45 @@ def study(
             task = with_fineness(cache, task, values)
         _solve(cache, task, plan, pool, rows, notify)
     # How many designs have such numbers is known from their rows, which numbers from the first one.
-    odd = [replace(one, message=f"the first design: {one.message}") for one in unusual(first, first.material)]
-    return _summed_up(case, task, plan, rows, limits, resumed, odd), rows
+    warnings = [
+        replace(condition, message=f"the first design: {condition.message}")
+        for condition in unusual(first_case, first_case.material)
+    ]
+    return _statistics(case, task, plan, rows, limits, resumed, warnings), rows
 
 
-def _summed_up(
+def _statistics(
     case: Case,
     task: StudyTask,
     plan: Plan,
     rows: Rows,
     limits: Mapping[str, Limits],
     resumed: int,
-    odd: Sequence[Condition],
+    warnings: Sequence[Condition],
 ) -> Study:
-    """Return the statistics of the rows, with the conditions `odd` of the first design."""
-    known = [one.name for one in task.answers]
-    found = columns(rows, plan.keys, known)
+    """Return the statistics of the rows, with the conditions `warnings` of the first design."""
+    names = [answer.name for answer in task.answers]
+    table = columns(rows, plan.keys, names)
     summaries = {
-        name: one
-        for name in known
-        if (one := summary(plan, found, name, limits.get(name), plan.seed)) is not None
+        name: statistics
+        for name in names
+        if (statistics := summary(plan, table, name, limits.get(name), plan.seed)) is not None
     }
-    reasons = failures(found)
-    lost = sum(reason.count for reason in reasons)
+    reasons = failures(table)
+    failed = sum(reason.count for reason in reasons)
     channels = [name for name, _ in case.channels if f"{name}.force" in rows.columns]
     bands = tuple(curves for name in channels if (curves := band(rows, name)) is not None)
-    seconds, doubted = 0.0, dict[str, int]()
-    for table in rows.tables([SECONDS, CONDITIONS]):
-        seconds += math.fsum(table[SECONDS].to_pylist())
-        for name in filter(None, ",".join(table[CONDITIONS].to_pylist()).split(",")):
-            doubted[name] = doubted.get(name, 0) + 1
+    seconds, doubtful = 0.0, dict[str, int]()
+    for block in rows.tables([SECONDS, CONDITIONS]):
+        seconds += math.fsum(block[SECONDS].to_pylist())
+        for name in filter(None, ",".join(block[CONDITIONS].to_pylist()).split(",")):
+            doubtful[name] = doubtful.get(name, 0) + 1
     samples: dict[str, Sequence[Value]] = {}
-    if known:
-        whole = np.flatnonzero(np.all([np.isfinite(one) for one in found.answers.values()], axis=0))
-        shown = whole[:: max(1, -(-len(whole) // SHOWN))]
-        samples = {key: [column[i] for i in shown] for key, column in found.keys.items()}
-        samples |= {name: [float(v) for v in column[shown]] for name, column in found.answers.items()}
+    if names:
+        complete = np.flatnonzero(np.all([np.isfinite(column) for column in table.answers.values()], axis=0))
+        sample = complete[:: max(1, -(-len(complete) // SHOWN))]
+        samples = {key: [column[i] for i in sample] for key, column in table.keys.items()}
+        samples |= {name: [float(v) for v in column[sample]] for name, column in table.answers.items()}
     return Study(
         case=case,
         task=task,
@@ -204,17 +207,17 @@ def _summed_up(
         failures=reasons,
         bands=bands,
         samples=samples,
-        failed=lost,
+        failed=failed,
         resumed=resumed,
         seconds=seconds,
-        conditions=(*_conditions(plan, lost, summaries, doubted, rows.damaged), *odd),
+        conditions=(*_conditions(plan, failed, summaries, doubtful, rows.damaged), *warnings),
     )
 
 
 def _solve(
     cache: DesignCache, task: StudyTask, plan: Plan, pool: Pool, rows: Rows, notify: Notify | None
 ) -> None:
-    wrong = 0
+    failed = 0
     spent, solved = 0.0, 0
 
     def questions() -> Iterator[tuple[Any, ...]]:
@@ -227,79 +230,79 @@ def _solve(
             most = 1 if not solved else max(1, min(BATCH, int(BATCH_SECONDS / max(spent / solved, 1e-6))))
             # Smaller batches towards the end, so that no process works alone for long.
             most = max(1, min(most, (total - number) // (2 * pool.workers)))
-            last = number + 1
-            while last < min(total, number + most) and last not in rows.done:
-                last += 1
-            yield task, number, [plan.rows[i] for i in range(number, last)]
-            number = last
+            stop = number + 1
+            while stop < min(total, number + most) and stop not in rows.done:
+                stop += 1
+            yield task, number, [plan.rows[i] for i in range(number, stop)]
+            number = stop
 
-    def taken(found: Sequence[Row]) -> None:
-        nonlocal wrong, spent, solved
-        rows.add(found)
-        wrong += sum(row["status"] != "ok" for row in found)
-        spent += sum(row[SECONDS] for row in found)
-        solved += len(found)
+    def take(batch: Sequence[Row]) -> None:
+        nonlocal failed, spent, solved
+        rows.add(batch)
+        failed += sum(row["status"] != "ok" for row in batch)
+        spent += sum(row[SECONDS] for row in batch)
+        solved += len(batch)
         if notify is not None:
-            notify(len(rows.done), len(plan.rows), wrong)
+            notify(len(rows.done), len(plan.rows), failed)
 
-    lost: list[tuple[Any, ...]] = []
+    died: list[tuple[Any, ...]] = []
     for question, answer in pool.answers(evaluate, questions(), cache):
         if isinstance(answer, Died):
-            lost.append(question)
+            died.append(question)
         else:
-            taken(answer)
-    singles = ((task, first + i, [values]) for _, first, batch in lost for i, values in enumerate(batch))
+            take(answer)
+    singles = ((task, number + i, [values]) for _, number, batch in died for i, values in enumerate(batch))
     for (_, number, batch), answer in pool.answers(evaluate, singles, cache):
         if isinstance(answer, Died):
             answer = [failed_row(empty_row(task, number, batch[0]), "died", str(answer))]
-        taken(answer)
+        take(answer)
 
 
 def _conditions(
-    plan: Plan, lost: int, summaries: Mapping[str, Summary], doubted: Mapping[str, int], damaged: int
+    plan: Plan, failed: int, summaries: Mapping[str, Summary], doubtful: Mapping[str, int], damaged: int
 ) -> tuple[Condition, ...]:
-    found = [history_damaged(damaged)] if damaged else []
-    if lost:
-        found.append(
+    conditions = [history_damaged(damaged)] if damaged else []
+    if failed:
+        conditions.append(
             Condition(
                 "designs_failed",
-                f"{lost} of {len(plan.rows)} designs have no result; the statistics are those of the others",
+                f"{failed} of {len(plan.rows)} designs have no result; the statistics are those of the others",
                 "see the reasons; narrower ranges avoid such designs",
             )
         )
     # Conditions other than those with which designs failed.
-    for name, count in doubted.items():
+    for name, count in doubtful.items():
         if name != "not_converged":
-            found.append(
+            conditions.append(
                 Condition(
                     "designs_doubtful",
                     f'{count} of {len(plan.rows)} designs have the condition "{name}"',
                     "see the column `conditions`; `bushcli direct --set ...` shows one of them in detail",
                 )
             )
-    wide = [
+    uncertain = [
         key
-        for one in summaries.values()
-        for key, influence in one.influences.items()
+        for summary in summaries.values()
+        for key, influence in summary.influences.items()
         if influence.total_error > 0.1
     ]
-    if wide:
-        found.append(
+    if uncertain:
+        conditions.append(
             Condition(
                 "uncertain_indices",
-                f"Sobol indices are known to no better than 0.1 for {', '.join(dict.fromkeys(wide))}",
+                f"Sobol indices are known to no better than 0.1 for {', '.join(dict.fromkeys(uncertain))}",
                 "ask for more --designs, twice as many for each halving of the variance",
             )
         )
-    if not plan.of_probability and any(one.limits for one in summaries.values()):
-        found.append(
+    if not plan.of_probability and any(summary.limits for summary in summaries.values()):
+        conditions.append(
             Condition(
                 "no_probability",
                 f"shares within limits refer to the designs of this {plan.sampling}, not to parts in production",
                 "use --sampling lhs with distributions to estimate a yield",
             )
         )
-    return tuple(found)
+    return tuple(conditions)
 
 
 def definition(task: StudyTask, plan: Plan, case: Case) -> dict[str, Any]:
@@ -309,11 +312,11 @@ def definition(task: StudyTask, plan: Plan, case: Case) -> dict[str, Any]:
     return listed | {
         "case": resolved(case),
         "set": list(task.overrides),
-        "vary": {one.key: one.spec for one in plan.variables},
+        "vary": {variable.key: variable.spec for variable in plan.variables},
         "sampling": plan.sampling,
         "designs": len(plan.rows),
         "seed": plan.seed,
-        "answers": {one.name: [one.channel, one.kind, one.travel] for one in task.answers},
+        "answers": {answer.name: [answer.channel, answer.kind, answer.travel] for answer in task.answers},
         "curves": task.curves,
         "hardness": task.hardness,
         "data": case.data_digest(),

@@ -43,10 +43,10 @@ class Target:
 
 def unit_of(mode: str, kind: str) -> str:
     """Return the displayed unit of a kind of rate or answer: mm, deg, N, N mm, N/mm, N mm/deg, MPa."""
-    found = modes()[mode]
-    if found.specimen == "coupon" and kind != "travel":
+    definition = modes()[mode]
+    if definition.specimen == "coupon" and kind != "travel":
         return "MPa"
-    travel, force = ("deg", "N mm") if found.rotational else ("mm", "N")
+    travel, force = ("deg", "N mm") if definition.rotational else ("mm", "N")
     return {"travel": travel, "force": force}.get(kind, f"{force}/{travel}")
 
 
@@ -66,10 +66,10 @@ def place_of(where: str, mode: str, text: str) -> tuple[float, bool]:
     expected = f"@2 or @2{travel} for a travel, @500 with {units} for a load"
     if kind.specimen == "coupon":
         travel, loads, expected = "", {}, "@0.5 for a stretch of 1.5, or for a shear of 0.5"
-    found = _NUMBER.match(text)
-    if found is None:
+    match = _NUMBER.match(text)
+    if match is None:
         raise InputError(Problem(where, "has no number after @", "", expected))
-    unit = found[2].replace(" ", "")
+    unit = match[2].replace(" ", "")
     if unit.startswith(","):
         raise InputError(
             Problem(where, "has a decimal comma", f"@{text.strip().replace(',', '.')}", expected)
@@ -77,7 +77,7 @@ def place_of(where: str, mode: str, text: str) -> tuple[float, bool]:
     if unit not in ("", travel, *loads):
         what = f"{unit} is not the unit of a travel or of a load in mode {mode}"
         raise InputError(Problem(where, what, nearest(unit, [travel, *loads]), expected))
-    return float(found[1]) * loads.get(unit, 1.0), unit in loads
+    return float(match[1]) * loads.get(unit, 1.0), unit in loads
 
 
 def target(text: str) -> Target:
@@ -94,11 +94,15 @@ def target(text: str) -> Target:
     rate, at, travel = name.partition("@")
     mode, dot, kind = rate.partition(".")
     kind = kind if dot else "secant" if at else "initial"
-    known = [one.name for one in modes().values() if one.specimen == "bushing" and one.follow is None]
+    names = [
+        definition.name
+        for definition in modes().values()
+        if definition.specimen == "bushing" and definition.follow is None
+    ]
     if not equals or not name:
         raise InputError(Problem(where, "is not NAME=VALUE", "", EXAMPLES))
-    if mode not in known:
-        raise InputError(Problem(where, f"{mode} is not a mode", nearest(mode, known), ", ".join(known)))
+    if mode not in names:
+        raise InputError(Problem(where, f"{mode} is not a mode", nearest(mode, names), ", ".join(names)))
     if kind not in KINDS:
         raise InputError(
             Problem(where, f"{kind} is not a kind of rate", nearest(kind, KINDS), ", ".join(KINDS))
@@ -111,9 +115,11 @@ def target(text: str) -> Target:
         what = "force needs a travel" if loaded else "travel needs a load"
         unit = "Nmm" if modes()[mode].rotational else "N"
         raise InputError(Problem(where, what, "", f"{mode}.force@5=1800, {mode}.travel@500{unit}=1.2"))
-    found = toleranced(wanted)
+    tolerance = toleranced(wanted)
     try:
-        value, deviation = (found.nominal, found.deviation) if found else (float(wanted), math.nan)
+        value, deviation = (
+            (tolerance.nominal, tolerance.deviation) if tolerance else (float(wanted), math.nan)
+        )
     except ValueError:
         raise InputError(Problem(where, f"{wanted or 'nothing'} is no number", "", EXAMPLES)) from None
     if not (value > 0.0 and math.isfinite(value)) or (at and not (math.isfinite(q) and q != 0.0)):

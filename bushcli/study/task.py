@@ -92,9 +92,9 @@ class StudyTask:
         ValueError
             The hardness is outside the range of its relation.
         """
-        given = dict(zip(self.keys, values, strict=True))
-        shore_a = given.pop(HARDNESS, None)
-        changed = [f"{key}={written(value)}" for key, value in given.items()]
+        by_key = dict(zip(self.keys, values, strict=True))
+        shore_a = by_key.pop(HARDNESS, None)
+        changed = [f"{key}={written(value)}" for key, value in by_key.items()]
         case = load_case(self.case, [*self.overrides, *changed], tables)
         material = self.material if case.needs_fit and self.material is not None else case.material
         if shore_a is not None and self.hardness is not None:
@@ -118,27 +118,29 @@ def written(value: Value) -> str:
     return value if isinstance(value, str) else json.dumps(value)
 
 
-def evaluate(cache: DesignCache, task: StudyTask, first: int, rows: Sequence[tuple[Value, ...]]) -> list[Row]:
+def evaluate(
+    cache: DesignCache, task: StudyTask, first_number: int, rows: Sequence[tuple[Value, ...]]
+) -> list[Row]:
     """Simulate designs one after the other; the row of a design that fails has the reason."""
-    found = []
-    for number, values in enumerate(rows, start=first):
-        begin = time.perf_counter()
+    results = []
+    for number, values in enumerate(rows, start=first_number):
+        start_time = time.perf_counter()
         row = empty_row(task, number, values)
         try:
-            row = _simulated(cache, task, row, values)
+            row = _simulate(cache, task, row, values)
         except (InputError, GeometryError, ValueError) as error:
             row = failed_row(row, "input", str(error).splitlines()[0].removeprefix(f"{task.case}: "))
         except Exception as error:  # noqa: BLE001 - one design must not end the study
             row = failed_row(row, "error", f"{type(error).__name__}: {error}".splitlines()[0])
-        found.append(row | {SECONDS: time.perf_counter() - begin})
-    return found
+        results.append(row | {SECONDS: time.perf_counter() - start_time})
+    return results
 
 
 def empty_row(task: StudyTask, number: int, values: Sequence[Value]) -> Row:
     """Return the row of a design without results."""
     row: Row = {DESIGN: number, **dict(zip(task.keys, values, strict=True))}
     row |= {STATUS: "ok", KIND: "", REASON: "", CONDITIONS: "", SECONDS: 0.0}
-    return row | dict.fromkeys((one.name for one in task.answers), None)
+    return row | dict.fromkeys((answer.name for answer in task.answers), None)
 
 
 def failed_row(row: Row, kind: str, reason: str) -> Row:
@@ -146,10 +148,10 @@ def failed_row(row: Row, kind: str, reason: str) -> Row:
     return row | {STATUS: "failed", KIND: kind, REASON: reason}
 
 
-def _simulated(cache: DesignCache, task: StudyTask, row: Row, values: Sequence[Value]) -> Row:
+def _simulate(cache: DesignCache, task: StudyTask, row: Row, values: Sequence[Value]) -> Row:
     case, material = task.load(values, cache.tables)
-    kept = PredictionCache(cache.bodies, cache.measured, task.fineness)
-    response = predict(case, material, comm=MPI.COMM_SELF, kept=kept, pictures=False)
+    predictions = PredictionCache(cache.bodies, cache.measured, task.fineness)
+    response = predict(case, material, comm=MPI.COMM_SELF, kept=predictions, pictures=False)
     if task.curves:
         row |= curves(response)
     row[CONDITIONS] = ",".join(dict.fromkeys(condition.name for condition in response.conditions))
@@ -170,20 +172,20 @@ def _simulated(cache: DesignCache, task: StudyTask, row: Row, values: Sequence[V
 
 def curves(response: Response) -> Row:
     """Return the curves as columns: displacement (mm, degrees) and force of every channel."""
-    found: Row = {}
+    row: Row = {}
     for channel in response.channels:
         if channel.mode not in modes():
             continue
         factor = math.degrees(1.0) if modes()[channel.mode].rotational else 1.0
-        found[f"{channel.name}.displacement"] = (factor * channel.curve.displacement).tolist()
-        found[f"{channel.name}.force"] = channel.curve.force.tolist()
-    return found
+        row[f"{channel.name}.displacement"] = (factor * channel.curve.displacement).tolist()
+        row[f"{channel.name}.force"] = channel.curve.force.tolist()
+    return row
 
 
 def curve_columns(case: Case) -> tuple[str, ...]:
     """Return the names of the columns of `curves`."""
-    known = [name for name, mode in case.channels if mode in modes()]
-    return tuple(f"{name}.{what}" for name in known for what in ("displacement", "force"))
+    channels = [name for name, mode in case.channels if mode in modes()]
+    return tuple(f"{name}.{what}" for name in channels for what in ("displacement", "force"))
 
 
 @dataclass(frozen=True)

@@ -87,12 +87,12 @@ def variable(text: str) -> Variable:
     key, equals, spec = text.partition("=")
     key, spec = key.strip(), spec.strip()
     if not equals or not key or not spec:
-        raise _wrong(text, "is not KEY=VALUES", f"e.g. geometry.outer_radius={EXAMPLES}")
+        raise _error(text, "is not KEY=VALUES", f"e.g. geometry.outer_radius={EXAMPLES}")
     if (toleranced_value := toleranced(spec)) is not None:
         return of_tolerance(key, toleranced_value)
-    found = _called(key, spec, text) or _range(key, spec, text)
-    if found is not None:
-        return found
+    parsed = _distribution(key, spec, text) or _range(key, spec, text)
+    if parsed is not None:
+        return parsed
     parts, depth = [""], 0
     for character in spec:  # a comma within the brackets of a point or a path does not separate values
         depth += (character in "[{") - (character in "]}")
@@ -103,7 +103,7 @@ def variable(text: str) -> Variable:
     values = tuple(map(value_of, parts))
     fault = value_fault(values)
     if fault is not None:
-        raise _wrong(text, f"value {fault.number + 1} = {fault.what}", fault.expected)
+        raise _error(text, f"value {fault.number + 1} = {fault.what}", fault.expected)
     return of_values(key, spec, values)
 
 
@@ -145,28 +145,28 @@ def of_values(key: str, spec: str, values: tuple[Value, ...]) -> Variable:
     )
 
 
-def of_tolerance(key: str, found: Toleranced, origin: str = "") -> Variable:
+def of_tolerance(key: str, tolerance: Toleranced, origin: str = "") -> Variable:
     """Return the variable of a number with a tolerance: a normal distribution, cut off at the limits.
 
     Parameters
     ----------
     key : str
         As in `Variable`.
-    found : Toleranced
+    tolerance : Toleranced
         Nominal value and limits.
     origin : str
         File that has the tolerance; empty for ``--vary``.
     """
     from scipy.special import ndtr
 
-    sigma, tail = found.deviation / SIGMAS, float(ndtr(-SIGMAS))
+    sigma, tail = tolerance.deviation / SIGMAS, float(ndtr(-SIGMAS))
     return Variable(
         key,
-        f"{found.nominal:g} +- {found.deviation:g}",
-        ppf=lambda u: found.nominal + sigma * _normal(tail + (1.0 - 2.0 * tail) * u),
-        low=found.low,
-        high=found.high,
-        nominal=found.nominal,
+        f"{tolerance.nominal:g} +- {tolerance.deviation:g}",
+        ppf=lambda u: tolerance.nominal + sigma * _normal(tail + (1.0 - 2.0 * tail) * u),
+        low=tolerance.low,
+        high=tolerance.high,
+        nominal=tolerance.nominal,
         origin=origin,
     )
 
@@ -177,7 +177,7 @@ def _normal(unit: Array) -> Array:
     return np.asarray(ndtri(unit))
 
 
-def _wrong(text: str, what: str, expected: str) -> InputError:
+def _error(text: str, what: str, expected: str) -> InputError:
     return InputError(Problem(f"--vary {text}", what, "", expected))
 
 
@@ -190,37 +190,37 @@ def _range(key: str, spec: str, text: str) -> Variable | None:
         low, high = float(parts[0]), float(parts[1])
         count = int(parts[2]) if len(parts) == 3 else 0
     except ValueError:
-        raise _wrong(text, "is not a range", EXAMPLES) from None
+        raise _error(text, "is not a range", EXAMPLES) from None
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise _wrong(text, "must rise from its first number to its second", EXAMPLES)
+        raise _error(text, "must rise from its first number to its second", EXAMPLES)
     if len(parts) == 2:
-        uniform = _called(key, f"uniform({low!r}, {high!r})", text)
+        uniform = _distribution(key, f"uniform({low!r}, {high!r})", text)
         assert uniform is not None
         return replace(uniform, spec=spec)
     if not 2 <= count <= MOST_VALUES:
-        raise _wrong(text, f"has {count} as its number of values", f"LOW:HIGH:NUMBER, 2 to {MOST_VALUES}")
+        raise _error(text, f"has {count} as its number of values", f"LOW:HIGH:NUMBER, 2 to {MOST_VALUES}")
     # Twelve digits: 20.1 must not come out as 20.099999999999998.
     return of_values(key, spec, tuple(float(f"{v:.12g}") for v in np.linspace(low, high, count)))
 
 
-def _called(key: str, spec: str, text: str) -> Variable | None:
+def _distribution(key: str, spec: str, text: str) -> Variable | None:
     """Return the variable of a specification such as "normal(22, 0.05)"; None for anything else."""
-    found = _CALL.match(spec)
-    if found is None:
+    match = _CALL.match(spec)
+    if match is None:
         return None
-    name = found[1]
+    name = match[1]
     if name not in _DISTRIBUTIONS:
-        raise _wrong(text, f"{name} is not a distribution", ", ".join(_DISTRIBUTIONS))
+        raise _error(text, f"{name} is not a distribution", ", ".join(_DISTRIBUTIONS))
     arguments, is_valid, ppf = _DISTRIBUTIONS[name]
     try:
-        numbers = [float(part) for part in found[2].split(",")]
+        numbers = [float(part) for part in match[2].split(",")]
     except ValueError:
         numbers = []
     if len(numbers) != len(arguments) or not all(map(math.isfinite, numbers)):
-        raise _wrong(text, f"{name} takes other arguments", f"{name}({', '.join(arguments)})")
+        raise _error(text, f"{name} takes other arguments", f"{name}({', '.join(arguments)})")
     if not is_valid(*numbers):
         what = f"{name} has arguments that do not define a distribution"
-        raise _wrong(text, what, f"{name}({', '.join(arguments)})")
+        raise _error(text, what, f"{name}({', '.join(arguments)})")
     nominal, *tails = map(float, ppf(np.array([0.5, TAIL, 1.0 - TAIL]), *numbers))
     low, high = (numbers[0], numbers[-1]) if name in _BOUNDED else tails
     return Variable(key, spec, ppf=lambda u: ppf(u, *numbers), low=low, high=high, nominal=nominal)

@@ -152,11 +152,11 @@ class _Drawing:
         bold = np.repeat(projection.outline(self.surface), many)
         # A line is drawn right after the piece of face that it bounds; in the plane, where nothing hides it, last.
         beside = projection.side_cells(depth, many) + self.extent * (1.0 if self.flat else 0.006)
-        seen = projection.faces_the_eye(pieces, self.view) | (not self.closed)
-        drawn = projection.side_cells(seen, many)
+        visible = projection.faces_the_eye(pieces, self.view) | (not self.closed)
+        drawn = projection.side_cells(visible, many)
         thin, thick = drawn & ~bold, drawn & bold
         layers = [
-            (pieces[seen], fill[seen], fill[seen], 0.4, depth[seen]),
+            (pieces[visible], fill[visible], fill[visible], 0.4, depth[visible]),
             self._lines(lines[thin], 0.25 if self.scale else 0.8, 0.35, beside[thin]),
             self._lines(lines[thick], 1.0, 1.1, beside[thick] + 1e-3 * self.extent),
         ]
@@ -202,8 +202,8 @@ class _Drawing:
     def _colour_bar(self, figure: Figure, axes: Axes) -> None:
         assert self.scale is not None
         values = self.surface.stretch[self.surface.rubber]
-        over = bool(values.size and values.max() > self.scale.vmax * 1.001)  # type: ignore[operator]
-        mappable, ends = ScalarMappable(self.scale, _COLOURS), "max" if over else "neither"
+        is_clipped = bool(values.size and values.max() > self.scale.vmax * 1.001)  # type: ignore[operator]
+        mappable, ends = ScalarMappable(self.scale, _COLOURS), "max" if is_clipped else "neither"
         bar = figure.colorbar(mappable, ax=axes, shrink=0.75, pad=0.02, extend=ends)
         bar.set_label("largest principal stretch")
         bar.outline.set_visible(False)  # type: ignore[operator]

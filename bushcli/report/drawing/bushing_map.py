@@ -44,30 +44,30 @@ _FROM_RING = (0, 1, 3, 2, 4, 5, 7, 6)
 _TETRAHEDRA = {
     "simplex": ((0, 1, 2, 3),),
     "ring": _RING,
-    "tensor": tuple(tuple(_FROM_RING[i] for i in one) for one in _RING),
+    "tensor": tuple(tuple(_FROM_RING[i] for i in tetrahedron) for tetrahedron in _RING),
 }
 
 
-def map_title(found: LocalMap) -> str:
+def map_title(local_map: LocalMap) -> str:
     """Return the title of the picture."""
-    return f"{found.name}: a local change helps{'' if found.helps_locally else ' no more than a uniform one'}"
+    return f"{local_map.name}: a local change helps{'' if local_map.helps_locally else ' no more than a uniform one'}"
 
 
-def map_figure(found: LocalMap) -> Figure:
+def map_figure(local_map: LocalMap) -> Figure:
     """Draw the map in colours that are symmetric about zero change."""
-    flat = found.points.shape[1] == 2
+    flat = local_map.points.shape[1] == 2
     if not flat:
-        polygons, values, order = _solid(found)
+        polygons, values, order = _solid(local_map)
     else:  # the faces of the half-plane and of its mirror image
-        (corners,) = _SECTION[numbering(found)]
-        faces = found.points[found.cells[:, corners]]
+        (corners,) = _SECTION[numbering(local_map)]
+        faces = local_map.points[local_map.cells[:, corners]]
         polygons = np.concatenate([faces, faces * np.array([-1.0, 1.0])])
-        values, order = np.concatenate([found.factor, found.factor]), np.ones(len(polygons))
-    top = float(np.quantile(np.abs(found.factor), 1.0 - _BEYOND)) if len(found.factor) else 0.0
+        values, order = np.concatenate([local_map.factor, local_map.factor]), np.ones(len(polygons))
+    top = float(np.quantile(np.abs(local_map.factor), 1.0 - _BEYOND)) if len(local_map.factor) else 0.0
     norm = Normalize(-100.0 * max(top, _LEAST), 100.0 * max(top, _LEAST))
     mappable = ScalarMappable(norm, _COLOURS)
     colours = np.array(mappable.to_rgba(100.0 * values))
-    if not found.helps_locally:
+    if not local_map.helps_locally:
         colours[:, :3] = 1.0 - _FADED * (1.0 - colours[:, :3])
     colours[:, :3] *= order[:, None]
     low, high = polygons.reshape(-1, 2).min(axis=0), polygons.reshape(-1, 2).max(axis=0)
@@ -94,7 +94,7 @@ def map_figure(found: LocalMap) -> Figure:
         axes.set_ylim(low[1] - margin, high[1] + margin)
         bar = figure.colorbar(mappable, ax=axes, shrink=0.8, pad=0.03)
         bar.set_label("change of stiffness that helps: softer (-), stiffer (+) [%]", fontsize=9)
-        if not found.helps_locally:
+        if not local_map.helps_locally:
             bar.solids.set_alpha(_FADED)  # type: ignore[union-attr]  # drawn for a mappable
         # Nothing is softer by more than 100 %.
         bar.ax.set_ylim(max(-100.0, float(norm.vmin or 0.0)), norm.vmax)
@@ -103,47 +103,52 @@ def map_figure(found: LocalMap) -> Figure:
             section_axes(axes, ("radius [mm]", "axis [mm]"))
         else:
             axes.set_axis_off()
-            height = f"axis z upwards; {float(np.ptp(found.points[:, 2])):.3g} mm high"
+            height = f"axis z upwards; {float(np.ptp(local_map.points[:, 2])):.3g} mm high"
             axes.annotate(height, (0.0, 0.0), xycoords="axes fraction", fontsize=8.5, color=GREY[0])
-        axes.set_title(literal(fill(map_title(found), _LINE)), fontsize=10.5, color=INK[0])
+        axes.set_title(literal(fill(map_title(local_map), _LINE)), fontsize=10.5, color=INK[0])
         return figure
 
 
-def _solid(found: LocalMap) -> tuple[Array, Array, Array]:
+def _solid(local_map: LocalMap) -> tuple[Array, Array, Array]:
     """Return the outer faces of the solid, distant ones first; a whole body is cut open in a plane beside y = 0.
 
     The sharp edges of the body are among them, as faces without area and without value.
     """
-    kind = numbering(found)
+    kind = numbering(local_map)
     corners = np.array(_SOLID[kind])
-    faces = found.cells[:, corners].reshape(-1, corners.shape[1])
-    owner = np.repeat(np.arange(len(found.cells)), len(corners))
-    _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
-    outside = first[count == 1]
-    shapes, values = found.points[faces[outside][:, [0, 1, 2, -1]]], found.factor[owner[outside]]
-    outward = shapes.mean(axis=1) - found.points[found.cells[owner[outside]]].mean(axis=1)
+    faces = local_map.cells[:, corners].reshape(-1, corners.shape[1])
+    owner = np.repeat(np.arange(len(local_map.cells)), len(corners))
+    _, index, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
+    outside = index[count == 1]
+    shapes, values = local_map.points[faces[outside][:, [0, 1, 2, -1]]], local_map.factor[owner[outside]]
+    outward = shapes.mean(axis=1) - local_map.points[local_map.cells[owner[outside]]].mean(axis=1)
     outward = normals(shapes) * np.sign(np.einsum("ij,ij->i", normals(shapes), outward))[:, None]
-    reach = float(np.abs(found.points[:, 1]).max())
-    if found.points[:, 1].min() < -0.1 * reach and found.points[:, 1].max() > 0.1 * reach:
+    reach = float(np.abs(local_map.points[:, 1]).max())
+    if local_map.points[:, 1].min() < -0.1 * reach and local_map.points[:, 1].max() > 0.1 * reach:
         # Nodes lie in y = 0: a plane through them would cut no cell.
-        y, level = np.eye(3)[1], 1.234e-4 * reach
+        y, distance = np.eye(3)[1], 1.234e-4 * reach
         triangles = np.concatenate([shapes[:, [0, 1, 2]], shapes[:, [0, 2, 3]]])
-        kept, of = cut(triangles, y, level, above=True)
+        half, of = cut(triangles, y, distance, above=True)
         cells = np.array(_TETRAHEDRA[kind])
-        met, of_cell = cut(found.points[found.cells[:, cells].reshape(-1, 4)], y, level, above=False)
-        shapes = np.concatenate([kept[:, [0, 1, 2, 2]], met])
-        values = np.concatenate([np.tile(values, 2)[of], np.repeat(found.factor, len(cells))[of_cell]])
-        outward = np.concatenate([np.tile(outward, (2, 1))[of], np.tile(-y, (len(met), 1))])
+        section, of_cell = cut(
+            local_map.points[local_map.cells[:, cells].reshape(-1, 4)], y, distance, above=False
+        )
+        shapes = np.concatenate([half[:, [0, 1, 2, 2]], section])
+        values = np.concatenate([np.tile(values, 2)[of], np.repeat(local_map.factor, len(cells))[of_cell]])
+        outward = np.concatenate([np.tile(outward, (2, 1))[of], np.tile(-y, (len(section), 1))])
     view = cut_view(shapes)
     # The body is closed: what is turned away from the eye cannot be seen, and would be drawn over its edges.
-    seen = np.flatnonzero(outward @ view.towards > 0.0)
-    shapes, values = shapes[seen], values[seen]
-    whole = np.ones(len(seen), dtype=bool)
+    visible = np.flatnonzero(outward @ view.towards > 0.0)
+    shapes, values = shapes[visible], values[visible]
+    whole = np.ones(len(visible), dtype=bool)
     sharp = once(face_edges(shapes)[outline(Surface(shapes, shapes, shapes[..., 0], whole, 0.0))])
     sharp = sharp[(sharp[:, 0] != sharp[:, 1]).any(axis=1)]  # the last corner of a triangle stands twice
     # A little nearer to the eye than the faces that they bound.
     depth = np.concatenate(
-        [view.depth(shapes).mean(axis=1), view.depth(sharp).mean(axis=1) + 0.02 * float(np.ptp(found.points))]
+        [
+            view.depth(shapes).mean(axis=1),
+            view.depth(sharp).mean(axis=1) + 0.02 * float(np.ptp(local_map.points)),
+        ]
     )
     shapes = np.concatenate([shapes, sharp[:, [0, 1, 1, 0]]])
     values = np.concatenate([values, np.full(len(sharp), np.nan)])

@@ -51,7 +51,7 @@ def geometry_figure(view: View, title: str, measures: Mapping[str, float]) -> Fi
             _solid(sides[0], view, opened=False)
             sides[0].set_title("outside", fontsize=10)
             if view.assembled:
-                _cut(sides[1], view)
+                _fill_section(sides[1], view)
                 sides[1].set_title("cut in the plane of x and z", fontsize=10)
             else:
                 _solid(sides[1], view, opened=True)
@@ -90,7 +90,7 @@ def _colour(name: str, view: View) -> str:
     return _PLATES[plates.index(name) % len(_PLATES)]
 
 
-def _filled(axes: Axes, triangles: Array, fill: Any) -> None:
+def _fill(axes: Axes, triangles: Array, fill: Any) -> None:
     shapes = PolyCollection(
         list(triangles), facecolors=fill, edgecolors=fill, linewidths=0.3, rasterized=True
     )
@@ -99,7 +99,7 @@ def _filled(axes: Axes, triangles: Array, fill: Any) -> None:
 
 def _section(axes: Axes, view: View) -> None:
     fill = [_colour(view.names[i], view) for i in view.label]
-    _filled(axes, view.triangles[:, :, [0, 2]], fill)
+    _fill(axes, view.triangles[:, :, [0, 2]], fill)
     ink = [INK[0] if view.names[i] == "free" else _colour(view.names[i], view) for i in view.line_label]
     width = [1.0 if view.names[i] == "free" else 3.5 for i in view.line_label]
     axes.add_collection(LineCollection(list(view.lines[:, :, [0, 2]]), colors=ink, linewidths=width))
@@ -107,22 +107,22 @@ def _section(axes: Axes, view: View) -> None:
     section_axes(axes, ("radius [mm]", "z from the centre [mm]"))
 
 
-def _cut(axes: Axes, view: View) -> None:
+def _fill_section(axes: Axes, view: View) -> None:
     """Fill the bodies of an assembly where the plane of x and z cuts them, and draw the bonds as lines."""
     size = float(np.abs(view.solids).max())
     # Nodes lie in a plane of symmetry: the section is taken beside it.
-    level = 1.234e-4 * size
+    y = 1.234e-4 * size
     low, high = view.solids.min(axis=(0, 1)), view.solids.max(axis=(0, 1))
     columns = max(2, round(_ROWS * (high[0] - low[0]) / (high[2] - low[2])))
     x, z = (low[i] + (np.arange(n) + 0.5) / n * (high[i] - low[i]) for i, n in ((0, columns), (2, _ROWS)))
     image = np.ones((_ROWS, columns, 4))
     image[..., 3] = 0.0
     for number in np.unique(view.solid_label):
-        lines = _crossed(view.solids[view.solid_label == number], level)
+        lines = _section_lines(view.solids[view.solid_label == number], y)
         start, end = lines[:, 0], lines[:, 1]
         for row, height in enumerate(z):
-            met = (start[:, 1] > height) != (end[:, 1] > height)
-            a, b = start[met], end[met]
+            crossing = (start[:, 1] > height) != (end[:, 1] > height)
+            a, b = start[crossing], end[crossing]
             at = np.sort(a[:, 0] + (height - a[:, 1]) * (b[:, 0] - a[:, 0]) / (b[:, 1] - a[:, 1]))
             image[row, np.searchsorted(at, x) % 2 == 1] = (*to_rgb(_colour(view.names[number], view)), 1.0)
     extent = (low[0], high[0], low[2], high[2])
@@ -133,13 +133,13 @@ def _cut(axes: Axes, view: View) -> None:
         if name in view.names:
             bond = view.triangles[view.label == view.names.index(name)]
             ink = _colour(name, view)
-            axes.add_collection(LineCollection(list(_crossed(bond, level)), colors=ink, linewidths=3.5))
+            axes.add_collection(LineCollection(list(_section_lines(bond, y)), colors=ink, linewidths=3.5))
     section_axes(axes, ("x [mm]", "z [mm]"))
 
 
-def _crossed(triangles: Array, level: float) -> Array:
+def _section_lines(triangles: Array, y: float) -> Array:
     """Return where triangles cross the plane of this y: ends (x, z) of lines, mm, shape (k, 2, 2)."""
-    return cut(triangles, np.eye(3)[1], level, above=False)[0][..., [0, 2]]
+    return cut(triangles, np.eye(3)[1], y, above=False)[0][..., [0, 2]]
 
 
 def _solid(axes: Axes, view: View, opened: bool) -> None:
@@ -155,7 +155,7 @@ def _solid(axes: Axes, view: View, opened: bool) -> None:
     colours = np.array([to_rgb(_colour(name, view)) for name in view.names]).reshape(-1, 3)
     order = np.argsort(eye.depth(triangles.mean(axis=1)))
     fill = (colours[label] * shade(triangles, eye, _CONTRAST)[:, None])[order]
-    _filled(axes, eye.project(triangles)[order], fill)
+    _fill(axes, eye.project(triangles)[order], fill)
     extent = float(np.abs(view.triangles).max(initial=1.0))
     start = np.array([-0.9 * extent, -0.95 * extent])
     for vector, name in zip(np.eye(3), "xyz", strict=True):

@@ -92,13 +92,13 @@ def wrapped(text: str, width: float, size: float) -> str:
 def plotted(panels: Panels) -> Picture:
     """Draw plots that belong together as one picture, row by row."""
     panels = replace(panels, rows=[[prepared(plot) for plot in row] for row in panels.rows])
-    wide = max(sum(plot.width for plot in row) for row in panels.rows) / _PER_INCH
-    high = [max(plot.height for plot in row) / _PER_INCH for row in panels.rows]
+    width = max(sum(plot.width for plot in row) for row in panels.rows) / _PER_INCH
+    heights = [max(plot.height for plot in row) / _PER_INCH for row in panels.rows]
     with style():
-        figure = new_figure(max(wide, 4.6), sum(high) + 0.35 * len(high) + 0.4)
+        figure = new_figure(max(width, 4.6), sum(heights) + 0.35 * len(heights) + 0.4)
         # All axes in one grid, which aligns them.
         across = math.lcm(*(len(row) for row in panels.rows))
-        grid = figure.add_gridspec(len(high), across, height_ratios=high)
+        grid = figure.add_gridspec(len(heights), across, height_ratios=heights)
         axes = []
         for i, row in enumerate(panels.rows):
             for j, plot in enumerate(row):
@@ -109,7 +109,7 @@ def plotted(panels: Panels) -> Picture:
             bar = figure.colorbar(
                 ScalarMappable(Normalize(-scale[0], scale[0]), DIVERGING), ax=axes, pad=0.015
             )
-            bar.set_label(wrapped(scale[1], 0.9 * sum(high), 9), fontsize=9)
+            bar.set_label(wrapped(scale[1], 0.9 * sum(heights), 9), fontsize=9)
             bar.outline.set_visible(False)  # type: ignore[operator]
         figure.suptitle(
             wrapped(panels.title, figure.get_figwidth(), 12),
@@ -136,21 +136,21 @@ def draw(axes: Axes, plot: Plot) -> None:
     _axis(axes, plot, "x")
     _axis(axes, plot, "y")
     for band in plot.bands:
-        look, level = LOOKS[band.key], 0.1 + 0.9 * (band.x[0] == band.x[1] or band.y[0] == band.y[1])
+        look, zorder = LOOKS[band.key], 0.1 + 0.9 * (band.x[0] == band.x[1] or band.y[0] == band.y[1])
         for ends, line, span in ((band.x, axes.axvline, axes.axvspan), (band.y, axes.axhline, axes.axhspan)):
             if math.isnan(ends[0]) and math.isnan(ends[1]):
                 continue
             if ends[0] == ends[1]:
-                drawn: Any = line(
-                    ends[0], color=look.colours[0], lw=look.width, ls=_dash(band.key), zorder=level
+                artist: Any = line(
+                    ends[0], color=look.colours[0], lw=look.width, ls=_dash(band.key), zorder=zorder
                 )
             else:
                 low, high = (
                     limit if math.isnan(end) else end
                     for end, limit in zip(ends, axes.get_xlim(), strict=True)
                 )
-                drawn = span(low, high, color=look.colours[0], alpha=look.opacity, lw=0, zorder=level)
-            handles.setdefault(band.label, drawn)
+                artist = span(low, high, color=look.colours[0], alpha=look.opacity, lw=0, zorder=zorder)
+            handles.setdefault(band.label, artist)
     for region in plot.regions:
         key, opacity = (
             shade(region, plot) if region.value is not None else (region.key, LOOKS[region.key].opacity)
@@ -168,17 +168,17 @@ def draw(axes: Axes, plot: Plot) -> None:
             )  # fmt: skip
         else:
             handles.setdefault(region.label, Patch(color=fill))
-    for i, one in enumerate(plot.series):
-        look, is_line = LOOKS[one.key], one.mark in ("line", "both")
-        (drawn,) = axes.plot(
-            one.x, one.y, color=look.colours[0], lw=look.width, ls=_dash(one.key) if is_line else "none",
-            marker={"line": "", "dots": "o", "both": "o", "crosses": "x"}[one.mark],
-            ms=max(3.0, 1.6 * look.width) if one.mark != "crosses" else 5.5, zorder=2 + 0.1 * i,
+    for i, series in enumerate(plot.series):
+        look, is_line = LOOKS[series.key], series.mark in ("line", "both")
+        (artist,) = axes.plot(
+            series.x, series.y, color=look.colours[0], lw=look.width, ls=_dash(series.key) if is_line else "none",
+            marker={"line": "", "dots": "o", "both": "o", "crosses": "x"}[series.mark],
+            ms=max(3.0, 1.6 * look.width) if series.mark != "crosses" else 5.5, zorder=2 + 0.1 * i,
         )  # fmt: skip
-        if one.error is not None and one.error.any():
+        if series.error is not None and series.error.any():
             bars: dict[str, Any] = {"fmt": "none", "ecolor": GREY[0], "elinewidth": 1.1, "capsize": 2.5}
-            axes.errorbar(one.x, one.y, one.error, zorder=2.05 + 0.1 * i, **bars)
-        handles.setdefault(one.label, drawn)
+            axes.errorbar(series.x, series.y, series.error, zorder=2.05 + 0.1 * i, **bars)
+        handles.setdefault(series.label, artist)
     for note in plot.notes:
         side = {"left": ("right", -5), "right": ("left", 5), "middle": ("center", 0)}[note.place]
         axes.annotate(
@@ -207,8 +207,8 @@ def _axis(axes: Axes, plot: Plot, name: Literal["x", "y"]) -> None:
         axes.set(**{f"{name}scale": "log"})
         axis.set_minor_locator(NullLocator())
     most = plot.width / 75 if name == "x" else (plot.height - 58) / 40
-    found = ticks(*plot.limits["xy".index(name)], max(4, round(most)), plot.log == name)
-    axis.set_major_locator(FixedLocator(found))
+    numbers = ticks(*plot.limits["xy".index(name)], max(4, round(most)), plot.log == name)
+    axis.set_major_locator(FixedLocator(numbers))
     axis.set_major_formatter(FuncFormatter(lambda value, _: tick(value)))
 
 

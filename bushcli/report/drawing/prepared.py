@@ -34,14 +34,14 @@ def prepared(plot: Plot) -> Plot:
     if plot.is_prepared:
         return plot
     series = []
-    for one in plot.series:
-        if len(one.x) > MOST and one.error is None:
-            x, y = thinned(one.x, one.y, MOST, one.mark != "line")
-            one = replace(one, x=x, y=y)
-        series.append(one)
-    plot = replace(plot, series=series, regions=_outlined(plot.regions))
+    for curve in plot.series:
+        if len(curve.x) > MOST and curve.error is None:
+            x, y = thinned(curve.x, curve.y, MOST, curve.mark != "line")
+            curve = replace(curve, x=x, y=y)
+        series.append(curve)
+    plot = replace(plot, series=series, regions=_thin_outlines(plot.regions))
     plot = replace(plot, x=plot.x or _limits(plot, 0), y=plot.y or _limits(plot, 1))
-    return replace(plot, regions=_placed(plot), is_prepared=True)
+    return replace(plot, regions=_place_numbers(plot), is_prepared=True)
 
 
 def pane(plot: Plot) -> tuple[float, float, float, float]:
@@ -63,21 +63,21 @@ def ticks(low: float, high: float, most: int, logarithmic: bool = False) -> list
     if logarithmic:
         mantissas = (1, 2, 5) if high < 50 * low else (1,)
         powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
-        every = [factor * 10.0**power for power in powers for factor in mantissas]
-        found = [v for v in every if low * (1 - 1e-9) <= v <= high * (1 + 1e-9)]
-        if len(found) > 1:
-            return found
+        candidates = [factor * 10.0**power for power in powers for factor in mantissas]
+        numbers = [v for v in candidates if low * (1 - 1e-9) <= v <= high * (1 + 1e-9)]
+        if len(numbers) > 1:
+            return numbers
     raw = (high - low) / most
     power = 10.0 ** math.floor(math.log10(raw))
     factors = (0.5, 1, 2, 5, 10)
     chosen = next(i for i in range(1, 5) if power * factors[i] >= raw * (1 - 1e-9))
-    found = []
+    numbers = []
     # One number alone gives no scale: the steps are then finer.
-    while len(found) < 2 and chosen >= 0:
+    while len(numbers) < 2 and chosen >= 0:
         step = power * factors[chosen]
-        found = [i * step for i in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
+        numbers = [i * step for i in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
         chosen -= 1
-    return found
+    return numbers
 
 
 def tick(value: float) -> str:
@@ -107,23 +107,23 @@ def position(plot: Plot, x: Array | float, y: Array | float) -> tuple[Array, Arr
 def _limits(plot: Plot, axis: int) -> tuple[float, float]:
     """Return limits around everything that is drawn."""
     values: list[Array] = []
-    for one in plot.series:
-        at = one.x if axis == 0 else one.y
-        values += [at] if one.error is None or axis == 0 else [at - one.error, at + one.error]
+    for series in plot.series:
+        at = series.x if axis == 0 else series.y
+        values += [at] if series.error is None or axis == 0 else [at - series.error, at + series.error]
     values += [outline[:, axis] for region in plot.regions for outline in region.outlines]
     values += [np.array(band.x if axis == 0 else band.y) for band in plot.bands]
     values += [np.array([note.at[axis]]) for note in plot.notes]
-    every = np.concatenate([np.empty(0), *map(np.ravel, values)])
-    every = every[np.isfinite(every)]
+    coordinates = np.concatenate([np.empty(0), *map(np.ravel, values)])
+    coordinates = coordinates[np.isfinite(coordinates)]
     if plot.log == "xy"[axis]:
-        every = every[every > 0]
-        if not len(every):
+        coordinates = coordinates[coordinates > 0]
+        if not len(coordinates):
             return 0.1, 10.0
-        factor = max(float(every.max() / every.min()), 1.5) ** _MARGIN
-        return float(every.min()) / factor, float(every.max()) * factor
-    if not len(every):
+        factor = max(float(coordinates.max() / coordinates.min()), 1.5) ** _MARGIN
+        return float(coordinates.min()) / factor, float(coordinates.max()) * factor
+    if not len(coordinates):
         return 0.0, 1.0
-    low, high = float(every.min()), float(every.max())
+    low, high = float(coordinates.min()), float(coordinates.max())
     # Values that differ by rounding only are drawn as equal.
     margin = (
         _MARGIN * (high - low) if high - low > 1e-9 * max(abs(low), abs(high)) else 0.05 * abs(low) or 1.0
@@ -142,17 +142,17 @@ def thinned(x: Array, y: Array, most: int, dots: bool = False) -> tuple[Array, A
     out, but for the lowest and the highest point of each column.
     """
     points = np.stack([x, y], axis=1)
-    good = np.isfinite(points).all(axis=1)
-    if not good.any():
+    finite = np.isfinite(points).all(axis=1)
+    if not finite.any():
         return x[:1], y[:1]
-    share = (points - points[good].min(axis=0)) / _size(points[good])
+    share = (points - points[finite].min(axis=0)) / _size(points[finite])
     at: NDArray[np.intp] = np.arange(len(x))
     for columns in _COLUMNS:
-        column, row = np.where(good, share.T * (columns - 1e-6), -1).astype(np.int16)
+        column, row = np.where(finite, share.T * (columns - 1e-6), -1).astype(np.int16)
         if not dots:
             # The extremes of a column are among those of its halves.
             at = at[_extremes(column[at], y[at])]
-        drawn: NDArray[np.intp] = at
+        chosen: NDArray[np.intp] = at
         if len(at) > most:
             new = np.zeros(len(at), dtype=bool)
             # The lowest and the highest sample of each column.
@@ -161,20 +161,20 @@ def thinned(x: Array, y: Array, most: int, dots: bool = False) -> tuple[Array, A
             cell = column[at].astype(np.int64) * columns + row[at]
             if dots:
                 new[np.unique(cell, return_index=True)[1]] = True
-                drawn = at[new & good[at]]
+                chosen = at[new & finite[at]]
             else:
                 # Segments that join cells that were joined before are left out; -1 interrupts the curve.
                 low, high = np.minimum(cell[:-1], cell[1:]), np.maximum(cell[:-1], cell[1:])
                 joins = new[:-1] | new[1:]
                 joins[np.unique(low * columns**2 + high, return_index=True)[1]] = True
-                joins &= good[at][:-1] & good[at][1:]
+                joins &= finite[at][:-1] & finite[at][1:]
                 used = np.append(joins, False) | np.append(False, joins)
-                begins = np.flatnonzero(used & ~np.append(False, joins))
-                drawn = np.insert(at[used], np.searchsorted(np.flatnonzero(used), begins[1:]), -1)
-        if len(drawn) <= most:
+                starts = np.flatnonzero(used & ~np.append(False, joins))
+                chosen = np.insert(at[used], np.searchsorted(np.flatnonzero(used), starts[1:]), -1)
+        if len(chosen) <= most:
             break
-    gap = drawn < 0
-    return np.where(gap, np.nan, x[drawn]), np.where(gap, np.nan, y[drawn])
+    gap = chosen < 0
+    return np.where(gap, np.nan, x[chosen]), np.where(gap, np.nan, y[chosen])
 
 
 def _size(points: Array) -> Array:
@@ -187,26 +187,26 @@ def _extremes(column: NDArray[np.int16], y: Array) -> NDArray[np.intp]:
     """Return first, lowest, highest and last sample of each run of samples in one column, in their order."""
     start = np.flatnonzero(np.diff(column, prepend=np.int16(-2)))
     run = np.repeat(np.arange(len(start)), np.diff(np.append(start, len(y))))
-    kept = np.zeros(len(y), dtype=bool)
-    kept[start], kept[np.append(start[1:], len(y)) - 1] = True, True
+    mask = np.zeros(len(y), dtype=bool)
+    mask[start], mask[np.append(start[1:], len(y)) - 1] = True, True
     for extreme in (np.fmin, np.fmax):
-        first = np.flatnonzero(y == extreme.reduceat(y, start)[run])
-        kept[first[np.diff(run[first], prepend=-1) > 0]] = True
-    return np.flatnonzero(kept)
+        samples = np.flatnonzero(y == extreme.reduceat(y, start)[run])
+        mask[samples[np.diff(run[samples], prepend=-1) > 0]] = True
+    return np.flatnonzero(mask)
 
 
 # -- areas and their numbers -------------------------------------------------------------------------------------------
 
 
-def _outlined(regions: Sequence[Region]) -> Sequence[Region]:
+def _thin_outlines(regions: Sequence[Region]) -> Sequence[Region]:
     """Return the regions with outlines of fewer points; pieces that lie in cells drawn before are left out."""
     outlines = [outline for region in regions for outline in region.outlines]
     if sum(map(len, outlines)) <= _MOST_OUTLINED:
         return regions
-    every = np.concatenate(outlines)
-    low, size = every.min(axis=0), _size(every)
+    coordinates = np.concatenate(outlines)
+    low, size = coordinates.min(axis=0), _size(coordinates)
     for columns in _COLUMNS[2:]:
-        made = []
+        outlined = []
         for region in regions:
             points = np.concatenate([np.empty((0, 2)), *region.outlines])
             cell = ((points - low) / size * (columns - 1e-6)).astype(np.int16)
@@ -214,21 +214,21 @@ def _outlined(regions: Sequence[Region]) -> Sequence[Region]:
             new[np.unique(cell[:, 0].astype(np.int64) * columns + cell[:, 1], return_index=True)[1]] = True
             ends = np.cumsum([0, *map(len, region.outlines)])
             pieces = [slice(a, b) for a, b in pairwise(ends) if new[a:b].any()]
-            kept = [points[piece][_extremes(cell[piece, 0], points[piece, 1])] for piece in pieces]
-            made.append(replace(region, outlines=kept))
-        if sum(len(outline) for region in made for outline in region.outlines) <= _MOST_OUTLINED:
+            reduced = [points[piece][_extremes(cell[piece, 0], points[piece, 1])] for piece in pieces]
+            outlined.append(replace(region, outlines=reduced))
+        if sum(len(outline) for region in outlined for outline in region.outlines) <= _MOST_OUTLINED:
             break
-    return made
+    return outlined
 
 
-def _placed(plot: Plot) -> list[Region]:
+def _place_numbers(plot: Plot) -> list[Region]:
     """Return the regions with one place for each number, far enough from the numbers before it."""
     _, _, width, height = pane(plot)
-    taken: list[Array] = []
-    made = []
+    points: list[Array] = []
+    numbered = []
     for region in plot.regions:
         if not region.number or region.at is None:
-            made.append(region)
+            numbered.append(region)
             continue
         places = np.stack(position(plot, region.at[:, 0], region.at[:, 1]), axis=1)
         places = np.clip(places, 10.0, [width - 10.0, height - 10.0])
@@ -237,11 +237,11 @@ def _placed(plot: Plot) -> list[Region]:
         around = [places[:1] + _APART * ring * circle for ring in (0.6, 1.1, 1.7, 2.4, 3.2)]
         places = np.concatenate([places, *around])
         inside = ((places >= 9.0) & (places <= [width - 9.0, height - 9.0])).all(axis=1)
-        free = inside & np.all([np.hypot(*(places - one).T) >= _APART for one in taken], axis=0)
+        free = inside & np.all([np.hypot(*(places - place).T) >= _APART for place in points], axis=0)
         x, y = places[int(np.argmax(free))]
-        taken.append(np.array([x, y]))
+        points.append(np.array([x, y]))
         (left, right), (bottom, top) = plot.limits
         # Numbers are used on linear axes only.
         at = (left + x / width * (right - left), top - y / height * (top - bottom))
-        made.append(replace(region, at=np.array([at])))
-    return made
+        numbered.append(replace(region, at=np.array([at])))
+    return numbered

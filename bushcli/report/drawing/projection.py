@@ -88,9 +88,9 @@ def lattice(surface: Surface, points: Array, pieces: int) -> Array:
     radius = np.hypot(reference[..., 0], reference[..., 1])
     if radius.min() > 1e-6 * radius.max():
         angle = np.arctan2(reference[..., 1], reference[..., 0])
-        first = angle[:, :1]
+        first_angle = angle[:, :1]
         # The corners of a face must have similar angles also where the angle jumps from pi to -pi.
-        angle = first + (angle - first + np.pi) % (2 * np.pi) - np.pi
+        angle = first_angle + (angle - first_angle + np.pi) % (2 * np.pi) - np.pi
         r, a, z = np.moveaxis(bilinear(np.stack([radius, angle, reference[..., 2]], axis=-1), pieces), -1, 0)
         base = np.stack([r * np.cos(a), r * np.sin(a), z], axis=-1)
     else:
@@ -133,14 +133,14 @@ def segments(lines: Array) -> Array:
 
 def dashes(lines: Array, length: float) -> Array:
     """Cut lines (n, p + 1, 3) into dashes (m, 2, 3) of about this length in mm, with gaps of the same length."""
-    found = []
+    parts = []
     for line in lines:
         along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
         count = 2 * max(1, round(along[-1] / (2 * length))) + 1
         at = np.linspace(0.0, along[-1], count + 1)
         points = np.stack([np.interp(at, along, line[:, k]) for k in range(3)], axis=-1)
-        found.append(np.stack([points[:-1:2], points[1::2]], axis=1))
-    return np.concatenate(found) if found else np.empty((0, 2, 3))
+        parts.append(np.stack([points[:-1:2], points[1::2]], axis=1))
+    return np.concatenate(parts) if parts else np.empty((0, 2, 3))
 
 
 def once(lines: Array) -> Array:
@@ -163,10 +163,10 @@ def outline(surface: Surface) -> NDArray[np.bool_]:
     owner = np.repeat(np.arange(len(surface.reference)), 4)
     normal = normals(surface.reference)
     order = np.argsort(group, kind="stable")
-    first = np.concatenate([[0], np.cumsum(count)[:-1]])
-    one, other = owner[order[first]], owner[order[first + count - 1]]
-    sharp = np.abs(np.einsum("ij,ij->i", normal[one], normal[other])) < _CREASE
-    parts = surface.rubber[one] != surface.rubber[other]
+    start = np.concatenate([[0], np.cumsum(count)[:-1]])
+    face, other = owner[order[start]], owner[order[start + count - 1]]
+    sharp = np.abs(np.einsum("ij,ij->i", normal[face], normal[other])) < _CREASE
+    parts = surface.rubber[face] != surface.rubber[other]
     return np.asarray(((count == 1) | sharp | parts)[group])
 
 
@@ -182,9 +182,9 @@ def revolved(surface: Surface) -> Surface:
 
     def swept(points: Array) -> Array:
         lines = points[face[:, None], ends]
-        rings = np.stack([_turned(lines, angle) for angle in angles])
+        rings = np.stack([_rotate(lines, angle) for angle in angles])
         walls = np.stack([rings[:-1, :, 0], rings[:-1, :, 1], rings[1:, :, 1], rings[1:, :, 0]], axis=2)
-        cuts = [_turned(points, angles[0]), _turned(points, angles[-1])]
+        cuts = [_rotate(points, angles[0]), _rotate(points, angles[-1])]
         return np.concatenate([walls.reshape(-1, 4, 3), *cuts])
 
     pieces, values = len(angles) - 1, surface.stretch[face[:, None], ends]
@@ -242,14 +242,14 @@ _ACROSS: dict[int, _Shapes] = {
 
 
 def cut(
-    simplices: Array, normal: Array, level: float = 0.0, *, above: bool
+    simplices: Array, normal: Array, distance: float = 0.0, *, above: bool
 ) -> tuple[Array, NDArray[np.int_]]:
     """Cut triangles (n, 3, 3) or tetrahedra (n, 4, 3), mm, by a plane with this normal at this distance in mm.
 
     Return the parts, and which simplex each is of: of triangles those above the plane, (m, 3, 3); otherwise where the
     plane cuts triangles, (m, 2, 3), or tetrahedra, (m, 4, 3), with the last corner of a triangle repeated.
     """
-    height = simplices @ normal - level
+    height = simplices @ normal - distance
     order = np.argsort(height, axis=1, kind="stable")
     corners = np.take_along_axis(simplices, order[..., None], axis=1)
     h = np.take_along_axis(height, order, axis=1)
@@ -266,6 +266,6 @@ def cut(
     return np.concatenate(parts), np.concatenate(owner)
 
 
-def _turned(points: Array, angle: float) -> Array:
+def _rotate(points: Array, angle: float) -> Array:
     c, s = np.cos(angle), np.sin(angle)
     return np.asarray(points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))

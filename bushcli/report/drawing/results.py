@@ -26,46 +26,46 @@ if TYPE_CHECKING:
 INTERPRETED = "How the file was interpreted"
 
 
-def drawn(found: Iterable[Panels | Picture]) -> list[Picture]:
+def drawn(plots: Iterable[Panels | Picture]) -> list[Picture]:
     """Return the plots as pictures."""
-    return [plotted(one) if isinstance(one, Panels) else one for one in found]
+    return [plotted(plot) if isinstance(plot, Panels) else plot for plot in plots]
 
 
-def direct_pictures(found: DirectResult, names: Mapping[str, str]) -> Iterator[Panels | Picture]:
+def direct_pictures(result: DirectResult, names: Mapping[str, str]) -> Iterator[Panels | Picture]:
     """Yield curves, tables, coupons, the deformed shape of each channel, and each mesh once."""
     from bushcli.report.plots.cycles import history_panels
     from bushcli.report.plots.direct import curve_panels, six_panels
     from bushcli.report.plots.dynamic import table_panels
     from bushcli.report.plots.fit import fit_panels
 
-    response = found.response
+    response = result.response
     for channel in response.channels:
         file = names[channel.name]
         if channel.six is not None and len(channel.six.time) > 1:
             yield six_panels(channel.name, channel.six, file)
-        yield curve_panels(channel, found.misfits.get(channel.name), file)
-    yield from history_panels(found.histories, names)
-    yield from (table_panels(one, names[one.table.name]) for one in found.tables or ())
-    if found.fit is not None:
-        yield fit_panels(found.fit)
+        yield curve_panels(channel, result.misfits.get(channel.name), file)
+    yield from history_panels(result.histories, names)
+    yield from (table_panels(compared, names[compared.table.name]) for compared in result.tables or ())
+    if result.fit is not None:
+        yield fit_panels(result.fit)
     yield from _interpretation(response.case.geometry)
     meshes: list[Surface] = []
     for channel in response.channels:
         if channel.surface is None:
             continue
-        shown, at, file = quantities(channel.mode), channel.surface.displacement, names[channel.name]
+        units, at, file = quantities(channel.mode), channel.surface.displacement, names[channel.name]
         reached = f"{at:.3g} s"
         if not channel.in_time:
-            value = f"{float(f'{shown.at(at):.3g}'):g}"
-            reached = f"{value} {shown.displacement_unit}" if shown.displacement_unit else f"stretch {value}"
+            value = f"{float(f'{units.at(at):.3g}'):g}"
+            reached = f"{value} {units.displacement_unit}" if units.displacement_unit else f"stretch {value}"
         title = f"{capital(channel.name)}: deformed at {reached}"
         figure = deformed_figure(channel.surface, title)
         yield picture(f"{file}-deformed", "deformed", title, figure, channel.name)
         if any(_same(channel.surface, other) for other in meshes):
             continue
         meshes.append(channel.surface)
-        drawn = [one for one in response.channels if one.surface is not None]
-        served = [one.name for one in drawn if _same(channel.surface, one.surface)]  # type: ignore[arg-type]
+        with_surface = [other for other in response.channels if other.surface is not None]
+        served = [other.name for other in with_surface if _same(channel.surface, other.surface)]  # type: ignore[arg-type]
         title = f"Mesh for {listed(served)}"
         yield picture(f"{file}-mesh", "mesh", title, mesh_figure(channel.surface, title), channel.name)
 
@@ -89,34 +89,35 @@ def _interpretation(shape: Shape) -> Iterator[Picture]:
         yield geometry_picture(shape.view, INTERPRETED, shape.measures())
 
 
-def diagnosis_pictures(found: Diagnosis, names: Mapping[str, str]) -> Iterator[Panels | Picture]:
+def diagnosis_pictures(diagnosis: Diagnosis, names: Mapping[str, str]) -> Iterator[Panels | Picture]:
     """Yield every picture of a diagnosis."""
     from bushcli.report.drawing.bushing_map import map_figure, map_title
-    from bushcli.report.plots import certainty, diagnosis, dynamic, places
+    from bushcli.report.plots import certainty, dynamic, places
+    from bushcli.report.plots.diagnosis import diagnosed_panels
 
-    if found.probability and found.models:
-        yield certainty.probability_panels(found)
-    if priors := certainty.prior_panels(found):
+    if diagnosis.probability and diagnosis.models:
+        yield certainty.probability_panels(diagnosis)
+    if priors := certainty.prior_panels(diagnosis):
         yield priors
-    for channel in found.channels:
+    for channel in diagnosis.channels:
         file = names[channel.name]
-        yield diagnosis.diagnosed_panels(found, channel, file)
+        yield diagnosed_panels(diagnosis, channel, file)
         # A held-out channel is not fitted and may have no bins.
-        if any(one.channel == channel.name for one in found.location.bins):
-            yield places.record_panels(found, channel, file)
-        profiles = [] if found.missing is None else found.missing.profiles
-        if own := [one for one in profiles if one.channel == channel.name]:
-            yield places.missing_panels(channel, own, file)
-    for table in found.tables:
+        if any(bin_.channel == channel.name for bin_ in diagnosis.location.bins):
+            yield places.record_panels(diagnosis, channel, file)
+        profiles = [] if diagnosis.missing is None else diagnosis.missing.profiles
+        if channel_profiles := [profile for profile in profiles if profile.channel == channel.name]:
+            yield places.missing_panels(channel, channel_profiles, file)
+    for table in diagnosis.tables:
         yield dynamic.table_panels(table.compared, names[table.name])
-    for local in found.maps:
-        file = f"{names[local.name]}-bushing-map"
-        yield picture(file, "bushing_map", map_title(local), map_figure(local), local.name)
-    if found.next_test is not None and not found.next_test.frequency:
-        yield places.next_test_panels(found, found.next_test)
+    for local_map in diagnosis.maps:
+        file = f"{names[local_map.name]}-bushing-map"
+        yield picture(file, "bushing_map", map_title(local_map), map_figure(local_map), local_map.name)
+    if diagnosis.next_test is not None and not diagnosis.next_test.frequency:
+        yield places.next_test_panels(diagnosis, diagnosis.next_test)
 
 
-def _same(one: Surface, other: Surface) -> bool:
-    return one is other or (
-        one.reference.shape == other.reference.shape and np.allclose(one.reference, other.reference)
+def _same(surface: Surface, other: Surface) -> bool:
+    return surface is other or (
+        surface.reference.shape == other.reference.shape and np.allclose(surface.reference, other.reference)
     )

@@ -59,10 +59,10 @@ def figure(picture: Picture) -> Markup:
         image = f"data:image/{form};base64,{base64.b64encode(data).decode()}"
     else:
         rows = [[svg(plot, f"{panels.name}-") for plot in row] for row in panels.rows]
-        if known := panels.rows[0][0].scale:
-            scale = (*(tick(float(f"{sign * known[0]:.3g}")) for sign in (-1, 1)), known[1])
-    made = templates().get_template("figure.html")
-    return Markup(made.render(picture=picture, image=image, scale=scale, rows=rows))
+        if colour_scale := panels.rows[0][0].scale:
+            scale = (*(tick(float(f"{sign * colour_scale[0]:.3g}")) for sign in (-1, 1)), colour_scale[1])
+    template = templates().get_template("figure.html")
+    return Markup(template.render(picture=picture, image=image, scale=scale, rows=rows))
 
 
 def svg(plot: Plot, prefix: str = "") -> Markup:
@@ -70,25 +70,27 @@ def svg(plot: Plot, prefix: str = "") -> Markup:
     plot = prepared(plot)
     left, top, width, height = pane(plot)
     ends = zip(plot.limits, "xy", strict=True)
-    lines = [one for one in plot.bands if one.x[0] == one.x[1] or one.y[0] == one.y[1]]
-    keys = [(one.key, one.label, "stroke" if one in lines else "swatch") for one in plot.bands]
-    keys += [(one.key, one.label, "swatch") for one in plot.regions if not one.number]
-    keys += [(one.key, one.label, "stroke" if one.mark == "line" else "spot") for one in plot.series]
+    lines = [band for band in plot.bands if band.x[0] == band.x[1] or band.y[0] == band.y[1]]
+    keys = [(band.key, band.label, "stroke" if band in lines else "swatch") for band in plot.bands]
+    keys += [(region.key, region.label, "swatch") for region in plot.regions if not region.number]
+    keys += [
+        (series.key, series.label, "stroke" if series.mark == "line" else "spot") for series in plot.series
+    ]
     grid, words = _grid(plot)
-    shapes = [_band(plot, one) for one in plot.bands] + [_region(plot, one) for one in plot.regions]
-    made = templates().get_template("plot.html")
+    shapes = [_band(plot, band) for band in plot.bands] + [_region(plot, region) for region in plot.regions]
+    template = templates().get_template("plot.html")
     return Markup(
-        made.render(
+        template.render(
             plot=plot,
             prefix=prefix,
             fixed="x" * bool(plot.x_names) + "y" * bool(plot.y_names),
             title=plot.heading or " over ".join(reversed(plot.labels)),
-            keys=[one for one in dict.fromkeys(keys) if one[1]],
-            places=[one for one in plot.regions if one.number],
+            keys=[entry for entry in dict.fromkeys(keys) if entry[1]],
+            places=[region for region in plot.regions if region.number],
             seen=[" ".join(f"{v:.9g}" for v in (np.log10(p) if plot.log == n else p)) for p, n in ends],
             grid=grid,
             words=words,
-            shapes=map(Markup, [*shapes, *(_series(plot, one) for one in plot.series)]),
+            shapes=map(Markup, [*shapes, *(_series(plot, series) for series in plot.series)]),
             marks=_marks(plot),
             left=left,
             top=top,
@@ -115,17 +117,21 @@ def _grid(plot: Plot) -> tuple[list[tuple[float, ...]], list[tuple[str, float, f
         lines += [] if plot.y_names else [(left, left + width, at, at, value == 0)]
         # The lines of a name are centred about its place.
         texts = (name or tick(value)).split("\n")
-        first = at + 4 - 8 * (len(texts) - 1)
-        words += [("y", left - 7, first + 16 * i, text) for i, text in enumerate(texts)]
+        baseline = at + 4 - 8 * (len(texts) - 1)
+        words += [("y", left - 7, baseline + 16 * i, text) for i, text in enumerate(texts)]
     return lines, words
 
 
 def _marks(plot: Plot) -> list[tuple[float, float, Markup, str]]:
     """Return what keeps its size at a point of the axes: numbers of places and texts, with their roles."""
     marks = [
-        (one.at[0], Markup('<circle r="9"/><text y="4">{}</text>').format(one.number), f" as-{one.key}")
-        for one in plot.regions
-        if one.number and one.at is not None
+        (
+            region.at[0],
+            Markup('<circle r="9"/><text y="4">{}</text>').format(region.number),
+            f" as-{region.key}",
+        )
+        for region in plot.regions
+        if region.number and region.at is not None
     ]
     for note in plot.notes:
         shift = {"left": -6, "right": 6, "middle": 0}[note.place]
@@ -151,23 +157,23 @@ def _path(x: Array, y: Array, closed: bool = False) -> str:
 
 def _series(plot: Plot, series: Series) -> str:
     x, y = position(plot, series.x, series.y)
-    good = np.isfinite(x) & np.isfinite(y)
-    made = []
+    finite = np.isfinite(x) & np.isfinite(y)
+    paths = []
     if series.error is not None and series.error.any():
         ends = [position(plot, series.x, series.y + sign * series.error)[1] for sign in (-1, 1)]
         bars = "".join(
-            f"M{a:.2f} {b:.2f}V{c:.2f}" for a, b, c, shown in zip(x, *ends, good, strict=True) if shown
+            f"M{a:.2f} {b:.2f}V{c:.2f}" for a, b, c, shown in zip(x, *ends, finite, strict=True) if shown
         )
-        made.append(f'<path class="error" d="{bars}"/>')
+        paths.append(f'<path class="error" d="{bars}"/>')
     if series.mark in ("line", "both"):
-        made.append(f'<path class="line as-{series.key}" d="{_path(x, y)}"/>')
+        paths.append(f'<path class="line as-{series.key}" d="{_path(x, y)}"/>')
     if series.mark != "line":
         # A line of zero length with round ends is a dot that keeps its size.
-        dots = "".join(f"M{a:.2f} {b:.2f}h0" for a, b in zip(x[good], y[good], strict=True))
-        made.append(
+        dots = "".join(f"M{a:.2f} {b:.2f}h0" for a, b in zip(x[finite], y[finite], strict=True))
+        paths.append(
             f'<path class="{"dots" if series.mark != "crosses" else "dots crosses"} as-{series.key}" d="{dots}"/>'
         )
-    return "".join(made)
+    return "".join(paths)
 
 
 def _band(plot: Plot, band: Stripe) -> str:

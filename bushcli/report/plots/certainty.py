@@ -21,11 +21,11 @@ _SMALL = 0.01
 _DECADES = 20.0
 
 
-def probability_panels(found: Diagnosis) -> Panels:
+def probability_panels(diagnosis: Diagnosis) -> Panels:
     """Return a bar per effect, the most probable on top; those of the most probable model in full colour."""
-    ranked = sorted(found.probability.items(), key=lambda one: -one[1])
+    ranked = sorted(diagnosis.probability.items(), key=lambda item: -item[1])
     drawn = [(name, p) for name, p in ranked if p >= _SMALL] or ranked[:1]
-    chosen = {effect_name(one.name) for one in found.effects}
+    chosen = {effect_name(effect.name) for effect in diagnosis.effects}
     regions, notes = [], []
     for i, (name, p) in enumerate(drawn):
         key = {UNKNOWN: "bar_bad", NOTHING: "bar_good"}.get(name, "bar" if name in chosen else "bar_pale")
@@ -46,20 +46,22 @@ def probability_panels(found: Diagnosis) -> Panels:
     )
     names = {name for name, _ in drawn}
     parts = {
-        "Less than 1 %": unlikely(found, _SMALL),
-        "Not detectable in these recordings": undetectable(found, _SMALL),
+        "Less than 1 %": unlikely(diagnosis, _SMALL),
+        "Not detectable in these recordings": undetectable(diagnosis, _SMALL),
     }
-    rest = {words: [phrase(name) for name in every if name not in names] for words, every in parts.items()}
-    note = " ".join(f"{words}: {', '.join(every)}." for words, every in rest.items() if every)
+    rest = {
+        words: [phrase(name) for name in effects if name not in names] for words, effects in parts.items()
+    }
+    note = " ".join(f"{words}: {', '.join(effects)}." for words, effects in rest.items() if effects)
     return Panels("probabilities", "probabilities", heading, [[plot]], note=note)
 
 
-def prior_panels(found: Diagnosis) -> Panels | None:
+def prior_panels(diagnosis: Diagnosis) -> Panels | None:
     """Return a line per parameter with the intervals of its prior and its posterior; None without such parameters."""
     rows: list[list[Plot]] = []
-    for effect in found.effects:
+    for effect in diagnosis.effects:
         for name, quantity in effect.parameters.items():
-            value = shown(f"{effect.name}.{name}", quantity, found.channels)
+            value = shown(f"{effect.name}.{name}", quantity, diagnosis.channels)
             if value.prior is None or value.word or not math.isfinite(value.value):
                 continue
             also = derived_text(quantity)
@@ -69,21 +71,21 @@ def prior_panels(found: Diagnosis) -> Panels | None:
     return Panels("priors", "priors", title, rows) if rows else None
 
 
-def interval_plot(one: ShownQuantity, name: str, heading: str, labelled: bool) -> Plot:
+def interval_plot(value: ShownQuantity, name: str, heading: str, labelled: bool) -> Plot:
     """Return prior and posterior intervals of one value as bars, with a dot at its most probable value."""
-    assert one.prior is not None
-    low, high = one.prior
-    logarithmic = low > 0 and one.value > 0 and one.lower > 0 and high > _DECADES * low
+    assert value.prior is not None
+    low, high = value.prior
+    logarithmic = low > 0 and value.value > 0 and value.lower > 0 and high > _DECADES * low
     # A prior of the absolute value permits both signs.
-    bands = [(low, high), (-high, -low)] if low >= 0 and min(one.value, one.lower) < 0 else [(low, high)]
-    lower, upper = (end if math.isfinite(end) else one.value for end in (one.lower, one.upper))
+    bands = [(low, high), (-high, -low)] if low >= 0 and min(value.value, value.lower) < 0 else [(low, high)]
+    lower, upper = (end if math.isfinite(end) else value.value for end in (value.lower, value.upper))
     labels = ("95 % before the recordings", "95 % with the recordings", "most probable")
     labels = labels if labelled else ("", "", "")
     regions = [
         Region("shaded", labels[0], [bar(0.0, *ends, 0.9) for ends in bands]),
         Region("bar", labels[1], [bar(0.0, lower, upper, 0.5)]),
     ]
-    dot = Series("significant", labels[2], np.array([one.value]), np.zeros(1), "dots")
+    dot = Series("significant", labels[2], np.array([value.value]), np.zeros(1), "dots")
     plot = Plot(
         name, ("", ""), [dot], regions, y=(-0.6, 0.6), heading=heading, height=66.0, y_names=[(9.0, "")]
     )

@@ -12,43 +12,47 @@ from bushcli.study.batch import Batch
 from bushcli.study.compare import Comparison, ReactionHistory
 
 
-def batch_panels(found: Batch) -> list[Panels]:
+def batch_panels(batch: Batch) -> list[Panels]:
     """Return the parts of each mode, their mean and the tolerance band."""
     panels = []
-    for curve in found.curves:
-        shown = quantities(curve.mode)
-        parts = [part for part in found.parts if part.mode == curve.mode]
+    for curve in batch.curves:
+        units = quantities(curve.mode)
+        parts = [part for part in batch.parts if part.mode == curve.mode]
         series = []
         for key, label, is_outlier in (("part", "parts", False), ("left_out", "outliers", True)):
-            drawn = [part.recording for part in parts if bool(part.outlier) == is_outlier]
-            if drawn:  # one series, with gaps, so that no line joins two curves
-                x = [value for one in drawn for value in (shown.shown(one.displacement), [np.nan])]
-                force = [value for one in drawn for value in (one.force, [np.nan])]
+            recordings = [part.recording for part in parts if bool(part.outlier) == is_outlier]
+            if recordings:  # one series, with gaps, so that no line joins two curves
+                x = [
+                    value
+                    for recording in recordings
+                    for value in (units.shown(recording.displacement), [np.nan])
+                ]
+                force = [value for recording in recordings for value in (recording.force, [np.nan])]
                 series.append(Series(key, label, np.concatenate(x), np.concatenate(force)))
-        q = shown.shown(curve.mean.displacement)
+        q = units.shown(curve.mean.displacement)
         series.append(Series("after", "mean", q, curve.mean.force))
         # Up to the turning points, each of which belongs to both branches.
-        legs = [slice(max(one.start - 1, 0), one.stop) for one in curve.mean.segments]
+        legs = [slice(max(segment.start - 1, 0), segment.stop) for segment in curve.mean.segments]
         outlines = [around(q[leg], curve.lower[leg], curve.upper[leg]) for leg in legs]
         band = Region("range", "tolerance band", outlines)
-        plot = Plot("curves", shown.labels, series, [band], rest_lines(shown), height=400.0)
+        plot = Plot("curves", units.labels, series, [band], rest_lines(units), height=400.0)
         title = f"{capital(curve.mode)}: {curve.parts} parts, their mean and the band of their tolerance"
         panels.append(Panels(f"{curve.mode}-batch", "curve", title, [[plot]], curve.mode))
     return panels
 
 
-def compare_panels(found: Comparison) -> list[Panels]:
+def compare_panels(comparison: Comparison) -> list[Panels]:
     """Return the curves of each channel."""
-    panels, names = [], file_names(found.channels)
-    for channel in found.channels:
-        drawn = {i: item for i, item in enumerate(found.items) if channel in item.curves}
+    panels, names = [], file_names(comparison.channels)
+    for channel in comparison.channels:
+        results = {i: item for i, item in enumerate(comparison.items) if channel in item.curves}
         series = []
-        for i, item in drawn.items():
+        for i, item in results.items():
             curve = item.curves[channel]
-            shown = quantities(curve.mode)
-            x = curve.time if isinstance(curve, ReactionHistory) else shown.shown(curve.displacement)
+            units = quantities(curve.mode)
+            x = curve.time if isinstance(curve, ReactionHistory) else units.shown(curve.displacement)
             series.append(Series(colour(i), item.name, x, curve.force))
-        label = "time [s]" if isinstance(curve, ReactionHistory) else shown.displacement_label
-        plot = Plot("curves", (label, shown.force_label), series, bands=rest_lines(shown))
+        label = "time [s]" if isinstance(curve, ReactionHistory) else units.displacement_label
+        plot = Plot("curves", (label, units.force_label), series, bands=rest_lines(units))
         panels.append(Panels(f"{names[channel]}-compare", "curve", capital(channel), [[plot]], channel))
     return panels

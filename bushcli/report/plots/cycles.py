@@ -27,17 +27,17 @@ _SAME = 1e-5
 
 def history_panels(histories: Sequence[ChannelHistory], names: Mapping[str, str]) -> list[Panels]:
     """Return the loops of each channel, and its holds where the recording has time."""
-    found = []
+    panels = []
     for history in histories:
-        found.append(cycle_panels(history, names[history.name]))
+        panels.append(cycle_panels(history, names[history.name]))
         if holds := drawn_holds(history):
-            found.append(hold_panels(history, holds, names[history.name]))
-    return found
+            panels.append(hold_panels(history, holds, names[history.name]))
+    return panels
 
 
 def cycle_panels(history: ChannelHistory, file: str) -> Panels:
     """Return the loops; beside them energy and secant stiffness of each cycle."""
-    name, shown = capital(history.name), quantities(history.mode)
+    name, units = capital(history.name), quantities(history.mode)
     unit, std, parts = energy_unit(history.mode), 0.0, []
     for what, by_number in zip(("recorded", "simulated"), _values(history, "energy", True), strict=True):
         if closed := by_number.values():
@@ -46,28 +46,28 @@ def cycle_panels(history: ChannelHistory, file: str) -> Panels:
             # An energy within the noise of the recording counts as zero.
             parts.append(f"{number(total) if abs(total) > std else '0'} {unit} {what}")
     title = f"{name}: loops dissipate {', '.join(parts)}" if parts else f"{name}: no closed loop"
-    q = shown.shown(history.path.displacement)
+    q = units.shown(history.path.displacement)
     series = [Series("recorded", "recorded", q, history.path.force)] if history.has_recording else []
     series.append(Series("after", "simulated", q, history.simulated_force))
-    loops = Plot("loops", shown.labels, series, bands=rest_lines(shown), height=400.0)
-    plots = [[loops], [energy_plot(history), secant_plot(history, shown)]]
+    loops = Plot("loops", units.labels, series, bands=rest_lines(units), height=400.0)
+    plots = [[loops], [energy_plot(history), secant_plot(history, units)]]
     return Panels(f"{file}-cycles", "cycles", title, plots, history.name)
 
 
 def energy_plot(history: ChannelHistory) -> Plot:
     """Return the energies of the closed cycles; the work of open ones includes stored energy and would dwarf them."""
-    found = dict(zip(_LABELS, _values(history, "energy", True), strict=True))
+    energies = dict(zip(_LABELS, _values(history, "energy", True), strict=True))
     heading = "hysteresis energy of closed cycles (error bars: ± 2 standard errors)"
-    plot = _by_cycle(history, found, "energy", f"energy [{energy_unit(history.mode)}]", heading)
-    if not any(one.value or one.std for values in found.values() for one in values.values()):
+    plot = _by_cycle(history, energies, "energy", f"energy [{energy_unit(history.mode)}]", heading)
+    if not any(energy.value or energy.std for values in energies.values() for energy in values.values()):
         return replace(plot, y=(-1.0, 1.0))
     if len(history.cycles) > _BARS:
         return plot
-    shown = [key for key in found if found[key]]
-    width, bars, errors = 0.8 / max(len(shown), 1), [], []
-    for i, key in enumerate(shown):
-        at = np.array(list(found[key])) + (i - 0.5 * (len(shown) - 1)) * width
-        value, error = _bars(found[key])
+    keys = [key for key in energies if energies[key]]
+    width, bars, errors = 0.8 / max(len(keys), 1), [], []
+    for i, key in enumerate(keys):
+        at = np.array(list(energies[key])) + (i - 0.5 * (len(keys) - 1)) * width
+        value, error = _bars(energies[key])
         boxes = [
             np.array([(x - width / 2, 0.0), (x + width / 2, 0.0), (x + width / 2, v), (x - width / 2, v)])
             for x, v in zip(at, value, strict=True)
@@ -75,22 +75,24 @@ def energy_plot(history: ChannelHistory) -> Plot:
         bars.append(Region(key, _LABELS[key], boxes))
         errors.append(Series("zero", "", at, np.where(error > 0, value, np.nan), error=error, mark="dots"))
     return replace(
-        plot, regions=bars, series=[one for one in errors if one.error is not None and one.error.any()]
+        plot,
+        regions=bars,
+        series=[series for series in errors if series.error is not None and series.error.any()],
     )
 
 
 _LABELS = {"recorded": "recorded", "after": "simulated"}
 
 
-def secant_plot(history: ChannelHistory, shown: Quantities) -> Plot:
+def secant_plot(history: ChannelHistory, units: Quantities) -> Plot:
     """Return the secant stiffness of each cycle, recorded and simulated."""
-    found = dict(zip(_LABELS, _values(history, "secant_stiffness"), strict=True))
+    secants = dict(zip(_LABELS, _values(history, "secant_stiffness"), strict=True))
     heading = "secant stiffness, peak to peak of each cycle"
-    plot = _by_cycle(history, found, "secant", f"secant [{shown.stiffness_unit}]", heading)
-    every = [one.value for values in found.values() for one in values.values()]
+    plot = _by_cycle(history, secants, "secant", f"secant [{units.stiffness_unit}]", heading)
+    stiffnesses = [secant.value for values in secants.values() for secant in values.values()]
     # A law without memory has one secant; its cycles differ by rounding only.
-    if every and max(every) - min(every) < _SAME * max(map(abs, every)):
-        return replace(plot, y=tuple(sorted((0.95 * every[0], 1.05 * every[0]))) or None)  # type: ignore[arg-type]
+    if stiffnesses and max(stiffnesses) - min(stiffnesses) < _SAME * max(map(abs, stiffnesses)):
+        return replace(plot, y=tuple(sorted((0.95 * stiffnesses[0], 1.05 * stiffnesses[0]))) or None)  # type: ignore[arg-type]
     return plot
 
 
@@ -98,30 +100,36 @@ def _values(
     history: ChannelHistory, name: str, closed: bool = False
 ) -> tuple[dict[int, Uncertain], dict[int, Uncertain]]:
     """Return a value of the recorded and of the simulated cycles by their number; on demand of closed ones alone."""
-    shown, known = quantities(history.mode), [one for one in history.cycles if one[0].closed or not closed]
+    units = quantities(history.mode)
+    cycles = [cycle for cycle in history.cycles if cycle[0].closed or not closed]
     recorded, simulated = (
-        {one.number: shown_values(one, shown)[name] for three in known if (one := three[i])} for i in (1, 2)
+        {cycle.number: shown_values(cycle, units)[name] for three in cycles if (cycle := three[i])}
+        for i in (1, 2)
     )
     return recorded, simulated
 
 
-def _bars(found: Mapping[int, Uncertain]) -> tuple[Array, Array]:
+def _bars(values: Mapping[int, Uncertain]) -> tuple[Array, Array]:
     """Return the values, and two standard errors of each."""
-    value, std = np.array([(one.value, one.std) for one in found.values()]).reshape(-1, 2).T
+    value, std = np.array([(entry.value, entry.std) for entry in values.values()]).reshape(-1, 2).T
     return value, 2.0 * std
 
 
 def _by_cycle(
-    history: ChannelHistory, found: Mapping[str, Mapping[int, Uncertain]], name: str, label: str, heading: str
+    history: ChannelHistory,
+    curves: Mapping[str, Mapping[int, Uncertain]],
+    name: str,
+    label: str,
+    heading: str,
 ) -> Plot:
     series = []
-    for key, values in found.items():
+    for key, values in curves.items():
         if values:
             value, error = _bars(values)
             series.append(
                 Series(key, _LABELS[key], np.array(list(values), dtype=float), value, "both", error)
             )
-    last = max((known.number for known, _, _ in history.cycles), default=1)
+    last = max((cycle.number for cycle, _, _ in history.cycles), default=1)
     span = (0.4, last + 0.6)
     step = -(-last // _TICKS)
     names = [(n, f"{n}") for n in range(1, last + 1, step)]
@@ -139,24 +147,26 @@ def drawn_holds(history: ChannelHistory) -> list[tuple[Hold, Hold | None, Hold |
 
 
 def hold_panels(
-    history: ChannelHistory, drawn: Sequence[tuple[Hold, Hold | None, Hold | None]], file: str
+    history: ChannelHistory, holds: Sequence[tuple[Hold, Hold | None, Hold | None]], file: str
 ) -> Panels:
     """Return the force over the logarithm of the time since the start of each hold."""
     std, parts = 0.0, []
     for i, what in ((1, "recorded"), (2, "simulated")):
         # Of the hold at the largest force, because near zero force any share is large.
-        held = [
+        relaxing = [
             hold for three in history.holds if (hold := three[i]) and math.isfinite(hold.relaxation.value)
         ]
-        if held:
-            found = max(held, key=lambda hold: abs(hold.force_start.value)).relaxation
-            std = max(std, found.std)
-            parts.append(f"{percent(100 * found.value) if abs(found.value) > std else '0 %'} {what}")
+        if relaxing:
+            relaxation = max(relaxing, key=lambda hold: abs(hold.force_start.value)).relaxation
+            std = max(std, relaxation.std)
+            parts.append(
+                f"{percent(100 * relaxation.value) if abs(relaxation.value) > std else '0 %'} {what}"
+            )
     name = capital(history.name)
     title = (
         f"{name}: the held force relaxes by {', '.join(parts)}" if parts else f"{name}: no force in the holds"
     )
-    plots = [relaxation_plot(history, hold, recorded) for hold, recorded, _ in drawn]
+    plots = [relaxation_plot(history, hold, recorded) for hold, recorded, _ in holds]
     return Panels(f"{file}-holds", "holds", title, in_rows(plots, 2), history.name)
 
 
@@ -170,7 +180,7 @@ def in_rows(plots: Sequence[Plot], across: int) -> list[list[Plot]]:
 def relaxation_plot(history: ChannelHistory, hold: Hold, recorded: Hold | None) -> Plot:
     """Return the force over the time of one hold, recorded and simulated."""
     assert history.path.time is not None
-    shown = quantities(history.mode)
+    units = quantities(history.mode)
     cut = slice(hold.start, hold.stop)
     since = history.path.time[cut] - history.path.time[hold.start]
     # A logarithmic axis has no zero: the start is drawn at half the time of the second sample.
@@ -179,8 +189,8 @@ def relaxation_plot(history: ChannelHistory, hold: Hold, recorded: Hold | None) 
     if recorded is not None:
         series.append(Series("recorded", "recorded", since, history.path.force[cut], "dots"))
     series.append(Series("after", "simulated", since, history.simulated_force[cut]))
-    at = shown.at(hold.displacement)
-    unit = shown.displacement_unit
+    at = units.at(hold.displacement)
+    unit = units.displacement_unit
     where = f"{float(f'{at:.2f}') + 0.0:g} {unit}" if unit else f"stretch {at:.3g}"
     heading, label = f"hold {hold.number}, at {where}", "time since the start of the hold [s]"
-    return Plot(f"hold-{hold.number}", (label, shown.force_label), series, heading=heading, log="x")
+    return Plot(f"hold-{hold.number}", (label, units.force_label), series, heading=heading, log="x")

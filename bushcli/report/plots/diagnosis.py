@@ -25,15 +25,15 @@ _BESIDE = 1 / 1600
 BEST = "most probable model"
 
 
-def diagnosed_panels(found: Diagnosis, channel: DiagnosedChannel, file: str) -> Panels:
+def diagnosed_panels(diagnosis: Diagnosis, channel: DiagnosedChannel, file: str) -> Panels:
     """Return the curves with their mismatches; below them, if simulated, the misfit over time and the noise."""
-    rows = [[curve_plot(found, channel)]]
+    rows = [[curve_plot(diagnosis, channel)]]
     if simulated(channel):
-        rows.append([time_plot(found, channel)])
+        rows.append([time_plot(diagnosis, channel)])
     return Panels(f"{file}-diagnosis", "diagnosed", diagnosed_title(channel), rows, channel.name)
 
 
-def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
+def curve_plot(diagnosis: Diagnosis, channel: DiagnosedChannel) -> Plot:
     """Return force over displacement; each numbered area is a mismatch between recording and plain law."""
     units = quantities(channel.mode)
     recorded = channel.recording
@@ -62,25 +62,25 @@ def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
 
     middle = np.stack([q, (recorded.force + channel.before) / 2], axis=1)
     return Plot(
-        f"curve-{found.channels.index(channel)}",
+        f"curve-{diagnosis.channels.index(channel)}",
         units.labels,
         series,
-        _places(found, channel, between, middle),
+        _places(diagnosis, channel, between, middle),
         x=padded(np.concatenate([q, path]), 0.03),
         y=force_limits(near, channel.before if simulated(channel) else near),
-        heading=_heading(found, channel),
+        heading=_heading(diagnosis, channel),
         height=430.0,
     )
 
 
-def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
+def time_plot(diagnosis: Diagnosis, channel: DiagnosedChannel) -> Plot:
     """Return the misfit over time, or over the samples, before and after, with the noise as a band.
 
     The lines are interrupted where samples were left out.
     """
     time = channel.recording.time
     x = np.asarray(np.arange(1.0, len(channel.before) + 1.0)) if time is None else time
-    before, after = (np.where(channel.faulty, np.nan, one) for one in misfit_percent(channel))
+    before, after = (np.where(channel.faulty, np.nan, misfit) for misfit in misfit_percent(channel))
     series = [Series("before", "plain law", x, before)]
     if changed(channel):
         series.append(Series("after", BEST, x, after))
@@ -88,21 +88,21 @@ def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
 
     def below(marked: NDArray[np.bool_]) -> list[Array]:
         ends = [(line[run], [(x[run][-1], 0.0), (x[run][0], 0.0)]) for run in _runs(marked)]
-        return [np.concatenate(one) for one in ends]
+        return [np.concatenate(outline) for outline in ends]
 
     noise = 2 * channel.noise_percent
     bands = [Stripe("noise", y=(-noise, noise), label="noise (± 2 standard deviations)")]
     bands += _faulty_bands(x, channel.faulty)
     misfits = [before, after, np.array([-1.3 * noise, 1.3 * noise])]
     return Plot(
-        f"misfit-{found.channels.index(channel)}",
+        f"misfit-{diagnosis.channels.index(channel)}",
         ("sample" if time is None else "time [s]", "misfit [% of range]"),
         series,
-        _places(found, channel, below, line),
+        _places(diagnosis, channel, below, line),
         x=padded(x, 0.01),
         y=padded(np.concatenate(misfits), 0.06),
         bands=bands,
-        heading=_heading(found, channel),
+        heading=_heading(diagnosis, channel),
         numbers_only=True,
     )
 
@@ -129,7 +129,7 @@ def changed(channel: DiagnosedChannel) -> bool:
 
 
 def _places(
-    found: Diagnosis,
+    diagnosis: Diagnosis,
     channel: DiagnosedChannel,
     outlined: Callable[[NDArray[np.bool_]], list[Array]],
     line: Array,
@@ -140,14 +140,14 @@ def _places(
     """
     return [
         Region(
-            "stiff" if one.sign in ("too_stiff", "too_high") else "soft",
-            sentence(one, len(found.channels)),
-            outlined(one.samples & _known(channel)),
+            "stiff" if mismatch.sign in ("too_stiff", "too_high") else "soft",
+            sentence(mismatch, len(diagnosis.channels)),
+            outlined(mismatch.samples & _compared_samples(channel)),
             i,
-            line[_worst(channel, one)],
+            line[_worst_samples(channel, mismatch)],
         )
-        for i, one in enumerate(found.location.mismatch, start=1)
-        if one.channel == channel.name
+        for i, mismatch in enumerate(diagnosis.location.mismatch, start=1)
+        if mismatch.channel == channel.name
     ]
 
 
@@ -164,25 +164,25 @@ def force_range(channel: DiagnosedChannel) -> float:
     return float(np.ptp(force if channel.faulty.all() else force[~channel.faulty]))
 
 
-def _heading(found: Diagnosis, channel: DiagnosedChannel) -> str:
+def _heading(diagnosis: Diagnosis, channel: DiagnosedChannel) -> str:
     """Return the name of the channel if the diagnosis has several channels, else an empty text."""
-    return held(channel.name, channel.held_out) if len(found.channels) > 1 else ""
+    return held(channel.name, channel.held_out) if len(diagnosis.channels) > 1 else ""
 
 
 def _label(what: str, rms: float) -> str:
     return f"{what}: {percent(rms)} rms"
 
 
-def _worst(channel: DiagnosedChannel, mismatch: Mismatch) -> NDArray[np.int_]:
+def _worst_samples(channel: DiagnosedChannel, mismatch: Mismatch) -> NDArray[np.int_]:
     """Return samples of a place, that of the largest misfit first, the others spread over the place."""
     size = np.abs(channel.before - channel.recording.force)
-    inside = np.flatnonzero(mismatch.samples & _known(channel))
+    inside = np.flatnonzero(mismatch.samples & _compared_samples(channel))
     spread = inside[np.linspace(0, len(inside) - 1, min(_PLACES, len(inside))).astype(int)]
     order = spread[np.argsort(-size[spread], kind="stable")]
     return np.concatenate([inside[[int(np.argmax(size[inside]))]], order])
 
 
-def _known(channel: DiagnosedChannel) -> NDArray[np.bool_]:
+def _compared_samples(channel: DiagnosedChannel) -> NDArray[np.bool_]:
     """Return the samples (n,) at which the plain law is compared with good data."""
     return np.isfinite(channel.before) & ~channel.faulty
 
@@ -209,14 +209,14 @@ def _pieces(channel: DiagnosedChannel, marked: NDArray[np.bool_]) -> list[slice]
     An outline that turns back on itself would enclose no area.
     """
     branch = np.zeros(len(marked), dtype=int)
-    for i, one in enumerate(branches(channel.recording)):
-        branch[one.start : one.stop] = i
+    for i, segment in enumerate(branches(channel.recording)):
+        branch[segment.start : segment.stop] = i
     above = channel.before > channel.recording.force
     cuts = 1 + np.flatnonzero((np.diff(branch) != 0) | np.diff(above))
     pieces = []
     for run in _runs(marked):
-        first, last = np.searchsorted(cuts, [run.start + 1, run.stop])
-        ends = [run.start, *cuts[first:last], run.stop]
+        start, stop = np.searchsorted(cuts, [run.start + 1, run.stop])
+        ends = [run.start, *cuts[start:stop], run.stop]
         # A branch ends where the path turns; the next branch begins at the same sample.
         pieces += [slice(max(int(a) - 1, run.start), int(b)) for a, b in pairwise(ends)]
     return [piece for piece in pieces if piece.stop - piece.start >= 2]

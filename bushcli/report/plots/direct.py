@@ -32,15 +32,15 @@ def colour(number: int) -> str:
     return f"line-{number % 10}"
 
 
-def rest_lines(shown: Quantities) -> tuple[Stripe, Stripe]:
+def rest_lines(units: Quantities) -> tuple[Stripe, Stripe]:
     """Return the lines of no force and of no displacement."""
-    return Stripe("zero", y=(0.0, 0.0)), Stripe("zero", x=(shown.rest, shown.rest))
+    return Stripe("zero", y=(0.0, 0.0)), Stripe("zero", x=(units.rest, units.rest))
 
 
-def recorded_series(recording: Recording, shown: Quantities) -> Series:
+def recorded_series(recording: Recording, units: Quantities) -> Series:
     """Return a recording, as points where it has few samples."""
     mark = "dots" if len(recording.displacement) <= SEPARATE else "line"
-    return Series("recorded", "recorded", shown.shown(recording.displacement), recording.force, mark)  # type: ignore[arg-type]  # mypy infers str
+    return Series("recorded", "recorded", units.shown(recording.displacement), recording.force, mark)  # type: ignore[arg-type]  # mypy infers str
 
 
 def padded(values: Array, share: float = 0.04) -> tuple[float, float]:
@@ -59,70 +59,72 @@ def smooth(curve: Curve) -> tuple[Array, Array]:
     return q, curve.at(q)
 
 
-def curve_title(channel: Simulated, found: Misfit | None) -> str:
+def curve_title(channel: Simulated, misfit: Misfit | None) -> str:
     """Return the title of a channel's curves; the misfit is None where nothing was compared."""
     name = capital(channel.name)
-    shown = quantities(channel.mode)
-    if found is None:
-        secant = shown.stiffness(channel.curve.secant_stiffness())
-        return f"{name}: {number(secant)} {shown.stiffness_unit} simulated (secant)"
-    if found.within:
-        return f"{name}: within {found.tolerance.text} of the recording ({percent(found.rms_percent)} rms)"
-    if abs(found.stiffness_ratio - 1.0) <= found.tolerance.band:
-        off = percent(found.peak_percent, found.tolerance.percent)
-        return f"{name}: stiffness within {found.tolerance.text}, curve off by up to {off}"
-    return f"{name}: simulation {stiffer(found.stiffness_ratio, found.tolerance.percent)}"
+    units = quantities(channel.mode)
+    if misfit is None:
+        secant = units.stiffness(channel.curve.secant_stiffness())
+        return f"{name}: {number(secant)} {units.stiffness_unit} simulated (secant)"
+    if misfit.within:
+        return f"{name}: within {misfit.tolerance.text} of the recording ({percent(misfit.rms_percent)} rms)"
+    if abs(misfit.stiffness_ratio - 1.0) <= misfit.tolerance.band:
+        off = percent(misfit.peak_percent, misfit.tolerance.percent)
+        return f"{name}: stiffness within {misfit.tolerance.text}, curve off by up to {off}"
+    return f"{name}: simulation {stiffer(misfit.stiffness_ratio, misfit.tolerance.percent)}"
 
 
-def curve_panels(channel: Simulated, found: Misfit | None, file: str) -> Panels:
+def curve_panels(channel: Simulated, misfit: Misfit | None, file: str) -> Panels:
     """Return a channel's curve, with its recording, the accepted band and the difference where there is a misfit."""
-    shown = quantities(channel.mode)
+    units = quantities(channel.mode)
     q, force = smooth(channel.curve)
-    series = [] if channel.recording is None else [recorded_series(channel.recording, shown)]
-    series.append(Series("after", "simulated", shown.shown(q), force))
-    if found is None:
+    series = [] if channel.recording is None else [recorded_series(channel.recording, units)]
+    series.append(Series("after", "simulated", units.shown(q), force))
+    if misfit is None:
         series.append(
-            Series("after", "", shown.shown(channel.curve.displacement), channel.curve.force, "dots")
+            Series("after", "", units.shown(channel.curve.displacement), channel.curve.force, "dots")
         )
     if channel.stopped:
         end = int(np.argmax(np.abs(channel.curve.displacement)))
-        at = (shown.shown(channel.curve.displacement[[end]]), channel.curve.force[[end]])
+        at = (units.shown(channel.curve.displacement[[end]]), channel.curve.force[[end]])
         series.append(Series("stopped", "simulation stopped", *at, "crosses"))
-    title, span = curve_title(channel, found), padded(np.concatenate([one.x for one in series]))
-    if found is None or channel.recording is None:
-        plot = Plot("curve", shown.labels, series, bands=rest_lines(shown), x=span, height=400.0)
+    title, span = curve_title(channel, misfit), padded(np.concatenate([curve.x for curve in series]))
+    if misfit is None or channel.recording is None:
+        plot = Plot("curve", units.labels, series, bands=rest_lines(units), x=span, height=400.0)
         return Panels(f"{file}-curve", "curve", title, [[plot]], channel.name)
-    simulated, measured = (number(shown.stiffness(one.secant)) for one in (found.predicted, found.measured))
-    heading = f"secant stiffness: simulated {simulated}, measured {measured} {shown.stiffness_unit}"
-    accepted, labels = _accepted(channel.recording, found, shown), ("", shown.force_label)
-    plot = Plot("curve", labels, series, [accepted], rest_lines(shown), x=span, heading=heading, height=370.0)
-    q, off = shown.shown(found.displacement), 100 * found.difference / found.force_range
-    reach = found.tolerance.percent
+    simulated, measured = (
+        number(units.stiffness(stiffness.secant)) for stiffness in (misfit.predicted, misfit.measured)
+    )
+    heading = f"secant stiffness: simulated {simulated}, measured {measured} {units.stiffness_unit}"
+    accepted, labels = _tolerance_region(channel.recording, misfit, units), ("", units.force_label)
+    plot = Plot("curve", labels, series, [accepted], rest_lines(units), x=span, heading=heading, height=370.0)
+    q, off = units.shown(misfit.displacement), 100 * misfit.difference / misfit.force_range
+    reach = misfit.tolerance.percent
     below = difference_plot(
         Series("after", "", q, off, "both" if len(q) <= SEPARATE else "line"),
         Stripe("tolerance", y=(-reach, reach)),
-        shown,
+        units,
         span,
-        f"simulated - recorded, in % of the recorded {shown.force} range: rms {percent(found.rms_percent)}, "
-        f"peak {percent(found.peak_percent, reach)}, noise {percent(found.noise_percent)}",
+        f"simulated - recorded, in % of the recorded {units.force} range: rms {percent(misfit.rms_percent)}, "
+        f"peak {percent(misfit.peak_percent, reach)}, noise {percent(misfit.noise_percent)}",
     )
     return Panels(f"{file}-curve", "curve", title, [[plot], [below]], channel.name)
 
 
 def difference_plot(
-    off: Series, band: Stripe, shown: Quantities, span: tuple[float, float], heading: str
+    off: Series, band: Stripe, units: Quantities, span: tuple[float, float], heading: str
 ) -> Plot:
     """Return the difference of two curves in percent of the force range, with a band that lies inside the picture."""
     reach = 1.15 * max(band.y[1], float(np.abs(off.y).max()), 1e-3)
-    labels, bands = (shown.displacement_label, "difference [%]"), (band, *rest_lines(shown))
+    labels, bands = (units.displacement_label, "difference [%]"), (band, *rest_lines(units))
     return Plot(
         "difference", labels, [off], (), bands, x=span, y=(-reach, reach), heading=heading, height=190.0
     )
 
 
-def _accepted(recording: Recording, found: Misfit, shown: Quantities) -> Region:
+def _tolerance_region(recording: Recording, misfit: Misfit, units: Quantities) -> Region:
     """Return the recording, branch by branch, widened by the tolerance, a share of its force range."""
-    width = found.tolerance.band * found.force_range
+    width = misfit.tolerance.band * misfit.force_range
     outlines = []
     for branch in branches(recording):
         # The sample before belongs to both branches; without it the band would have gaps at the turning points.
@@ -131,9 +133,9 @@ def _accepted(recording: Recording, found: Misfit, shown: Quantities) -> Region:
         if branch.kind == "hold" or len(q) < 2:
             continue
         order = np.argsort(q, kind="stable")
-        outlines.append(around(shown.shown(q[order]), force[order] - width, force[order] + width))
+        outlines.append(around(units.shown(q[order]), force[order] - width, force[order] + width))
     return Region(
-        "tolerance", f"± {found.tolerance.percent:g} % of the recorded {shown.force} range", outlines
+        "tolerance", f"± {misfit.tolerance.percent:g} % of the recorded {units.force} range", outlines
     )
 
 
@@ -163,6 +165,6 @@ def six_panels(name: str, six: SixCurve, file: str) -> Panels:
 
 
 def _over_time(what: str, label: str, time: Array, values: Array, labels: list[str]) -> Plot:
-    series = [Series(colour(i), one, time, values[:, i], "both") for i, one in enumerate(labels)]
+    series = [Series(colour(i), name, time, values[:, i], "both") for i, name in enumerate(labels)]
     span = (float(time[0]), float(time[-1]))
     return Plot(what, ("time [s]", label), series, x=span, bands=[Stripe("zero", y=(0.0, 0.0))], width=450.0)

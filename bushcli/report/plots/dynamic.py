@@ -26,7 +26,9 @@ _DENSE = 300
 
 def dynamic_panels(curves: Sequence[DynamicCurve], names: Mapping[str, str]) -> list[Panels]:
     """Return the plots of each load case, of which the names of the files are given; a preload has a colour."""
-    return [dynamic_panel([one for one in curves if one.name == name], file) for name, file in names.items()]
+    return [
+        dynamic_panel([curve for curve in curves if curve.name == name], file) for name, file in names.items()
+    ]
 
 
 def dynamic_panel(curves: Sequence[DynamicCurve], file: str) -> Panels:
@@ -62,42 +64,46 @@ def _polar(K: NDArray[np.complex128]) -> tuple[Array, Array]:
     return np.abs(K), np.degrees(np.angle(K))
 
 
-def table_panels(one: ComparedTable, file: str) -> Panels:
+def table_panels(compared: ComparedTable, file: str) -> Panels:
     """Return |K*| and loss angle over frequency or amplitude, a colour for each curve, and the loss angle over |K*|."""
-    table, unit = one.table, words.table_units(one.table)[2]
-    how = "predicted" if one.held_out else "simulated"
-    over = table.frequency if table.over_frequency else table.amplitude
+    table, unit = compared.table, words.table_units(compared.table)[2]
+    how = "predicted" if compared.held_out else "simulated"
+    x = table.frequency if table.over_frequency else table.amplitude
     measured = table.stiffness, np.degrees(table.loss_angle)
-    models = [] if one.started is None else [("before", "before", one.started)]
-    models.append(("after", f"{how} (held out)" if one.held_out else how, one.simulated))
+    models = [] if compared.started is None else [("before", "before", compared.started)]
+    models.append(("after", f"{how} (held out)" if compared.held_out else how, compared.simulated))
     series: list[list[Series]] = [[], [], []]
     regions: list[list[Region]] = [[], []]
     curves = table.conditions()
     for i, rows in enumerate(curves):
-        rows = rows[np.argsort(over[rows], kind="stable")]
+        rows = rows[np.argsort(x[rows], kind="stable")]
         key, label = colour(i), f"measured, {words.preload_of(table.rows(rows))}"
         for k in range(2):
-            half = None if one.errors is None else (one.errors[0, rows], np.degrees(one.errors[1, rows]))[k]
+            half = (
+                None
+                if compared.errors is None
+                else (compared.errors[0, rows], np.degrees(compared.errors[1, rows]))[k]
+            )
             name = "" if k else label
-            series[k].append(Series(key, name, over[rows], measured[k][rows], "dots", half))
+            series[k].append(Series(key, name, x[rows], measured[k][rows], "dots", half))
         series[2].append(Series(key, "", measured[0][rows], measured[1][rows], "dots"))
         for role, label, simulated in models:
-            found = _polar(simulated[rows])
+            polar = _polar(simulated[rows])
             for k in range(2):
                 named = label if i == len(curves) - 1 and k == 0 else ""
-                series[k].append(Series(role, named, over[rows], found[k]))
-            series[2].append(Series(role, "", *found))
-        if one.spread is not None:
-            halves = one.spread[0, rows], np.degrees(one.spread[1, rows])
-            for band, end, half in zip(regions, _polar(one.simulated[rows]), halves, strict=True):
+                series[k].append(Series(role, named, x[rows], polar[k]))
+            series[2].append(Series(role, "", *polar))
+        if compared.spread is not None:
+            halves = compared.spread[0, rows], np.degrees(compared.spread[1, rows])
+            for band, end, half in zip(regions, _polar(compared.simulated[rows]), halves, strict=True):
                 if len(rows) > 1 and np.isfinite(half).all():
-                    band.append(Region("shaded", "", [around(over[rows], end - half, end + half)]))
+                    band.append(Region("shaded", "", [around(x[rows], end - half, end + half)]))
     axis = "frequency [Hz]" if table.over_frequency else "amplitude"
-    log: Literal["", "x"] = "x" if over.max() > WIDE * over.min() > 0.0 else ""
+    log: Literal["", "x"] = "x" if x.max() > WIDE * x.min() > 0.0 else ""
     above = Plot("stiffness", ("", f"|K*| [{unit}]"), series[0], regions[0], log=log)
     below = Plot("angle", (axis, "loss angle [deg]"), series[1], regions[1], log=log)
     wicket = Plot("wicket", (f"|K*| [{unit}]", "loss angle [deg]"), series[2], height=300.0)
-    misfit = f"{percent(one.stiffness_percent)} and {number(one.loss_angle_deg)} degrees rms"
+    misfit = f"{percent(compared.stiffness_percent)} and {number(compared.loss_angle_deg)} degrees rms"
     title = f"{capital(table.name)}: {how} within {misfit}"
     return Panels(f"{file}-table", "table", title, [[above], [below], [wicket]], table.name, note=_NOTE)
 

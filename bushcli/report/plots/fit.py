@@ -44,15 +44,15 @@ def fit_panels(fit: Fit) -> Panels:
 
 def coupon_plot(curve: FittedCurve, stable: tuple[float, float] | None, index: int) -> Plot:
     """Return one test with the fitted curve, and the stretches at which the law is unstable."""
-    shown = quantities(curve.recording.mode)
+    units = quantities(curve.recording.mode)
     q, force = smooth(curve.smooth or curve.fitted)
-    at = shown.shown(curve.recording.displacement)
+    at = units.shown(curve.recording.displacement)
     label = f"{'predicted (held out)' if curve.held_out else 'fitted'}, rms {percent(curve.rms_percent)}"
     series = [
         Series("recorded", "recorded", at, curve.recording.force, "dots"),
-        Series("after", label, shown.shown(q), force),
+        Series("after", label, units.shown(q), force),
     ]
-    low, high = (float(f([f(at), f(shown.shown(q))])) for f in (np.min, np.max))
+    low, high = (float(f([f(at), f(units.shown(q))])) for f in (np.min, np.max))
     margin = 0.05 * (high - low)
     left, right = low - margin, high + margin
     bands = []
@@ -62,63 +62,63 @@ def coupon_plot(curve: FittedCurve, stable: tuple[float, float] | None, index: i
         bands = [Stripe("unstable", x=(a, b), label="law unstable") for a, b in ends if b > a]
     title = curve.name if curve.name == curve.recording.mode else f"{curve.name} ({curve.recording.mode})"
     return Plot(
-        f"coupon-{index}", shown.labels, series, x=(left, right), bands=bands, heading=title, height=340.0
+        f"coupon-{index}", units.labels, series, x=(left, right), bands=bands, heading=title, height=340.0
     )
 
 
 def inverse_panels(result: InverseResult, names: Mapping[str, str]) -> list[Panels]:
     """Return curves, search and certainty, cycles and holds and, for several laws, their ranking."""
     fits, best = result.fits, result.best
-    found = [fitted_panels(curve, names[curve.name]) for curve in best.curves]
-    found += [table_panels(one, names[one.table.name]) for one in best.tables]
+    panels = [fitted_panels(curve, names[curve.name]) for curve in best.curves]
+    panels += [table_panels(compared, names[compared.table.name]) for compared in best.tables]
     if len(fits) > 1:
-        found.append(ranking_panels(fits))
+        panels.append(ranking_panels(fits))
     if best.profiles:
         kind = "profiles" if len(best.profiles) > 1 else "certainty"
-        plots = [profile_plot(best, one, best.parameters[one.name]) for one in best.profiles]
-        found.append(Panels("profiles", kind, "Profile likelihood", in_rows(plots, 2)))
+        plots = [profile_plot(best, profile, best.parameters[profile.name]) for profile in best.profiles]
+        panels.append(Panels("profiles", kind, "Profile likelihood", in_rows(plots, 2)))
     if len(best.parameters) > 1:
-        found.append(correlation_panels(best))
+        panels.append(correlation_panels(best))
     if best.evaluations:
-        found.append(convergence_panels(best))
+        panels.append(convergence_panels(best))
     if len(best.end_points) > 1:
-        found.append(ends_panels(best))
-    return found + history_panels(result.histories, names)
+        panels.append(ends_panels(best))
+    return panels + history_panels(result.histories, names)
 
 
 def fitted_panels(curve: FittedCurve, file: str) -> Panels:
     """Return recording, start and fit; below them the remaining misfit with the noise."""
-    name, rms, shown = capital(curve.name), percent(curve.rms_percent), quantities(curve.recording.mode)
+    name, rms, units = capital(curve.name), percent(curve.rms_percent), quantities(curve.recording.mode)
     title = f"{name}: fitted to {rms} rms"
     if curve.held_out:
         title = f"{name}, held out: predicted to {rms} rms"
     elif np.isfinite(curve.started_percent):
         title = f"{name}: {percent(curve.started_percent)} rms before, {rms} after"
     q, force = smooth(curve.smooth or curve.fitted)
-    q = shown.shown(q)
-    reach = 0.04 * float(np.ptp(curve.recording.displacement)) * shown.per_internal
+    q = units.shown(q)
+    reach = 0.04 * float(np.ptp(curve.recording.displacement)) * units.per_internal
     span = (float(q.min()) - reach, float(q.max()) + reach)
-    series = [recorded_series(curve.recording, shown)]
+    series = [recorded_series(curve.recording, units)]
     limits = None
     if curve.started is not None:
         order = np.argsort(curve.started.displacement, kind="stable")
-        before = shown.shown(curve.started.displacement[order]), curve.started.force[order]
+        before = units.shown(curve.started.displacement[order]), curve.started.force[order]
         series.append(Series("before", f"before: {percent(curve.started_percent)} rms", *before))
         limits = force_limits(np.concatenate([curve.recording.force, curve.fitted.force]), before[1])
     label = "predicted (held out)" if curve.held_out else "after"
     series.append(Series("after", f"{label}: {rms} rms", q, force))
     curves = Plot(
-        "curve", ("", shown.force_label), series, x=span, y=limits, bands=rest_lines(shown), height=370.0
+        "curve", ("", units.force_label), series, x=span, y=limits, bands=rest_lines(units), height=370.0
     )
     difference = 100 * (curve.fitted.force - curve.recording.force) / float(np.ptp(curve.recording.force))
     noise = float(np.nan_to_num(curve.noise_percent))
     below = difference_plot(
         # Dots, because lines from cycle to cycle would hide whether the misfit follows the displacement.
-        Series("dot", "", shown.shown(curve.recording.displacement), difference, "dots"),
+        Series("dot", "", units.shown(curve.recording.displacement), difference, "dots"),
         Stripe("noise", y=(-2 * noise, 2 * noise)),
-        shown,
+        units,
         span,
-        f"{label} - recorded, in % of the recorded {shown.force} range: rms {rms}; grey: noise {percent(noise)}, "
+        f"{label} - recorded, in % of the recorded {units.force} range: rms {rms}; grey: noise {percent(noise)}, "
         "± 2 sigma",
     )
     return Panels(f"{file}-identified", "curve", title, [[curves], [below]], curve.name)
@@ -274,19 +274,19 @@ def convergence_panels(fit: Fit) -> Panels:
     span = (0.5, float(at.max()) + 0.5)
     bands = [Stripe("level", y=(1.0, 1.0), label="noise")]
     if profiles.any():
-        first = float(at[profiles].min()) - 0.5
-        bands.insert(0, Stripe("shaded", x=(first, span[1]), label="for the profiles"))
+        start = float(at[profiles].min()) - 0.5
+        bands.insert(0, Stripe("shaded", x=(start, span[1]), label="for the profiles"))
     above = Plot("misfit", ("", "misfit / noise"), series, x=span, bands=bands, height=300.0, log="y")
     ratios = []
     for i, (name, estimate) in enumerate(fit.parameters.items()):
         unit = estimate.value if estimate.value else 1.0
         values = np.array([e.parameters.get(name, np.nan) for e in fit.evaluations]) / unit
         ratios.append(Series(colour(i), name, at, values, mark))  # type: ignore[arg-type]  # mypy infers str
-    every = np.concatenate([np.ones(1), *(one.y[np.isfinite(one.y)] for one in ratios)])
-    limits = (max(_LEAST_RATIO, float(every.min())) - 0.1, min(_MOST_RATIO, float(every.max())) + 0.1)
+    finite = np.concatenate([np.ones(1), *(ratio.y[np.isfinite(ratio.y)] for ratio in ratios)])
+    limits = (max(_LEAST_RATIO, float(finite.min())) - 0.1, min(_MOST_RATIO, float(finite.max())) + 0.1)
     labels, heading = ("evaluation of all channels", "ratio"), "each parameter / its identified value"
-    one = [Stripe("zero", y=(1.0, 1.0))]
-    below = Plot("parameters", labels, ratios, x=span, y=limits, bands=one, heading=heading)
+    line = [Stripe("zero", y=(1.0, 1.0))]
+    below = Plot("parameters", labels, ratios, x=span, y=limits, bands=line, heading=heading)
     end = "converged" if fit.converged else "not converged"
     title = f"{fit.material.law}, {fit.method}: {end} after {fit.sweeps} evaluations, {fit.seconds:.0f} s"
     return Panels("convergence", "convergence", title, [[above], [below]])

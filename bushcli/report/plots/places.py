@@ -26,29 +26,29 @@ _FEW = 12
 _NAMED = 30
 
 
-def record_panels(found: Diagnosis, channel: DiagnosedChannel, file: str) -> Panels:
+def record_panels(diagnosis: Diagnosis, channel: DiagnosedChannel, file: str) -> Panels:
     """Return the mean misfit by cycle, displacement and branch, for the plain law and for the most probable model."""
-    rows = [("plain law", [one for one in found.location.bins if one.channel == channel.name])]
-    after = [one for one in found.remaining.bins if one.channel == channel.name]
+    rows = [("plain law", [bin_ for bin_ in diagnosis.location.bins if bin_.channel == channel.name])]
+    after = [bin_ for bin_ in diagnosis.remaining.bins if bin_.channel == channel.name]
     if after and changed(channel):
         rows.append((BEST, after))
-    every = [one for _, bins in rows for one in bins]
-    kinds = [kind for kind in KINDS if any(one.branch == kind for one in every)]
-    cycles = sorted({one.cycle for one in every})
+    all_bins = [bin_ for _, bins in rows for bin_ in bins]
+    kinds = [kind for kind in KINDS if any(bin_.branch == kind for bin_ in all_bins)]
+    cycles = sorted({bin_.cycle for bin_ in all_bins})
     scale = 100.0 / force_range(channel)
-    end = max([_LEAST, *(abs(scale * one.mean) for one in rows[0][1])])
+    end = max([_LEAST, *(abs(scale * bin_.mean) for bin_ in rows[0][1])])
     units = quantities(channel.mode)
-    ends = [_sign(one) * v for one in every for v in (one.displacement_from, one.displacement_to)]
+    ends = [_sign(bin_) * v for bin_ in all_bins for v in (bin_.displacement_from, bin_.displacement_to)]
     span = (units.at(min(ends)), units.at(max(ends)))
     step = -(-len(cycles) // _NAMED)
     names = [(i, f"{a}" if a == b else f"{a}-{b}") for i, (a, b) in enumerate(cycles) if i % step == 0]
 
     def plot(what: str, kind: str, bins: Sequence[Bin]) -> Plot:
-        regions, dots = _cells([one for one in bins if one.branch == kind], cycles, units, scale)
-        last = what == rows[-1][0]
+        regions, dots = _cells([bin_ for bin_ in bins if bin_.branch == kind], cycles, units, scale)
+        is_last = what == rows[-1][0]
         return Plot(
             f"{what}-{kind}",
-            (units.displacement_label if last else "", "cycle" if kind == kinds[0] else ""),
+            (units.displacement_label if is_last else "", "cycle" if kind == kinds[0] else ""),
             [Series("significant", "", *dots, "dots")],
             regions,
             x=(min(span), max(span)),
@@ -62,13 +62,13 @@ def record_panels(found: Diagnosis, channel: DiagnosedChannel, file: str) -> Pan
         )
 
     title = f"{channel.name}: where in the record the simulation misses"
-    made = [[plot(what, kind, bins) for kind in kinds] for what, bins in rows]
+    plots = [[plot(what, kind, bins) for kind in kinds] for what, bins in rows]
     note = "dots: more than noise, all bins tested together"
-    return Panels(f"{file}-record-map", "record_map", title, made, channel.name, note)
+    return Panels(f"{file}-record-map", "record_map", title, plots, channel.name, note)
 
 
-def _sign(one: Bin) -> float:
-    return 1.0 if one.side == "positive" else -1.0
+def _sign(bin_: Bin) -> float:
+    return 1.0 if bin_.side == "positive" else -1.0
 
 
 def _cells(
@@ -76,16 +76,16 @@ def _cells(
 ) -> tuple[list[Region], tuple[Array, Array]]:
     """Return a rectangle for each cycle and band, with bins that differ in rate only averaged, weighted by samples."""
     groups: dict[tuple[int, float, float], list[Bin]] = {}
-    for one in bins:
-        low, high = sorted((_sign(one) * one.displacement_from, _sign(one) * one.displacement_to))
-        groups.setdefault((cycles.index(one.cycle), low, high), []).append(one)
+    for bin_ in bins:
+        low, high = sorted((_sign(bin_) * bin_.displacement_from, _sign(bin_) * bin_.displacement_to))
+        groups.setdefault((cycles.index(bin_.cycle), low, high), []).append(bin_)
     regions, dots = [], []
     for (row, low, high), members in groups.items():
-        count = sum(one.samples for one in members)
-        mean = _sign(members[0]) * scale * sum(one.samples * one.mean for one in members) / count
+        count = sum(bin_.samples for bin_ in members)
+        mean = _sign(members[0]) * scale * sum(bin_.samples * bin_.mean for bin_ in members) / count
         x = (units.at(low), units.at(high))
         regions.append(Region("bar", "", [bar(row, *x, 0.96)], value=mean))
-        if any(one.significant for one in members):
+        if any(bin_.significant for bin_ in members):
             dots.append((sum(x) / 2, float(row)))
     at = np.reshape(dots, (-1, 2))
     return regions, (at[:, 0], at[:, 1])
@@ -94,7 +94,7 @@ def _cells(
 def missing_panels(channel: DiagnosedChannel, profiles: Sequence[MissingProfile], file: str) -> Panels:
     """Return the misfit that the most probable model leaves in a channel, along each quantity, with its uncertainty."""
     kinds = ("displacement", "time", "cycle", "rate")
-    groups = [[one for one in profiles if one.along == along] for along in kinds]
+    groups = [[profile for profile in profiles if profile.along == along] for along in kinds]
     plots = [profile_plot(group, quantities(channel.mode)) for group in groups if group]
     title = f"{channel.name}: what the most probable model leaves"
     note = "recorded - simulated; bands and bars: two standard deviations to either side"
@@ -105,19 +105,19 @@ def profile_plot(profiles: Sequence[MissingProfile], units: Quantities) -> Plot:
     """Return the misfit along one quantity, a line for each branch."""
     along = profiles[0].along
     factor = units.per_internal if along == "rate" else 1.0
-    series, regions, every = [], [], []
-    for one in profiles:
-        key = one.branch or "all"
-        x = np.asarray(units.shown(one.x) if along == "displacement" else factor * one.x)
+    series, regions, coordinates = [], [], []
+    for profile in profiles:
+        key = profile.branch or "all"
+        x = np.asarray(units.shown(profile.x) if along == "displacement" else factor * profile.x)
         order = np.argsort(x)
-        x, mean, two = x[order], one.mean[order], 2 * one.std[order]
-        every.append(x)
+        x, mean, two = x[order], profile.mean[order], 2 * profile.std[order]
+        coordinates.append(x)
         few = along in ("cycle", "rate") and len(x) <= _FEW
         label = key if len(profiles) > 1 else ""
         series.append(Series(key, label, x, mean, "both" if few else "line", two if few else None))
         if not few:
             regions.append(Region(key, "", [around(x, mean - two, mean + two)]))
-    x = np.concatenate(every)
+    x = np.concatenate(coordinates)
     labels = {
         "displacement": units.displacement_label,
         "time": "time [s]",
@@ -139,9 +139,9 @@ def profile_plot(profiles: Sequence[MissingProfile], units: Quantities) -> Plot:
     )
 
 
-def next_test_panels(found: Diagnosis, test: NextTest) -> Panels:
+def next_test_panels(diagnosis: Diagnosis, test: NextTest) -> Panels:
     """Return the program of the proposed test: displacement over time."""
-    mode = {one.name: one.mode for one in found.channels}.get(test.channel, test.channel)
+    mode = {channel.name: channel.mode for channel in diagnosis.channels}.get(test.channel, test.channel)
     units = quantities(mode)
     time, q = program(test)
     minutes = time[-1] > 600.0
@@ -169,15 +169,15 @@ def program(test: NextTest) -> tuple[Array, Array]:
     return np.array(time), np.array(q)
 
 
-def numbering(found: LocalMap) -> str:
+def numbering(local_map: LocalMap) -> str:
     """Return "simplex", or how the corners of cells are numbered: "tensor" for a tensor product, "ring" around a face.
 
     The first four corners are a face: in a tensor product its diagonals join corners 0, 3 and 1, 2, in a ring 0, 2 and
     1, 3. The midpoints of the diagonals coincide, exactly in a parallelogram and nearly in any good cell.
     """
-    if found.cells.shape[1] == found.points.shape[1] + 1:
+    if local_map.cells.shape[1] == local_map.points.shape[1] + 1:
         return "simplex"
-    a, b, c, d = (found.points[found.cells[:, i]] for i in range(4))
+    a, b, c, d = (local_map.points[local_map.cells[:, i]] for i in range(4))
     tensor = float(np.linalg.norm(a + d - b - c, axis=1).sum())
     ring = float(np.linalg.norm(a + c - b - d, axis=1).sum())
     return "tensor" if tensor <= ring else "ring"

@@ -20,9 +20,9 @@ Array = NDArray[np.float64]
 _DENSE = 300
 
 
-def master_columns(one: TableSpectrum) -> dict[str, Array]:
+def master_columns(spectrum: TableSpectrum) -> dict[str, Array]:
     """Return the columns of a master curve: rows as measured, where they were shifted to, and as fitted."""
-    table, fit = one.table, one.fit
+    table, fit = spectrum.table, spectrum.fit
     fitted = fit.at(table.frequency, table.temperature)
     names = ["temperature_C", "frequency_Hz", "reduced_frequency_Hz", "storage_MPa", "loss_MPa"]
     columns = [table.temperature, table.frequency, fit.reduced(table.frequency, table.temperature)]
@@ -31,17 +31,17 @@ def master_columns(one: TableSpectrum) -> dict[str, Array]:
     return dict(zip(names, columns, strict=True))
 
 
-def table_panels(one: TableSpectrum | TableSweep, file: str) -> Panels:
+def table_panels(spectrum: TableSpectrum | TableSweep, file: str) -> Panels:
     """Return the plots of what a table says: its master curve, or its moduli over amplitude."""
     from bushcli.inverse.coupon_tables import TableSweep
 
-    return sweep_panels(one, file) if isinstance(one, TableSweep) else master_panels(one, file)
+    return sweep_panels(spectrum, file) if isinstance(spectrum, TableSweep) else master_panels(spectrum, file)
 
 
-def master_panels(one: TableSpectrum, file: str) -> Panels:
+def master_panels(spectrum: TableSpectrum, file: str) -> Panels:
     """Return the master curve of a table: dots in the colour of their temperature, lines of the spectrum."""
-    fit, symbol = one.fit, one.table.quantity
-    temperature, frequency, reduced, storage, loss, *_ = master_columns(one).values()
+    fit, symbol = spectrum.fit, spectrum.table.quantity
+    temperature, frequency, reduced, storage, loss, *_ = master_columns(spectrum).values()
     line = np.geomspace(reduced.min(), reduced.max(), _DENSE)
     curve = fit.spectrum.at(2.0 * np.pi * line)
     # The lag of the rig, which the line is without, turns each row by its own frequency.
@@ -66,20 +66,20 @@ def master_panels(one: TableSpectrum, file: str) -> Panels:
         ]
         series.append(Series("after", f"{len(fit.spectrum.times)} branches", np.log10(line), of(curve)))
         plots.append([Plot(part, (below, f"{symbol}{mark} [MPa]"), series, log="y")])
-    title = f"Master curve of {one.table.name}{at}" if several else f"Moduli of {one.table.name}"
-    return Panels(f"{file}-master", "spectrum", title, plots, one.table.name)
+    title = f"Master curve of {spectrum.table.name}{at}" if several else f"Moduli of {spectrum.table.name}"
+    return Panels(f"{file}-master", "spectrum", title, plots, spectrum.table.name)
 
 
-def sweep_panels(one: TableSweep, file: str) -> Panels:
+def sweep_panels(sweep: TableSweep, file: str) -> Panels:
     """Return storage and loss over the amplitude: dots as measured, lines as fitted, a colour for each temperature."""
-    table, plots = one.table, []
+    table, plots = sweep.table, []
     for part, mark, of in (("storage", "'", np.real), ("loss", "''", np.imag)):
         series = []
-        for k, fit in enumerate(one.fits):
-            near = np.argmin([abs(table.temperature - other.temperature) for other in one.fits], axis=0)
-            own = near == k if len(one.fits) > 1 else np.ones(len(table), dtype=bool)
+        for k, fit in enumerate(sweep.fits):
+            nearest = np.argmin([abs(table.temperature - other.temperature) for other in sweep.fits], axis=0)
+            selected = nearest == k if len(sweep.fits) > 1 else np.ones(len(table), dtype=bool)
             label = "" if np.isnan(fit.temperature) else f"{number(fit.temperature)} degrees C"
-            key, at = colour(k), table.rows(own)
+            key, at = colour(k), table.rows(selected)
             for f in np.unique(at.frequency):
                 rows = at.rows(at.frequency == f)
                 line = np.geomspace(rows.amplitude.min(), rows.amplitude.max(), 100)

@@ -25,98 +25,108 @@ MOST_KEYS, ACROSS, DOWN, LONGEST = 12, 6, 6, 18
 _ZOOMED = 3
 
 
-def study_panels(found: Study) -> list[Panels]:
+def study_panels(study: Study) -> list[Panels]:
     """Return all plots of a study: tornado, bands, each answer over each key with a dot per design, histograms."""
-    units = {one.name: one.unit for one in found.task.answers}
-    labels = {name: f"{name} [{units[name]}]" if units[name] else name for name in found.summaries}
-    made = []
-    drawn = {name: one for name, one in found.summaries.items() if one.influences}
+    units = {answer.name: answer.unit for answer in study.task.answers}
+    labels = {name: f"{name} [{units[name]}]" if units[name] else name for name in study.summaries}
+    panels = []
+    drawn = {name: summary for name, summary in study.summaries.items() if summary.influences}
     if drawn:
-        plots = [tornado_plot(one, labels[name], i) for i, (name, one) in enumerate(drawn.items())]
-        made.append(
+        plots = [tornado_plot(summary, labels[name], i) for i, (name, summary) in enumerate(drawn.items())]
+        panels.append(
             Panels("tornado", "tornado", "Change of each answer by each key alone", in_rows(plots, 2))
         )
-    made += [band_panels(found, one) for one in found.bands]
-    if found.summaries and any(found.samples.values()):
-        names = [name for name in found.summaries if name in found.samples]
-        keys = [key for key in found.plan.keys if len(set(found.samples[key])) > 1][:ACROSS]
-        keys = keys or [found.plan.keys[0]]
+    panels += [band_panels(study, band) for band in study.bands]
+    if study.summaries and any(study.samples.values()):
+        names = [name for name in study.summaries if name in study.samples]
+        keys = [key for key in study.plan.keys if len(set(study.samples[key])) > 1][:ACROSS]
+        keys = keys or [study.plan.keys[0]]
         rows = [
-            [scatter_plot(found, name, key, labels[name], key == keys[0]) for key in keys]
+            [scatter_plot(study, name, key, labels[name], key == keys[0]) for key in keys]
             for name in names[:DOWN]
         ]
         is_many = len(keys) > _ZOOMED
         width = max(300.0, 900.0 / len(keys)) if is_many else 900.0 / len(keys)
         rows = [[replace(plot, width=width) for plot in row] for row in rows]
-        made.append(Panels("scatter", "scatter", "Answers against the varied keys", rows, still=is_many))
-        plots = [spread_plot(found, name, labels[name]) for name in names[: 2 * DOWN]]
-        made.append(Panels("spread", "histogram", "Spread of the answers", in_rows(plots, 3)))
-    return made
+        panels.append(Panels("scatter", "scatter", "Answers against the varied keys", rows, still=is_many))
+        plots = [spread_plot(study, name, labels[name]) for name in names[: 2 * DOWN]]
+        panels.append(Panels("spread", "histogram", "Spread of the answers", in_rows(plots, 3)))
+    return panels
 
 
-def _limits(found: Summary, axis: str) -> list[Stripe]:
-    if found.limits is None:
+def _limits(summary: Summary, axis: str) -> list[Stripe]:
+    if summary.limits is None:
         return []
-    ends = [(v, v) for v in (found.limits.low, found.limits.high) if math.isfinite(v)]
+    ends = [(v, v) for v in (summary.limits.low, summary.limits.high) if math.isfinite(v)]
     return [Stripe("limit", x=end) if axis == "x" else Stripe("limit", y=end) for end in ends]
 
 
-def tornado_plot(found: Summary, label: str, index: int) -> Plot:
+def tornado_plot(summary: Summary, label: str, index: int) -> Plot:
     """Return a bar per key for the change between its 5 % and 95 % quantiles, the longest on top."""
-    ordered = sorted(found.influences.items(), key=lambda pair: -abs(pair[1].swing[1] - pair[1].swing[0]))
+    ordered = sorted(summary.influences.items(), key=lambda pair: -abs(pair[1].swing[1] - pair[1].swing[0]))
     chosen = ordered[:MOST_KEYS]
     regions = [
         Region(
-            key, text, [bar(i, found.mean, found.mean + one.swing[end]) for i, (_, one) in enumerate(chosen)]
+            key,
+            text,
+            [
+                bar(i, summary.mean, summary.mean + influence.swing[end])
+                for i, (_, influence) in enumerate(chosen)
+            ],
         )
         for end, (key, text) in enumerate((("bar_second", "key at its 5 %"), ("bar", "at its 95 %")))
     ]
     names = [
-        (i, key if math.isnan(one.total) else f"{key}\nSobol {one.first:.2f}, total {one.total:.2f}")
-        for i, (key, one) in enumerate(chosen)
+        (
+            i,
+            key
+            if math.isnan(influence.total)
+            else f"{key}\nSobol {influence.first:.2f}, total {influence.total:.2f}",
+        )
+        for i, (key, influence) in enumerate(chosen)
     ]
-    bands = [Stripe("level", x=(found.mean, found.mean)), *_limits(found, "x")]
+    bands = [Stripe("level", x=(summary.mean, summary.mean)), *_limits(summary, "x")]
     size, height = (len(chosen) - 0.5, -0.5), 90.0 + 44.0 * len(chosen)
     return Plot(f"answer-{index}", (label, ""), (), regions, bands, y=size, height=height, y_names=names)
 
 
-def band_panels(found: Study, one: Band) -> Panels:
+def band_panels(study: Study, band: Band) -> Panels:
     """Return the median curve, and the bands that contain 90 % of the curves and all of them."""
-    shown = quantities(dict(found.case.channels)[one.channel])
-    q, (least, low, middle, high, most) = one.displacement, one.force
+    units = quantities(dict(study.case.channels)[band.channel])
+    q, (least, low, middle, high, most) = band.displacement, band.force
     # A loop is drawn in parts: between its turning points the displacement is monotonic.
     turns = np.flatnonzero(np.diff(np.sign(np.diff(q)))) + 1
-    legs = [slice(first, last + 1) for first, last in pairwise([0, *map(int, turns), len(q) - 1])]
+    legs = [slice(start, end + 1) for start, end in pairwise([0, *map(int, turns), len(q) - 1])]
     regions = [
         Region("shaded", "all designs", [around(q[leg], least[leg], most[leg]) for leg in legs]),
         Region("range", "5 to 95 %", [around(q[leg], low[leg], high[leg]) for leg in legs]),
     ]
-    title = f"{one.channel}: curves of {one.count} designs"
-    file = "".join(c if c.isalnum() or c in "-_" else "_" for c in one.channel)[:50]
+    title = f"{band.channel}: curves of {band.count} designs"
+    file = "".join(c if c.isalnum() or c in "-_" else "_" for c in band.channel)[:50]
     series = [Series("after", "median", q, middle)]
-    plot = Plot("band", shown.labels, series, regions, height=400.0)
-    return Panels(f"band-{file}", "band", title, [[plot]], one.channel)
+    plot = Plot("band", units.labels, series, regions, height=400.0)
+    return Panels(f"band-{file}", "band", title, [[plot]], band.channel)
 
 
-def scatter_plot(found: Study, name: str, key: str, label: str, first: bool) -> Plot:
+def scatter_plot(study: Study, name: str, key: str, label: str, is_first: bool) -> Plot:
     """Return one answer over one key, a dot for each design."""
-    x, y = found.samples[key], np.array(found.samples[name], dtype=float)
+    x, y = study.samples[key], np.array(study.samples[name], dtype=float)
     names: list[tuple[float, str]] = []
     if any(isinstance(value, str) for value in x):
         words = list(dict.fromkeys(str(value)[:LONGEST] for value in x))
         names = list(enumerate(words))
         x = [words.index(str(value)[:LONGEST]) for value in x]
-    influence = found.summaries[name].influences.get(key)
+    influence = study.summaries[name].influences.get(key)
     heading = "" if influence is None else f"rank correlation {influence.spearman:.2f}"
-    dots, bands = Series("dot", "", np.array(x, dtype=float), y, "dots"), _limits(found.summaries[name], "y")
-    labels = (key, label if first else "")
+    dots, bands = Series("dot", "", np.array(x, dtype=float), y, "dots"), _limits(study.summaries[name], "y")
+    labels = (key, label if is_first else "")
     return Plot(f"{name}-{key}", labels, [dots], (), bands, heading=heading, height=250.0, x_names=names)
 
 
-def spread_plot(found: Study, name: str, label: str) -> Plot:
+def spread_plot(study: Study, name: str, label: str) -> Plot:
     """Return a histogram of an answer with its limits."""
-    one = found.summaries[name]
-    values = np.array(found.samples[name], dtype=float)
+    summary = study.summaries[name]
+    values = np.array(study.samples[name], dtype=float)
     bins = max(5, min(40, round(math.sqrt(len(values)))))
     if np.ptp(values) <= 1e-9 * abs(float(values.mean())):
         bins = 1
@@ -124,10 +134,14 @@ def spread_plot(found: Study, name: str, label: str) -> Plot:
     boxes = [
         np.array([(a, 0), (b, 0), (b, n), (a, n)]) for (a, b), n in zip(pairwise(edges), count, strict=True)
     ]
-    median = Stripe("level", x=(one.quantiles[1], one.quantiles[1]))
-    heading = f"median {number(one.quantiles[1], 4)}"
-    if one.limits is not None:
-        heading = f"{share_percent(one.limits.share)} within"
-    labels, top, bands = (label, "designs"), (0.0, 1.06 * float(count.max())), [median, *_limits(one, "x")]
+    median = Stripe("level", x=(summary.quantiles[1], summary.quantiles[1]))
+    heading = f"median {number(summary.quantiles[1], 4)}"
+    if summary.limits is not None:
+        heading = f"{share_percent(summary.limits.share)} within"
+    labels, top, bands = (
+        (label, "designs"),
+        (0.0, 1.06 * float(count.max())),
+        [median, *_limits(summary, "x")],
+    )
     bars = [Region("bar", "", boxes)]
     return Plot(f"spread-{name}", labels, (), bars, bands, y=top, heading=heading, height=250.0)

@@ -106,10 +106,12 @@ def write(
 
     def draw() -> dict[str, Content]:
         pictures = _report("drawing.results").drawn(files.pictures()) if files.pictures else ()
-        made = picture_files(pictures)
+        written = picture_files(pictures)
         if files.has_page:
-            made[REPORT] = _report("writers.page").page(document(), result, pictures, inputs_of(files.case))
-        return made
+            written[REPORT] = _report("writers.page").page(
+                document(), result, pictures, inputs_of(files.case)
+            )
+        return written
 
     contents: dict[str, Content] = {RESULT: result}
     if files.case is not None and result["command"] in IDENTIFYING:
@@ -124,84 +126,91 @@ def _report(module: str) -> Any:
     return import_module(f"bushcli.report.{module}")
 
 
-def check_files(found: results.Checked) -> Files:
+def check_files(result: results.Checked) -> Files:
     """Return the files of a checked case: result.json alone."""
-    return Files(found.case, has_page=False)
+    return Files(result.case, has_page=False)
 
 
-def mesh_files(found: results.MeshResult) -> Files:
+def mesh_files(result: results.MeshResult) -> Files:
     """Return the files of meshes: a picture of each, and of the interpretation of a geometry file."""
     return Files(
         None,  # a part has no case file: the one that is written to start from is not an input
-        fields=[f"mesh-{one.name}{end}" for one in found.meshes for end in FIELDS],
-        pictures=lambda: _report("drawing.results").mesh_pictures(found.case.geometry, found.meshes),
+        fields=[f"mesh-{mesh.name}{end}" for mesh in result.meshes for end in FIELDS],
+        pictures=lambda: _report("drawing.results").mesh_pictures(result.case.geometry, result.meshes),
         has_page=False,
     )
 
 
-def direct_files(found: results.DirectResult) -> Files:
+def direct_files(result: results.DirectResult) -> Files:
     """Return the files of a direct prediction: per channel its curve, its comparison and its fields."""
-    curves, compared = [channel.name for channel in found.response.channels], found.tables or ()
-    names = file_names([*curves, *(one.table.name for one in compared)])
+    curves, compared_tables = [channel.name for channel in result.response.channels], result.tables or ()
+    names = file_names([*curves, *(compared.table.name for compared in compared_tables)])
     contents: dict[str, Content] = {
-        f"{names[one.table.name]}-table.csv": tables.compared_table(one) for one in compared
+        f"{names[compared.table.name]}-table.csv": tables.compared_table(compared)
+        for compared in compared_tables
     }
-    for channel in found.response.channels:
+    for channel in result.response.channels:
         name = names[channel.name]
         contents[f"{name}.csv"] = (
             partial(write_curve_csv, curve=channel.curve)
             if channel.six is None
             else tables.six_table(channel.six)
         )
-        if (misfit := found.misfits.get(channel.name)) is not None:
+        if (misfit := result.misfits.get(channel.name)) is not None:
             # At the recorded displacements, in the order of the recording.
             forces = {"recorded": misfit.simulated - misfit.difference, "simulated": misfit.simulated}
             columns = tables.forces(channel.mode, misfit.displacement, forces)
             contents[f"{name}-comparison.csv"] = tables.number_table(columns)
     return Files(
-        found.response.case,
+        result.response.case,
         contents,
         [f"{names[name]}{end}" for name in curves for end in FIELDS],
-        lambda: _report("drawing.results").direct_pictures(found, names),
+        lambda: _report("drawing.results").direct_pictures(result, names),
     )
 
 
-def fit_files(found: results.FitResult) -> Files:
+def fit_files(result: results.FitResult) -> Files:
     """Return the files of a fit: recorded and fitted stress of each coupon, and the master curve of each table."""
     from bushcli.inverse.coupon_tables import TableSpectrum
 
-    fit, spectra = found.fit, found.spectra
+    fit, spectra = result.fit, result.spectra
     curves = () if fit is None else fit.curves
-    names = file_names([*(curve.name for curve in curves), *dict.fromkeys(one.table.name for one in spectra)])
-    contents = {f"{names[curve.name]}-fit.csv": _fitted(curve, "fitted") for curve in curves}
-    for one in spectra:
-        if isinstance(one, TableSpectrum):
-            columns = _report("plots.spectrum").master_columns(one)
-            contents[f"{names[one.table.name]}-master.csv"] = tables.number_table(columns)
+    names = file_names(
+        [*(curve.name for curve in curves), *dict.fromkeys(spectrum.table.name for spectrum in spectra)]
+    )
+    contents = {f"{names[curve.name]}-fit.csv": _fit_table(curve, "fitted") for curve in curves}
+    for spectrum in spectra:
+        if isinstance(spectrum, TableSpectrum):
+            columns = _report("plots.spectrum").master_columns(spectrum)
+            contents[f"{names[spectrum.table.name]}-master.csv"] = tables.number_table(columns)
 
     def pictures() -> list[Panels]:
         of_table = _report("plots.spectrum").table_panels
         of_law = [] if fit is None else [_report("plots.fit").fit_panels(fit)]
-        return [*of_law, *(of_table(one, names[one.table.name]) for one in spectra)]
+        return [*of_law, *(of_table(spectrum, names[spectrum.table.name]) for spectrum in spectra)]
 
-    return Files(found.case, contents, pictures=pictures)
+    return Files(result.case, contents, pictures=pictures)
 
 
-def inverse_files(found: results.InverseResult) -> Files:
+def inverse_files(result: results.InverseResult) -> Files:
     """Return the files of identified laws: for each channel the recorded curve and that of the best law."""
-    best = found.best
-    names = file_names([*(curve.name for curve in best.curves), *(one.table.name for one in best.tables)])
-    contents = {f"{names[one.table.name]}-table.csv": tables.compared_table(one) for one in best.tables}
+    best = result.best
+    names = file_names(
+        [*(curve.name for curve in best.curves), *(compared.table.name for compared in best.tables)]
+    )
+    contents = {
+        f"{names[compared.table.name]}-table.csv": tables.compared_table(compared) for compared in best.tables
+    }
     contents |= {
-        f"{names[curve.name]}-identified.csv": _fitted(
+        f"{names[curve.name]}-identified.csv": _fit_table(
             curve, "predicted" if curve.held_out else "fitted", start=True
         )
         for curve in best.curves
     }
-    return Files(found.case, contents, pictures=lambda: _report("plots.fit").inverse_panels(found, names))
+    return Files(result.case, contents, pictures=lambda: _report("plots.fit").inverse_panels(result, names))
 
 
-def _fitted(curve: FittedCurve, how: str, start: bool = False) -> str:
+def _fit_table(curve: FittedCurve, how: str, start: bool = False) -> str:
     """Return recorded and fitted force, and on demand that at the start of the search, where it is known."""
     forces = {"recorded": curve.recording.force, how: curve.fitted.force}
     if start and curve.started is not None:
@@ -209,70 +218,74 @@ def _fitted(curve: FittedCurve, how: str, start: bool = False) -> str:
     return tables.number_table(tables.forces(curve.recording.mode, curve.recording.displacement, forces))
 
 
-def diagnosis_files(found: Diagnosis) -> Files:
+def diagnosis_files(diagnosis: Diagnosis) -> Files:
     """Return the files of a diagnosis: the curves of each channel, and maps of the bushing for ParaView."""
-    names = file_names([*(one.name for one in found.measured), *(one.name for one in found.maps)])
+    names = file_names(
+        [*(channel.name for channel in diagnosis.measured), *(local_map.name for local_map in diagnosis.maps)]
+    )
     contents: dict[str, Content] = {
-        f"{names[one.name]}-table.csv": tables.compared_table(one.compared) for one in found.tables
+        f"{names[table.name]}-table.csv": tables.compared_table(table.compared) for table in diagnosis.tables
     }
-    for channel in found.channels:
+    for channel in diagnosis.channels:
         recorded = channel.recording
         forces = {"recorded": recorded.force, "plain": channel.before, "final": channel.after}
-        if found.missing is not None and channel.name in found.missing.force:
-            forces["missing"] = found.missing.force[channel.name]
+        if diagnosis.missing is not None and channel.name in diagnosis.missing.force:
+            forces["missing"] = diagnosis.missing.force[channel.name]
         columns = {} if recorded.time is None else {"time_s": recorded.time}
         columns |= tables.forces(recorded.mode, recorded.displacement, forces)
         columns["faulty"] = channel.faulty.astype(float)
         contents[f"{names[channel.name]}-diagnosis.csv"] = tables.number_table(columns)
-    for one in found.maps:
-        contents[f"{names[one.name]}-bushing-map.vtu"] = tables.map_vtu(one)
+    for local_map in diagnosis.maps:
+        contents[f"{names[local_map.name]}-bushing-map.vtu"] = tables.map_vtu(local_map)
     return Files(
-        found.case, contents, pictures=lambda: _report("drawing.results").diagnosis_pictures(found, names)
+        diagnosis.case,
+        contents,
+        pictures=lambda: _report("drawing.results").diagnosis_pictures(diagnosis, names),
     )
 
 
-def dynamic_files(found: results.DynamicResult) -> Files:
+def dynamic_files(result: results.DynamicResult) -> Files:
     """Return the files of dynamic stiffness: a table of each load case, a row for each preload and frequency."""
-    curves = found.response.curves
+    curves = result.response.curves
     names = file_names(dict.fromkeys(curve.name for curve in curves))
     contents = {
-        f"{file}-dynamic.csv": tables.dynamic_table([one for one in curves if one.name == name])
+        f"{file}-dynamic.csv": tables.dynamic_table([curve for curve in curves if curve.name == name])
         for name, file in names.items()
     }
     return Files(
-        found.response.case,
+        result.response.case,
         contents,
         pictures=lambda: _report("plots.dynamic").dynamic_panels(curves, names),
     )
 
 
-def study_files(found: results.StudyResult) -> Files:
+def study_files(result: results.StudyResult) -> Files:
     """Return the files of a study: its designs as Parquet."""
-    study = found.study
+    study = result.study
     return Files(
         study.case,
-        {DESIGNS: found.write_rows},
+        {DESIGNS: result.write_rows},
         pictures=lambda: _report("plots.study").study_panels(study),
     )
 
 
-def design_files(found: Design) -> Files:
+def design_files(design: Design) -> Files:
     """Return the files of a design: its page."""
-    return Files(found.case)
+    return Files(design.case)
 
 
-def batch_files(found: Batch) -> Files:
+def batch_files(batch: Batch) -> Files:
     """Return the files of a batch: a row for each part, and the mean curve of each mode with its band."""
-    contents = {PARTS: tables.part_table(found)}
-    for curve in found.curves:
+    contents = {PARTS: tables.part_table(batch)}
+    for curve in batch.curves:
         contents[f"{curve.mode}-mean.csv"], contents[f"{curve.mode}-band.csv"] = tables.mean_tables(curve)
-    return Files(found.case, contents, pictures=lambda: _report("plots.curves").batch_panels(found))
+    return Files(batch.case, contents, pictures=lambda: _report("plots.curves").batch_panels(batch))
 
 
-def compare_files(found: Comparison) -> Files:
+def compare_files(comparison: Comparison) -> Files:
     """Return the files of a comparison: its page and pictures, the differences as CSV."""
-    contents = {DIFFERENCES: tables.difference_table(found)}
-    return Files(None, contents, pictures=lambda: _report("plots.curves").compare_panels(found))
+    contents = {DIFFERENCES: tables.difference_table(comparison)}
+    return Files(None, contents, pictures=lambda: _report("plots.curves").compare_panels(comparison))
 
 
 def write_refused(directory: Path, error: GeometryError) -> tuple[Path, ...]:
@@ -290,8 +303,8 @@ def write_refused(directory: Path, error: GeometryError) -> tuple[Path, ...]:
     if earlier_result(directory) is not None:
         directory = directory / REFUSED
     pictures = picture_files([_report("drawing.results").geometry_picture(error.view, str(error), {})])
-    noted = json.dumps(sorted({*claimed(directory), *pictures}))
-    return write_files(directory, {CLAIMED: noted, **pictures}, [])[1:]
+    listing = json.dumps(sorted({*claimed(directory), *pictures}))
+    return write_files(directory, {CLAIMED: listing, **pictures}, [])[1:]
 
 
 def write_starter_case(directory: Path, case: str) -> tuple[Path, ...]:
@@ -322,7 +335,7 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
     check_folder(directory)
     channels = {
         "direct": [name for name, _ in case.channels],
-        "dynamic": [one.label for one in case.vibrations],
+        "dynamic": [vibration.label for vibration in case.vibrations],
         "fit": [source.label for source in case.coupons],
     }.get(command, [source.label for source in case.recordings])
     modes = dict.fromkeys(source.mode for source in case.specimens)
@@ -353,17 +366,19 @@ def question_of(command: str, case: Case, options: Mapping[str, Any]) -> str:
     options : mapping of str to object
         Of the command; those that only say how it works (`--workers`, `--resume`, ...) do not count.
     """
-    asked = {name: value for name, value in options.items() if name not in _HOW}
-    shown = {key: value for key, value in resolved(case).items() if key != "path"}
-    read = [
+    relevant = {name: value for name, value in options.items() if name not in _HOW}
+    case_data = {key: value for key, value in resolved(case).items() if key != "path"}
+    texts = [
         value.read_text(errors="replace")
-        for value in asked.values()
+        for value in relevant.values()
         if isinstance(value, Path) and value.is_file()
     ]
-    data = [command, shown, case.data_digest(), asked, read, code_revision()]
+    data = [command, case_data, case.data_digest(), relevant, texts, code_revision()]
     return hashlib.sha256(json.dumps(data, sort_keys=True, default=str).encode()).hexdigest()[:32]
 
 
 def picture_files(pictures: Sequence[Picture]) -> dict[str, Content]:
     """Return each picture as a PNG and an SVG file."""
-    return {f"{one.name}.{form}": getattr(one, form) for form in ("png", "svg") for one in pictures}
+    return {
+        f"{picture.name}.{form}": getattr(picture, form) for form in ("png", "svg") for picture in pictures
+    }

@@ -92,54 +92,54 @@ def refuse_others(directory: Path, names: Iterable[str], inputs: Collection[Path
 
 def _not_replaced(directory: Path, names: Iterable[str], inputs: Collection[Path]) -> dict[str, Problem]:
     """Return the names of files that must not be replaced, with the reason."""
-    there = [name for name in names if name != CLAIMED and os.path.lexists(directory / name)]
-    if not there:
+    existing = [name for name in names if name != CLAIMED and os.path.lexists(directory / name)]
+    if not existing:
         return {}
-    read = {path.resolve() for path in inputs}
-    own = owned(directory)
-    found = {}
-    for name in there:
+    input_paths = {path.resolve() for path in inputs}
+    owned_names = owned(directory)
+    problems = {}
+    for name in existing:
         path = directory / name
         what = ""
         if path.is_symlink():
             what = "is a symbolic link, which is not followed"
-        elif path.resolve() in read:
+        elif path.resolve() in input_paths:
             what = "is an input of the case, and a result would replace it"
         elif path.is_dir():
             what = "is a folder, where a file of the result belongs"
         elif _is_protected(path):
             what = "is write-protected"
-        elif own is None:
+        elif owned_names is None:
             what = (
                 "exists already and was not written by an earlier run "
                 f"(the folder has no {RESULT} in which bushcli lists its files)"
             )
-        elif name not in own:
+        elif name not in owned_names:
             what = f"exists already and was not written by an earlier run ({RESULT} does not list it)"
         if what:
-            found[name] = Problem(str(path), what, "", "give another -o")
-    return found
+            problems[name] = Problem(str(path), what, "", "give another -o")
+    return problems
 
 
 def owned(directory: Path) -> frozenset[str] | None:
     """Return the files that bushcli wrote into a folder; None if it wrote none."""
-    found, noted = earlier_result(directory), claimed(directory)
-    if found is None:
-        return noted or None
-    return noted | {name for name in found[FILES] if Path(name).name == name} | {RESULT}
+    result, names = earlier_result(directory), claimed(directory)
+    if result is None:
+        return names or None
+    return names | {name for name in result[FILES] if Path(name).name == name} | {RESULT}
 
 
 def earlier_result(directory: Path) -> dict[str, Any] | None:
     """Return the result that a run has written into a folder; None without one that lists its files."""
     file = directory / RESULT
     try:
-        found = None if file.is_symlink() else json.loads(read_bounded(file, _LARGEST))
+        result = None if file.is_symlink() else json.loads(read_bounded(file, _LARGEST))
     except (OSError, ValueError, RecursionError):
         return None
-    if not isinstance(found, dict) or not {"command", "versions"} <= found.keys():
+    if not isinstance(result, dict) or not {"command", "versions"} <= result.keys():
         return None
-    listed = found.get(FILES)
-    return found if isinstance(listed, list) and all(isinstance(name, str) for name in listed) else None
+    listed = result.get(FILES)
+    return result if isinstance(listed, list) and all(isinstance(name, str) for name in listed) else None
 
 
 def _is_protected(path: Path) -> bool:
@@ -193,7 +193,9 @@ def occupy(directory: Path) -> Callable[[], None]:
 def is_finished(result: Mapping[str, Any]) -> bool:
     """Whether a run has ended by itself, and not by an interruption."""
     problems = result.get("problems") or ()
-    return not any(isinstance(one, Mapping) and one.get("name") == "interrupted" for one in problems)
+    return not any(
+        isinstance(problem, Mapping) and problem.get("name") == "interrupted" for problem in problems
+    )
 
 
 def moves_to(directory: Path, command: str, question: str) -> tuple[str, Path] | None:
@@ -210,34 +212,34 @@ def moves_to(directory: Path, command: str, question: str) -> tuple[str, Path] |
     tuple of str and Path, or None
         None if there is no result, or one of the same question, which the new one replaces.
     """
-    found = earlier_result(directory)
-    if found is None or (found["command"], found.get(QUESTION, "")) == (command, question):
+    earlier = earlier_result(directory)
+    if earlier is None or (earlier["command"], earlier.get(QUESTION, "")) == (command, question):
         return None
-    before = "".join(letter for letter in str(found["command"]) if letter.isalnum())
+    before = "".join(letter for letter in str(earlier["command"]) if letter.isalnum())
 
-    def is_same(there: Mapping[str, Any]) -> bool:
-        return is_finished(there) and there.get(QUESTION, "") == found.get(QUESTION)
+    def is_same(other: Mapping[str, Any]) -> bool:
+        return is_finished(other) and other.get(QUESTION, "") == earlier.get(QUESTION)
 
     # A result that was moved before and calculated again is there already.
-    return before, _free(directory / f"earlier-{before}", is_same)
+    return before, _free_place(directory / f"earlier-{before}", is_same)
 
 
 def place_of(directory: Path, result: Mapping[str, Any]) -> Path:
     """Return the folder for a result: one inside the given one for an unfinished result beside a finished one."""
-    found = earlier_result(directory)
-    if found is None or is_finished(result) or not is_finished(found):
+    earlier = earlier_result(directory)
+    if earlier is None or is_finished(result) or not is_finished(earlier):
         return directory
-    return _free(directory / f"unfinished-{result['command']}", lambda there: not is_finished(there))
+    return _free_place(directory / f"unfinished-{result['command']}", lambda other: not is_finished(other))
 
 
-def _free(path: Path, may_go: Callable[[Mapping[str, Any]], bool]) -> Path:
+def _free_place(path: Path, may_go: Callable[[Mapping[str, Any]], bool]) -> Path:
     """Return the first of a path, and the path with -2, -3, ... behind it, that is free or has a result that may go."""
     places = (path if n == 1 else path.with_name(f"{path.name}-{n}") for n in count(1))
     return next(
         place
         for place in places
         if not os.path.lexists(place)
-        or (not place.is_symlink() and (there := earlier_result(place)) is not None and may_go(there))
+        or (not place.is_symlink() and (result := earlier_result(place)) is not None and may_go(result))
     )
 
 
@@ -288,8 +290,14 @@ def write_files(
     try:
         parts.mkdir(parents=True, exist_ok=True)
         place.mkdir(exist_ok=True)
-        kept, obsolete = _set_aside(place, result, parts)
-        listed = {*kept, *obsolete, *files, *staged, *(name for name in beside if (place / name).is_file())}
+        remaining, obsolete = _set_aside(place, result, parts)
+        listed = {
+            *remaining,
+            *obsolete,
+            *files,
+            *staged,
+            *(name for name in beside if (place / name).is_file()),
+        }
         _write_all(place, files, listed, parts)
         for name, file in staged.items():
             file.replace(place / name)
@@ -299,7 +307,7 @@ def write_files(
             # `result.json` lists them now.
             (place / CLAIMED).unlink(missing_ok=True)
         written = tuple(place / name for name in (*files, *staged))
-        return written if drawn is None else (*written, *_drawn(place, files, inputs, listed, drawn, parts))
+        return written if drawn is None else (*written, *_draw(place, files, inputs, listed, drawn, parts))
     except OSError as error:
         raise _unwritable(place, error) from None
     finally:
@@ -307,7 +315,7 @@ def write_files(
             parts.rmdir()
 
 
-def _drawn(
+def _draw(
     place: Path,
     files: Mapping[str, Content],
     inputs: Collection[Path],
@@ -321,17 +329,17 @@ def _drawn(
         let_go()
         pictures = drawn()
         refused = _not_replaced(place, pictures, inputs)
-        mine = {name: content for name, content in pictures.items() if name not in refused}
+        allowed = {name: content for name, content in pictures.items() if name not in refused}
         # Listed before they are there, so that a run that is killed leaves none that nobody knows.
-        listed |= mine.keys()
-        _write_all(place, index | mine, listed, parts)
+        listed |= allowed.keys()
+        _write_all(place, index | allowed, listed, parts)
         if refused:
             raise InputError(*refused.values())
     except BaseException as error:
         with suppress(OSError):
             _write_all(place, index, {name for name in listed if os.path.lexists(place / name)}, parts)
         raise NotDrawn(place, error) from error
-    return tuple(place / name for name in mine)
+    return tuple(place / name for name in allowed)
 
 
 def _set_aside(
@@ -341,7 +349,7 @@ def _set_aside(
     if result is None:
         return frozenset(), frozenset()
     before = earlier_result(place)
-    own = frozenset(
+    owned_names = frozenset(
         name
         for name in owned(place) or ()
         if (place / name).is_file() and not (place / name).is_symlink() and not _is_protected(place / name)
@@ -349,14 +357,18 @@ def _set_aside(
     aside = moves_to(place, str(result.get("command", "")), str(result.get(QUESTION, "")))
     if before is None or aside is None:
         # The pictures of the same question stay until they are drawn again, unless they are those of a part of it.
-        return (own, frozenset()) if before is None or is_finished(before) else (frozenset(), own)
+        return (
+            (owned_names, frozenset())
+            if before is None or is_finished(before)
+            else (frozenset(), owned_names)
+        )
     if aside[1].exists():
-        return frozenset(), own
+        return frozenset(), owned_names
     copy = parts / "earlier"
     shutil.rmtree(copy, ignore_errors=True)
     copy.mkdir()
     try:
-        for name in own:
+        for name in owned_names:
             try:
                 os.link(place / name, copy / name)
             except OSError:  # a file system without hard links
@@ -364,7 +376,7 @@ def _set_aside(
         copy.rename(aside[1])
     finally:
         shutil.rmtree(copy, ignore_errors=True)
-    return frozenset(), own
+    return frozenset(), owned_names
 
 
 def _write_all(place: Path, files: Mapping[str, Content], listed: Collection[str], parts: Path) -> None:
@@ -397,7 +409,7 @@ def claimed(directory: Path) -> frozenset[str]:
     """Return the files in a folder that a run has noted because it has no result that could list them."""
     file = directory / CLAIMED
     try:
-        found = None if file.is_symlink() else json.loads(read_bounded(file, _LARGEST_CLAIM))
+        names = None if file.is_symlink() else json.loads(read_bounded(file, _LARGEST_CLAIM))
     except (OSError, ValueError, RecursionError):
         return frozenset()
-    return frozenset(map(str, found)) if isinstance(found, list) else frozenset()
+    return frozenset(map(str, names)) if isinstance(names, list) else frozenset()

@@ -75,10 +75,10 @@ def page(
     code = script() if any(isinstance(block, Picture) and block.panels for block in blocks) else ""
     digests = []
     for path in inputs:
-        with suppress(OSError), path.open("rb") as opened:  # a file may be gone since it was read
-            digests.append((path, hashlib.file_digest(opened, "sha256").hexdigest()))
+        with suppress(OSError), path.open("rb") as file:  # a file may be gone since it was read
+            digests.append((path, hashlib.file_digest(file, "sha256").hexdigest()))
     environment = templates()
-    environment.filters.update({"figure": figure, "grouped": _grouped})
+    environment.filters.update({"figure": figure, "grouped": _groups})
     return environment.get_template("report.html").render(
         document=document,
         warnings=on("page", [document.warning] if document.warning else []),
@@ -94,12 +94,12 @@ def page(
     )
 
 
-def _grouped(blocks: Iterable[Block]) -> Iterator[tuple[str, list[Block]]]:
+def _groups(blocks: Iterable[Block]) -> Iterator[tuple[str, list[Block]]]:
     """Yield blocks of the same kind that follow each other, with the name of their kind."""
-    for kind, found in groupby(blocks, lambda block: type(block).__name__.lower()):
+    for kind, group in groupby(blocks, lambda block: type(block).__name__.lower()):
         yield (
             kind,
-            [block.shortened(_MOST) if isinstance(block, Table) and block.most else block for block in found],
+            [block.shortened(_MOST) if isinstance(block, Table) and block.most else block for block in group],
         )
 
 

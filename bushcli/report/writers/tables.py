@@ -52,9 +52,9 @@ def word_table(rows: Iterable[Iterable[object]]) -> str:
 
 def forces(mode: str, displacement: Array, columns: Mapping[str, Array]) -> dict[str, Array]:
     """Return forces over a displacement as columns: a word, the quantity and its unit name a force."""
-    shown = quantities(mode)
-    q, force = shown.csv_names
-    return {q: shown.shown(displacement)} | {f"{word}_{force}": column for word, column in columns.items()}
+    units = quantities(mode)
+    q, force = units.csv_names
+    return {q: units.shown(displacement)} | {f"{word}_{force}": column for word, column in columns.items()}
 
 
 def six_table(six: SixCurve) -> str:
@@ -67,9 +67,9 @@ def six_table(six: SixCurve) -> str:
 
 def dynamic_table(curves: Sequence[DynamicCurve]) -> str:
     """Return the dynamic stiffness of a load case, with the columns of a rig's table."""
-    shown = quantities(curves[0].mode)
-    travel, force = shown.csv_names
-    kind = "MPa" if shown.force_unit == "MPa" else "Nmm_per_rad" if shown.per_internal != 1.0 else "N_per_mm"
+    units = quantities(curves[0].mode)
+    travel, force = units.csv_names
+    kind = "MPa" if units.force_unit == "MPa" else "Nmm_per_rad" if units.per_internal != 1.0 else "N_per_mm"
     moduli = (f"{name}_{kind}" for name in ("stiffness", "storage", "loss"))
     # "preload_mm" and "preload_N", as a rig writes them; "preload_stretch".
     preloads = (f"preload_{name if kind == 'MPa' else name.split('_', 1)[1]}" for name in (travel, force))
@@ -77,34 +77,36 @@ def dynamic_table(curves: Sequence[DynamicCurve]) -> str:
     names = ["frequency_Hz", *peaks, *preloads, *moduli, "loss_angle_deg"]
     rows = []
     for curve in curves:
-        K, preload = curve.stiffness, [shown.at(curve.preload), curve.force]
-        peak = [] if curve.amplitude is None else [shown.per_internal * curve.amplitude]
-        held = np.broadcast_to([*peak, *preload], (len(K), len(peak) + 2))
-        rows.append(np.column_stack([curve.frequency, held, abs(K), K.real, K.imag, np.degrees(np.angle(K))]))
+        K, preload = curve.stiffness, [units.at(curve.preload), curve.force]
+        peak = [] if curve.amplitude is None else [units.per_internal * curve.amplitude]
+        conditions = np.broadcast_to([*peak, *preload], (len(K), len(peak) + 2))
+        rows.append(
+            np.column_stack([curve.frequency, conditions, abs(K), K.real, K.imag, np.degrees(np.angle(K))])
+        )
     return number_table(dict(zip(names, np.vstack(rows).T, strict=True)))
 
 
-def compared_table(one: ComparedTable) -> str:
+def compared_table(compared: ComparedTable) -> str:
     """Return a measured table beside its simulation, a row for each of its rows."""
-    table, shown = one.table, quantities(one.table.mode)
-    travel, force = (name.split("_", 1)[1] for name in shown.csv_names)
-    kind = "Nmm_per_rad" if shown.per_internal != 1.0 else "N_per_mm"
+    table, units = compared.table, quantities(compared.table.mode)
+    travel, force = (name.split("_", 1)[1] for name in units.csv_names)
+    kind = "Nmm_per_rad" if units.per_internal != 1.0 else "N_per_mm"
     columns = {
         "frequency_Hz": table.frequency,
-        f"amplitude_peak_{travel}": shown.per_internal * table.amplitude,
-        f"preload_{travel}": shown.per_internal * one.preload,
+        f"amplitude_peak_{travel}": units.per_internal * table.amplitude,
+        f"preload_{travel}": units.per_internal * compared.preload,
         f"preload_{force}": table.preload_force,
         "temperature_C": table.temperature,
         f"stiffness_{kind}": table.stiffness,
         "loss_angle_deg": np.degrees(table.loss_angle),
-        f"simulated_stiffness_{kind}": np.abs(one.simulated),
-        "simulated_loss_angle_deg": np.degrees(np.angle(one.simulated)),
+        f"simulated_stiffness_{kind}": np.abs(compared.simulated),
+        "simulated_loss_angle_deg": np.degrees(np.angle(compared.simulated)),
     }
-    known = {name: values for name, values in columns.items() if not np.isnan(values).all()}
-    return number_table(known)
+    filled = {name: values for name, values in columns.items() if not np.isnan(values).all()}
+    return number_table(filled)
 
 
-def part_table(found: Batch) -> str:
+def part_table(batch: Batch) -> str:
     """Return a row for each part of a batch."""
     from bushcli.report.views.batch import stiffness
     from bushcli.study.causes import joined
@@ -112,34 +114,34 @@ def part_table(found: Batch) -> str:
     heads = "part,mode,factor,std,deviation,stiffness,rms_percent,noise_percent,outlier,causes"
     rows = (
         (
-            *(one.name, one.mode, one.factor, one.std, one.deviation, stiffness(one)),
-            *(one.rms_percent, one.noise_percent, " ".join(one.outlier), joined(one.causes)),
+            *(part.name, part.mode, part.factor, part.std, part.deviation, stiffness(part)),
+            *(part.rms_percent, part.noise_percent, " ".join(part.outlier), joined(part.causes)),
         )
-        for one in found.parts
+        for part in batch.parts
     )
     return word_table([heads.split(","), *rows])
 
 
 def mean_tables(curve: BatchCurve) -> tuple[str, str]:
     """Return the mean curve of a mode, which a recording may stand for, and the band of its tolerance."""
-    mean, shown = curve.mean, quantities(curve.mode)
-    q, force = shown.csv_names
-    travel = {q: shown.shown(mean.displacement)}
+    mean, units = curve.mean, quantities(curve.mode)
+    q, force = units.csv_names
+    travel = {q: units.shown(mean.displacement)}
     times = {} if mean.time is None else {"time_s": mean.time}
     band = {f"mean_{force}": mean.force, f"lower_{force}": curve.lower, f"upper_{force}": curve.upper}
     return number_table(times | travel | {force: mean.force}), number_table(travel | band)
 
 
-def difference_table(found: Comparison) -> str:
+def difference_table(comparison: Comparison) -> str:
     """Return the keys and the numbers in which results differ."""
     rows = [
-        (one.key, *("" if value is None else value for value in one.values))
-        for one in (*found.keys, *found.numbers)
+        (difference.key, *("" if value is None else value for value in difference.values))
+        for difference in (*comparison.keys, *comparison.numbers)
     ]
-    return word_table([("key", *(item.name for item in found.items)), *rows])
+    return word_table([("key", *(item.name for item in comparison.items)), *rows])
 
 
-def map_vtu(found: LocalMap) -> str:
+def map_vtu(local_map: LocalMap) -> str:
     """Return the map as an unstructured grid; a half-plane as (R, Z, 0), mm.
 
     References
@@ -152,11 +154,11 @@ def map_vtu(found: LocalMap) -> str:
         text = " ".join(f"{value:.9g}" for value in values.ravel())
         return f'<DataArray type="{kind}" Name="{name}" format="ascii" {more}>{text}</DataArray>'
 
-    corners = found.cells.shape[1]
-    points = np.zeros((len(found.points), 3))
-    points[:, : found.points.shape[1]] = found.points
-    kind, order = _VTK[numbering(found), corners]
-    cells = found.cells[:, order]
+    corners = local_map.cells.shape[1]
+    points = np.zeros((len(local_map.points), 3))
+    points[:, : local_map.points.shape[1]] = local_map.points
+    kind, order = _VTK[numbering(local_map), corners]
+    cells = local_map.cells[:, order]
     offsets = corners * np.arange(1, len(cells) + 1)
     return f"""<?xml version="1.0"?>
 <VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian">
@@ -167,7 +169,7 @@ def map_vtu(found: LocalMap) -> str:
 {array("Int64", "offsets", offsets)}
 {array("UInt8", "types", np.full(len(cells), kind))}
 </Cells>
-<CellData Scalars="stiffness_change">{array("Float64", "stiffness_change", found.factor)}</CellData>
+<CellData Scalars="stiffness_change">{array("Float64", "stiffness_change", local_map.factor)}</CellData>
 </Piece></UnstructuredGrid>
 </VTKFile>
 """

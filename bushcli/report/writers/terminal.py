@@ -33,7 +33,7 @@ class DrawnTable:
         # The title is printed separately: as title of the table it would be wrapped at the width of a narrow table.
         if self.table.title:
             yield Text(self.table.title, "bold")
-        drawn = rich.table.Table(
+        table = rich.table.Table(
             box=box.SIMPLE_HEAD if console.is_terminal else None,
             pad_edge=False,
             padding=(0, 2, 0, 0),
@@ -42,11 +42,11 @@ class DrawnTable:
         )
         for i, head in enumerate(self.table.heads):
             justify: Literal["left", "right"] = "left" if i < self.table.left else "right"
-            drawn.add_column(Text(head), justify=justify)
+            table.add_column(Text(head), justify=justify)
         for row in self.table.rows:
             # As Text, because a name in square brackets must not act as mark-up.
-            drawn.add_row(*(Text(cell) for cell in row))
-        yield drawn
+            table.add_row(*(Text(cell) for cell in row))
+        yield table
 
 
 def terminal_text(document: Document) -> Group:
@@ -68,17 +68,19 @@ def terminal_text(document: Document) -> Group:
 
 def _groups(section: Section) -> list[Sequence[RenderableType]]:
     """Return what belongs together without an empty line between: text under its heading, a table with its notes."""
-    first = section.blocks[0]
+    first_block = section.blocks[0]
     # A table has a title of its own, and a note follows what is above it.
     has_own = (
-        first.title if isinstance(first, Table) else isinstance(first, Paragraph) and first.kind == "note"
+        first_block.title
+        if isinstance(first_block, Table)
+        else isinstance(first_block, Paragraph) and first_block.kind == "note"
     )
     has_heading = bool(section.heading) and not has_own
     groups: list[list[RenderableType]] = [[Text(section.heading, "bold")] if has_heading else []]
     for block in section.blocks:
         if isinstance(block, Table):
             table = block.without_detail()
-            groups += [[]] if block is not first else []
+            groups += [[]] if block is not first_block else []
             groups[-1].append(DrawnTable(table if block.most is None else table.shortened(block.most)))
         elif isinstance(block, Paragraph):
             line = Text(block.text, "dim" if block.kind == "note" else "")
