@@ -128,17 +128,17 @@ def diagnose(
     InputError
         No recordings, one that cannot be read, an unknown name, or a plain law that cannot be solved.
     """
-    begin, notify = time.perf_counter(), progress or (lambda *_: None)
+    start, notify = time.perf_counter(), progress or (lambda *_: None)
     cache = ModelCache(tables)
     asked = question(case, model, effects, hold_out, cache.tables)
     for fault in asked.faults:
         notify("data", fault.channel, fault.where)
     if asked.fatal:
-        return refused(asked, time.perf_counter() - begin)
-    store, deadline = _opened(journal, resume, notify), begin + (float("inf") if budget is None else budget)
+        return refused(asked, time.perf_counter() - start)
+    store, deadline = _opened(journal, resume, notify), start + (float("inf") if budget is None else budget)
     with Workers(workers, store, executor, cache).open() as crew:
-        found, extras = _calculated(asked, crew, cache, uniform, deadline, maps, notify)
-    return _ended(_answer(asked, found, extras, cache), store, begin, notify)
+        outcome, extras = _calculated(asked, crew, cache, uniform, deadline, maps, notify)
+    return _ended(_answer(asked, outcome, extras, cache), store, start, notify)
 
 
 def _calculated(
@@ -168,12 +168,12 @@ def _calculated(
     rough = _rough(asked, crew)
     problem, state = pose_problem(asked.bare, rough, asked.recordings, asked.used, crew, cache)
     search = Search(problem, crew, state, asked.effects, uniform, deadline, notify)
-    found = _searched(asked, search, rough, crew)
+    outcome = _searched(asked, search, rough, crew)
     extras = Extras()
-    if not found.interrupted:
+    if not outcome.interrupted:
         searched = search.left <= UNSEARCHED
-        extras.make(problem, found.plain, found.models, crew, cache, maps, searched, notify)
-    return found, extras
+        extras.make(problem, outcome.plain, outcome.models, crew, cache, maps, searched, notify)
+    return outcome, extras
 
 
 def _rough(asked: Question, crew: Workers) -> Fitted:
@@ -200,22 +200,22 @@ def _searched(asked: Question, search: Search, rough: Fitted, crew: Workers) -> 
     return _Found(search, ended, models, plain, interrupted, unnoticed)
 
 
-def _answer(asked: Question, found: _Found, extras: Extras, cache: ModelCache) -> Diagnosis:
+def _answer(asked: Question, outcome: _Found, extras: Extras, cache: ModelCache) -> Diagnosis:
     """Return the result that follows from the posterior."""
-    search, models, best, plain = found.search, found.models, found.models[0], found.plain
+    search, models, best, plain = outcome.search, outcome.models, outcome.models[0], outcome.plain
     problem = search.problem
     before = problem.compared(plain.simulated)
     after = problem.compared(best.state.fitted.simulated)
-    probability = probabilities(models, [one.name for one in asked.effects])
+    probability = probabilities(models, [effect.name for effect in asked.effects])
     channels, tables = before_and_after(cache, asked, problem, plain, best)
     # Models are compared only if most of them have been looked at.
     unsearched = search.left > UNSEARCHED
     says: Verdict = "unexplained" if unsearched else answer.verdict(best, asked.plain)
     left = share_left(best, search.plain)
     unknown = probability.get("unknown", 0.0)
-    extent = answer.searched(search, found.ended, found.hidden, probability)
-    places = [judged(cache, asked.bare, plain, one) for one in (before, after)]
-    curves = [i for i, one in enumerate(problem.recordings) if one.kind == "static"]
+    extent = answer.searched(search, outcome.ended, outcome.hidden, probability)
+    places = [judged(cache, asked.bare, plain, compared) for compared in (before, after)]
+    curves = [i for i, recording in enumerate(problem.recordings) if recording.kind == "static"]
     return Diagnosis(
         case=asked.case,
         verdict=says,
@@ -228,7 +228,7 @@ def _answer(asked: Question, found: _Found, extras: Extras, cache: ModelCache) -
         effects=() if unsearched else values.named(models, search, asked.case.material),
         probability=probability,
         models=() if unsearched else answer.ranked(models, search),
-        rivals=() if unsearched else tuple(one for one in credible_sets(models) if one != best.effects),
+        rivals=() if unsearched else tuple(names for names in credible_sets(models) if names != best.effects),
         groups=() if unsearched else groups(models, probability),
         form_error=answer.form_error(best, search.plain, after),
         missing=None
@@ -245,7 +245,7 @@ def _answer(asked: Question, found: _Found, extras: Extras, cache: ModelCache) -
         maps=extras.maps,
         faults=asked.faults,
         conditions=(
-            *found.interrupted,
+            *outcome.interrupted,
             *extras.conditions,
             *answer.doubts(asked.case, channels, best, problem, extent),
             *asked.unusual,
@@ -257,16 +257,16 @@ def _answer(asked: Question, found: _Found, extras: Extras, cache: ModelCache) -
     )
 
 
-def _ended(said: Diagnosis, store: Store | None, begin: float, notify: Progress) -> Diagnosis:
+def _ended(diagnosis: Diagnosis, store: Store | None, start: float, notify: Progress) -> Diagnosis:
     """Add the time spent, and what became of the saved results: how many were used, damaged, or cannot be saved."""
-    found = list(said.conditions)
+    conditions = list(diagnosis.conditions)
     if store is not None and store.resumes:
         notify("resume", store.folder.name, f"{len(store.used)} of {store.there} saved results were used")
     if store is not None and store.damaged:
-        found.append(history_damaged(store.damaged))
+        conditions.append(history_damaged(store.damaged))
     if store is not None and (failure := store.failure()):
-        found.append(history_not_saved(failure))
-    return replace(said, conditions=tuple(found), seconds=time.perf_counter() - begin)
+        conditions.append(history_not_saved(failure))
+    return replace(diagnosis, conditions=tuple(conditions), seconds=time.perf_counter() - start)
 
 
 def _opened(journal: Path | None, resume: bool | None, notify: Progress) -> Store | None:
@@ -327,8 +327,8 @@ def _finished(
         else:
             best = replace(best, state=closest(search, best.state), searched=best.state)
             if best.state.model.anchor is not None:
-                found = crew.run(exact, [(problem.case, best.state.fitted)])[0]
-                best = best if found is None else replace(best, state=State(problem, found))
+                refined = crew.run(exact, [(problem.case, best.state.fitted)])[0]
+                best = best if refined is None else replace(best, state=State(problem, refined))
     except BaseException as error:
         if not is_interrupt(error):
             raise

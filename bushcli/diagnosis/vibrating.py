@@ -41,7 +41,7 @@ def diagnosed_table(
     rows = used[: len(recording.table)]
     table, errors = recording.table.rows(rows), recording.errors[:, rows]
     measured = table.storage + 1j * table.loss
-    started, simulated = (recording.stiffness(one)[rows] for one in (before, after))
+    started, simulated = (recording.stiffness(force)[rows] for force in (before, after))
 
     def percent(relative: NDArray[np.complex128] | Array) -> float:
         return 100.0 * float(np.sqrt(np.mean(np.abs(relative) ** 2)))
@@ -62,7 +62,7 @@ def diagnosed_table(
         percent(simulated / measured - 1.0),
         percent(np.hypot(*errors)),
         held_out,
-        *(tuple(_places(table, one / measured, errors)) for one in (started, simulated)),
+        *(tuple(_places(table, stiffness / measured, errors)) for stiffness in (started, simulated)),
     )
 
 
@@ -127,7 +127,7 @@ def _conditions(table: DynamicTable, missed: Array, unit: str) -> Iterator[tuple
         elif of == "degrees C":
             groups = temperature_levels(values)
         else:
-            groups = [np.flatnonzero(gathered(values) == one) for one in np.unique(gathered(values))]
+            groups = [np.flatnonzero(gathered(values) == value) for value in np.unique(gathered(values))]
         groups = [rows for rows in groups if len(rows)]
         if len(groups) < 2 or np.ptp(values) == 0.0:
             continue
