@@ -284,7 +284,8 @@ def _long_memory(best: Weighed, problem: CommonData) -> list[Condition]:
                 "noise_with_memory",
                 f"{channel.name}: the misfit of the plain law is taken for noise of "
                 f"{percent * channel.noise.sigma:.2g} % of the force range that is correlated over {memory}; windows "
-                f"of some 24 samples show noise of {percent * before.sigma:.2g} %. Physics that changes slowly would leave the same misfit{like}",
+                f"of some 24 samples show noise of {percent * before.sigma:.2g} %. Physics that changes slowly would "
+                f"leave the same misfit{like}",
                 "compare with the noise of the sensors at rest; if it is smaller, something slow is missing, and the "
                 "probabilities are those of a recording with this noise",
             )

@@ -128,8 +128,8 @@ class Features:
         weighted = np.where(self.weights > 0.0, rows * self.weights, 0.0)
         unit = np.where(self.weights > 0.0, self.weights, np.inf)
         z = self.basis.T @ weighted / self.spread
-        kept = z * np.maximum(0.0, 1.0 - 1.0 / np.maximum(z**2, 1e-300))
-        return np.asarray(self.basis @ (self.spread * kept) / unit)
+        signal = z * np.maximum(0.0, 1.0 - 1.0 / np.maximum(z**2, 1e-300))
+        return np.asarray(self.basis @ (self.spread * signal) / unit)
 
 
 def features(recording: Recording, noise: NoiseModel, used: Mask, factor: float) -> Features:
@@ -215,14 +215,14 @@ def _pieces(recording: Recording, used: Mask) -> Iterator[tuple[NDArray[np.intp]
     if isinstance(recording, RecordedTable):
         count = len(recording.table)
         for rows, place in recording.curves():
-            kept = used[rows]
-            if kept.any():
-                middle, width = 0.5 * (place[kept].max() + place[kept].min()), np.ptp(place[kept])
-                x = 2.0 * (place[kept] - middle) / (width or 1.0)
+            counted = used[rows]
+            if counted.any():
+                middle, width = 0.5 * (place[counted].max() + place[counted].min()), np.ptp(place[counted])
+                x = 2.0 * (place[counted] - middle) / (width or 1.0)
                 # Each row is the mean of many cycles.
                 degree = min(len(np.unique(np.round(x, 6))) - 1, TABLE_DEGREE)
-                yield rows[kept], x, degree
-                yield rows[kept] + count, x, degree
+                yield rows[counted], x, degree
+                yield rows[counted] + count, x, degree
         return
     clock = np.arange(len(recording.force), dtype=float) if recording.time is None else recording.time
     for branch in branches(recording):

@@ -162,15 +162,15 @@ def noise_model(
         # Its rows are in units of their errors.
         return NoiseModel(1.0, freedom=recording.freedom)
     used = np.ones(len(recording.force), dtype=bool) if used is None else used
-    found, sound = _found(recording, used), recording.bridged(used)
-    sigma = float(np.hypot(found.sigma, sound.noise_of_motion))
+    signal_noise, sound = _found(recording, used), recording.bridged(used)
+    sigma = float(np.hypot(signal_noise.sigma, sound.noise_of_motion))
     least = floor * float(np.ptp(sound.force))
-    freedom = max(found.freedom, 1.0)
-    unit = sigma * float(np.sqrt((1.0 + found.correlation) / (1.0 - found.correlation)))
+    freedom = max(signal_noise.freedom, 1.0)
+    unit = sigma * float(np.sqrt((1.0 + signal_noise.correlation) / (1.0 - signal_noise.correlation)))
     if unit > least:
-        share = sigma / found.sigma
-        others = replace(found.correlations, sizes=share * found.correlations.sizes)
-        return NoiseModel(sigma, found.correlation, freedom, least, others)
+        share = sigma / signal_noise.sigma
+        others = replace(signal_noise.correlations, sizes=share * signal_noise.correlations.sizes)
+        return NoiseModel(sigma, signal_noise.correlation, freedom, least, others)
     # The logarithm of the unit has the standard deviation sqrt(1 / (2 f)).
     is_far = unit * float(np.exp(_FAR * np.sqrt(0.5 / freedom))) <= least
     return NoiseModel(least, 0.0, float("inf") if is_far else freedom, least)
@@ -180,9 +180,12 @@ def _found(recording: Recording, used: NDArray[np.bool_]) -> SignalNoise:
     """Return the noise from cubics in windows, in half as long ones if those miss the curve, else from differences."""
     differences = force_noise(recording)
     for size in (WINDOW, WINDOW // 2):
-        found = noise_in_windows(recording, used, size)
-        if found is not None and found.sigma * np.sqrt(_passed(found.correlation)) <= _AGREED * differences:
-            return found
+        signal_noise = noise_in_windows(recording, used, size)
+        if (
+            signal_noise is not None
+            and signal_noise.sigma * np.sqrt(_passed(signal_noise.correlation)) <= _AGREED * differences
+        ):
+            return signal_noise
     return _by_differences(differences, len(recording.force))
 
 

@@ -26,11 +26,11 @@ class FitCodec:
                 "failed": answer.failed,
                 "channels": len(answer.simulated),
             }
-            arrays = {f"simulated{i}": one for i, one in enumerate(answer.simulated)}
-            arrays |= {f"jacobian{i}": one for i, one in enumerate(answer.jacobians)}
+            arrays = {f"simulated{i}": force for i, force in enumerate(answer.simulated)}
+            arrays |= {f"jacobian{i}": slopes for i, slopes in enumerate(answer.jacobians)}
             arrays |= {"x": answer.x, "states": answer.states}
             return {"kind": np.array("fit"), "about": np.array(json.dumps(about)), **arrays}
-        arrays = {f"array{i}": np.asarray(one) for i, one in enumerate(answer)}
+        arrays = {f"array{i}": np.asarray(value) for i, value in enumerate(answer)}
         return {"kind": np.array("arrays"), "count": np.array(len(arrays)), **arrays}
 
     def decoded(self, found: dict[str, Any], question: tuple[Any, ...]) -> Any:
