@@ -104,7 +104,7 @@ def _maps(problem: CommonData, plain: Fitted, cache: ModelCache, notify: Progres
     return (rubber_map,)
 
 
-def judged(
+def calibrated_curves(
     cache: ModelCache, case: Case, plain: Fitted, compared: Sequence[Compared]
 ) -> tuple[Compared, ...]:
     """Return the recorded curves without the errors of their common factors, in which the misfit is located.

@@ -63,7 +63,7 @@ def verdict(best: Weighed, plain: Model) -> Verdict:
     return "explained" if same else "law_too_poor"
 
 
-def ranked(models: Sequence[Weighed], search: Search) -> tuple[RankedModel, ...]:
+def ranked_models(models: Sequence[Weighed], search: Search) -> tuple[RankedModel, ...]:
     """Return all models that the report shows: the one of the verdict, then the others, the most probable first.
 
     Parameters

@@ -15,7 +15,7 @@ from bushcli.mismatch.record import locate
 from bushcli.selection.searched import Searched
 
 
-def refused(question: Question, seconds: float) -> Diagnosis:
+def refusal(question: Question, seconds: float) -> Diagnosis:
     """Return the verdict "faulty_data" with the faults and their remedies, without a simulation.
 
     The channels have their recordings and NaN in place of simulated forces. A law from coupons has its parameters, one
@@ -47,7 +47,7 @@ def refused(question: Question, seconds: float) -> Diagnosis:
         form_error=FormError(np.nan, {}, np.nan),
         missing=None,
         searched=Searched(False, 1.0, "faulty data", (), (), {}),
-        channels=_recorded(question),
+        channels=_recorded_channels(question),
         tables=(),
         location=locate(()),
         remaining=locate(()),
@@ -61,7 +61,7 @@ def refused(question: Question, seconds: float) -> Diagnosis:
     )
 
 
-def _recorded(question: Question) -> tuple[DiagnosedChannel, ...]:
+def _recorded_channels(question: Question) -> tuple[DiagnosedChannel, ...]:
     """Return the recordings without a simulation beside them."""
     names = [recording.name for recording in question.recordings]
     channels = []

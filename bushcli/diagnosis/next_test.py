@@ -99,7 +99,7 @@ def next_test(
     notify : callable
         Called with the stage, its subject, and a text about it.
     """
-    chosen, weights = _compared(rivals)
+    chosen, weights = _rival_sets(rivals)
     if len(chosen) < 2:
         return None
     possible = float(-np.sum(weights * np.log2(weights)))
@@ -155,7 +155,7 @@ def _expected(
     return expected
 
 
-def _compared(models: Sequence[Weighed]) -> tuple[list[Weighed], Array]:
+def _rival_sets(models: Sequence[Weighed]) -> tuple[list[Weighed], Array]:
     """Return the rival sets of effects, each with its best law, and their shares (k,) of the probability."""
     best: dict[tuple[str, ...], Weighed] = {}
     sums: dict[tuple[str, ...], float] = {}

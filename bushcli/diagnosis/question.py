@@ -113,7 +113,7 @@ def question(
     InputError
         There are no recordings, one cannot be read, or a name is unknown.
     """
-    whole = _checked(case, model, effects, hold_out, tables)
+    whole = _checked_recordings(case, model, effects, hold_out, tables)
     vibrating = [recording for recording in whole if isinstance(recording, RecordedTable)]
     faults = find_faults(case, tuple(recording for recording in whole if recording.kind == "static"))
     # Each row of a table has two samples.
@@ -124,13 +124,13 @@ def question(
     plain, source, material = _plain(case, model, tables)
     bare, recordings = _without(case, whole, hold_out)
     used = tuple(~masks(faults, recording) for recording in recordings)
-    requested, considered = None if effects is None else tuple(effects), _considered(bare, effects)
+    requested, considered = None if effects is None else tuple(effects), _considered_effects(bare, effects)
     return Question(
         case, bare, whole, recordings, used, faults, plain, source, material, considered, requested
     )
 
 
-def _checked(
+def _checked_recordings(
     case: Case,
     model: str | None,
     only: Sequence[str] | None,
@@ -187,7 +187,7 @@ def _without(
     return bare, tuple(recording for recording in recordings if recording.name not in hold_out)
 
 
-def _considered(case: Case, only: Sequence[str] | None) -> list[Effect]:
+def _considered_effects(case: Case, only: Sequence[str] | None) -> list[Effect]:
     """Return the effects to be considered, among those that the specimen can have.
 
     How the bushing is assembled changes a stiffness as the law's modulus does: tables alone hardly show it, so that it

@@ -129,7 +129,9 @@ def held(
     )
 
 
-def named(models: Sequence[Weighed], search: Search, material: Material) -> tuple[DiagnosedEffect, ...]:
+def diagnosed_effects(
+    models: Sequence[Weighed], search: Search, material: Material
+) -> tuple[DiagnosedEffect, ...]:
     """The effects of the most probable model, the most probable first.
 
     Parameters

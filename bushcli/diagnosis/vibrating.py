@@ -90,18 +90,20 @@ def _places(table: DynamicTable, ratio: NDArray[np.complex128], errors: Array) -
         total = float(weighted @ weighted)
         if total < count + SURE * np.sqrt(2.0 * count):
             continue
-        parts = [(_explained(weighted, groups), words) for groups, words in _conditions(table, missed, unit)]
+        parts = [
+            (_explained_share(weighted, groups), words) for groups, words in _conditions(table, missed, unit)
+        ]
         # Every condition has several means.
         share, words = max(parts, default=(0.0, ""))
         mean, rms = float(np.mean(missed)), float(np.sqrt(np.mean(missed**2)))
-        if share < max(VARIES, _explained(weighted, [np.arange(count)]) + 0.1):
+        if share < max(VARIES, _explained_share(weighted, [np.arange(count)]) + 0.1):
             sense = f"by {mean:+.2g}{unit} on average" if abs(mean) > 0.7 * rms else "both ways"
             words = f"{sense}, spread over the table"
         size = f"{rms:.2g}{unit} rms, {np.sqrt(total / count):.1f} times the noise"
         yield f"{table.name}: the simulated {what} is off {words} ({size})"
 
 
-def _explained(weighted: Array, groups: list[Rows]) -> float:
+def _explained_share(weighted: Array, groups: list[Rows]) -> float:
     """Share of the squares of a misfit (n,) that the means of groups explain."""
     own = sum(float(weighted[rows].sum()) ** 2 / len(rows) for rows in groups)
     return own / float(weighted @ weighted)

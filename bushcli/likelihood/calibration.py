@@ -60,10 +60,10 @@ def whitened(rows: Array, channel: Compared, factor: float) -> Array:
     """
     weights = channel.weights
     scaled = np.where(channel.known, rows.T, 0.0).T * (weights if rows.ndim == 1 else weights[:, None])
-    return _shared(scaled, channel, factor)
+    return _with_common_factor(scaled, channel, factor)
 
 
-def _shared(rows: Array, channel: Compared, factor: float) -> Array:
+def _with_common_factor(rows: Array, channel: Compared, factor: float) -> Array:
     # The common factor multiplies the recorded force without its noise.
     force = channel.smoothed_force * channel.weights
     size = float(np.linalg.norm(force))
@@ -110,7 +110,7 @@ def columns(channels: Sequence[Compared], factors: Sequence[float], jacobians: S
     ends = np.cumsum([0, *(len(c.recording.force) for c in channels)])
     stacked = weighed(channels, jacobians)
     parts = [
-        _shared(stacked[a:b], channel, factor)
+        _with_common_factor(stacked[a:b], channel, factor)
         for a, b, channel, factor in zip(ends[:-1], ends[1:], channels, factors, strict=True)
     ]
     return np.concatenate(parts)

@@ -162,7 +162,7 @@ def noise_model(
         # Its rows are in units of their errors.
         return NoiseModel(1.0, freedom=recording.freedom)
     used = np.ones(len(recording.force), dtype=bool) if used is None else used
-    signal_noise, sound = _found(recording, used), recording.bridged(used)
+    signal_noise, sound = _signal_noise(recording, used), recording.bridged(used)
     sigma = float(np.hypot(signal_noise.sigma, sound.noise_of_motion))
     least = floor * float(np.ptp(sound.force))
     freedom = max(signal_noise.freedom, 1.0)
@@ -176,14 +176,14 @@ def noise_model(
     return NoiseModel(least, 0.0, float("inf") if is_far else freedom, least)
 
 
-def _found(recording: Recording, used: NDArray[np.bool_]) -> SignalNoise:
+def _signal_noise(recording: Recording, used: NDArray[np.bool_]) -> SignalNoise:
     """Return the noise from cubics in windows, in half as long ones if those miss the curve, else from differences."""
     differences = force_noise(recording)
     for size in (WINDOW, WINDOW // 2):
         signal_noise = noise_in_windows(recording, used, size)
         if (
             signal_noise is not None
-            and signal_noise.sigma * np.sqrt(_passed(signal_noise.correlation)) <= _AGREED * differences
+            and signal_noise.sigma * np.sqrt(_share_passed(signal_noise.correlation)) <= _AGREED * differences
         ):
             return signal_noise
     return _by_differences(differences, len(recording.force))
@@ -193,7 +193,7 @@ def _by_differences(differences: float, count: int) -> SignalNoise:
     """Return the noise from such differences, averaged over the prior of its correlation, which they do not show."""
     weight = np.exp(PRIOR) / np.exp(PRIOR).sum()
     inflation = np.log((1.0 + CORRELATIONS) / (1.0 - CORRELATIONS))
-    variance = -np.log([_passed(float(r)) for r in CORRELATIONS])
+    variance = -np.log([_share_passed(float(r)) for r in CORRELATIONS])
     mean, memory = float(weight @ (variance + inflation)), float(np.exp(weight @ inflation))
     spread = float(weight @ (variance + inflation - mean) ** 2)
     sigma = differences * float(np.exp(0.5 * (weight @ variance)))
@@ -201,7 +201,7 @@ def _by_differences(differences: float, count: int) -> SignalNoise:
     return SignalNoise(sigma, (memory - 1.0) / (memory + 1.0), 2.0 / spread, correlations)
 
 
-def _passed(correlation: float) -> float:
+def _share_passed(correlation: float) -> float:
     """Share of the variance of an autoregression that divided differences of evenly spaced samples show."""
     weights = comb(_ORDER, np.arange(_ORDER + 1)) * (-1.0) ** np.arange(_ORDER + 1)
     gap = np.abs(np.subtract.outer(np.arange(_ORDER + 1), np.arange(_ORDER + 1)))

@@ -33,31 +33,31 @@ class FitCodec:
         arrays = {f"array{i}": np.asarray(value) for i, value in enumerate(answer)}
         return {"kind": np.array("arrays"), "count": np.array(len(arrays)), **arrays}
 
-    def decoded(self, found: dict[str, Any], question: tuple[Any, ...]) -> Any:
+    def decoded(self, arrays: dict[str, Any], question: tuple[Any, ...]) -> Any:
         """Return the answer that `encoded` wrote; the model of a fit is that of the question, with other values.
 
         Parameters
         ----------
-        found : mapping
+        arrays : mapping
             The saved arrays.
         question : tuple
             Arguments of the fit.
         """
-        kind = str(found["kind"])
+        kind = str(arrays["kind"])
         if kind == "nothing":
             return None
         if kind == "arrays":
-            return tuple(found[f"array{i}"] for i in range(int(found["count"])))
-        about = json.loads(str(found["about"]))
+            return tuple(arrays[f"array{i}"] for i in range(int(arrays["count"])))
+        about = json.loads(str(arrays["about"]))
         each = range(int(about["channels"]))
         return Fitted(
             question[1].at(about["values"]),
             tuple(about["names"]),
-            found["x"],
-            tuple(found[f"simulated{i}"] for i in each),
-            tuple(found[f"jacobian{i}"] for i in each),
+            arrays["x"],
+            tuple(arrays[f"simulated{i}"] for i in each),
+            tuple(arrays[f"jacobian{i}"] for i in each),
             bool(about["converged"]),
             int(about["solves"]),
             int(about["failed"]),
-            found["states"],
+            arrays["states"],
         )

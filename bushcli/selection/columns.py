@@ -192,7 +192,7 @@ def _grid(
         grid = parameter.grid(sizes_of)
         if parameter.scale == "duration":
             grid = _times(parameter, recordings)
-        return [v for v in grid if not _taken(parameter, v, present)]
+        return [v for v in grid if not _is_taken(parameter, v, present)]
 
     degrees = temperatures(case, recordings) if effect.needs_temperature else {}
     warm = np.concatenate([*degrees.values(), np.zeros(0)])
@@ -282,7 +282,7 @@ def _parameters(
     return tuple(p for p in missing if p.branch == missing[0].branch)
 
 
-def _taken(parameter: EffectParameter, value: float, present: ActiveEffect | None) -> bool:
+def _is_taken(parameter: EffectParameter, value: float, present: ActiveEffect | None) -> bool:
     """Whether a branch of the effect already has nearly this value: the new one would duplicate it."""
     if present is None:
         return False

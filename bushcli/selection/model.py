@@ -136,7 +136,7 @@ class Model:
             terms=self.terms,
             tables=None
             if recordings is None
-            else tuple(one.table for one in recordings if isinstance(one, RecordedTable)),
+            else tuple(table.table for table in recordings if isinstance(table, RecordedTable)),
         )
 
 

@@ -125,12 +125,12 @@ class ModelCache:
             ]
             return [*channels, *vibrating]
 
-        return _kept(self._sets, SETS, name, made)
+        return _entry(self._sets, SETS, name, made)
 
     def recorded(self, case: Case) -> tuple[RecordedTable, ...]:
         """Return the tables of dynamic stiffness of a case; those that count and those held out are kept."""
         name = canonical((case.geometry, case.dynamic))
-        return _kept(self._recorded, 2, name, lambda: recorded_tables(case, self.tables))
+        return _entry(self._recorded, 2, name, lambda: recorded_tables(case, self.tables))
 
     def vibrating(
         self, task: Task, table: DynamicTable, values: Mapping[str, float], names: Sequence[str]
@@ -161,7 +161,7 @@ class ModelCache:
 
     def _stores(self, model: FiniteElementModel, name: tuple[object, ...]) -> Store:
         """Return the reduced matrices of channels of a body."""
-        return _kept(self._vibrating, STORES, canonical((id(model), name)), lambda: (model, {}))[1]
+        return _entry(self._vibrating, STORES, canonical((id(model), name)), lambda: (model, {}))[1]
 
     def mesh_corrections(self, plain: Task, anchor: Mapping[str, float]) -> dict[str, MeshCorrection]:
         """Return the corrections of the force of a coarse mesh to the default one, by channel.
@@ -189,7 +189,7 @@ class ModelCache:
                 corrections[usual.name] = MeshCorrection(share, exact - share * rough)
             return corrections
 
-        return _kept(self._corrections, SETS, canonical((plain.case, _law(plain), dict(anchor))), made)
+        return _entry(self._corrections, SETS, canonical((plain.case, _law(plain), dict(anchor))), made)
 
     def bodies(self, task: Task, coarse: Coarse = "never", modes: set[str] | None = None) -> Prepare:
         """Return a function like `cases.simulate.prepare` for the law and effects of a task, with cached bodies.
@@ -228,7 +228,7 @@ class ModelCache:
                 refinement,
                 _structure(acting),
             )
-            return _kept(
+            return _entry(
                 self._bodies,
                 BODIES,
                 canonical(what),
@@ -238,7 +238,7 @@ class ModelCache:
         return body
 
 
-def _kept(store: OrderedDict[bytes, T], most: int, name: bytes, make: Callable[[], T]) -> T:
+def _entry(store: OrderedDict[bytes, T], most: int, name: bytes, make: Callable[[], T]) -> T:
     """Return the entry of that name, made if missing; the least recently used one is discarded."""
     if name not in store:
         store[name] = make()

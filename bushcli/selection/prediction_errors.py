@@ -44,14 +44,14 @@ def changes(base: Model, model: Model) -> Changes:
     ----------
     base, model : Model
     """
-    before, after = _named(base), _named(model)
+    before, after = _effect_names(base), _effect_names(model)
     differences = {f"with {name}" for name in after - before} | {f"without {name}" for name in before - after}
     if (base.law, base.terms, base.fixed) != (model.law, model.terms, model.fixed):
         differences.add(f"law {model.structure[0]}")
     return frozenset(differences)
 
 
-def _named(model: Model) -> set[str]:
+def _effect_names(model: Model) -> set[str]:
     """Names of a model's effects; of each also with its number of parameters and the dimensions of its mesh."""
     names = set()
     for active in model.effects:
@@ -102,7 +102,7 @@ class PredictionErrors:
         if changed and slack > 0.0 and math.isfinite(error):
             self._changes.append(changed)
             self._sizes = np.append(self._sizes, np.clip(error / slack, -MOST, MOST))
-            known = np.array([[_shared(a, b) for b in self._changes] for a in self._changes])
+            known = np.array([[_covariance(a, b) for b in self._changes] for a in self._changes])
             self._precision = np.asarray(np.linalg.inv(known + OWN**2 * np.eye(len(known))), dtype=np.float64)
 
     def expected(self, changed: Changes) -> Expected:
@@ -116,7 +116,7 @@ class PredictionErrors:
         whole = COMMON**2 + OF_CHANGE**2 * len(changed) + OWN**2
         if not self._changes:
             return NONE
-        beside = np.array([_shared(other, changed) for other in self._changes])
+        beside = np.array([_covariance(other, changed) for other in self._changes])
         weights = self._precision @ beside
         variance = max(whole - float(beside @ weights), 0.0) / whole
         square = float(self._sizes @ self._precision @ self._sizes)
@@ -124,6 +124,6 @@ class PredictionErrors:
         return Expected(float(weights @ self._sizes), min(math.sqrt(variance * scale), 1.0))
 
 
-def _shared(a: Changes, b: Changes) -> float:
+def _covariance(a: Changes, b: Changes) -> float:
     """Covariance of the errors of two predictions."""
     return COMMON**2 + OF_CHANGE**2 * len(a & b)
