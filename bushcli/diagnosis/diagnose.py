@@ -211,7 +211,7 @@ def _answer(question: Question, outcome: _Outcome, extras: Extras, cache: ModelC
     channels, tables = before_and_after(cache, question, problem, plain, best)
     # Models are compared only if most of them have been looked at.
     unsearched = search.left > UNSEARCHED
-    says: Verdict = "unexplained" if unsearched else answer.verdict(best, question.plain)
+    verdict: Verdict = "unexplained" if unsearched else answer.verdict(best, question.plain)
     left = share_left(best, search.plain)
     unknown = probability.get("unknown", 0.0)
     extent = answer.searched(search, outcome.ended, outcome.unnoticed, probability)
@@ -219,7 +219,7 @@ def _answer(question: Question, outcome: _Outcome, extras: Extras, cache: ModelC
     curves = [i for i, recording in enumerate(problem.recordings) if recording.kind == "static"]
     return Diagnosis(
         case=question.case,
-        verdict=says,
+        verdict=verdict,
         asked=question.requested,
         law_from=question.law_from,
         law_fixed=best.state.model.fixed,
@@ -233,7 +233,7 @@ def _answer(question: Question, outcome: _Outcome, extras: Extras, cache: ModelC
         groups=() if unsearched else groups(models, probability),
         form_error=answer.form_error(best, search.plain, after),
         missing=None
-        if unsearched or says == "explained" or (left <= 0.0 and not best.unknown)
+        if unsearched or verdict == "explained" or (left <= 0.0 and not best.unknown)
         else missing(
             [after[i] for i in curves], [problem.likelihood.features[i] for i in curves], unknown, left
         ),

@@ -101,7 +101,7 @@ def _plans(case: Case, recorded: RecordedTable) -> Iterator[TableProposal]:
     usual = sweep(low, high)
 
     def proposal(
-        what: str,
+        title: str,
         frequency: Array = usual,
         amplitude: Sequence[float] = (smallest,),
         preload: Sequence[float] = (0.0,),
@@ -111,14 +111,14 @@ def _plans(case: Case, recorded: RecordedTable) -> Iterator[TableProposal]:
         sweeps = len(amplitude) * len(preload) * len(degrees)
         cost = SET_UP + _SWEEP * sweeps + _CHAMBER * (len(degrees) - 1)
         parts = [f"{table.mode}, {_range(frequency, 'Hz')}"]
-        for values, name, factor, of in (
+        for values, name, factor, unit_of_values in (
             (amplitude, "amplitudes of", per, unit),
             (preload, "preloads of", per, unit),
             (degrees, "at", 1.0, "degrees C"),
         ):
             if len(values) > 1:
-                parts.append(f"{name} {', '.join(f'{factor * v:.3g}' for v in values)} {of}")
-        return TableProposal(f"{table.mode}, {what}", proposed, cost, ", ".join(parts))
+                parts.append(f"{name} {', '.join(f'{factor * v:.3g}' for v in values)} {unit_of_values}")
+        return TableProposal(f"{table.mode}, {title}", proposed, cost, ", ".join(parts))
 
     yield proposal(f"to {_WIDER * high:.3g} Hz", sweep(high, _WIDER * high))
     yield proposal(f"from {low / _WIDER:.2g} Hz", sweep(low / _WIDER, low))

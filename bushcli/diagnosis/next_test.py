@@ -166,12 +166,12 @@ def _rival_sets(models: Sequence[Weighed]) -> tuple[list[Weighed], Array]:
             if names not in best or model.probability > best[names].probability:
                 best[names] = model
     # Those of the credible set, and every other one that the report names.
-    order, held = [], 0.0
+    order, total = [], 0.0
     for names in sorted(sums, key=lambda names: -sums[names])[:RIVALS]:
-        if held >= CREDIBLE and sums[names] < MEMBER:
+        if total >= CREDIBLE and sums[names] < MEMBER:
             break
         order.append(names)
-        held += sums[names]
+        total += sums[names]
     weights = np.array([sums[names] for names in order])
     return [best[names] for names in order], weights / max(float(weights.sum()), 1e-300)
 
@@ -228,13 +228,15 @@ def _simulation(cache: ModelCache, case: Case, model: Model, proposal: Proposal)
         model.effects if labels else [active for active in model.effects if not active.effect.of_channel]
     )
     names = labels or [proposal.channel]
-    there = {active.identity: active for name in names for active in acting(effects, name, proposal.channel)}
+    acting_effects = {
+        active.identity: active for name in names for active in acting(effects, name, proposal.channel)
+    }
     return Simulation(
         case.geometry,
         modes()[proposal.channel],
         rubber_of(task.material),
         case.mesh.refinement,
-        tuple(there.values()),
+        tuple(acting_effects.values()),
         time,
         q,
         None,

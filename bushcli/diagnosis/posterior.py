@@ -130,17 +130,17 @@ def _weighed(search: Search) -> list[Weighed]:
             add(key, bool(unknown), probability)
         if search.seen_in(key) != key:
             continue
-        for gone, log in resembling(state, search.uniform, search.states):
-            less = state.without(gone).model
+        for removed, log in resembling(state, search.uniform, search.states):
+            smaller = state.without(removed).model
             for unknown, probability in enumerate(both):
                 part = probability * math.exp(log)
-                if less.structure in search.states:
-                    add(less.structure, bool(unknown), part)
+                if smaller.structure in search.states:
+                    add(smaller.structure, bool(unknown), part)
                 else:
-                    model = Weighed(state, bool(unknown), part, 0.0, fixed and not less.fixed, less)
-                    so_far, most = parts.get((less.structure, bool(unknown)), (0.0, model))
+                    model = Weighed(state, bool(unknown), part, 0.0, fixed and not smaller.fixed, smaller)
+                    so_far, most = parts.get((smaller.structure, bool(unknown)), (0.0, model))
                     larger = max(model, most, key=lambda each: each.probability)
-                    parts[less.structure, bool(unknown)] = so_far + part, larger
+                    parts[smaller.structure, bool(unknown)] = so_far + part, larger
     for part, model in parts.values():
         # The evidence with which it has this weight.
         log = total + math.log(max(part, 1e-300)) - search.odds(model.model, unknown=model.unknown)
@@ -157,8 +157,8 @@ def _weighed(search: Search) -> list[Weighed]:
         log = state.evidence.log_unknown if unknown else state.evidence.log
         models.append(Weighed(state, unknown, probability, log, fixed and not state.model.fixed))
     # Errors of form that resemble an effect add to the sum over models.
-    whole = sum(model.probability for model in models)
-    return [replace(model, probability=model.probability / whole) for model in models]
+    weight_of_all = sum(model.probability for model in models)
+    return [replace(model, probability=model.probability / weight_of_all) for model in models]
 
 
 def run_with_shown(search: Search) -> Ended:
@@ -198,9 +198,9 @@ def unfitted(models: Sequence[Weighed], tried: Collection[Key] = ()) -> Queued |
     sets: dict[tuple[str, ...], list[Weighed]] = {}
     for model in models:
         sets.setdefault(model.effects, []).append(model)
-    total = {names: sum(model.probability for model in same) for names, same in sets.items()}
+    total = {names: sum(model.probability for model in group) for names, group in sets.items()}
     answer = max(
-        (names for names, same in sets.items() if same[0].kind == kind), key=lambda names: total[names]
+        (names for names, group in sets.items() if group[0].kind == kind), key=lambda names: total[names]
     )
     shown = [names for names in sorted(sets, key=lambda names: -total[names]) if total[names] >= MEMBER]
     for names in (answer, *shown):

@@ -65,22 +65,22 @@ class Size:
     own: float
 
     @classmethod
-    def of(cls, state: State, active: ActiveEffect, gone: Sequence[ActiveEffect]) -> Size:
+    def of(cls, state: State, active: ActiveEffect, removed: Sequence[ActiveEffect]) -> Size:
         """Return the size of an effect of a model, to first order in its amplitudes.
 
         Parameters
         ----------
         state : State
         active : ActiveEffect
-        gone : sequence of ActiveEffect
+        removed : sequence of ActiveEffect
             Effects that are not left, of which it may be one.
         """
-        theirs = {effect.full_name(p) for effect in (active, *gone) for p in effect.parameters}
+        parameters = {effect.full_name(p) for effect in (active, *removed) for p in effect.parameters}
         off = {active.full_name(p): float(p.off or 0.0) for p in active.effect.amplitudes}
         names, slopes = state.fitted.names, np.vstack(state.slopes)
         pairs = zip(names, state.fitted.x, strict=True)
         change = slopes @ np.array([x - off[name] if name in off else 0.0 for name, x in pairs])
-        own, others = change, slopes[:, [name not in theirs for name in names]]
+        own, others = change, slopes[:, [name not in parameters for name in names]]
         if others.shape[1]:
             others = others / np.maximum(np.linalg.norm(others, axis=0), 1e-300)
             own = change - others @ np.linalg.lstsq(others, change, rcond=None)[0]
@@ -132,17 +132,17 @@ def resembling(
         math.sqrt(float(values.sum())) for values in (likelihood.explained, likelihood.signal)
     )
     for length in range(1, len(active) + 1):
-        for gone in combinations(sorted(active), length):
-            left = [effect for name, effect in active.items() if name not in gone]
+        for removed in combinations(sorted(active), length):
+            left = [effect for name, effect in active.items() if name not in removed]
             sizes = {
-                name: Size.of(state, effect, [active[other] for other in gone])
+                name: Size.of(state, effect, [active[other] for other in removed])
                 for name, effect in active.items()
             }
-            largest = max(gone, key=lambda name: sizes[name].own)
+            largest = max(removed, key=lambda name: sizes[name].own)
             together = _fitted_size(state, left, fits or {})
             sizes[largest] = replace(sizes[largest], own=max(sizes[largest].own, together))
             total = 0.0
-            for name in gone:
+            for name in removed:
                 beside = [effect for effect in left if _together(effect, active[name])]
                 if active[name].effect.has_memory and not any(effect.effect.has_memory for effect in beside):
                     total = -math.inf
@@ -156,7 +156,7 @@ def resembling(
                     else _log_density(size.own, LAMBDA * signal, LAMBDA_SPREAD)
                 )
             if math.isfinite(total):
-                yield gone, total
+                yield removed, total
 
 
 def _fitted_size(state: State, left: Sequence[ActiveEffect], fits: Mapping[Key, State]) -> float:

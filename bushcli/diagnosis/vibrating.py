@@ -82,7 +82,7 @@ def _places(table: DynamicTable, ratio: NDArray[np.complex128], errors: Array) -
         yield f"{table.name}: cannot be simulated"
         return
     count = len(table)
-    for what, unit, missed, error in (
+    for quantity, unit, missed, error in (
         ("dynamic stiffness", " %", 100.0 * (np.abs(ratio) - 1.0), 100.0 * errors[0]),
         ("loss angle", " degrees", np.degrees(np.angle(ratio)), np.degrees(errors[1])),
     ):
@@ -100,7 +100,7 @@ def _places(table: DynamicTable, ratio: NDArray[np.complex128], errors: Array) -
             sense = f"by {mean:+.2g}{unit} on average" if abs(mean) > 0.7 * rms else "both ways"
             words = f"{sense}, spread over the table"
         size = f"{rms:.2g}{unit} rms, {np.sqrt(total / count):.1f} times the noise"
-        yield f"{table.name}: the simulated {what} is off {words} ({size})"
+        yield f"{table.name}: the simulated {quantity} is off {words} ({size})"
 
 
 def _explained_share(weighted: Array, groups: list[Rows]) -> float:
@@ -115,7 +115,7 @@ def _conditions(table: DynamicTable, missed: Array, unit: str) -> Iterator[tuple
     length, per = ("deg", np.degrees(1.0)) if rotational else ("mm", 1.0)
     bands = np.array_split(np.argsort(table.frequency, kind="stable"), BANDS)
     force = "N mm" if rotational else "N"
-    for values, name, of, scale in (
+    for values, name, unit_of_values, scale in (
         (table.frequency, "at", "Hz", 1.0),
         (table.amplitude, "at an amplitude of", length, per),
         (table.preload, "at a preload of", length, per),
@@ -124,9 +124,9 @@ def _conditions(table: DynamicTable, missed: Array, unit: str) -> Iterator[tuple
     ):
         if np.isnan(values).any():
             continue
-        if of == "Hz":
+        if unit_of_values == "Hz":
             groups = bands
-        elif of == "degrees C":
+        elif unit_of_values == "degrees C":
             groups = temperature_levels(values)
         else:
             groups = [np.flatnonzero(gathered(values) == value) for value in np.unique(gathered(values))]
@@ -135,7 +135,7 @@ def _conditions(table: DynamicTable, missed: Array, unit: str) -> Iterator[tuple
             continue
         means = [float(np.mean(missed[rows])) for rows in groups]
         ends = [(means[k], _range(scale * values[groups[k]])) for k in np.argsort(means)[[0, -1]]]
-        words = " to ".join(f"{mean:+.2g}{unit} {name} {where} {of}" for mean, where in ends)
+        words = " to ".join(f"{mean:+.2g}{unit} {name} {where} {unit_of_values}" for mean, where in ends)
         yield groups, f"from {words}"
 
 

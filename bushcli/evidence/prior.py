@@ -93,8 +93,8 @@ def log_odds(
         total -= math.log(active.effect.branches)
         for parameter in active.parameters:
             total -= math.log(max(1, len(parameter.choices or parameter.scan))) if parameter.of_mesh else 0.0
-    for there, odds in ((other_law, OTHER_LAW), (freed, FREED_LAW), (unknown, UNKNOWN)):
-        if there:
+    for applies, odds in ((other_law, OTHER_LAW), (freed, FREED_LAW), (unknown, UNKNOWN)):
+        if applies:
             total += math.log(odds)
     return total
 
@@ -194,20 +194,20 @@ def known_parameters(
     """
     priors = {}
     for active in effects:
-        there = [
+        affected = [
             recording
             for recording in recordings
             if active.acts_on(recording.name, recording.mode, recording.kind)
         ]
-        scales = scales_of(case, shear, there)
+        scales = scales_of(case, shear, affected)
         for parameter in active.parameters:
             prior = parameter.prior
             if prior is not None:
                 if prior.unrested and not any(
-                    recording.kind == "static" and _shows_rest(recording) for recording in there
+                    recording.kind == "static" and _shows_rest(recording) for recording in affected
                 ):
                     prior = replace(prior, low=prior.unrested)
                 one_sided = parameter.off is not None and parameter.off == parameter.lower
-                prior = _in_tables(prior, scales, there)
+                prior = _in_tables(prior, scales, affected)
                 priors[active.full_name(parameter)] = ParameterPrior(prior, scales, one_sided)
     return priors

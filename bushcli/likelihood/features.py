@@ -201,10 +201,10 @@ def _basis(recording: Recording, used: Mask) -> tuple[Array, NDArray[np.int_]]:
     """Orthonormal polynomials (n, K) of each branch, and their degrees (K,)."""
     columns: list[Array] = []
     degrees: list[NDArray[np.int_]] = []
-    for here, position, degree in _pieces(recording, used):
+    for rows, position, degree in _pieces(recording, used):
         own, _ = np.linalg.qr(legvander(position, degree))
         block = np.zeros((len(used), own.shape[1]))
-        block[here] = own
+        block[rows] = own
         columns.append(block)
         degrees.append(np.arange(own.shape[1]))
     return np.hstack(columns), np.concatenate(degrees)

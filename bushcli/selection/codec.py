@@ -18,7 +18,7 @@ class FitCodec:
         if answer is None:
             return {"kind": np.array("nothing")}
         if isinstance(answer, Fitted):
-            about = {
+            details = {
                 "names": list(answer.names),
                 "values": answer.values,
                 "converged": answer.converged,
@@ -29,7 +29,7 @@ class FitCodec:
             arrays = {f"simulated{i}": force for i, force in enumerate(answer.simulated)}
             arrays |= {f"jacobian{i}": slopes for i, slopes in enumerate(answer.jacobians)}
             arrays |= {"x": answer.x, "states": answer.states}
-            return {"kind": np.array("fit"), "about": np.array(json.dumps(about)), **arrays}
+            return {"kind": np.array("fit"), "about": np.array(json.dumps(details)), **arrays}
         arrays = {f"array{i}": np.asarray(value) for i, value in enumerate(answer)}
         return {"kind": np.array("arrays"), "count": np.array(len(arrays)), **arrays}
 
@@ -48,16 +48,16 @@ class FitCodec:
             return None
         if kind == "arrays":
             return tuple(arrays[f"array{i}"] for i in range(int(arrays["count"])))
-        about = json.loads(str(arrays["about"]))
-        each = range(int(about["channels"]))
+        details = json.loads(str(arrays["about"]))
+        channels = range(int(details["channels"]))
         return Fitted(
-            question[1].at(about["values"]),
-            tuple(about["names"]),
+            question[1].at(details["values"]),
+            tuple(details["names"]),
             arrays["x"],
-            tuple(arrays[f"simulated{i}"] for i in each),
-            tuple(arrays[f"jacobian{i}"] for i in each),
-            bool(about["converged"]),
-            int(about["solves"]),
-            int(about["failed"]),
+            tuple(arrays[f"simulated{i}"] for i in channels),
+            tuple(arrays[f"jacobian{i}"] for i in channels),
+            bool(details["converged"]),
+            int(details["solves"]),
+            int(details["failed"]),
             arrays["states"],
         )

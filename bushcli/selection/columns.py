@@ -105,26 +105,26 @@ def trials(
     reason = unfit(case, (*(active.effect.name for active in model.effects), effect.name))
     if reason:
         return [], reason
-    having = [active for active in model.effects if active.effect.name == effect.name]
+    instances = [active for active in model.effects if active.effect.name == effect.name]
     candidates: list[Candidate] = []
     everywhere = [recording.name for recording in recordings]
-    for present in having:
-        there = [
+    for instance in instances:
+        group = [
             recording
             for recording in acting
-            if present.channels is None or recording.name in present.channels
+            if instance.channels is None or recording.name in instance.channels
         ]
-        candidates += _grid(case, shear, effect, present, present.channels, there)
-    known = {name for active in having for name in active.channels or [r.name for r in acting]}
+        candidates += _grid(case, shear, effect, instance, instance.channels, group)
+    known = {name for active in instances for name in active.channels or [r.name for r in acting]}
     for rig in _rigs(effect, acting):
         if not effect.differs_from_law(
             rig or [recording.name for recording in acting], everywhere, model.fixed
         ):
             continue
-        if not having or (rig is not None and not known & set(rig)):
-            there = [recording for recording in acting if rig is None or recording.name in rig]
-            candidates += _grid(case, shear, effect, None, rig, there)
-    if candidates or having:
+        if not instances or (rig is not None and not known & set(rig)):
+            group = [recording for recording in acting if rig is None or recording.name in rig]
+            candidates += _grid(case, shear, effect, None, rig, group)
+    if candidates or instances:
         return candidates, "" if candidates else "it is in the model already"
     return [], "the law, which is identified from the same recordings, can reproduce its influence"
 
@@ -133,8 +133,10 @@ def unfit(case: Case, names: Sequence[str]) -> str:
     """Return why the specimen cannot have these effects together; empty if it can."""
     known = list(dict.fromkeys(map(effect_name, names)))
     for name in known:
-        for what, _ in unsuited(effects()[name], case.geometry, [other for other in known if other != name]):
-            return f"{name}: {what}"
+        for reason, _ in unsuited(
+            effects()[name], case.geometry, [other for other in known if other != name]
+        ):
+            return f"{name}: {reason}"
     return ""
 
 
@@ -146,18 +148,18 @@ def _rigs(effect: Effect, acting: Sequence[Recording]) -> list[tuple[str, ...] |
     time is tried on the channels that have time.
     """
     timed = [recording for recording in acting if recording.has_time]
-    some = effect.needs_time and 0 < len(timed) < len(acting)
-    there = timed if some else acting
-    rigs = dict.fromkeys((recording.mode, recording.kind) for recording in there)
-    shared = tuple(recording.name for recording in timed) if some else None
+    only_timed = effect.needs_time and 0 < len(timed) < len(acting)
+    tried = timed if only_timed else acting
+    rigs = dict.fromkeys((recording.mode, recording.kind) for recording in tried)
+    shared = tuple(recording.name for recording in timed) if only_timed else None
     if len(rigs) < 2 or not effect.of_rig:
         return [shared]
     own: list[tuple[str, ...] | None] = [
-        tuple(recording.name for recording in there if (recording.mode, recording.kind) == rig)
+        tuple(recording.name for recording in tried if (recording.mode, recording.kind) == rig)
         for rig in rigs
     ]
     # One that some channels share would have the name of its first channel's own one.
-    return [None, *own] if effect.may_be_shared and not some else own
+    return [None, *own] if effect.may_be_shared and not only_timed else own
 
 
 def _grid(
@@ -318,8 +320,8 @@ def columns(cache: ModelCache, case: Case, base: Model, trial: Candidate) -> tup
     """
     model = replace(base, effects=(*beside(case, base, trial), trial.active))
     # If the model has the same effect in another rig, this one may have another name there.
-    there = next(active for active in model.effects if active.identity == trial.active.identity)
-    names = [f"{there.name}.{name}" for name in trial.amplitudes]
+    added = next(active for active in model.effects if active.identity == trial.active.identity)
+    names = [f"{added.name}.{name}" for name in trial.amplitudes]
     # The default mesh for effects of the assembly, but not for a CAD part, where it costs ten times as much.
     usual = trial.effect.acts == "assembly" and (case.geometry.structured or case.geometry.axisymmetric)
     coarse: Coarse = "memory" if usual else "always"

@@ -65,10 +65,10 @@ class Derivatives:
         """
         candidates: list[Candidate] = []
         for effect in self.catalogue if among is None else among:
-            some, reason = trials(self.problem.case, state.model, effect, self.problem.sound, self.shear)
-            if not some and is_plain:
+            variants, reason = trials(self.problem.case, state.model, effect, self.problem.sound, self.shear)
+            if not variants and is_plain:
                 self.untestable[effect.name] = reason
-            candidates += some
+            candidates += variants
         names = [self._name(state, trial) for trial in candidates]
         self._solve(state, dict(zip(names, candidates, strict=True)))
         additions = []

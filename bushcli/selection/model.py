@@ -113,8 +113,8 @@ class Model:
         for active in self.effects:
             for p in active.parameters:
                 name = f"{active.identity}.{p.name}"
-                there = name in values and (not p.of_mesh or f"{name}={active.values[p.name]:g}" in known)
-                value = values[name] if there else active.values[p.name] if p.off is None else p.off
+                in_other = name in values and (not p.of_mesh or f"{name}={active.values[p.name]:g}" in known)
+                value = values[name] if in_other else active.values[p.name] if p.off is None else p.off
                 by_name[active.full_name(p)] = float(value)
         return by_name
 
@@ -127,12 +127,12 @@ class Model:
         recordings : iterable of Recording, optional
             Tables of dynamic stiffness among them are not read again.
         """
-        held = tuple(self.start) if self.fixed else ()
+        fixed = tuple(self.start) if self.fixed else ()
         return Task(
             replace(case, effects=self.effects),
             self.law,
             start=dict(self.start),
-            fixed=held,
+            fixed=fixed,
             terms=self.terms,
             tables=None
             if recordings is None

@@ -219,7 +219,7 @@ class ModelCache:
                 refinement = shape.coarse
                 if modes is not None:
                     modes.add(mode.name)
-            what = (
+            key = (
                 shape,
                 mode.name,
                 mode.solid.six,
@@ -231,7 +231,7 @@ class ModelCache:
             return _entry(
                 self._bodies,
                 BODIES,
-                canonical(what),
+                canonical(key),
                 lambda: prepare(shape, mode, rubber, refinement, comm, features),
             )
 

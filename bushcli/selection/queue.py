@@ -373,15 +373,15 @@ class Search:
         identities = state.model.identities
         every = [addition for points in pool.values() for addition in points]
         for count in range(1, len(identities) + 1):
-            for gone in combinations(identities, count):
-                others = [addition for addition in every if addition.trial.active.identity not in gone]
-                less = state.without(gone)
+            for removed in combinations(identities, count):
+                others = [addition for addition in every if addition.trial.active.identity not in removed]
+                smaller = state.without(removed)
                 other = Beside(
-                    less,
+                    smaller,
                     [
                         addition
                         for addition in others
-                        if not addition.trial.active.is_among(less.model.effects)
+                        if not addition.trial.active.is_among(smaller.model.effects)
                     ],
                 )
                 lost = abs(state.evidence.coarse - other.coarse)

@@ -153,25 +153,25 @@ class State:
         fitted = self.fitted
         return Evidence(self.problem.likelihood, self.misfit, self.slopes, fitted.x, self.known, self.off)
 
-    def without(self, gone: Sequence[str]) -> State:
+    def without(self, removed: Sequence[str]) -> State:
         """The model without some of its effects, to first order: the curves change by the amplitudes' derivatives.
 
         The other parameters keep their values; `predict.Beside` adapts them.
 
         Parameters
         ----------
-        gone : sequence of str
+        removed : sequence of str
             Identities of the effects.
         """
-        staying = tuple(active for active in self.model.effects if active.identity not in gone)
-        leaving = [active for active in self.model.effects if active.identity in gone]
+        remaining = tuple(active for active in self.model.effects if active.identity not in removed)
+        leaving = [active for active in self.model.effects if active.identity in removed]
         amplitudes = {active.full_name(p) for active in leaving for p in active.effect.amplitudes}
-        theirs = {active.full_name(p) for active in leaving for p in active.parameters}
-        model = replace(self.model, effects=staying)
+        parameters = {active.full_name(p) for active in leaving for p in active.parameters}
+        model = replace(self.model, effects=remaining)
         # An effect that was named with its channel may now be the only one of its name.
         renamed = {
             old.full_name(p): new.full_name(p)
-            for old, new in zip(staying, model.effects, strict=True)
+            for old, new in zip(remaining, model.effects, strict=True)
             for p in old.parameters
         }
         names = self.fitted.names
@@ -181,7 +181,7 @@ class State:
                 for name, x, off in zip(names, self.fitted.x, self.off, strict=True)
             ]
         )
-        keep = [i for i, name in enumerate(names) if name not in theirs]
+        keep = [i for i, name in enumerate(names) if name not in parameters]
         fitted = replace(
             self.fitted,
             model=model,
@@ -205,8 +205,10 @@ class State:
         plain : State
             The model's own law without effects.
         """
-        gone = [e.identity for e in self.model.effects if e.effect.needs_fixed_law and not other.model.fixed]
-        state = self.without(gone)
+        removed = [
+            e.identity for e in self.model.effects if e.effect.needs_fixed_law and not other.model.fixed
+        ]
+        state = self.without(removed)
         old, new = state.fitted, other.fitted
         model = replace(
             state.model,

@@ -37,11 +37,11 @@ def unnoticed_effects(search: Search, state: State) -> dict[str, str]:
         name = addition.trial.effect.name
         model = addition.trial.added_to(state.model)
         needed = search.odds(state.model) - search.odds(model)
-        about = known_amplitudes(addition, problem.case, shear, problem.sound)
+        amplitudes = known_amplitudes(addition, problem.case, shear, problem.sound)
         # Each amplitude at the end of the 95 % range of its prior; what it gains, to first order, in nats.
         largest = [
             high if prior is None else min(high, prior.prior.range(prior.scales)[1])
-            for prior, high in zip(about.known, about.high, strict=True)
+            for prior, high in zip(amplitudes.known, amplitudes.high, strict=True)
         ]
         own = beside.changes(addition)[1] * np.array(largest)
         seen[name] = seen.get(name, False) or 0.5 * float(np.max(own**2, initial=0.0)) > needed
