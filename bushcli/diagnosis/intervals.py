@@ -86,9 +86,9 @@ def interval(components: Sequence[Component]) -> tuple[float, float]:
     components : sequence of Component
         One at least; their weights need not add up to one.
     """
-    whole = sum(component.weight for component in components)
-    seen = [component for component in components if component.weight > SEEN * whole] or list(components)
-    whole = sum(component.weight for component in seen)
+    total = sum(component.weight for component in components)
+    seen = [component for component in components if component.weight > SEEN * total] or list(components)
+    total = sum(component.weight for component in seen)
     low = min(component.at(-FAR) for component in seen)
     high = max(component.at(FAR) for component in seen)
     if not high > low:
@@ -98,7 +98,7 @@ def interval(components: Sequence[Component]) -> tuple[float, float]:
         return float(
             brentq(
                 lambda value: (
-                    sum(component.weight * component.below(value) for component in seen) / whole - probability
+                    sum(component.weight * component.below(value) for component in seen) / total - probability
                 ),
                 low,
                 high,
@@ -183,14 +183,14 @@ def scanned(
         return value, value
     edges = [math.sqrt(a * b) for a, b in pairwise(points)]
     edges = [points[0] ** 2 / edges[0], *edges, points[-1] ** 2 / edges[-1]]
-    whole = sum(share.values())
-    if not whole > 0.0:
+    total = sum(share.values())
+    if not total > 0.0:
         raise ValueError(f"no model has {name}")
 
     def quantile(probability: float) -> float:
         below = 0.0
         for point, (low, high) in zip(points, pairwise(edges), strict=True):
-            part = share.get(point, 0.0) / whole
+            part = share.get(point, 0.0) / total
             if below + part >= probability and part > 0.0:
                 return float(low * (high / low) ** ((probability - below) / part))
             below += part

@@ -226,10 +226,10 @@ def _pieces(recording: Recording, used: Mask) -> Iterator[tuple[NDArray[np.intp]
         return
     clock = np.arange(len(recording.force), dtype=float) if recording.time is None else recording.time
     for branch in branches(recording):
-        here = np.flatnonzero(used[branch.start : branch.stop]) + branch.start
-        if len(here):
-            degree = int(np.clip(len(here) // PER_COEFFICIENT - 1, 0, DEGREE))
-            yield here, _position(clock[here], branch.kind == "hold"), degree
+        indices = np.flatnonzero(used[branch.start : branch.stop]) + branch.start
+        if len(indices):
+            degree = int(np.clip(len(indices) // PER_COEFFICIENT - 1, 0, DEGREE))
+            yield indices, _position(clock[indices], branch.kind == "hold"), degree
 
 
 def _position(clock: Array, hold: bool) -> Array:

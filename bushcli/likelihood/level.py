@@ -111,10 +111,10 @@ def _log_likelihood(
     prior = np.log(np.concatenate([[0.5], np.full(len(SIZES) - 1, 0.5 / (len(SIZES) - 1))]))
     log = np.tile(prior, (len(factors), 1))
     for degree in range(int(degrees.max()) + 1):
-        here = degrees == degree
+        of_degree = degrees == degree
         # By factor, size and feature.
-        v = factors[:, None, None] ** 2 * own[here] + SIZES[:, None]
-        log = log - 0.5 * (np.log(v).sum(axis=-1) + (1.0 / v) @ misfit[here] ** 2)
+        v = factors[:, None, None] ** 2 * own[of_degree] + SIZES[:, None]
+        log = log - 0.5 * (np.log(v).sum(axis=-1) + (1.0 / v) @ misfit[of_degree] ** 2)
         top = log.max(axis=1, keepdims=True)
         log = np.log(np.exp(log - top) @ falls + 1e-300) + top
     return np.asarray(logsumexp(log, axis=1))

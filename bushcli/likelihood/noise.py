@@ -228,15 +228,15 @@ def _polynomials(recording: Recording) -> tuple[Array, Array]:
     x = np.arange(len(recording.force), dtype=float) if recording.time is None else recording.time
     fitted, leverage = np.full(len(x), np.nan), np.full(len(x), np.nan)
     for branch in branches(recording):
-        here = slice(branch.start, branch.stop)
+        samples = slice(branch.start, branch.stop)
         degree = min(_DEGREE, (branch.stop - branch.start) // _PER_COEFFICIENT - 1)
         if degree < 1:
             continue
-        position = x[here] - x[branch.start]
+        position = x[samples] - x[branch.start]
         if branch.kind == "hold":
             # Relaxation is fast at first.
             position = np.log1p(position / max(float(position[1]), 1e-12))
         basis, _ = np.linalg.qr(legvander(2.0 * position / float(position[-1]) - 1.0, degree))
-        fitted[here] = basis @ (basis.T @ recording.force[here])
-        leverage[here] = np.sum(basis**2, axis=1)
+        fitted[samples] = basis @ (basis.T @ recording.force[samples])
+        leverage[samples] = np.sum(basis**2, axis=1)
     return fitted, leverage

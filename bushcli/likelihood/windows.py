@@ -141,10 +141,10 @@ def _windows(recording: Recording, used: Mask, size: int) -> Iterator[tuple[Arra
     n = len(recording.force)
     clock = np.arange(n, dtype=float) if recording.time is None else recording.time
     for branch in branches(recording):
-        here = np.flatnonzero(used[branch.start : branch.stop]) + branch.start
-        if len(here) < WINDOWS * LEAST:
+        indices = np.flatnonzero(used[branch.start : branch.stop]) + branch.start
+        if len(indices) < WINDOWS * LEAST:
             continue
-        for part in np.array_split(here, max(-(-len(here) // size), WINDOWS)):
+        for part in np.array_split(indices, max(-(-len(indices) // size), WINDOWS)):
             position = clock[part] - clock[branch.start]
             if branch.kind == "hold":
                 # Relaxation is fast at first.
