@@ -89,22 +89,22 @@ class Extras:
 def _maps(problem: CommonData, plain: Fitted, cache: ModelCache, notify: Progress) -> tuple[LocalMap, ...]:
     from bushcli.mismatch.bushing import local_map
 
-    curves = [i for i, one in enumerate(problem.recordings) if one.kind == "static"]
+    curves = [i for i, recording in enumerate(problem.recordings) if recording.kind == "static"]
     if problem.case.geometry.specimen == "coupon" or not curves:
         return ()
     channels, compared = cache.channels(plain.model.task(problem.case)), problem.compared(plain.simulated)
     # All recordings are of one bushing: together they can show a place that none of them shows alone.
-    one = local_map(
-        [one for one in channels if isinstance(one, Channel)],
+    rubber_map = local_map(
+        [channel for channel in channels if isinstance(channel, Channel)],
         plain.model.start,
         [compared[i] for i in curves],
         [plain.jacobians[i] for i in curves],
         lambda name: notify("map", name, "where in the rubber a change would help"),
     )
-    return (one,)
+    return (rubber_map,)
 
 
-def judged(
+def calibrated_curves(
     cache: ModelCache, case: Case, plain: Fitted, compared: Sequence[Compared]
 ) -> tuple[Compared, ...]:
     """Return the recorded curves without the errors of their common factors, in which the misfit is located.
@@ -119,9 +119,9 @@ def judged(
     """
     channels = cache.channels(plain.model.task(case))
     return tuple(
-        calibrated(one, factor_of(channel))
-        for one, channel in zip(compared, channels, strict=True)
-        if one.recording.kind == "static"
+        calibrated(curve, factor_of(channel))
+        for curve, channel in zip(compared, channels, strict=True)
+        if curve.recording.kind == "static"
     )
 
 
@@ -138,32 +138,36 @@ def share_left(best: Weighed, plain: State) -> float:
 
 
 def before_and_after(
-    cache: ModelCache, asked: Question, problem: CommonData, plain: Fitted, best: Weighed
+    cache: ModelCache, question: Question, problem: CommonData, plain: Fitted, best: Weighed
 ) -> tuple[tuple[DiagnosedChannel, ...], tuple[DiagnosedTable, ...]]:
     """Return recordings and tables beside the plain law and the most probable model; those held out are predicted.
 
     Parameters
     ----------
     cache : ModelCache
-    asked : Question
+    question : Question
     problem : CommonData
     plain : Fitted
         The plain law.
     best : Weighed
         The most probable model.
     """
-    fitted: Mapping[str, int] = {one.name: i for i, one in enumerate(problem.recordings)}
+    fitted: Mapping[str, int] = {recording.name: i for i, recording in enumerate(problem.recordings)}
     predicted = {}
     outside = replace(
-        asked.bare,
-        recordings=tuple(one for one in asked.case.recordings if one.label not in fitted),
-        dynamic=tuple(one for one in asked.case.dynamic if one.label not in fitted),
+        question.bare,
+        recordings=tuple(
+            recording for recording in question.case.recordings if recording.label not in fitted
+        ),
+        dynamic=tuple(table for table in question.case.dynamic if table.label not in fitted),
     )
-    if len(fitted) < len(asked.whole):
+    if len(fitted) < len(question.whole):
         # An effect of a rig says nothing about the rig of another channel.
         bound = tuple(
-            replace(one, channels=tuple(fitted)) if one.effect.of_channel and one.channels is None else one
-            for one in best.state.model.effects
+            replace(active, channels=tuple(fitted))
+            if active.effect.of_channel and active.channels is None
+            else active
+            for active in best.state.model.effects
         )
         for which, model in (("before", plain.model), ("after", replace(best.state.model, effects=bound))):
             for channel in cache.channels(model.task(outside)):
@@ -172,19 +176,19 @@ def before_and_after(
                 except NotConverged:
                     force = np.full(len(channel.recording.force), np.nan)
                 predicted[which, channel.name] = force
-    found, tables = [], []
-    for recording in asked.whole:
+    channels, tables = [], []
+    for recording in question.whole:
         if recording.name in fitted:
             i = fitted[recording.name]
             before, after = plain.simulated[i], best.state.fitted.simulated[i]
             used, sigma = problem.used[i], problem.noises[i].sigma
         else:
             before, after = predicted["before", recording.name], predicted["after", recording.name]
-            used = ~masks(asked.faults, recording)
+            used = ~masks(question.faults, recording)
             sigma = noise_model(recording, used).sigma
         held_out = recording.name not in fitted
         if isinstance(recording, RecordedTable):
             tables.append(diagnosed_table(recording, before, after, used, held_out))
         else:
-            found.append(answer.channel(recording, before, after, sigma, used, held_out))
-    return tuple(found), tuple(tables)
+            channels.append(answer.channel(recording, before, after, sigma, used, held_out))
+    return tuple(channels), tuple(tables)

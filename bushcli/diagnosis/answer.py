@@ -63,7 +63,7 @@ def verdict(best: Weighed, plain: Model) -> Verdict:
     return "explained" if same else "law_too_poor"
 
 
-def ranked(models: Sequence[Weighed], search: Search) -> tuple[RankedModel, ...]:
+def ranked_models(models: Sequence[Weighed], search: Search) -> tuple[RankedModel, ...]:
     """Return all models that the report shows: the one of the verdict, then the others, the most probable first.
 
     Parameters
@@ -73,19 +73,19 @@ def ranked(models: Sequence[Weighed], search: Search) -> tuple[RankedModel, ...]
     search : Search
     """
     base = search.plain.evidence.log
-    first, *others = models
+    best, *others = models
     return tuple(
         RankedModel(
-            one.model.law,
-            one.effects,
-            one.probability,
-            one.log_evidence - base,
-            one.state.size if one.predicted is None else None,
-            one.state.evidence.judged.phi if one.predicted is None and one.kind == "effects" else None,
-            {active.identity: active.variant for active in one.model.effects if active.variant},
+            model.model.law,
+            model.effects,
+            model.probability,
+            model.log_evidence - base,
+            model.state.size if model.predicted is None else None,
+            model.state.evidence.judged.phi if model.predicted is None and model.kind == "effects" else None,
+            {active.identity: active.variant for active in model.model.effects if active.variant},
         )
-        for one in (first, *sorted(others, key=lambda one: -one.probability))
-        if one.probability >= SHOWN
+        for model in (best, *sorted(others, key=lambda model: -model.probability))
+        if model.probability >= SHOWN
     )
 
 
@@ -147,13 +147,13 @@ def form_error(best: Weighed, plain: State, compared: Sequence[Compared]) -> For
         return _unknown_force(compared, likelihood.features)
     scale = np.array(judged.scale) - 1.0
     percent = {}
-    for one, excess, m, features in zip(
+    for channel, excess, m, features in zip(
         compared, scale, likelihood.effective, likelihood.features, strict=True
     ):
         samples = float(np.count_nonzero(features.weights))
-        unit = one.noise.sigma * np.sqrt(one.noise.correlation_time)
+        unit = channel.noise.sigma * np.sqrt(channel.noise.correlation_time)
         size = float(np.sqrt(max(excess, 0.0) * m / max(samples, 1.0))) * unit
-        percent[one.name] = float(100.0 * size / np.ptp(one.recording.force[one.known]))
+        percent[channel.name] = float(100.0 * size / np.ptp(channel.recording.force[channel.known]))
     left = float(np.sum(np.maximum(best.state.evidence.left.excess, 0.0)))
     allowed = float(np.sum(np.maximum(scale, 0.0) * likelihood.effective))
     share = judged.phi if best.state.model.effects else 0.0
@@ -163,12 +163,14 @@ def form_error(best: Weighed, plain: State, compared: Sequence[Compared]) -> For
 def _unknown_force(compared: Sequence[Compared], features: Sequence[Features]) -> FormError:
     """Return the size of the unknown force as it is drawn, and how much of the misfit above the noise it is."""
     percent, explained, excess = {}, 0.0, 0.0
-    for one, own in zip(compared, features, strict=True):
-        force = missing_force(one, own)
-        percent[one.name] = float(100.0 * np.sqrt(np.mean(force**2)) / np.ptp(one.recording.force[one.known]))
-        before, after = one.misfit[one.known], (one.misfit + force)[one.known]
-        explained += float(before @ before - after @ after) / one.noise.sigma**2
-        excess += float(before @ before) / one.noise.sigma**2 - len(before)
+    for channel, own in zip(compared, features, strict=True):
+        force = missing_force(channel, own)
+        percent[channel.name] = float(
+            100.0 * np.sqrt(np.mean(force**2)) / np.ptp(channel.recording.force[channel.known])
+        )
+        before, after = channel.misfit[channel.known], (channel.misfit + force)[channel.known]
+        explained += float(before @ before - after @ after) / channel.noise.sigma**2
+        excess += float(before @ before) / channel.noise.sigma**2 - len(before)
     return FormError(0.0, percent, min(1.0, max(0.0, explained / excess)) if excess > 0.0 else 1.0)
 
 
@@ -176,7 +178,7 @@ def _unknown_force(compared: Sequence[Compared], features: Sequence[Features]) -
 
 
 def searched(
-    search: Search, ended: Ended, hidden: Mapping[str, str], probability: Mapping[str, float]
+    search: Search, ended: Ended, undetected: Mapping[str, str], probability: Mapping[str, float]
 ) -> Searched:
     """Return the extent of the search.
 
@@ -184,12 +186,12 @@ def searched(
     ----------
     search : Search
     ended : Ended
-    hidden : mapping of str to str
+    undetected : mapping of str to str
         Effects that may be there unnoticed, and why.
     probability : mapping of str to float
         Of each effect, dimensionless from 0 to 1: what is probable is not unnoticed.
     """
-    unnoticed = {name: why for name, why in hidden.items() if probability.get(name, 0.0) < SMALL}
+    unnoticed = {name: why for name, why in undetected.items() if probability.get(name, 0.0) < SMALL}
     return Searched(
         ended == "nothing left",
         search.left,
@@ -219,10 +221,10 @@ def doubts(
     extent : Searched
         Extent of the search.
     """
-    made = []
+    conditions = []
     if case.effects:
-        names = ", ".join(readable_name(one.name) for one in case.effects)
-        made.append(
+        names = ", ".join(readable_name(effect.name) for effect in case.effects)
+        conditions.append(
             Condition(
                 "effects_of_the_case",
                 f"the effects in the case file ({names}) are not used: a diagnosis begins with the law alone and "
@@ -230,28 +232,30 @@ def doubts(
                 "nothing to do if the diagnosis finds them; bushcli inverse identifies the law together with them",
             )
         )
-    loud = [one for one in channels if one.noise_percent > LOUD]
+    loud = [channel for channel in channels if channel.noise_percent > LOUD]
     if loud:
-        sizes = ", ".join(f"{one.name} {one.noise_percent:.0f} %" for one in loud)
-        made.append(
+        sizes = ", ".join(f"{channel.name} {channel.noise_percent:.0f} %" for channel in loud)
+        conditions.append(
             Condition(
                 "loud_noise",
                 f"the noise is large compared with the force range ({sizes}): smaller deviations cannot be detected",
                 "record more samples on every branch, or reduce the noise (estimated from neighbouring samples)",
             )
         )
-    made += _begun(best, problem)
-    made += _long_memory(best, problem)
-    return [*made, *_held_out(channels), *_search_doubts(best, extent)]
+    conditions += _begun(best, problem)
+    conditions += _long_memory(best, problem)
+    return [*conditions, *_held_out(channels), *_search_doubts(best, extent)]
 
 
 def _begun(best: Weighed, problem: CommonData) -> list[Condition]:
     """Return a doubt about recordings that do not begin at rest, if the most probable model has memory."""
     # A rig with memory, such as a late logger, does not make the rubber remember.
-    effects = [one.effect for one in best.state.model.effects]
-    if not any(one.has_memory and one.feature is not None for one in effects):
+    effects = [active.effect for active in best.state.model.effects]
+    if not any(effect.has_memory and effect.feature is not None for effect in effects):
         return []
-    known = [(one.name, earlier(one)) for one in problem.recordings if one.kind == "static"]
+    known = [
+        (recording.name, earlier(recording)) for recording in problem.recordings if recording.kind == "static"
+    ]
     return [not_from_rest(name, before) for name, before in known if before is not None]
 
 
@@ -260,43 +264,47 @@ def _long_memory(best: Weighed, problem: CommonData) -> list[Condition]:
 
     Such noise and physics that changes slowly leave the same misfit along each branch.
     """
-    found = []
-    for one, used, smooth in zip(
+    conditions = []
+    for channel, used, smooth in zip(
         problem.compared(best.state.fitted.simulated), problem.used, problem.likelihood.features, strict=True
     ):
-        if one.recording.kind == "dynamic":
+        if channel.recording.kind == "dynamic":
             continue
-        before = noise_model(one.recording, used)
-        units = [noise.sigma * float(np.sqrt(noise.correlation_time)) for noise in (before, one.noise)]
-        if one.noise.correlation_time < MEMORY or units[1] < SWELLS * units[0]:
+        before = noise_model(channel.recording, used)
+        units = [noise.sigma * float(np.sqrt(noise.correlation_time)) for noise in (before, channel.noise)]
+        if channel.noise.correlation_time < MEMORY or units[1] < SWELLS * units[0]:
             continue
-        percent = 100.0 / float(np.ptp(one.recording.force[used]))
-        memory = f"{one.noise.correlation_time:.0f} samples"
-        if one.recording.time is not None:
-            memory += f" ({one.noise.correlation_time * float(np.median(np.diff(one.recording.time))):.2g} s)"
-        like = "".join(f" ({text})" for text in missing([one], [smooth], 0.0, 0.0).text[:1])
-        found.append(
+        percent = 100.0 / float(np.ptp(channel.recording.force[used]))
+        memory = f"{channel.noise.correlation_time:.0f} samples"
+        if channel.recording.time is not None:
+            memory += f" ({channel.noise.correlation_time * float(np.median(np.diff(channel.recording.time))):.2g} s)"
+        like = "".join(f" ({text})" for text in missing([channel], [smooth], 0.0, 0.0).text[:1])
+        conditions.append(
             Condition(
                 "noise_with_memory",
-                f"{one.name}: the misfit of the plain law is taken for noise of {percent * one.noise.sigma:.2g} % of "
-                f"the force range that is correlated over {memory}; windows of some 24 samples show noise of "
-                f"{percent * before.sigma:.2g} %. Physics that changes slowly would leave the same misfit{like}",
+                f"{channel.name}: the misfit of the plain law is taken for noise of "
+                f"{percent * channel.noise.sigma:.2g} % of the force range that is correlated over {memory}; windows "
+                f"of some 24 samples show noise of {percent * before.sigma:.2g} %. Physics that changes slowly would "
+                f"leave the same misfit{like}",
                 "compare with the noise of the sensors at rest; if it is smaller, something slow is missing, and the "
                 "probabilities are those of a recording with this noise",
             )
         )
-    return found
+    return conditions
 
 
 def _held_out(channels: Sequence[DiagnosedChannel]) -> list[Condition]:
     """Return a doubt about channels that took no part in the fits and that the most probable model misses."""
     missed = [
-        one for one in channels if one.held_out and one.after_percent > max(MISSED, 3 * one.noise_percent)
+        channel
+        for channel in channels
+        if channel.held_out and channel.after_percent > max(MISSED, 3 * channel.noise_percent)
     ]
     if not missed:
         return []
     sizes = ", ".join(
-        f"{one.name} by {one.after_percent:.2g} %, noise {one.noise_percent:.2g} %" for one in missed
+        f"{channel.name} by {channel.after_percent:.2g} %, noise {channel.noise_percent:.2g} %"
+        for channel in missed
     )
     return [
         Condition(
@@ -309,9 +317,9 @@ def _held_out(channels: Sequence[DiagnosedChannel]) -> list[Condition]:
 
 def _search_doubts(best: Weighed, extent: Searched) -> list[Condition]:
     """Return what is doubtful about the search."""
-    made = []
+    conditions = []
     if not best.state.fitted.converged:
-        made.append(
+        conditions.append(
             Condition(
                 "not_converged",
                 "the fit of the most probable model ended before it had converged",
@@ -320,7 +328,7 @@ def _search_doubts(best: Weighed, extent: Searched) -> list[Condition]:
         )
     if extent.not_simulated:
         names = ", ".join(readable_name(name) for name in extent.not_simulated)
-        made.append(
+        conditions.append(
             Condition(
                 "not_simulated",
                 f"the bushing cannot be simulated with {names}: nothing is known of these effects",
@@ -329,7 +337,7 @@ def _search_doubts(best: Weighed, extent: Searched) -> list[Condition]:
             )
         )
     if extent.lost:
-        made.append(
+        conditions.append(
             Condition(
                 "models_lost",
                 f"{len(extent.lost)} models could not be solved from any start and have no probability: "
@@ -338,11 +346,11 @@ def _search_doubts(best: Weighed, extent: Searched) -> list[Condition]:
             )
         )
     if extent.ended == "budget":
-        made.append(
+        conditions.append(
             Condition(
                 "budget",
                 f"the time limit was reached: {could_shift(extent.left)}",
                 "give a larger --budget; with -o DIR, --resume continues this run",
             )
         )
-    return made
+    return conditions

@@ -16,8 +16,8 @@ from pathlib import Path
 
 from bushcli.case import Case, Material
 from bushcli.diagnosis import answer, values
-from bushcli.diagnosis.aftermath import Extras, before_and_after, judged, share_left
-from bushcli.diagnosis.faulty import refused
+from bushcli.diagnosis.aftermath import Extras, before_and_after, calibrated_curves, share_left
+from bushcli.diagnosis.faulty import refusal
 from bushcli.diagnosis.posterior import (
     Weighed,
     credible_sets,
@@ -52,7 +52,7 @@ from cases.interrupt import is_interrupt
 
 
 @dataclass(frozen=True)
-class _Found:
+class _Outcome:
     """Result of the search.
 
     Attributes
@@ -66,7 +66,7 @@ class _Found:
         The plain law, fitted as accurately as by `bushcli inverse` unless the user stopped the calculation.
     interrupted : list of Condition
         What to report if the user stopped it.
-    hidden : dict of str to str
+    unnoticed : dict of str to str
         Effects that may be there unnoticed, and why.
     """
 
@@ -75,7 +75,7 @@ class _Found:
     models: tuple[Weighed, ...]
     plain: Fitted
     interrupted: list[Condition]
-    hidden: dict[str, str]
+    unnoticed: dict[str, str]
 
 
 def diagnose(
@@ -128,33 +128,33 @@ def diagnose(
     InputError
         No recordings, one that cannot be read, an unknown name, or a plain law that cannot be solved.
     """
-    begin, notify = time.perf_counter(), progress or (lambda *_: None)
+    start, notify = time.perf_counter(), progress or (lambda *_: None)
     cache = ModelCache(tables)
     asked = question(case, model, effects, hold_out, cache.tables)
     for fault in asked.faults:
         notify("data", fault.channel, fault.where)
     if asked.fatal:
-        return refused(asked, time.perf_counter() - begin)
-    store, deadline = _opened(journal, resume, notify), begin + (float("inf") if budget is None else budget)
+        return refusal(asked, time.perf_counter() - start)
+    store, deadline = _opened(journal, resume, notify), start + (float("inf") if budget is None else budget)
     with Workers(workers, store, executor, cache).open() as crew:
-        found, extras = _calculated(asked, crew, cache, uniform, deadline, maps, notify)
-    return _ended(_answer(asked, found, extras, cache), store, begin, notify)
+        outcome, extras = _calculate(asked, crew, cache, uniform, deadline, maps, notify)
+    return _with_notes(_answer(asked, outcome, extras, cache), store, start, notify)
 
 
-def _calculated(
-    asked: Question,
+def _calculate(
+    question: Question,
     crew: Workers,
     cache: ModelCache,
     uniform: bool,
     deadline: float,
     maps: bool,
     notify: Progress,
-) -> tuple[_Found, Extras]:
+) -> tuple[_Outcome, Extras]:
     """Return what the search finds, and the next test and the maps.
 
     Parameters
     ----------
-    asked : Question
+    question : Question
     crew : Workers
     cache : ModelCache
     uniform : bool
@@ -164,75 +164,76 @@ def _calculated(
     maps : bool
     notify : callable
     """
-    notify("fit", asked.plain.law, "the plain law")
-    rough = _rough(asked, crew)
-    problem, state = pose_problem(asked.bare, rough, asked.recordings, asked.used, crew, cache)
-    search = Search(problem, crew, state, asked.effects, uniform, deadline, notify)
-    found = _searched(asked, search, rough, crew)
+    notify("fit", question.plain.law, "the plain law")
+    rough = _rough(question, crew)
+    problem, state = pose_problem(question.bare, rough, question.recordings, question.used, crew, cache)
+    search = Search(problem, crew, state, question.effects, uniform, deadline, notify)
+    outcome = _search(question, search, rough, crew)
     extras = Extras()
-    if not found.interrupted:
+    if not outcome.interrupted:
         searched = search.left <= UNSEARCHED
-        extras.make(problem, found.plain, found.models, crew, cache, maps, searched, notify)
-    return found, extras
+        extras.make(problem, outcome.plain, outcome.models, crew, cache, maps, searched, notify)
+    return outcome, extras
 
 
-def _rough(asked: Question, crew: Workers) -> Fitted:
+def _rough(question: Question, crew: Workers) -> Fitted:
     """Fit the plain law before the size of its misfit is known."""
-    rough: Fitted | None = crew.run(begin_plain, [(asked.bare, asked.plain, asked.used)])[0]
+    rough: Fitted | None = crew.run(begin_plain, [(question.bare, question.plain, question.used)])[0]
     if rough is None:
-        tried = ", ".join(f"{k} = {v:g}" for k, v in asked.plain.start.items())
+        tried = ", ".join(f"{k} = {v:g}" for k, v in question.plain.start.items())
         raise InputError(
             Problem(
-                asked.case.path.name,
-                f"the recordings cannot be simulated with {asked.plain.law}, from {tried} or from its own start values",
+                question.case.path.name,
+                f"the recordings cannot be simulated with {question.plain.law}, from {tried} or from its own start "
+                "values",
             )
         )
     return rough
 
 
-def _searched(asked: Question, search: Search, rough: Fitted, crew: Workers) -> _Found:
+def _search(question: Question, search: Search, rough: Fitted, crew: Workers) -> _Outcome:
     """Search, and compute the posterior of the models."""
     ended, unnoticed, interrupted = _run(search, crew)
     models, plain = posterior(search), rough
     if not interrupted:
-        best, plain, interrupted = _finished(models[0], rough, asked.plain, search, crew)
+        best, plain, interrupted = _finish(models[0], rough, question.plain, search, crew)
         models = (best, *models[1:])
-    return _Found(search, ended, models, plain, interrupted, unnoticed)
+    return _Outcome(search, ended, models, plain, interrupted, unnoticed)
 
 
-def _answer(asked: Question, found: _Found, extras: Extras, cache: ModelCache) -> Diagnosis:
+def _answer(question: Question, outcome: _Outcome, extras: Extras, cache: ModelCache) -> Diagnosis:
     """Return the result that follows from the posterior."""
-    search, models, best, plain = found.search, found.models, found.models[0], found.plain
+    search, models, best, plain = outcome.search, outcome.models, outcome.models[0], outcome.plain
     problem = search.problem
     before = problem.compared(plain.simulated)
     after = problem.compared(best.state.fitted.simulated)
-    probability = probabilities(models, [one.name for one in asked.effects])
-    channels, tables = before_and_after(cache, asked, problem, plain, best)
+    probability = probabilities(models, [effect.name for effect in question.effects])
+    channels, tables = before_and_after(cache, question, problem, plain, best)
     # Models are compared only if most of them have been looked at.
     unsearched = search.left > UNSEARCHED
-    says: Verdict = "unexplained" if unsearched else answer.verdict(best, asked.plain)
+    verdict: Verdict = "unexplained" if unsearched else answer.verdict(best, question.plain)
     left = share_left(best, search.plain)
     unknown = probability.get("unknown", 0.0)
-    extent = answer.searched(search, found.ended, found.hidden, probability)
-    places = [judged(cache, asked.bare, plain, one) for one in (before, after)]
-    curves = [i for i, one in enumerate(problem.recordings) if one.kind == "static"]
+    extent = answer.searched(search, outcome.ended, outcome.unnoticed, probability)
+    places = [calibrated_curves(cache, question.bare, plain, compared) for compared in (before, after)]
+    curves = [i for i, recording in enumerate(problem.recordings) if recording.kind == "static"]
     return Diagnosis(
-        case=asked.case,
-        verdict=says,
-        asked=asked.requested,
-        law_from=asked.law_from,
+        case=question.case,
+        verdict=verdict,
+        asked=question.requested,
+        law_from=question.law_from,
         law_fixed=best.state.model.fixed,
-        plain=_material(asked.material, plain.model),
-        material=_material(asked.material, best.state.model),
-        parameters=values.quantities(models, asked.case.material),
-        effects=() if unsearched else values.named(models, search, asked.case.material),
+        plain=_material(question.material, plain.model),
+        material=_material(question.material, best.state.model),
+        parameters=values.quantities(models, question.case.material),
+        effects=() if unsearched else values.diagnosed_effects(models, search, question.case.material),
         probability=probability,
-        models=() if unsearched else answer.ranked(models, search),
-        rivals=() if unsearched else tuple(one for one in credible_sets(models) if one != best.effects),
+        models=() if unsearched else answer.ranked_models(models, search),
+        rivals=() if unsearched else tuple(names for names in credible_sets(models) if names != best.effects),
         groups=() if unsearched else groups(models, probability),
         form_error=answer.form_error(best, search.plain, after),
         missing=None
-        if unsearched or says == "explained" or (left <= 0.0 and not best.unknown)
+        if unsearched or verdict == "explained" or (left <= 0.0 and not best.unknown)
         else missing(
             [after[i] for i in curves], [problem.likelihood.features[i] for i in curves], unknown, left
         ),
@@ -243,12 +244,12 @@ def _answer(asked: Question, found: _Found, extras: Extras, cache: ModelCache) -
         remaining=locate(places[1]),
         next_test=extras.test,
         maps=extras.maps,
-        faults=asked.faults,
+        faults=question.faults,
         conditions=(
-            *found.interrupted,
+            *outcome.interrupted,
             *extras.conditions,
-            *answer.doubts(asked.case, channels, best, problem, extent),
-            *asked.unusual,
+            *answer.doubts(question.case, channels, best, problem, extent),
+            *question.unusual,
         ),
         forward_solves=search.solves + plain.solves,
         failed_solves=search.failed + plain.failed,
@@ -257,16 +258,16 @@ def _answer(asked: Question, found: _Found, extras: Extras, cache: ModelCache) -
     )
 
 
-def _ended(said: Diagnosis, store: Store | None, begin: float, notify: Progress) -> Diagnosis:
+def _with_notes(diagnosis: Diagnosis, store: Store | None, start: float, notify: Progress) -> Diagnosis:
     """Add the time spent, and what became of the saved results: how many were used, damaged, or cannot be saved."""
-    found = list(said.conditions)
+    conditions = list(diagnosis.conditions)
     if store is not None and store.resumes:
         notify("resume", store.folder.name, f"{len(store.used)} of {store.there} saved results were used")
     if store is not None and store.damaged:
-        found.append(history_damaged(store.damaged))
+        conditions.append(history_damaged(store.damaged))
     if store is not None and (failure := store.failure()):
-        found.append(history_not_saved(failure))
-    return replace(said, conditions=tuple(found), seconds=time.perf_counter() - begin)
+        conditions.append(history_not_saved(failure))
+    return replace(diagnosis, conditions=tuple(conditions), seconds=time.perf_counter() - start)
 
 
 def _opened(journal: Path | None, resume: bool | None, notify: Progress) -> Store | None:
@@ -309,7 +310,7 @@ def _run(search: Search, crew: Workers) -> tuple[Ended, dict[str, str], list[Con
     return ended, unnoticed, []
 
 
-def _finished(
+def _finish(
     best: Weighed, rough: Fitted, chosen: Model, search: Search, crew: Workers
 ) -> tuple[Weighed, Fitted, list[Condition]]:
     """Return the best model and the plain law, each fitted until it converges on the default mesh.
@@ -327,8 +328,8 @@ def _finished(
         else:
             best = replace(best, state=closest(search, best.state), searched=best.state)
             if best.state.model.anchor is not None:
-                found = crew.run(exact, [(problem.case, best.state.fitted)])[0]
-                best = best if found is None else replace(best, state=State(problem, found))
+                refined = crew.run(exact, [(problem.case, best.state.fitted)])[0]
+                best = best if refined is None else replace(best, state=State(problem, refined))
     except BaseException as error:
         if not is_interrupt(error):
             raise

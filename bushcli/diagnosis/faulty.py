@@ -15,7 +15,7 @@ from bushcli.mismatch.record import locate
 from bushcli.selection.searched import Searched
 
 
-def refused(asked: Question, seconds: float) -> Diagnosis:
+def refusal(question: Question, seconds: float) -> Diagnosis:
     """Return the verdict "faulty_data" with the faults and their remedies, without a simulation.
 
     The channels have their recordings and NaN in place of simulated forces. A law from coupons has its parameters, one
@@ -23,18 +23,18 @@ def refused(asked: Question, seconds: float) -> Diagnosis:
 
     Parameters
     ----------
-    asked : Question
+    question : Question
         With a fault that is fatal.
     seconds : float
         Spent so far, s.
     """
-    fitted = asked.plain.fixed
-    law = asked.material if fitted else replace(asked.material, parameters={})
+    fitted = question.plain.fixed
+    law = question.material if fitted else replace(question.material, parameters={})
     return Diagnosis(
-        case=asked.case,
+        case=question.case,
         verdict="faulty_data",
-        asked=asked.requested,
-        law_from=asked.law_from,
+        asked=question.requested,
+        law_from=question.law_from,
         law_fixed=fitted,
         plain=law,
         material=law,
@@ -47,29 +47,29 @@ def refused(asked: Question, seconds: float) -> Diagnosis:
         form_error=FormError(np.nan, {}, np.nan),
         missing=None,
         searched=Searched(False, 1.0, "faulty data", (), (), {}),
-        channels=_recorded(asked),
+        channels=_recorded_channels(question),
         tables=(),
         location=locate(()),
         remaining=locate(()),
         next_test=None,
         maps=(),
-        faults=asked.faults,
-        conditions=asked.unusual,
+        faults=question.faults,
+        conditions=question.unusual,
         forward_solves=0,
         failed_solves=0,
         seconds=seconds,
     )
 
 
-def _recorded(asked: Question) -> tuple[DiagnosedChannel, ...]:
+def _recorded_channels(question: Question) -> tuple[DiagnosedChannel, ...]:
     """Return the recordings without a simulation beside them."""
-    kept = [one.name for one in asked.recordings]
-    found = []
-    for recording in asked.whole:
+    names = [recording.name for recording in question.recordings]
+    channels = []
+    for recording in question.whole:
         if recording.kind == "dynamic":
             continue
-        used = ~masks(asked.faults, recording)
+        used = ~masks(question.faults, recording)
         none = np.full(len(recording.force), np.nan)
         sigma = noise_model(recording, used).sigma
-        found.append(answer.channel(recording, none, none, sigma, used, recording.name not in kept))
-    return tuple(found)
+        channels.append(answer.channel(recording, none, none, sigma, used, recording.name not in names))
+    return tuple(channels)

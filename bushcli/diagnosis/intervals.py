@@ -66,8 +66,8 @@ class Component:
             return float(ndtr((value - self.value) / self.std)) if self.std else float(value >= self.value)
         if value * self.value <= 0.0:
             return float(value > self.value)
-        found = float(ndtr(math.log(value / self.value) / self._relative))
-        return found if self.value > 0.0 else 1.0 - found
+        probability = float(ndtr(math.log(value / self.value) / self._relative))
+        return probability if self.value > 0.0 else 1.0 - probability
 
     @property
     def _in_logarithm(self) -> bool:
@@ -86,18 +86,22 @@ def interval(components: Sequence[Component]) -> tuple[float, float]:
     components : sequence of Component
         One at least; their weights need not add up to one.
     """
-    whole = sum(one.weight for one in components)
-    seen = [one for one in components if one.weight > SEEN * whole] or list(components)
-    whole = sum(one.weight for one in seen)
-    low = min(one.at(-FAR) for one in seen)
-    high = max(one.at(FAR) for one in seen)
+    total = sum(component.weight for component in components)
+    seen = [component for component in components if component.weight > SEEN * total] or list(components)
+    total = sum(component.weight for component in seen)
+    low = min(component.at(-FAR) for component in seen)
+    high = max(component.at(FAR) for component in seen)
     if not high > low:
         return low, high
 
-    def quantile(level: float) -> float:
+    def quantile(probability: float) -> float:
         return float(
             brentq(
-                lambda value: sum(one.weight * one.below(value) for one in seen) / whole - level, low, high
+                lambda value: (
+                    sum(component.weight * component.below(value) for component in seen) / total - probability
+                ),
+                low,
+                high,
             )
         )
 
@@ -118,32 +122,32 @@ def components(parameter: str, models: Sequence[Weighed], law: str = "", effect:
     effect : str
         Identity of the effect otherwise: the gain error of one channel is not that of another.
     """
-    found = []
-    first = next((own for own in models[0].state.fitted.model.effects if own.identity == effect), None)
-    for one in models:
-        fitted = one.state.fitted
+    posterior = []
+    active = next((own for own in models[0].state.fitted.model.effects if own.identity == effect), None)
+    for model in models:
+        fitted = model.state.fitted
         same = next((own for own in fitted.model.effects if own.identity == effect), None)
         name = parameter
         if not law:
-            name = "" if first is None or same is None else _counterpart(parameter, first, same)
-        if one.predicted is not None or name not in fitted.names:
+            name = "" if active is None or same is None else _counterpart(parameter, active, same)
+        if model.predicted is not None or name not in fitted.names:
             continue
         if law and fitted.model.law != law:
             continue
-        known = one.state.priors.get(name)
+        known = model.state.priors.get(name)
         i = fitted.names.index(name)
-        std = standard_errors(fitted.names, one.state.evidence)[name]
+        std = standard_errors(fitted.names, model.state.evidence)[name]
         logarithmic = not law and known is not None and known.prior.is_logarithmic
-        found.append(Component(one.probability, float(fitted.x[i]), std, logarithmic))
-    return found
+        posterior.append(Component(model.probability, float(fitted.x[i]), std, logarithmic))
+    return posterior
 
 
-def _counterpart(parameter: str, first: ActiveEffect, other: ActiveEffect) -> str:
-    """Return the full name of a parameter of `first` in the same effect of another model; "" if there is none."""
-    ours, theirs = _branches(first), _branches(other)
+def _counterpart(parameter: str, active: ActiveEffect, other: ActiveEffect) -> str:
+    """Return the full name of a parameter of `active` in the same effect of another model; "" if there is none."""
+    ours, theirs = _branches(active), _branches(other)
     if len(ours) != len(theirs):
         return ""
-    stem = first.effect.parameter(parameter).stem
+    stem = active.effect.parameter(parameter).stem
     number = parameter[len(stem) :]
     if number in ours:
         number = theirs[ours.index(number)]
@@ -179,16 +183,16 @@ def scanned(
         return value, value
     edges = [math.sqrt(a * b) for a, b in pairwise(points)]
     edges = [points[0] ** 2 / edges[0], *edges, points[-1] ** 2 / edges[-1]]
-    whole = sum(share.values())
-    if not whole > 0.0:
+    total = sum(share.values())
+    if not total > 0.0:
         raise ValueError(f"no model has {name}")
 
-    def quantile(level: float) -> float:
+    def quantile(probability: float) -> float:
         below = 0.0
         for point, (low, high) in zip(points, pairwise(edges), strict=True):
-            part = share.get(point, 0.0) / whole
-            if below + part >= level and part > 0.0:
-                return float(low * (high / low) ** ((level - below) / part))
+            part = share.get(point, 0.0) / total
+            if below + part >= probability and part > 0.0:
+                return float(low * (high / low) ** ((probability - below) / part))
             below += part
         return float(edges[-1])
 
@@ -199,9 +203,9 @@ def _shares(
     active: ActiveEffect, parameter: EffectParameter, models: Sequence[Weighed]
 ) -> Mapping[float, float]:
     """Probability of each value of a parameter over the models that have it."""
-    name, found = active.full_name(parameter), dict[float, float]()
-    for one in models:
-        value = one.model.values.get(name)
+    name, shares = active.full_name(parameter), dict[float, float]()
+    for model in models:
+        value = model.model.values.get(name)
         if value is not None:
-            found[float(value)] = found.get(float(value), 0.0) + one.probability
-    return found
+            shares[float(value)] = shares.get(float(value), 0.0) + model.probability
+    return shares

@@ -84,7 +84,7 @@ def menu(
     mounted : sequence of str
         Modes that have been recorded, which need no remounting.
     """
-    found: list[Proposal] = []
+    proposals: list[Proposal] = []
     for channel, a in amplitudes.items():
         extra = 0.0 if channel in mounted else REMOUNT
         # A strip or a sheet cannot be pushed: it buckles, and its strain cannot be less than -1.
@@ -93,9 +93,9 @@ def menu(
             if coupon and min(points) < 0:
                 continue
             ways = zip(points[:-1], points[1:], rates, strict=True)
-            seconds = sum(abs(end - begin) / speed for begin, end, speed in ways) + sum(holds)
+            seconds = sum(abs(end - start) / speed for start, end, speed in ways) + sum(holds)
             cost = SET_UP + extra + seconds / 60.0
-            found.append(
+            proposals.append(
                 Proposal(
                     f"{channel}, {text.format(a='the largest amplitude')}",
                     channel,
@@ -105,7 +105,7 @@ def menu(
                     cost,
                 )
             )
-    return tuple(sorted(found, key=lambda one: (one.cost, one.name)))
+    return tuple(sorted(proposals, key=lambda proposal: (proposal.cost, proposal.name)))
 
 
 def _plans(

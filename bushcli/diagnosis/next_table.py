@@ -70,55 +70,55 @@ class ExpectedTable:
 
 def table_menu(problem: CommonData) -> list[TableProposal]:
     """Return tables that differ in one condition from those that were measured, and one of another mode."""
-    measured = [one for one in problem.recordings if isinstance(one, RecordedTable)]
-    found = [proposal for one in measured for proposal in _plans(problem.case, one)]
-    known, wall = {one.mode for one in problem.recordings}, problem.case.geometry.wall
-    first = measured[0].table if measured else None
+    measured = [recording for recording in problem.recordings if isinstance(recording, RecordedTable)]
+    proposals = [proposal for recording in measured for proposal in _plans(problem.case, recording)]
+    known, wall = {recording.mode for recording in problem.recordings}, problem.case.geometry.wall
+    reference = measured[0].table if measured else None
     for mode in modes().values():
-        if first is None or wall is None or mode.proposed_travel is None or mode.name in known:
+        if reference is None or wall is None or mode.proposed_travel is None or mode.name in known:
             continue
-        frequency = np.geomspace(first.frequency.min(), first.frequency.max(), _POINTS)
-        degrees = temperatures(problem.case, measured)[first.name].mean()
+        frequency = np.geomspace(reference.frequency.min(), reference.frequency.max(), _POINTS)
+        degrees = temperatures(problem.case, measured)[reference.name].mean()
         table = _table(mode.name, mode.name, frequency, (np.nan,), (0.0,), (float(degrees),))
         text = f"{mode.name}, {_range(frequency, 'Hz')}, small amplitude, at rest"
-        found.append(TableProposal(f"{mode.name} too", table, SET_UP + REMOUNT + _SWEEP, text))
-    return sorted(found, key=lambda one: one.cost)
+        proposals.append(TableProposal(f"{mode.name} too", table, SET_UP + REMOUNT + _SWEEP, text))
+    return sorted(proposals, key=lambda proposal: proposal.cost)
 
 
-def _plans(case: Case, one: RecordedTable) -> Iterator[TableProposal]:
+def _plans(case: Case, recorded: RecordedTable) -> Iterator[TableProposal]:
     """Yield tables of one mode on its rig."""
-    table, wall = one.table, case.geometry.wall
+    table, wall = recorded.table, case.geometry.wall
     rotational = modes()[table.mode].rotational
     unit, per = ("deg", float(np.degrees(1.0))) if rotational else ("mm", 1.0)
     low, high = float(table.frequency.min()), float(table.frequency.max())
     smallest = float(np.nanmin(table.amplitude)) if np.isfinite(table.amplitude).any() else np.nan
-    warm = temperatures(case, [one])[table.name]
+    warm = temperatures(case, [recorded])[table.name]
     at = float(warm.mean()) if np.isfinite(warm).all() else np.nan
 
-    def sweep(first: float, last: float) -> Array:
-        return np.asarray(np.geomspace(first, last, _POINTS), dtype=np.float64)
+    def sweep(start: float, stop: float) -> Array:
+        return np.asarray(np.geomspace(start, stop, _POINTS), dtype=np.float64)
 
     usual = sweep(low, high)
 
     def proposal(
-        what: str,
+        title: str,
         frequency: Array = usual,
         amplitude: Sequence[float] = (smallest,),
         preload: Sequence[float] = (0.0,),
         degrees: Sequence[float] = (at,),
     ) -> TableProposal:
-        made = _table(table.name, table.mode, frequency, amplitude, preload, degrees)
+        proposed = _table(table.name, table.mode, frequency, amplitude, preload, degrees)
         sweeps = len(amplitude) * len(preload) * len(degrees)
         cost = SET_UP + _SWEEP * sweeps + _CHAMBER * (len(degrees) - 1)
         parts = [f"{table.mode}, {_range(frequency, 'Hz')}"]
-        for values, name, factor, of in (
+        for values, name, factor, unit_of_values in (
             (amplitude, "amplitudes of", per, unit),
             (preload, "preloads of", per, unit),
             (degrees, "at", 1.0, "degrees C"),
         ):
             if len(values) > 1:
-                parts.append(f"{name} {', '.join(f'{factor * v:.3g}' for v in values)} {of}")
-        return TableProposal(f"{table.mode}, {what}", made, cost, ", ".join(parts))
+                parts.append(f"{name} {', '.join(f'{factor * v:.3g}' for v in values)} {unit_of_values}")
+        return TableProposal(f"{table.mode}, {title}", proposed, cost, ", ".join(parts))
 
     yield proposal(f"to {_WIDER * high:.3g} Hz", sweep(high, _WIDER * high))
     yield proposal(f"from {low / _WIDER:.2g} Hz", sweep(low / _WIDER, low))
@@ -140,7 +140,7 @@ def _table(
     degrees: Sequence[float],
 ) -> DynamicTable:
     grid = np.meshgrid(degrees, preload, amplitude, frequency, indexing="ij")
-    T, q, a, f = (one.ravel() for one in grid)
+    T, q, a, f = (axis.ravel() for axis in grid)
     none = np.full(len(f), np.nan)
     return DynamicTable(
         name, mode, "stiffness", f, np.ones(len(f)), np.zeros(len(f)), a, q, none, T, none, none, none
@@ -170,11 +170,11 @@ def expected_table(
     proposal : TableProposal
     """
     names, root = known
-    if proposal.table.name not in {one.label for one in case.dynamic}:
+    if proposal.table.name not in {table.label for table in case.dynamic}:
         # Another mode has a rig of its own, of which the recordings say nothing.
-        model = replace(model, effects=tuple(one for one in model.effects if not one.effect.of_rig))
-        kept = [i for i, name in enumerate(names) if name in model.values]
-        names, root = tuple(names[i] for i in kept), root[kept]
+        model = replace(model, effects=tuple(active for active in model.effects if not active.effect.of_rig))
+        indices = [i for i, name in enumerate(names) if name in model.values]
+        names, root = tuple(names[i] for i in indices), root[indices]
     try:
         K, slope = cache.vibrating(model.task(case), proposal.table, model.values, names)
         bare = replace(model, effects=())
@@ -184,12 +184,12 @@ def expected_table(
     return ExpectedTable(K, slope @ root, law)
 
 
-def rows(found: ExpectedTable, at: Complex, errors: tuple[float, float]) -> tuple[Array, Array, Array]:
+def rows(expected: ExpectedTable, at: Complex, errors: tuple[float, float]) -> tuple[Array, Array, Array]:
     """Return samples, their spread, and the part of them that formulas of effects may have wrong, over the noise.
 
     Parameters
     ----------
-    found : ExpectedTable
+    expected : ExpectedTable
     at : shape (n,)
         K* of one of the rivals, to which all are relative.
     errors : (float, float)
@@ -200,11 +200,15 @@ def rows(found: ExpectedTable, at: Complex, errors: tuple[float, float]) -> tupl
         relative = (values.T / at).T
         return np.concatenate([relative.real / errors[0], relative.imag / errors[1]])
 
-    return over(found.stiffness), over(found.spread), BRANCHES * over(found.stiffness - found.law)
+    return over(expected.stiffness), over(expected.spread), BRANCHES * over(expected.stiffness - expected.law)
 
 
 def noise_of(problem: CommonData) -> tuple[float, float]:
     """Return the standard errors of ln |K*| and of the loss angle (rad), the means of the tables."""
-    all_errors = [one.errors.mean(axis=1) for one in problem.recordings if isinstance(one, RecordedTable)]
+    all_errors = [
+        recording.errors.mean(axis=1)
+        for recording in problem.recordings
+        if isinstance(recording, RecordedTable)
+    ]
     size, angle = np.mean(all_errors, axis=0)
     return float(size), float(angle)

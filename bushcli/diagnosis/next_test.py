@@ -99,28 +99,28 @@ def next_test(
     notify : callable
         Called with the stage, its subject, and a text about it.
     """
-    chosen, weights = _compared(rivals)
+    chosen, weights = _rival_sets(rivals)
     if len(chosen) < 2:
         return None
     possible = float(-np.sum(weights * np.log2(weights)))
     best: tuple[float, NextTest] | None = None
     proposals: list[Proposal | TableProposal] = [*_menu(problem), *table_menu(problem)]
     for proposal, answers in _expected(problem, chosen, proposals, workers, notify):
-        if any(one is None for one in answers):
+        if any(answer is None for answer in answers):
             continue
         if isinstance(proposal, TableProposal):
             errors = noise_of(problem)
-            answers = [ExpectedCurve(*rows(one, answers[0].stiffness, errors)) for one in answers]
+            answers = [ExpectedCurve(*rows(answer, answers[0].stiffness, errors)) for answer in answers]
             sigma = 1.0
         else:
-            sigma = _sigma(problem, proposal, max(float(np.ptp(one.force)) for one in answers))
+            sigma = _sigma(problem, proposal, max(float(np.ptp(answer.force)) for answer in answers))
         apart = np.array([[distance(a, b, sigma) for b in answers] for a in answers])
         nats = -float(np.sum(weights * np.log(np.exp(-apart) @ weights)))
         bits = nats / math.log(2.0)
         if bits > WORTH and (best is None or bits / proposal.cost > best[0]):
             pairs = tuple(
-                (one, other)
-                for i, one in enumerate(chosen)
+                (model, other)
+                for i, model in enumerate(chosen)
                 for j, other in enumerate(chosen[:i])
                 if apart[i, j] > APART
             )
@@ -136,48 +136,50 @@ def _expected(
     notify: Progress,
 ) -> list[tuple[Proposal | TableProposal, list[Any]]]:
     """Return each proposal with what every rival expects of it; all are asked at once, so that no worker waits."""
-    found: list[tuple[Proposal | TableProposal, list[Any]]] = []
+    expected: list[tuple[Proposal | TableProposal, list[Any]]] = []
     for kind, predict in ((Proposal, expected_curve), (TableProposal, expected_table)):
-        asked = [(proposal, one) for proposal in proposals if isinstance(proposal, kind) for one in rivals]
+        pairs = [
+            (proposal, model) for proposal in proposals if isinstance(proposal, kind) for model in rivals
+        ]
 
-        def said(
-            i: int, _: object, asked: Sequence[tuple[Proposal | TableProposal, Weighed]] = asked
+        def report(
+            i: int, _: object, pairs: Sequence[tuple[Proposal | TableProposal, Weighed]] = pairs
         ) -> None:
             if i % len(rivals) == 0:
-                notify("next", "test", asked[i][0].name)
+                notify("next", "test", pairs[i][0].name)
 
-        questions = [(problem.case, one.state.model, _spread(one), proposal) for proposal, one in asked]
-        answers = workers.run(predict, questions, said)
-        for i in range(0, len(asked), len(rivals)):
-            found.append((asked[i][0], answers[i : i + len(rivals)]))
-    return found
+        questions = [(problem.case, model.state.model, _spread(model), proposal) for proposal, model in pairs]
+        answers = workers.run(predict, questions, report)
+        for i in range(0, len(pairs), len(rivals)):
+            expected.append((pairs[i][0], answers[i : i + len(rivals)]))
+    return expected
 
 
-def _compared(models: Sequence[Weighed]) -> tuple[list[Weighed], Array]:
+def _rival_sets(models: Sequence[Weighed]) -> tuple[list[Weighed], Array]:
     """Return the rival sets of effects, each with its best law, and their shares (k,) of the probability."""
     best: dict[tuple[str, ...], Weighed] = {}
     sums: dict[tuple[str, ...], float] = {}
-    for one in models:
-        if one.predicted is None and (one.state.model.effects or not one.unknown):
-            names = one.state.model.identities
-            sums[names] = sums.get(names, 0.0) + one.probability
-            if names not in best or one.probability > best[names].probability:
-                best[names] = one
+    for model in models:
+        if model.predicted is None and (model.state.model.effects or not model.unknown):
+            names = model.state.model.identities
+            sums[names] = sums.get(names, 0.0) + model.probability
+            if names not in best or model.probability > best[names].probability:
+                best[names] = model
     # Those of the credible set, and every other one that the report names.
-    order, held = [], 0.0
+    order, total = [], 0.0
     for names in sorted(sums, key=lambda names: -sums[names])[:RIVALS]:
-        if held >= CREDIBLE and sums[names] < MEMBER:
+        if total >= CREDIBLE and sums[names] < MEMBER:
             break
         order.append(names)
-        held += sums[names]
+        total += sums[names]
     weights = np.array([sums[names] for names in order])
     return [best[names] for names in order], weights / max(float(weights.sum()), 1e-300)
 
 
-def _spread(one: Weighed) -> tuple[tuple[str, ...], Array]:
+def _spread(model: Weighed) -> tuple[tuple[str, ...], Array]:
     """Names of the parameters, and a square root (p, p) of their posterior covariance."""
-    values, vectors = np.linalg.eigh(one.state.evidence.covariance)
-    return one.state.fitted.names, vectors * np.sqrt(np.maximum(values, 0.0))
+    values, vectors = np.linalg.eigh(model.state.evidence.covariance)
+    return model.state.fitted.names, vectors * np.sqrt(np.maximum(values, 0.0))
 
 
 def expected_curve(
@@ -199,12 +201,12 @@ def expected_curve(
     proposal : Proposal
     """
     whole, law_alone = (
-        _simulation(cache, case, one, proposal) for one in (model, replace(model, effects=()))
+        _simulation(cache, case, variant, proposal) for variant in (model, replace(model, effects=()))
     )
     names, root = known
     try:
-        for one in (whole, law_alone):
-            one.plan(1.0, ESTIMATED)
+        for simulation in (whole, law_alone):
+            simulation.plan(1.0, ESTIMATED)
         answer = whole.solve(model.values, names)
         bare = law_alone.solve(model.start, ())
     except (NotConverged, NoEquilibrium):
@@ -221,16 +223,20 @@ def _simulation(cache: ModelCache, case: Case, model: Model, proposal: Proposal)
     task = model.task(case)
     # A recording of this mode is made on the same rig as the present recordings of it. Another mode has a rig of its
     # own, with another load cell, of which the recordings say nothing.
-    labels = [one.label for one in case.recordings if one.mode == proposal.channel]
-    effects = model.effects if labels else [one for one in model.effects if not one.effect.of_channel]
+    labels = [recording.label for recording in case.recordings if recording.mode == proposal.channel]
+    effects = (
+        model.effects if labels else [active for active in model.effects if not active.effect.of_channel]
+    )
     names = labels or [proposal.channel]
-    there = {one.identity: one for name in names for one in acting(effects, name, proposal.channel)}
+    acting_effects = {
+        active.identity: active for name in names for active in acting(effects, name, proposal.channel)
+    }
     return Simulation(
         case.geometry,
         modes()[proposal.channel],
         rubber_of(task.material),
         case.mesh.refinement,
-        tuple(there.values()),
+        tuple(acting_effects.values()),
         time,
         q,
         None,
@@ -262,19 +268,21 @@ def distance(right: ExpectedCurve, other: ExpectedCurve, sigma: float) -> float:
 
 def _menu(problem: CommonData) -> list[Proposal]:
     """Return the cheapest recordings of the modes that have been recorded, and one of each other mode."""
-    mounted = [one.mode for one in problem.recordings if one.kind == "static"]
+    mounted = [recording.mode for recording in problem.recordings if recording.kind == "static"]
     amplitudes: dict[str, float] = {}
     rate: dict[str, float] = {}
-    for one in problem.recordings:
-        if one.kind == "dynamic":
+    for recording in problem.recordings:
+        if recording.kind == "dynamic":
             continue
-        reach = float(np.abs(one.displacement).max())
-        amplitudes[one.mode] = max(reach, amplitudes.get(one.mode, 0.0))
-        path = float(np.abs(np.diff(one.displacement)).sum())
+        reach = float(np.abs(recording.displacement).max())
+        amplitudes[recording.mode] = max(reach, amplitudes.get(recording.mode, 0.0))
+        path = float(np.abs(np.diff(recording.displacement)).sum())
         # A hold without its ramp has no speed of its own, and neither has a recording without times.
-        moves = one.time is not None and any(branch.kind != "hold" for branch in one.branches)
-        rate[one.mode] = path / float(np.ptp(one.time)) if moves and one.time is not None else reach / SECONDS
-    found = list(menu(amplitudes, rate, mounted)[:PROPOSALS])
+        moves = recording.time is not None and any(branch.kind != "hold" for branch in recording.branches)
+        rate[recording.mode] = (
+            path / float(np.ptp(recording.time)) if moves and recording.time is not None else reach / SECONDS
+        )
+    proposals = list(menu(amplitudes, rate, mounted)[:PROPOSALS])
     wall = problem.case.geometry.wall
     if wall is not None and mounted:
         others = {
@@ -283,8 +291,10 @@ def _menu(problem: CommonData) -> list[Proposal]:
             if mode.proposed_travel is not None and mode.name not in mounted
         }
         rates = {name: reach / SECONDS for name, reach in others.items()}
-        found += [one for one in menu(others, rates, mounted) if one.repeats][: len(others)]
-    return found
+        proposals += [proposal for proposal in menu(others, rates, mounted) if proposal.repeats][
+            : len(others)
+        ]
+    return proposals
 
 
 def _sigma(problem: CommonData, proposal: Proposal, span: float) -> float:
@@ -362,5 +372,5 @@ def _gains(cost: float, pairs: Sequence[tuple[str, str]]) -> str:
     return f" (about {cost:.0f} minutes with the set-up of the rig); {gain}."
 
 
-def _name(one: Weighed, of: Callable[[str], str]) -> str:
-    return " + ".join(map(of, one.effects)) or "no effect"
+def _name(model: Weighed, of: Callable[[str], str]) -> str:
+    return " + ".join(map(of, model.effects)) or "no effect"

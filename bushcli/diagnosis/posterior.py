@@ -92,17 +92,24 @@ def posterior(search: Search) -> tuple[Weighed, ...]:
     distinguish the two, and "present" means present in a size that matters. So does a model with an effect that is an
     error of form of the others, with the probability of that (`resemblance`).
     """
-    found = _weighed(search)
+    models = _weighed(search)
     sets: dict[tuple[str, ...], float] = {}
-    for one in found:
-        sets[one.effects] = sets.get(one.effects, 0.0) + one.probability
+    for model in models:
+        sets[model.effects] = sets.get(model.effects, 0.0) + model.probability
     # Models with the same effects and different laws stand together, because the effects are the answer.
-    found.sort(key=lambda one: (-sets[one.effects], one.effects, one.predicted is not None, -one.probability))
-    kind = _kind(found)
+    models.sort(
+        key=lambda model: (
+            -sets[model.effects],
+            model.effects,
+            model.predicted is not None,
+            -model.probability,
+        )
+    )
+    kind = _kind(models)
     # The first model has to be a fitted one, because the report shows its values.
-    fitted = [one for one in found if one.predicted is None]
-    first = next((one for one in fitted if one.kind == kind), fitted[0]).effects
-    return tuple(sorted(found, key=lambda one: one.effects != first))
+    fitted = [model for model in models if model.predicted is None]
+    best = next((model for model in fitted if model.kind == kind), fitted[0]).effects
+    return tuple(sorted(models, key=lambda model: model.effects != best))
 
 
 def _weighed(search: Search) -> list[Weighed]:
@@ -111,7 +118,7 @@ def _weighed(search: Search) -> list[Weighed]:
     share: dict[tuple[Key, bool], float] = {}
     # Models that are not fitted, of which errors of form make others: the largest part, its state, and the sum.
     parts: dict[tuple[Key, bool], tuple[float, Weighed]] = {}
-    found = []
+    models = []
 
     def add(key: Key, unknown: bool, probability: float) -> None:
         at = search.seen_in(key), unknown
@@ -123,35 +130,35 @@ def _weighed(search: Search) -> list[Weighed]:
             add(key, bool(unknown), probability)
         if search.seen_in(key) != key:
             continue
-        for gone, log in resembling(state, search.uniform, search.states):
-            less = state.without(gone).model
+        for removed, log in resembling(state, search.uniform, search.states):
+            smaller = state.without(removed).model
             for unknown, probability in enumerate(both):
                 part = probability * math.exp(log)
-                if less.structure in search.states:
-                    add(less.structure, bool(unknown), part)
+                if smaller.structure in search.states:
+                    add(smaller.structure, bool(unknown), part)
                 else:
-                    one = Weighed(state, bool(unknown), part, 0.0, fixed and not less.fixed, less)
-                    so_far, most = parts.get((less.structure, bool(unknown)), (0.0, one))
-                    larger = max(one, most, key=lambda each: each.probability)
-                    parts[less.structure, bool(unknown)] = so_far + part, larger
-    for part, one in parts.values():
+                    model = Weighed(state, bool(unknown), part, 0.0, fixed and not smaller.fixed, smaller)
+                    so_far, most = parts.get((smaller.structure, bool(unknown)), (0.0, model))
+                    larger = max(model, most, key=lambda each: each.probability)
+                    parts[smaller.structure, bool(unknown)] = so_far + part, larger
+    for part, model in parts.values():
         # The evidence with which it has this weight.
-        log = total + math.log(max(part, 1e-300)) - search.odds(one.model, unknown=one.unknown)
-        found.append(replace(one, probability=part, log_evidence=log))
+        log = total + math.log(max(part, 1e-300)) - search.odds(model.model, unknown=model.unknown)
+        models.append(replace(model, probability=part, log_evidence=log))
     for queued in search.counted:
         probability = float(np.exp(queued.predicted - total))
         if queued.is_silent:
             add(queued.base.model.structure, False, probability)
             continue
         freed = fixed and not queued.model.fixed
-        found.append(Weighed(queued.base, False, probability, queued.log_evidence, freed, queued.model))
+        models.append(Weighed(queued.base, False, probability, queued.log_evidence, freed, queued.model))
     for (key, unknown), probability in share.items():
         state = search.states[key]
         log = state.evidence.log_unknown if unknown else state.evidence.log
-        found.append(Weighed(state, unknown, probability, log, fixed and not state.model.fixed))
+        models.append(Weighed(state, unknown, probability, log, fixed and not state.model.fixed))
     # Errors of form that resemble an effect add to the sum over models.
-    whole = sum(one.probability for one in found)
-    return [replace(one, probability=one.probability / whole) for one in found]
+    weight_of_all = sum(model.probability for model in models)
+    return [replace(model, probability=model.probability / weight_of_all) for model in models]
 
 
 def run_with_shown(search: Search) -> Ended:
@@ -165,11 +172,11 @@ def run_with_shown(search: Search) -> Ended:
     """
     ended, tried = search.run(), set[Key]()
     while ended == "nothing left" and time.perf_counter() < search.deadline:
-        one = unfitted(posterior(search), tried)
-        if one is None:
+        queued = unfitted(posterior(search), tried)
+        if queued is None:
             break
-        tried.add(one.model.structure)
-        search.fit_anyway(replace(one, odds=search.odds(one.model)))
+        tried.add(queued.model.structure)
+        search.fit_anyway(replace(queued, odds=search.odds(queued.model)))
         if search.left >= LEFT:
             ended = search.run()
     return ended
@@ -189,19 +196,19 @@ def unfitted(models: Sequence[Weighed], tried: Collection[Key] = ()) -> Queued |
     """
     kind = _kind(models)
     sets: dict[tuple[str, ...], list[Weighed]] = {}
-    for one in models:
-        sets.setdefault(one.effects, []).append(one)
-    held = {names: sum(one.probability for one in same) for names, same in sets.items()}
-    first = max(
-        (names for names, same in sets.items() if same[0].kind == kind), key=lambda names: held[names]
+    for model in models:
+        sets.setdefault(model.effects, []).append(model)
+    total = {names: sum(model.probability for model in group) for names, group in sets.items()}
+    answer = max(
+        (names for names, group in sets.items() if group[0].kind == kind), key=lambda names: total[names]
     )
-    shown = [names for names in sorted(sets, key=lambda names: -held[names]) if held[names] >= MEMBER]
-    for names in (first, *shown):
+    shown = [names for names in sorted(sets, key=lambda names: -total[names]) if total[names] >= MEMBER]
+    for names in (answer, *shown):
         # A law without effects is fitted once more in any case, as `bushcli inverse` fits it.
-        fitted = [one.state for one in sets[names] if one.predicted is None]
-        if any(one.fitted.converged or not one.model.effects for one in fitted):
+        fitted = [model.state for model in sets[names] if model.predicted is None]
+        if any(state.fitted.converged or not state.model.effects for state in fitted):
             continue
-        best = max(sets[names], key=lambda one: one.probability)
+        best = max(sets[names], key=lambda model: model.probability)
         if best.model.structure not in tried:
             log = best.log_evidence
             return Queued(best.model, best.state, log)
@@ -213,13 +220,13 @@ def _kind(models: Sequence[Weighed]) -> str:
 
     It follows from sums over models, since several effects may be probable together though none is alone.
     """
-    held = {
-        kind: sum(one.probability for one in models if one.kind == kind)
+    total = {
+        kind: sum(model.probability for model in models if model.kind == kind)
         for kind in ("law", "effects", "unknown")
     }
-    if held["law"] >= 0.5 * sum(held.values()):
+    if total["law"] >= 0.5 * sum(total.values()):
         return "law"
-    return "unknown" if held["unknown"] >= held["effects"] else "effects"
+    return "unknown" if total["unknown"] >= total["effects"] else "effects"
 
 
 def probabilities(models: Sequence[Weighed], considered: Sequence[str]) -> dict[str, float]:
@@ -232,27 +239,27 @@ def probabilities(models: Sequence[Weighed], considered: Sequence[str]) -> dict[
     considered : sequence of str
         Names of the effects.
     """
-    free = (FREE_LAW,) if any(one.freed for one in models) else ()
-    found = {
-        name: sum(one.probability for one in models if name in one.names)
+    free = (FREE_LAW,) if any(model.freed for model in models) else ()
+    probability = {
+        name: sum(model.probability for model in models if name in model.names)
         for name in (*considered, *free, UNKNOWN)
     }
-    found["nothing"] = sum(one.probability for one in models if not one.effects)
-    return {name: min(1.0, value) for name, value in found.items()}
+    probability["nothing"] = sum(model.probability for model in models if not model.effects)
+    return {name: min(1.0, value) for name, value in probability.items()}
 
 
 def credible_sets(models: Sequence[Weighed]) -> list[tuple[str, ...]]:
     """The fewest sets of effects that hold 95 % of the posterior together, the most probable first."""
     sets: dict[tuple[str, ...], float] = {}
-    for one in models:
-        sets[one.effects] = sets.get(one.effects, 0.0) + one.probability
-    found, held = [], 0.0
+    for model in models:
+        sets[model.effects] = sets.get(model.effects, 0.0) + model.probability
+    credible, total = [], 0.0
     for names, probability in sorted(sets.items(), key=lambda item: (-item[1], item[0])):
-        found.append(names)
-        held += probability
-        if held >= CREDIBLE:
+        credible.append(names)
+        total += probability
+        if total >= CREDIBLE:
             break
-    return found
+    return credible
 
 
 def groups(models: Sequence[Weighed], probability: Mapping[str, float]) -> tuple[Group, ...]:
@@ -269,9 +276,9 @@ def groups(models: Sequence[Weighed], probability: Mapping[str, float]) -> tuple
         Probability of each effect, 0 to 1.
     """
     held, chosen = 0.0, []
-    for one in models:
-        chosen.append(one)
-        held += one.probability
+    for model in models:
+        chosen.append(model)
+        held += model.probability
         if held >= CREDIBLE:
             break
     together: list[set[str]] = []
@@ -283,22 +290,25 @@ def groups(models: Sequence[Weighed], probability: Mapping[str, float]) -> tuple
         chances = [probability.get(name, 0.0) for name in pair]
         if UNKNOWN in pair or max(chances) >= CREDIBLE:
             continue
-        if min(chances) < MEMBER and sum(one.probability for one in models if one.names & pair) < CREDIBLE:
+        if (
+            min(chances) < MEMBER
+            and sum(model.probability for model in models if model.names & pair) < CREDIBLE
+        ):
             continue
         near = [group for group in together if group & pair]
         together = [group for group in together if not group & pair] + [pair.union(*near)]
-    found = []
+    alternatives = []
     for members in together:
-        total = sum(one.probability for one in models if one.names & members)
+        total = sum(model.probability for model in models if model.names & members)
         if total >= GROUP:
             names = tuple(sorted(members, key=lambda name: (-probability[name], name)))
             known = [set(effects()[name].families) if name in effects() else set() for name in names]
             family = min(set.intersection(*known), default="")
-            found.append(Group(family, names, min(1.0, total), _text(family, names)))
-    return tuple(sorted(found, key=lambda one: -one.probability))
+            alternatives.append(Group(family, names, min(1.0, total), _text(family, names)))
+    return tuple(sorted(alternatives, key=lambda group: -group.probability))
 
 
 def _text(family: str, names: Sequence[str]) -> str:
     titles = [phrase(name) for name in names]
-    said = titles[0] if len(titles) == 1 else f"{', '.join(titles[:-1])} or {titles[-1]}"
-    return f"{f'{family}: ' if family else ''}{said}, which these recordings cannot tell apart"
+    text = titles[0] if len(titles) == 1 else f"{', '.join(titles[:-1])} or {titles[-1]}"
+    return f"{f'{family}: ' if family else ''}{text}, which these recordings cannot tell apart"

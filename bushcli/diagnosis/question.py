@@ -78,13 +78,13 @@ class Question:
     @property
     def unusual(self) -> tuple[Condition, ...]:
         """A condition for each number of the case and of its recordings that bushings do not have."""
-        paths = [one for one in self.whole if one.kind == "static"]
+        paths = [recording for recording in self.whole if recording.kind == "static"]
         return unusual(self.case, self.case.material, paths)
 
     @property
     def fatal(self) -> bool:
         """Whether a recording that is not held out has a fault that rules out a diagnosis."""
-        names = [one.name for one in self.recordings]
+        names = [recording.name for recording in self.recordings]
         return any(fault.fatal and fault.channel in names for fault in self.faults)
 
 
@@ -113,24 +113,24 @@ def question(
     InputError
         There are no recordings, one cannot be read, or a name is unknown.
     """
-    whole = _checked(case, model, effects, hold_out, tables)
-    vibrating = [one for one in whole if isinstance(one, RecordedTable)]
-    faults = find_faults(case, tuple(one for one in whole if one.kind == "static"))
+    whole = _checked_recordings(case, model, effects, hold_out, tables)
+    vibrating = [recording for recording in whole if isinstance(recording, RecordedTable)]
+    faults = find_faults(case, tuple(recording for recording in whole if recording.kind == "static"))
     # Each row of a table has two samples.
     faults += tuple(
         replace(fault, samples=np.tile(fault.samples, 2))
-        for fault in table_faults(case.geometry, [one.table for one in vibrating])
+        for fault in table_faults(case.geometry, [recording.table for recording in vibrating])
     )
     plain, source, material = _plain(case, model, tables)
     bare, recordings = _without(case, whole, hold_out)
-    used = tuple(~masks(faults, one) for one in recordings)
-    requested, considered = None if effects is None else tuple(effects), _considered(bare, effects)
+    used = tuple(~masks(faults, recording) for recording in recordings)
+    requested, considered = None if effects is None else tuple(effects), _considered_effects(bare, effects)
     return Question(
         case, bare, whole, recordings, used, faults, plain, source, material, considered, requested
     )
 
 
-def _checked(
+def _checked_recordings(
     case: Case,
     model: str | None,
     only: Sequence[str] | None,
@@ -149,11 +149,11 @@ def _checked(
         raise InputError(
             Problem("--model", f'"{model}" is not a law', nearest(model, laws()), ", ".join(laws()))
         )
-    names, kinds = [one.name for one in recordings], {one.kind for one in recordings}
+    names, kinds = [recording.name for recording in recordings], {recording.kind for recording in recordings}
     for given, known, option, kind in (
         (
             only or (),
-            [name for name, one in effects().items() if one.kinds & kinds],
+            [name for name, effect in effects().items() if effect.kinds & kinds],
             "--effects",
             "an effect that a diagnosis can find in recordings",
         ),
@@ -187,7 +187,7 @@ def _without(
     return bare, tuple(recording for recording in recordings if recording.name not in hold_out)
 
 
-def _considered(case: Case, only: Sequence[str] | None) -> list[Effect]:
+def _considered_effects(case: Case, only: Sequence[str] | None) -> list[Effect]:
     """Return the effects to be considered, among those that the specimen can have.
 
     How the bushing is assembled changes a stiffness as the law's modulus does: tables alone hardly show it, so that it
@@ -255,11 +255,11 @@ def pose_problem(
     cache : ModelCache
         Of this process.
     """
-    noises = tuple(noise_model(one, m) for one, m in zip(recordings, used, strict=True))
+    noises = tuple(noise_model(recording, m) for recording, m in zip(recordings, used, strict=True))
     features = all_features(cache, case, plain.model, used, noises)
     left = [
-        one.of(force - recording.force)
-        for one, force, recording in zip(features, plain.simulated, recordings, strict=True)
+        feature.of(force - recording.force)
+        for feature, force, recording in zip(features, plain.simulated, recordings, strict=True)
     ]
     noises = all_levelled(noises, features, left)
     features = all_features(cache, case, plain.model, used, noises)

@@ -65,22 +65,22 @@ class Size:
     own: float
 
     @classmethod
-    def of(cls, state: State, active: ActiveEffect, gone: Sequence[ActiveEffect]) -> Size:
+    def of(cls, state: State, active: ActiveEffect, removed: Sequence[ActiveEffect]) -> Size:
         """Return the size of an effect of a model, to first order in its amplitudes.
 
         Parameters
         ----------
         state : State
         active : ActiveEffect
-        gone : sequence of ActiveEffect
+        removed : sequence of ActiveEffect
             Effects that are not left, of which it may be one.
         """
-        theirs = {one.full_name(p) for one in (active, *gone) for p in one.parameters}
+        parameters = {effect.full_name(p) for effect in (active, *removed) for p in effect.parameters}
         off = {active.full_name(p): float(p.off or 0.0) for p in active.effect.amplitudes}
         names, slopes = state.fitted.names, np.vstack(state.slopes)
         pairs = zip(names, state.fitted.x, strict=True)
         change = slopes @ np.array([x - off[name] if name in off else 0.0 for name, x in pairs])
-        own, others = change, slopes[:, [name not in theirs for name in names]]
+        own, others = change, slopes[:, [name not in parameters for name in names]]
         if others.shape[1]:
             others = others / np.maximum(np.linalg.norm(others, axis=0), 1e-300)
             own = change - others @ np.linalg.lstsq(others, change, rcond=None)[0]
@@ -98,7 +98,7 @@ class Size:
         form : float
             Error of form over that in recordings along a path.
         """
-        most = form * max(one.whole for one in others)
+        most = form * max(other.whole for other in others)
         return min(self.own / max(explained, 1e-300), self.whole / max(most, 1e-300))
 
 
@@ -123,28 +123,31 @@ def resembling(
     float
         Logarithm of the probability of this, over that of the model with all its effects; none is minus infinity.
     """
-    active = {one.identity: one for one in state.model.effects}
+    active = {effect.identity: effect for effect in state.model.effects}
     if not active:
         return
-    odds = {name: _odds(state, one, uniform) for name, one in active.items()}
+    odds = {name: _odds(state, effect, uniform) for name, effect in active.items()}
     likelihood = state.problem.likelihood
-    explained, signal = (math.sqrt(float(one.sum())) for one in (likelihood.explained, likelihood.signal))
+    explained, signal = (
+        math.sqrt(float(values.sum())) for values in (likelihood.explained, likelihood.signal)
+    )
     for length in range(1, len(active) + 1):
-        for gone in combinations(sorted(active), length):
-            left = [one for name, one in active.items() if name not in gone]
+        for removed in combinations(sorted(active), length):
+            left = [effect for name, effect in active.items() if name not in removed]
             sizes = {
-                name: Size.of(state, one, [active[other] for other in gone]) for name, one in active.items()
+                name: Size.of(state, effect, [active[other] for other in removed])
+                for name, effect in active.items()
             }
-            largest = max(gone, key=lambda name: sizes[name].own)
+            largest = max(removed, key=lambda name: sizes[name].own)
             together = _fitted_size(state, left, fits or {})
             sizes[largest] = replace(sizes[largest], own=max(sizes[largest].own, together))
             total = 0.0
-            for name in gone:
-                beside = [one for one in left if _together(one, active[name])]
-                if active[name].effect.has_memory and not any(one.effect.has_memory for one in beside):
+            for name in removed:
+                beside = [effect for effect in left if _together(effect, active[name])]
+                if active[name].effect.has_memory and not any(effect.effect.has_memory for effect in beside):
                     total = -math.inf
                     break
-                size, others = sizes[name], [sizes[one.identity] for one in beside]
+                size, others = sizes[name], [sizes[effect.identity] for effect in beside]
                 total += odds[name] + (
                     _log_density(
                         size.relative_to(others, explained, likelihood.form), PHI, PHI_SPREAD, PHI_MOST / PHI
@@ -153,7 +156,7 @@ def resembling(
                     else _log_density(size.own, LAMBDA * signal, LAMBDA_SPREAD)
                 )
             if math.isfinite(total):
-                yield gone, total
+                yield removed, total
 
 
 def _fitted_size(state: State, left: Sequence[ActiveEffect], fits: Mapping[Key, State]) -> float:
@@ -168,11 +171,11 @@ def _fitted_size(state: State, left: Sequence[ActiveEffect], fits: Mapping[Key, 
     return math.sqrt(max(float(more), 0.0))
 
 
-def _together(one: ActiveEffect, other: ActiveEffect) -> bool:
+def _together(active: ActiveEffect, other: ActiveEffect) -> bool:
     """Whether two effects share a channel, where an error of form of one can resemble the other."""
-    if one.channels is None or other.channels is None:
+    if active.channels is None or other.channels is None:
         return True
-    return not set(one.channels).isdisjoint(other.channels)
+    return not set(active.channels).isdisjoint(other.channels)
 
 
 def _odds(state: State, active: ActiveEffect, uniform: bool) -> float:

@@ -385,14 +385,14 @@ class Diagnosis:
     @property
     def places(self) -> tuple[str, ...]:
         """Where the plain law misses what was measured, in words."""
-        found = sentences(self.location) if self.channels or not self.tables else ()
-        return (*found, *(text for one in self.tables for text in one.places))
+        places = sentences(self.location) if self.channels or not self.tables else ()
+        return (*places, *(text for table in self.tables for text in table.places))
 
     @property
     def remaining_places(self) -> tuple[str, ...]:
         """Where the most probable model still misses it, in words; empty where it is noise."""
-        found = sentences(self.remaining) if self.remaining.mismatch else ()
-        return (*found, *(text for one in self.tables for text in one.remaining))
+        places = sentences(self.remaining) if self.remaining.mismatch else ()
+        return (*places, *(text for table in self.tables for text in table.remaining))
 
     @property
     def unsearched(self) -> bool:

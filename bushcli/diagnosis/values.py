@@ -40,20 +40,22 @@ def quantities(models: Sequence[Weighed], material: Material) -> dict[str, Quant
     errors = standard_errors(fitted.names, state.evidence)
     of_law = {p.name: p for p in law(fitted.model.law).parameters}
     of_effects: dict[str, tuple[ActiveEffect, EffectParameter]] = {
-        one.full_name(p): (one, p) for one in fitted.model.effects for p in one.parameters
+        active.full_name(p): (active, p) for active in fitted.model.effects for p in active.parameters
     }
-    found = {}
+    parameters = {}
     for name, value in zip(fitted.names, map(float, fitted.x), strict=True):
         std = errors[name]
         if name in of_law:
             low, high = interval(components(name, models, law=fitted.model.law))
             unit, meaning = of_law[name].unit, of_law[name].meaning
-            found[name] = Quantity(value, std, unit, meaning, low, high, with_form_error=before.get(name))
+            parameters[name] = Quantity(
+                value, std, unit, meaning, low, high, with_form_error=before.get(name)
+            )
             continue
         active, parameter = of_effects[name]
         low, high = interval(components(parameter.name, models, effect=active.identity))
         known = state.priors.get(name)
-        found[name] = Quantity(
+        parameters[name] = Quantity(
             value,
             std,
             parameter.unit,
@@ -67,7 +69,7 @@ def quantities(models: Sequence[Weighed], material: Material) -> dict[str, Quant
             "" if known is None else known.prior.source,
             with_form_error=before.get(name),
         )
-    return found
+    return parameters
 
 
 def derived(parameter: EffectParameter, value: float, material: Material) -> dict[str, tuple[float, str]]:
@@ -86,11 +88,11 @@ def derived(parameter: EffectParameter, value: float, material: Material) -> dic
     if parameter.reciprocal is None or not value:
         return {}
     name, unit = parameter.reciprocal
-    found = {name: (1.0 / value, unit)}
+    values = {name: (1.0 / value, unit)}
     present = getattr(material, parameter.adds_to) if parameter.adds_to else math.inf
     if math.isfinite(present):
-        found[f"total_{name}"] = (1.0 / (value + 1.0 / present), unit)
-    return found
+        values[f"total_{name}"] = (1.0 / (value + 1.0 / present), unit)
+    return values
 
 
 def held(
@@ -127,7 +129,9 @@ def held(
     )
 
 
-def named(models: Sequence[Weighed], search: Search, material: Material) -> tuple[DiagnosedEffect, ...]:
+def diagnosed_effects(
+    models: Sequence[Weighed], search: Search, material: Material
+) -> tuple[DiagnosedEffect, ...]:
     """The effects of the most probable model, the most probable first.
 
     Parameters
@@ -138,34 +142,34 @@ def named(models: Sequence[Weighed], search: Search, material: Material) -> tupl
     material : Material
         The case's.
     """
-    state, made = models[0].state, []
+    state, effects = models[0].state, []
     values = quantities(models, material)
-    for one in state.model.effects:
+    for active in state.model.effects:
         own = {}
-        for p in one.parameters:
-            name = one.full_name(p)
-            own[p.name] = values[name] if name in values else held(one, p, state.priors.get(name), models)
+        for p in active.parameters:
+            name = active.full_name(p)
+            own[p.name] = values[name] if name in values else held(active, p, state.priors.get(name), models)
         # Both as the search has fitted them.
         model = (models[0].searched or state).model
-        others = tuple(other for other in model.effects if other.identity != one.identity)
+        others = tuple(other for other in model.effects if other.identity != active.identity)
         without = search.states.get(replace(model, effects=others).structure)
         searched = search.states.get(model.structure, state)
         bayes = float("nan") if without is None else 2.0 * (searched.evidence.log - without.evidence.log)
         far = [name for name, quantity in own.items() if quantity.prior_tail < IMPLAUSIBLE]
         remark = f"few bushings have such a value of {' and '.join(far)}" if far else ""
-        made.append(
+        effects.append(
             DiagnosedEffect(
-                one.name,
-                *_said(one, own, search),
+                active.name,
+                *_said(active, own, search),
                 own,
-                min(1.0, sum(model.probability for model in models if one.identity in model.effects)),
+                min(1.0, sum(model.probability for model in models if active.identity in model.effects)),
                 bayes,
                 not far,
                 remark,
-                one.channels,
+                active.channels,
             )
         )
-    return tuple(sorted(made, key=lambda item: -item.probability))
+    return tuple(sorted(effects, key=lambda item: -item.probability))
 
 
 def _said(active: ActiveEffect, own: Mapping[str, Quantity], search: Search) -> tuple[str, str]:
@@ -177,6 +181,10 @@ def _said(active: ActiveEffect, own: Mapping[str, Quantity], search: Search) -> 
     if abs(error) > UNREMARKABLE:
         return title, summary
     recordings = search.problem.recordings
-    (mode, *_) = (one.mode for one in recordings if active.channels is None or one.name in active.channels)
+    (mode, *_) = (
+        recording.mode
+        for recording in recordings
+        if active.channels is None or recording.name in active.channels
+    )
     factor = constant_factor(error, mode)
     return "Constant factor of one channel's force", f"{factor[0].upper()}{factor[1:]}."

@@ -41,7 +41,7 @@ def diagnosed_table(
     rows = used[: len(recording.table)]
     table, errors = recording.table.rows(rows), recording.errors[:, rows]
     measured = table.storage + 1j * table.loss
-    started, simulated = (recording.stiffness(one)[rows] for one in (before, after))
+    started, simulated = (recording.stiffness(force)[rows] for force in (before, after))
 
     def percent(relative: NDArray[np.complex128] | Array) -> float:
         return 100.0 * float(np.sqrt(np.mean(np.abs(relative) ** 2)))
@@ -62,7 +62,7 @@ def diagnosed_table(
         percent(simulated / measured - 1.0),
         percent(np.hypot(*errors)),
         held_out,
-        *(tuple(_places(table, one / measured, errors)) for one in (started, simulated)),
+        *(tuple(_places(table, stiffness / measured, errors)) for stiffness in (started, simulated)),
     )
 
 
@@ -82,7 +82,7 @@ def _places(table: DynamicTable, ratio: NDArray[np.complex128], errors: Array) -
         yield f"{table.name}: cannot be simulated"
         return
     count = len(table)
-    for what, unit, missed, error in (
+    for quantity, unit, missed, error in (
         ("dynamic stiffness", " %", 100.0 * (np.abs(ratio) - 1.0), 100.0 * errors[0]),
         ("loss angle", " degrees", np.degrees(np.angle(ratio)), np.degrees(errors[1])),
     ):
@@ -90,18 +90,20 @@ def _places(table: DynamicTable, ratio: NDArray[np.complex128], errors: Array) -
         total = float(weighted @ weighted)
         if total < count + SURE * np.sqrt(2.0 * count):
             continue
-        parts = [(_explained(weighted, groups), words) for groups, words in _conditions(table, missed, unit)]
+        parts = [
+            (_explained_share(weighted, groups), words) for groups, words in _conditions(table, missed, unit)
+        ]
         # Every condition has several means.
         share, words = max(parts, default=(0.0, ""))
         mean, rms = float(np.mean(missed)), float(np.sqrt(np.mean(missed**2)))
-        if share < max(VARIES, _explained(weighted, [np.arange(count)]) + 0.1):
+        if share < max(VARIES, _explained_share(weighted, [np.arange(count)]) + 0.1):
             sense = f"by {mean:+.2g}{unit} on average" if abs(mean) > 0.7 * rms else "both ways"
             words = f"{sense}, spread over the table"
         size = f"{rms:.2g}{unit} rms, {np.sqrt(total / count):.1f} times the noise"
-        yield f"{table.name}: the simulated {what} is off {words} ({size})"
+        yield f"{table.name}: the simulated {quantity} is off {words} ({size})"
 
 
-def _explained(weighted: Array, groups: list[Rows]) -> float:
+def _explained_share(weighted: Array, groups: list[Rows]) -> float:
     """Share of the squares of a misfit (n,) that the means of groups explain."""
     own = sum(float(weighted[rows].sum()) ** 2 / len(rows) for rows in groups)
     return own / float(weighted @ weighted)
@@ -113,7 +115,7 @@ def _conditions(table: DynamicTable, missed: Array, unit: str) -> Iterator[tuple
     length, per = ("deg", np.degrees(1.0)) if rotational else ("mm", 1.0)
     bands = np.array_split(np.argsort(table.frequency, kind="stable"), BANDS)
     force = "N mm" if rotational else "N"
-    for values, name, of, scale in (
+    for values, name, unit_of_values, scale in (
         (table.frequency, "at", "Hz", 1.0),
         (table.amplitude, "at an amplitude of", length, per),
         (table.preload, "at a preload of", length, per),
@@ -122,18 +124,18 @@ def _conditions(table: DynamicTable, missed: Array, unit: str) -> Iterator[tuple
     ):
         if np.isnan(values).any():
             continue
-        if of == "Hz":
+        if unit_of_values == "Hz":
             groups = bands
-        elif of == "degrees C":
+        elif unit_of_values == "degrees C":
             groups = temperature_levels(values)
         else:
-            groups = [np.flatnonzero(gathered(values) == one) for one in np.unique(gathered(values))]
+            groups = [np.flatnonzero(gathered(values) == value) for value in np.unique(gathered(values))]
         groups = [rows for rows in groups if len(rows)]
         if len(groups) < 2 or np.ptp(values) == 0.0:
             continue
         means = [float(np.mean(missed[rows])) for rows in groups]
         ends = [(means[k], _range(scale * values[groups[k]])) for k in np.argsort(means)[[0, -1]]]
-        words = " to ".join(f"{mean:+.2g}{unit} {name} {where} {of}" for mean, where in ends)
+        words = " to ".join(f"{mean:+.2g}{unit} {name} {where} {unit_of_values}" for mean, where in ends)
         yield groups, f"from {words}"
 
 

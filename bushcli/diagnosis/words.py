@@ -43,8 +43,8 @@ def sentences(location: Location) -> tuple[str, ...]:
                 f"the misfit, {location.ratio:.1f} times the noise, stands out in no part of the recordings",
             )
         return ("the misfit nowhere exceeds the noise",)
-    channels = len({one.channel for one in location.bins})
-    return tuple(sentence(one, channels) for one in location.mismatch)
+    channels = len({part.channel for part in location.bins})
+    return tuple(sentence(mismatch, channels) for mismatch in location.mismatch)
 
 
 def could_shift(left: float) -> str:

@@ -68,14 +68,14 @@ def _settled(
     at: Array,
 ) -> Array:
     """Return the converged solution; the first one uses the pull of the priors at the values `at` (k,)."""
-    signs = [1 if one is not None and one.one_sided else 0 for one in known]
+    signs = [1 if prior is not None and prior.one_sided else 0 for prior in known]
     low, high = bounds
-    found: Array = np.zeros(len(start))
+    sizes: Array = np.zeros(len(start))
     for _ in range(MOST_SOLUTIONS):
-        before = found
+        before = sizes
         pull = [0.0 if k is None else k.pull(float(v)) for k, v in zip(known, at, strict=True)]
-        found = np.minimum(np.maximum(cone_fit(gram + np.diag(pull), score, signs)[0], low), high)
-        at = start + found
-        if (np.abs(found - before) <= SAME * np.abs(before)).all():
+        sizes = np.minimum(np.maximum(cone_fit(gram + np.diag(pull), score, signs)[0], low), high)
+        at = start + sizes
+        if (np.abs(sizes - before) <= SAME * np.abs(before)).all():
             break
-    return found
+    return sizes

@@ -71,12 +71,12 @@ class Posterior(LeastSquaresProblem):
     @property
     def samples(self) -> int:
         """Number of rows without those that penalise instability."""
-        return sum(one.count for one in self.features) + len(self.names)
+        return sum(feature.count for feature in self.features) + len(self.names)
 
     @property
     def unit(self) -> float:
         """Factor that brings rows to the order of one, so that instability is penalised as in an identification."""
-        return float(np.sqrt(len(self.channels) / sum(one.count for one in self.features)))
+        return float(np.sqrt(len(self.channels) / sum(feature.count for feature in self.features)))
 
     def objective(self, x: Array) -> float:
         """Twice the negative logarithm of the posterior density, up to a constant; NaN where a march failed."""
@@ -92,8 +92,8 @@ class Posterior(LeastSquaresProblem):
     def misfit(self, forces: Sequence[tuple[Array, Array]]) -> list[Array]:
         """Return the features (K,) of the misfit that forces, as `forces` returns them, leave in each channel."""
         return [
-            one.of(force - channel.measured)
-            for one, channel, (force, _) in zip(self.features, self.channels, forces, strict=True)
+            feature.of(force - channel.measured)
+            for feature, channel, (force, _) in zip(self.features, self.channels, forces, strict=True)
         ]
 
     def judge(self, rows: Sequence[Array]) -> Judged:
@@ -118,11 +118,11 @@ class Posterior(LeastSquaresProblem):
             size = self.samples + len(self.states)
             return np.full(size, np.nan), np.full((size, len(x)), np.nan)
         values, slopes = [], []
-        for channel, one, variance, (force, slope) in zip(
+        for channel, feature, variance, (force, slope) in zip(
             self.channels, self.features, self.variances, forces, strict=True
         ):
-            values.append(self.unit * one.whitened(one.of(force - channel.measured), variance))
-            slopes.append(self.unit * one.whitened(one.of(slope), variance))
+            values.append(self.unit * feature.whitened(feature.of(force - channel.measured), variance))
+            slopes.append(self.unit * feature.whitened(feature.of(slope), variance))
         prior = [
             self.known[n].row(float(v)) if n in self.known else (0.0, 0.0)
             for n, v in zip(self.names, x, strict=True)

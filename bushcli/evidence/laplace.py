@@ -120,13 +120,13 @@ class Evidence:
         Otherwise laws with superfluous parameters would win over laws with the few that are needed. This compares
         laws: so that it is the same for all models with one law, it is taken for the same variances.
         """
-        law = [i for i, one in enumerate(self.known) if one is None]
+        law = [i for i, prior in enumerate(self.known) if prior is None]
         if not law:
             return 0.0
         slopes = [J[:, law] for J in self.slopes]
         scale = tuple(map(float, self.likelihood.variances()))
         gram, _ = _gram(self.likelihood.features, self.misfit, slopes, scale)
-        units, _, precision = (one[law] for one in self._priors)
+        units, _, precision = (column[law] for column in self._priors)
         block = gram * np.outer(units, units) + np.diag(precision)
         return 0.5 * float(np.sum(np.log(np.diag(block)))) - 0.5 * float(np.linalg.slogdet(block)[1])
 
@@ -135,8 +135,12 @@ def _gram(
     features: Sequence[Features], misfit: Sequence[Array], slopes: Sequence[Array], scale: Sequence[float]
 ) -> tuple[Array, Array]:
     """Return second derivative (p, p) and gradient (p,) of half the weighted sum of squares."""
-    J = np.vstack([one.whitened(part, v) for one, part, v in zip(features, slopes, scale, strict=True)])
-    z = np.concatenate([one.whitened(part, v) for one, part, v in zip(features, misfit, scale, strict=True)])
+    J = np.vstack(
+        [feature.whitened(part, v) for feature, part, v in zip(features, slopes, scale, strict=True)]
+    )
+    z = np.concatenate(
+        [feature.whitened(part, v) for feature, part, v in zip(features, misfit, scale, strict=True)]
+    )
     return J.T @ J, J.T @ z
 
 
@@ -145,15 +149,15 @@ def _prior(
 ) -> tuple[Array, Array, Array]:
     """Return each parameter's prior: standard deviation, log density (in that unit) at the value, and precision."""
     units, density, precision = np.ones(len(values)), np.zeros(len(values)), np.ones(len(values))
-    for i, (value, one) in enumerate(zip(values, known, strict=True)):
-        if one is None:
+    for i, (value, parameter) in enumerate(zip(values, known, strict=True)):
+        if parameter is None:
             size = math.sqrt(sum(float(J[:, i] @ J[:, i]) for J in slopes))
             # Of a value that changes nothing, such as a law's stiffening in a table about rest, the width is finite.
             widest = max(abs(float(value)), 1.0) / NO_INFLUENCE
             units[i] = min(LAW_SHARE * math.sqrt(signal) / max(size, 1e-300), widest)
             density[i] = -0.5 * math.log(2.0 * math.pi)
             continue
-        prior, scales = one.prior, one.scales
+        prior, scales = parameter.prior, parameter.scales
         units[i] = 1.0 / math.sqrt(max(prior.curvature(float(value), scales), 1e-300))
         if prior.shape == "log_uniform" and value != 0.0:
             precision[i] = UNIFORM
@@ -185,8 +189,8 @@ def _laplace(
     inverse = np.linalg.inv(hessian)
     _, log_det = np.linalg.slogdet(hessian)
     total = float(density.sum()) + 0.5 * p * math.log(2.0 * math.pi) - 0.5 * float(log_det)
-    for i, one in enumerate(known):
-        if one is None or not one.one_sided:
+    for i, prior in enumerate(known):
+        if prior is None or not prior.one_sided:
             continue
         std = math.sqrt(inverse[i, i])
         above = (values[i] - off[i]) / units[i]
@@ -197,12 +201,12 @@ def _laplace(
     return total, inverse
 
 
-def standard_errors(names: Sequence[str], found: Evidence) -> Mapping[str, float]:
+def standard_errors(names: Sequence[str], evidence: Evidence) -> Mapping[str, float]:
     """Standard deviation of the posterior of each parameter.
 
     Parameters
     ----------
     names : sequence of str
-    found : Evidence
+    evidence : Evidence
     """
-    return dict(zip(names, map(float, np.sqrt(np.maximum(np.diag(found.covariance), 0.0))), strict=True))
+    return dict(zip(names, map(float, np.sqrt(np.maximum(np.diag(evidence.covariance), 0.0))), strict=True))

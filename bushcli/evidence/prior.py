@@ -81,20 +81,20 @@ def log_odds(
         Whether all effects have the same odds.
     """
     total = 0.0
-    for one in effects:
-        odds = effect_odds(one.effect.name, uniform)
-        rigs = len({channel for channel in channels if one.effect.acts_on(*channel)})
-        if rigs > 1 and one.effect.may_be_shared:
-            odds *= SHARED if one.channels is None else (1.0 - SHARED) / rigs
-        elif rigs > 1 and one.effect.of_channel:
+    for active in effects:
+        odds = effect_odds(active.effect.name, uniform)
+        rigs = len({channel for channel in channels if active.effect.acts_on(*channel)})
+        if rigs > 1 and active.effect.may_be_shared:
+            odds *= SHARED if active.channels is None else (1.0 - SHARED) / rigs
+        elif rigs > 1 and active.effect.of_channel:
             odds /= rigs
         total += math.log(odds)
         # Each number of branches, and each value of a choice or of a scanned dimension, is a separate model.
-        total -= math.log(one.effect.branches)
-        for parameter in one.parameters:
+        total -= math.log(active.effect.branches)
+        for parameter in active.parameters:
             total -= math.log(max(1, len(parameter.choices or parameter.scan))) if parameter.of_mesh else 0.0
-    for there, odds in ((other_law, OTHER_LAW), (freed, FREED_LAW), (unknown, UNKNOWN)):
-        if there:
+    for applies, odds in ((other_law, OTHER_LAW), (freed, FREED_LAW), (unknown, UNKNOWN)):
+        if applies:
             total += math.log(odds)
     return total
 
@@ -109,19 +109,22 @@ def scales_of(case: Case, shear: float, recordings: Sequence[Recording]) -> Scal
         Shear modulus, MPa.
     recordings : sequence of Recording
     """
-    spans, sizes = [one.span for one in recordings if one.has_time], [one.largest for one in recordings]
+    spans, sizes = (
+        [recording.span for recording in recordings if recording.has_time],
+        [recording.largest for recording in recordings],
+    )
     stiffness = max((force / max(travel, 1e-300) for travel, force in sizes), default=1.0)
     wall = case.geometry.wall
     thickness = wall.thickness if wall is not None else 10.0
     length = wall.inner[1] - wall.inner[0] if wall is not None else 4.0 * thickness
     # From a mass to a moment of inertia, where all channels are of rotations.
     outer = wall.inner_radius + thickness if wall is not None else thickness
-    turned = bool(recordings) and all(modes()[one.mode].rotational for one in recordings)
+    turned = bool(recordings) and all(modes()[recording.mode].rotational for recording in recordings)
     return {
-        "duration": max((one[1] for one in spans), default=1.0),
-        "interval": max((one[0] for one in spans), default=1.0),
-        "travel": max((one[0] for one in sizes), default=1.0),
-        "force": max((one[1] for one in sizes), default=1.0),
+        "duration": max((span[1] for span in spans), default=1.0),
+        "interval": max((span[0] for span in spans), default=1.0),
+        "travel": max((size[0] for size in sizes), default=1.0),
+        "force": max((size[1] for size in sizes), default=1.0),
         "stiffness": stiffness,
         "compliance": 1.0 / stiffness,
         "thickness": thickness,
@@ -167,7 +170,10 @@ class ParameterPrior:
 
 def _in_tables(prior: Prior, scales: Scales, recordings: Sequence[Recording]) -> Prior:
     """Return a prior of times down to a third of those that tables show: they are far below a duration."""
-    fastest = min((one.times[0] for one in recordings if isinstance(one, RecordedTable)), default=np.inf)
+    fastest = min(
+        (recording.times[0] for recording in recordings if isinstance(recording, RecordedTable)),
+        default=np.inf,
+    )
     if prior.of != "duration" or prior.shape != "log_uniform" or fastest == np.inf:
         return prior
     return replace(prior, low=min(prior.low, fastest / 3.0 / scales["duration"]))
@@ -186,20 +192,22 @@ def known_parameters(
         Shear modulus, MPa.
     recordings : sequence of Recording
     """
-    found = {}
-    for one in effects:
-        there = [
+    priors = {}
+    for active in effects:
+        affected = [
             recording
             for recording in recordings
-            if one.acts_on(recording.name, recording.mode, recording.kind)
+            if active.acts_on(recording.name, recording.mode, recording.kind)
         ]
-        scales = scales_of(case, shear, there)
-        for parameter in one.parameters:
+        scales = scales_of(case, shear, affected)
+        for parameter in active.parameters:
             prior = parameter.prior
             if prior is not None:
-                if prior.unrested and not any(one.kind == "static" and _shows_rest(one) for one in there):
+                if prior.unrested and not any(
+                    recording.kind == "static" and _shows_rest(recording) for recording in affected
+                ):
                     prior = replace(prior, low=prior.unrested)
                 one_sided = parameter.off is not None and parameter.off == parameter.lower
-                prior = _in_tables(prior, scales, there)
-                found[one.full_name(parameter)] = ParameterPrior(prior, scales, one_sided)
-    return found
+                prior = _in_tables(prior, scales, affected)
+                priors[active.full_name(parameter)] = ParameterPrior(prior, scales, one_sided)
+    return priors

@@ -150,13 +150,13 @@ class StoppingRule:
         problem, needed = self._problem, self._needed
         forces = problem.forces(x)
         assert forces is not None
-        slopes = [one.of(slope) for one, (_, slope) in zip(problem.features, forces, strict=True)]
+        slopes = [feature.of(slope) for feature, (_, slope) in zip(problem.features, forces, strict=True)]
         known = [problem.known.get(name) for name in problem.names]
         misfit = problem.misfit(forces)
         after = [z + J @ step for z, J in zip(misfit, slopes, strict=True)]
         now, then = (
-            max(found.log - needed.log, found.log_unknown - needed.log_unknown)
-            for found in (
+            max(evidence.log - needed.log, evidence.log_unknown - needed.log_unknown)
+            for evidence in (
                 Evidence(problem.likelihood, rows, slopes, at, known, self._off)
                 for rows, at in ((misfit, x), (after, x + step))
             )

@@ -59,20 +59,20 @@ def whitened(rows: Array, channel: Compared, factor: float) -> Array:
         Standard deviation of the common factor of the forces, a share of the force.
     """
     weights = channel.weights
-    found = np.where(channel.known, rows.T, 0.0).T * (weights if rows.ndim == 1 else weights[:, None])
-    return _shared(found, channel, factor)
+    scaled = np.where(channel.known, rows.T, 0.0).T * (weights if rows.ndim == 1 else weights[:, None])
+    return _with_common_factor(scaled, channel, factor)
 
 
-def _shared(found: Array, channel: Compared, factor: float) -> Array:
+def _with_common_factor(rows: Array, channel: Compared, factor: float) -> Array:
     # The common factor multiplies the recorded force without its noise.
     force = channel.smoothed_force * channel.weights
     size = float(np.linalg.norm(force))
     if size == 0.0 or factor == 0.0:
-        return found
+        return rows
     unit = force / size
     taken = 1.0 - 1.0 / np.sqrt(1.0 + (factor * size) ** 2)
-    along = unit @ found
-    return np.asarray(found - taken * (unit * along if found.ndim == 1 else np.outer(unit, along)))
+    along = unit @ rows
+    return np.asarray(rows - taken * (unit * along if rows.ndim == 1 else np.outer(unit, along)))
 
 
 def linear_fit(
@@ -96,7 +96,7 @@ def linear_fit(
     return replace(plain, misfit=np.concatenate(misfit), jacobian=np.concatenate(slopes))
 
 
-def columns(channels: Sequence[Compared], factors: Sequence[float], found: Sequence[Array]) -> Array:
+def columns(channels: Sequence[Compared], factors: Sequence[float], jacobians: Sequence[Array]) -> Array:
     """Derivatives (n, k) of each channel's force, weighted and stacked: shape (all samples, k).
 
     Parameters
@@ -104,13 +104,13 @@ def columns(channels: Sequence[Compared], factors: Sequence[float], found: Seque
     channels : sequence of Compared
     factors : sequence of float
         Standard deviation of the common factor of each channel, a share of the force.
-    found : sequence of (n, k) array
+    jacobians : sequence of (n, k) array
         Derivatives of each force.
     """
     ends = np.cumsum([0, *(len(c.recording.force) for c in channels)])
-    stacked = weighed(channels, found)
+    stacked = weighed(channels, jacobians)
     parts = [
-        _shared(stacked[a:b], channel, factor)
+        _with_common_factor(stacked[a:b], channel, factor)
         for a, b, channel, factor in zip(ends[:-1], ends[1:], channels, factors, strict=True)
     ]
     return np.concatenate(parts)

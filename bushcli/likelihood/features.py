@@ -128,8 +128,8 @@ class Features:
         weighted = np.where(self.weights > 0.0, rows * self.weights, 0.0)
         unit = np.where(self.weights > 0.0, self.weights, np.inf)
         z = self.basis.T @ weighted / self.spread
-        kept = z * np.maximum(0.0, 1.0 - 1.0 / np.maximum(z**2, 1e-300))
-        return np.asarray(self.basis @ (self.spread * kept) / unit)
+        signal = z * np.maximum(0.0, 1.0 - 1.0 / np.maximum(z**2, 1e-300))
+        return np.asarray(self.basis @ (self.spread * signal) / unit)
 
 
 def features(recording: Recording, noise: NoiseModel, used: Mask, factor: float) -> Features:
@@ -201,10 +201,10 @@ def _basis(recording: Recording, used: Mask) -> tuple[Array, NDArray[np.int_]]:
     """Orthonormal polynomials (n, K) of each branch, and their degrees (K,)."""
     columns: list[Array] = []
     degrees: list[NDArray[np.int_]] = []
-    for here, position, degree in _pieces(recording, used):
+    for rows, position, degree in _pieces(recording, used):
         own, _ = np.linalg.qr(legvander(position, degree))
         block = np.zeros((len(used), own.shape[1]))
-        block[here] = own
+        block[rows] = own
         columns.append(block)
         degrees.append(np.arange(own.shape[1]))
     return np.hstack(columns), np.concatenate(degrees)
@@ -215,21 +215,21 @@ def _pieces(recording: Recording, used: Mask) -> Iterator[tuple[NDArray[np.intp]
     if isinstance(recording, RecordedTable):
         count = len(recording.table)
         for rows, place in recording.curves():
-            kept = used[rows]
-            if kept.any():
-                middle, width = 0.5 * (place[kept].max() + place[kept].min()), np.ptp(place[kept])
-                x = 2.0 * (place[kept] - middle) / (width or 1.0)
+            counted = used[rows]
+            if counted.any():
+                middle, width = 0.5 * (place[counted].max() + place[counted].min()), np.ptp(place[counted])
+                x = 2.0 * (place[counted] - middle) / (width or 1.0)
                 # Each row is the mean of many cycles.
                 degree = min(len(np.unique(np.round(x, 6))) - 1, TABLE_DEGREE)
-                yield rows[kept], x, degree
-                yield rows[kept] + count, x, degree
+                yield rows[counted], x, degree
+                yield rows[counted] + count, x, degree
         return
     clock = np.arange(len(recording.force), dtype=float) if recording.time is None else recording.time
     for branch in branches(recording):
-        here = np.flatnonzero(used[branch.start : branch.stop]) + branch.start
-        if len(here):
-            degree = int(np.clip(len(here) // PER_COEFFICIENT - 1, 0, DEGREE))
-            yield here, _position(clock[here], branch.kind == "hold"), degree
+        indices = np.flatnonzero(used[branch.start : branch.stop]) + branch.start
+        if len(indices):
+            degree = int(np.clip(len(indices) // PER_COEFFICIENT - 1, 0, DEGREE))
+            yield indices, _position(clock[indices], branch.kind == "hold"), degree
 
 
 def _position(clock: Array, hold: bool) -> Array:

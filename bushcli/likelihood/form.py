@@ -149,22 +149,22 @@ class Likelihood:
         in all recordings along a path, and one that is given in two files says no more about it than in one. Of a table
         it is a share of its features (`Features.independent`).
         """
-        counts = np.array([float(one.count) for one in self.features])
-        paths = np.array([not one.independent for one in self.features])
+        counts = np.array([float(feature.count) for feature in self.features])
+        paths = np.array([not feature.independent for feature in self.features])
         total, whole = effective_features(int(counts[paths].sum())), max(float(counts[paths].sum()), 1.0)
-        of_tables = counts * np.array([one.independent for one in self.features])
-        found = np.where(paths, 1.0 + (total - 1.0) * counts / whole, np.maximum(of_tables, 1.0))
-        return np.asarray(np.minimum(found, counts))
+        of_tables = counts * np.array([feature.independent for feature in self.features])
+        effective = np.where(paths, 1.0 + (total - 1.0) * counts / whole, np.maximum(of_tables, 1.0))
+        return np.asarray(np.minimum(effective, counts))
 
     @cached_property
     def count_across(self) -> Array:
         """Number of features without the one along the force, by channel; at least one."""
-        return np.array([max(one.count - 1.0, 1.0) for one in self.features])
+        return np.array([max(feature.count - 1.0, 1.0) for feature in self.features])
 
     @cached_property
     def signal(self) -> Array:
         """Sum of squares F of the force by channel."""
-        return np.array([one.signal for one in self.features])
+        return np.array([feature.signal for feature in self.features])
 
     @cached_property
     def explained(self) -> Array:
@@ -175,7 +175,9 @@ class Likelihood:
     def form(self) -> float:
         """Error of form over that in recordings along a path: a mean over what the channels leave to effects."""
         own = np.maximum(np.array(self.plain), 0.0) + 1e-300
-        return float(np.sqrt(np.sum(own * np.array([one.form for one in self.features]) ** 2) / own.sum()))
+        return float(
+            np.sqrt(np.sum(own * np.array([feature.form for feature in self.features]) ** 2) / own.sum())
+        )
 
     def explained_by(self, left: Left) -> Array:
         """Return the sum of squares D_c (channels,) that a model explains, given what it leaves.
@@ -183,7 +185,7 @@ class Likelihood:
         In a channel whose formulas err less than those of a path it counts as that much less.
         """
         own = np.maximum(np.maximum(np.array(self.plain), 0.0) - np.maximum(left.excess, 0.0), 0.0)
-        own = own * np.array([one.form for one in self.features]) ** 2
+        own = own * np.array([feature.form for feature in self.features]) ** 2
         share = float(own.sum()) / max(float(self.signal.sum()), 1e-300)
         return np.asarray(0.5 * own + 0.5 * share * self.signal)
 
@@ -202,16 +204,18 @@ class Likelihood:
     @cached_property
     def doubt(self) -> Array:
         """Standard deviation of the logarithm of the noise over its estimate, by channel."""
-        return np.array([one.doubt for one in self.features])
+        return np.array([feature.doubt for feature in self.features])
 
     @cached_property
     def calibration(self) -> Array:
         """Variance g that calibration adds to the feature along the force, by channel."""
-        return np.array([one.calibration for one in self.features])
+        return np.array([feature.calibration for feature in self.features])
 
     def left(self, rows: Sequence[Array]) -> Left:
         """Return the remaining misfit, given its features (K,) by channel."""
-        along = np.array([float(one.along @ z) ** 2 for one, z in zip(self.features, rows, strict=True)])
+        along = np.array(
+            [float(feature.along @ z) ** 2 for feature, z in zip(self.features, rows, strict=True)]
+        )
         across = np.array([float(z @ z) - len(z) + 1.0 for z in rows]) - along
         return Left(across, along, across + along / (1.0 + self.calibration) - 1.0)
 
@@ -272,8 +276,8 @@ class Likelihood:
         # Branches miss a table in a share of its features only (`Features.independent`); unknown physics may miss all.
         m = np.array(
             [
-                float(one.count) if one.independent else own
-                for one, own in zip(self.features, self.effective, strict=True)
+                float(feature.count) if feature.independent else own
+                for feature, own in zip(self.features, self.effective, strict=True)
             ]
         )
         lam = LAMBDA * np.exp(LAMBDA_SPREAD * _NODES)

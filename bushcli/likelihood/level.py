@@ -111,10 +111,10 @@ def _log_likelihood(
     prior = np.log(np.concatenate([[0.5], np.full(len(SIZES) - 1, 0.5 / (len(SIZES) - 1))]))
     log = np.tile(prior, (len(factors), 1))
     for degree in range(int(degrees.max()) + 1):
-        here = degrees == degree
+        of_degree = degrees == degree
         # By factor, size and feature.
-        v = factors[:, None, None] ** 2 * own[here] + SIZES[:, None]
-        log = log - 0.5 * (np.log(v).sum(axis=-1) + (1.0 / v) @ misfit[here] ** 2)
+        v = factors[:, None, None] ** 2 * own[of_degree] + SIZES[:, None]
+        log = log - 0.5 * (np.log(v).sum(axis=-1) + (1.0 / v) @ misfit[of_degree] ** 2)
         top = log.max(axis=1, keepdims=True)
         log = np.log(np.exp(log - top) @ falls + 1e-300) + top
     return np.asarray(logsumexp(log, axis=1))
@@ -123,15 +123,15 @@ def _log_likelihood(
 def _falls() -> Array:
     """Return the transition probabilities (38, 38) of the size of missing physics from one degree to the next."""
     count = len(SIZES)
-    found = np.zeros((count, count))
-    found[0, 0] = 1.0
+    falls = np.zeros((count, count))
+    falls[0, 0] = 1.0
     weights = np.concatenate([STEPS, STEPS[-1] * 0.5 ** np.arange(1, count - len(STEPS) + 1)])
     for size in range(1, count):
-        found[size, size:0:-1] = weights[:size]
+        falls[size, size:0:-1] = weights[:size]
         # Less than the least size is none.
-        found[size, 0] = weights[size:].sum()
-        found[size] /= found[size].sum()
-    return found
+        falls[size, 0] = weights[size:].sum()
+        falls[size] /= falls[size].sum()
+    return falls
 
 
 def all_levelled(
@@ -146,4 +146,4 @@ def all_levelled(
     misfits : sequence of (K,) array
         Features of the misfit of each channel.
     """
-    return tuple(levelled(*one) for one in zip(noises, features, misfits, strict=True))
+    return tuple(levelled(*channel) for channel in zip(noises, features, misfits, strict=True))

@@ -162,27 +162,30 @@ def noise_model(
         # Its rows are in units of their errors.
         return NoiseModel(1.0, freedom=recording.freedom)
     used = np.ones(len(recording.force), dtype=bool) if used is None else used
-    found, sound = _found(recording, used), recording.bridged(used)
-    sigma = float(np.hypot(found.sigma, sound.noise_of_motion))
+    signal_noise, sound = _signal_noise(recording, used), recording.bridged(used)
+    sigma = float(np.hypot(signal_noise.sigma, sound.noise_of_motion))
     least = floor * float(np.ptp(sound.force))
-    freedom = max(found.freedom, 1.0)
-    unit = sigma * float(np.sqrt((1.0 + found.correlation) / (1.0 - found.correlation)))
+    freedom = max(signal_noise.freedom, 1.0)
+    unit = sigma * float(np.sqrt((1.0 + signal_noise.correlation) / (1.0 - signal_noise.correlation)))
     if unit > least:
-        share = sigma / found.sigma
-        others = replace(found.correlations, sizes=share * found.correlations.sizes)
-        return NoiseModel(sigma, found.correlation, freedom, least, others)
+        share = sigma / signal_noise.sigma
+        others = replace(signal_noise.correlations, sizes=share * signal_noise.correlations.sizes)
+        return NoiseModel(sigma, signal_noise.correlation, freedom, least, others)
     # The logarithm of the unit has the standard deviation sqrt(1 / (2 f)).
     is_far = unit * float(np.exp(_FAR * np.sqrt(0.5 / freedom))) <= least
     return NoiseModel(least, 0.0, float("inf") if is_far else freedom, least)
 
 
-def _found(recording: Recording, used: NDArray[np.bool_]) -> SignalNoise:
+def _signal_noise(recording: Recording, used: NDArray[np.bool_]) -> SignalNoise:
     """Return the noise from cubics in windows, in half as long ones if those miss the curve, else from differences."""
     differences = force_noise(recording)
     for size in (WINDOW, WINDOW // 2):
-        found = noise_in_windows(recording, used, size)
-        if found is not None and found.sigma * np.sqrt(_passed(found.correlation)) <= _AGREED * differences:
-            return found
+        signal_noise = noise_in_windows(recording, used, size)
+        if (
+            signal_noise is not None
+            and signal_noise.sigma * np.sqrt(_share_passed(signal_noise.correlation)) <= _AGREED * differences
+        ):
+            return signal_noise
     return _by_differences(differences, len(recording.force))
 
 
@@ -190,7 +193,7 @@ def _by_differences(differences: float, count: int) -> SignalNoise:
     """Return the noise from such differences, averaged over the prior of its correlation, which they do not show."""
     weight = np.exp(PRIOR) / np.exp(PRIOR).sum()
     inflation = np.log((1.0 + CORRELATIONS) / (1.0 - CORRELATIONS))
-    variance = -np.log([_passed(float(r)) for r in CORRELATIONS])
+    variance = -np.log([_share_passed(float(r)) for r in CORRELATIONS])
     mean, memory = float(weight @ (variance + inflation)), float(np.exp(weight @ inflation))
     spread = float(weight @ (variance + inflation - mean) ** 2)
     sigma = differences * float(np.exp(0.5 * (weight @ variance)))
@@ -198,7 +201,7 @@ def _by_differences(differences: float, count: int) -> SignalNoise:
     return SignalNoise(sigma, (memory - 1.0) / (memory + 1.0), 2.0 / spread, correlations)
 
 
-def _passed(correlation: float) -> float:
+def _share_passed(correlation: float) -> float:
     """Share of the variance of an autoregression that divided differences of evenly spaced samples show."""
     weights = comb(_ORDER, np.arange(_ORDER + 1)) * (-1.0) ** np.arange(_ORDER + 1)
     gap = np.abs(np.subtract.outer(np.arange(_ORDER + 1), np.arange(_ORDER + 1)))
@@ -225,15 +228,15 @@ def _polynomials(recording: Recording) -> tuple[Array, Array]:
     x = np.arange(len(recording.force), dtype=float) if recording.time is None else recording.time
     fitted, leverage = np.full(len(x), np.nan), np.full(len(x), np.nan)
     for branch in branches(recording):
-        here = slice(branch.start, branch.stop)
+        samples = slice(branch.start, branch.stop)
         degree = min(_DEGREE, (branch.stop - branch.start) // _PER_COEFFICIENT - 1)
         if degree < 1:
             continue
-        position = x[here] - x[branch.start]
+        position = x[samples] - x[branch.start]
         if branch.kind == "hold":
             # Relaxation is fast at first.
             position = np.log1p(position / max(float(position[1]), 1e-12))
         basis, _ = np.linalg.qr(legvander(2.0 * position / float(position[-1]) - 1.0, degree))
-        fitted[here] = basis @ (basis.T @ recording.force[here])
-        leverage[here] = np.sum(basis**2, axis=1)
+        fitted[samples] = basis @ (basis.T @ recording.force[samples])
+        leverage[samples] = np.sum(basis**2, axis=1)
     return fitted, leverage

@@ -110,21 +110,21 @@ def noise_in_windows(recording: Recording, used: Mask, size: int = WINDOW) -> Si
     if sum(len(force) for _, force in windows) < COVERED * used.sum():
         return None
     squares, determinants, freedom = _tables(windows)
-    kept: Mask = np.ones(len(windows), dtype=bool)
+    counted: Mask = np.ones(len(windows), dtype=bool)
     best, log = 0, np.zeros(len(CORRELATIONS))
     for _ in range(_ROUNDS):
-        usual = _unremarkable(squares[best], freedom, kept)
+        usual = _unremarkable(squares[best], freedom, counted)
         log = PRIOR - determinants[:, usual].sum(axis=1)
         log = log - 0.5 * freedom[usual].sum() * np.log(squares[:, usual].sum(axis=1) + 1e-300)
-        found = int(np.argmax(log))
-        same = found == best and np.array_equal(usual, kept)
-        best, kept = found, usual
+        likeliest = int(np.argmax(log))
+        same = likeliest == best and np.array_equal(usual, counted)
+        best, counted = likeliest, usual
         if same:
             break
     weight = np.exp(log - log.max())
     weight /= weight.sum()
-    total = float(freedom[kept].sum())
-    variance = np.log(squares[:, kept].sum(axis=1) / total + 1e-300)
+    total = float(freedom[counted].sum())
+    variance = np.log(squares[:, counted].sum(axis=1) / total + 1e-300)
     inflation = np.log((1.0 + CORRELATIONS) / (1.0 - CORRELATIONS))
     spread = (variance + inflation - float(weight @ (variance + inflation))) ** 2
     mean = float(np.exp(weight @ inflation))
@@ -141,15 +141,15 @@ def _windows(recording: Recording, used: Mask, size: int) -> Iterator[tuple[Arra
     n = len(recording.force)
     clock = np.arange(n, dtype=float) if recording.time is None else recording.time
     for branch in branches(recording):
-        here = np.flatnonzero(used[branch.start : branch.stop]) + branch.start
-        if len(here) < WINDOWS * LEAST:
+        indices = np.flatnonzero(used[branch.start : branch.stop]) + branch.start
+        if len(indices) < WINDOWS * LEAST:
             continue
-        for part in np.array_split(here, max(-(-len(here) // size), WINDOWS)):
+        for part in np.array_split(indices, max(-(-len(indices) // size), WINDOWS)):
             position = clock[part] - clock[branch.start]
             if branch.kind == "hold":
                 # Relaxation is fast at first.
-                first = float(clock[min(branch.start + 1, n - 1)] - clock[branch.start])
-                position = np.log1p(position / max(first, 1e-12))
+                interval = float(clock[min(branch.start + 1, n - 1)] - clock[branch.start])
+                position = np.log1p(position / max(interval, 1e-12))
             position = position - position[0]
             if position[-1] > 0.0:
                 basis, _ = np.linalg.qr(legvander(2.0 * position / position[-1] - 1.0, DEGREE))
@@ -178,10 +178,10 @@ def _tables(windows: list[tuple[Array, Array]]) -> tuple[Array, Array, Array]:
     return squares, determinants, np.asarray(counts - (DEGREE + 1), dtype=float)
 
 
-def _unremarkable(squares: Array, freedom: Array, kept: Mask) -> Mask:
+def _unremarkable(squares: Array, freedom: Array, counted: Mask) -> Mask:
     """Return the windows whose residuals are no larger than noise, at least half of all."""
     sizes = squares / freedom
     # Wilson and Hilferty's median of chi square.
-    median = float(np.median(sizes[kept] / (1.0 - 2.0 / (9.0 * freedom[kept])) ** 3))
-    found = squares <= median * chi2.ppf(_USUAL, freedom)
-    return found if found.sum() >= 0.5 * len(sizes) else np.asarray(sizes <= np.median(sizes))
+    median = float(np.median(sizes[counted] / (1.0 - 2.0 / (9.0 * freedom[counted])) ** 3))
+    usual = squares <= median * chi2.ppf(_USUAL, freedom)
+    return usual if usual.sum() >= 0.5 * len(sizes) else np.asarray(sizes <= np.median(sizes))

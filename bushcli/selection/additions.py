@@ -49,12 +49,12 @@ def more_branches(fits: Fits, known: Collection[Key], share: float) -> Iterator[
     most = likelihood.judge(likelihood.nothing).log
     states: Mapping[Key, State] = dict(fits.states)
     for key, state in states.items():
-        own = [one.effect for one in state.model.effects if one.can_branch]
+        own = [active.effect for active in state.model.effects if active.can_branch]
         reach = fits.weights(state)[0] + most - state.evidence.judged.log
         if key in known or len(state.model.effects) != 1 or not own or reach < fits.total + math.log(share):
             continue
-        for one in Beside(state, fits.derivatives.beside(state, among=own)).singles():
-            yield state, one
+        for prediction in Beside(state, fits.derivatives.beside(state, among=own)).singles():
+            yield state, prediction
 
 
 def relaxing(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> Iterator[Model]:
@@ -73,10 +73,13 @@ def relaxing(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> Iterator[
         To be considered.
     """
     case, recordings, shear = fits.problem.case, fits.problem.recordings, fits.derivatives.shear
-    vibrating = [one for one in recordings if isinstance(one, RecordedTable)]
+    vibrating = [recording for recording in recordings if isinstance(recording, RecordedTable)]
     if not vibrating:
         return
-    fast, slow = min(one.times[0] for one in vibrating), max(one.times[1] for one in vibrating)
+    fast, slow = (
+        min(recording.times[0] for recording in vibrating),
+        max(recording.times[1] for recording in vibrating),
+    )
     maxwell, model = effect_in_force_law("maxwell"), replace(plain, anchor=plain.start)
     for count in range(1, maxwell.branches + 1) if maxwell in catalogue else ():
         own = np.geomspace(slow, fast, count + 2)[1:-1]
@@ -85,19 +88,23 @@ def relaxing(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> Iterator[
         model = replace(model, effects=(ActiveEffect(maxwell, values).started(),))
         yield model
     thinned = [
-        one for one in catalogue if one.needs_amplitudes and trials(case, plain, one, vibrating, shear)[0]
+        effect
+        for effect in catalogue
+        if effect.needs_amplitudes and trials(case, plain, effect, vibrating, shear)[0]
     ]
     relaxed = [model]
-    for one in thinned:
-        active = ActiveEffect(one).started()
-        for finer in ({}, *({p.name: p.start} for p in one.parameters if p.of_amplitude)):
+    for effect in thinned:
+        active = ActiveEffect(effect).started()
+        for finer in ({}, *({p.name: p.start} for p in effect.parameters if p.of_amplitude)):
             model = replace(model, effects=(replace(active, values=dict(active.values) | finer),))
             yield model
             if model.structure in fits.states:
                 (active,) = fits.states[model.structure].model.effects
         relaxed.append(model)
-    for warm in (one for one in catalogue if one.needs_temperature):
-        for beside in (fits.states[one.structure].model for one in relaxed if one.structure in fits.states):
+    for warm in (effect for effect in catalogue if effect.needs_temperature):
+        for beside in (
+            fits.states[model.structure].model for model in relaxed if model.structure in fits.states
+        ):
             for trial in trials(case, beside, warm, recordings, shear)[0]:
                 start = {name: warm.parameter(name).start for name in trial.amplitudes}
                 active = replace(trial.active, values=dict(trial.active.values) | start)
@@ -113,6 +120,6 @@ def with_one_more(
     """
     if len(state.model.identities) >= most:
         return []
-    every = [one for points in beside_plain.values() for one in points]
-    others = [one for one in every if not one.trial.active.is_among(state.model.effects)]
+    every = [addition for points in beside_plain.values() for addition in points]
+    others = [addition for addition in every if not addition.trial.active.is_among(state.model.effects)]
     return Beside(state, others).singles()

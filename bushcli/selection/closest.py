@@ -101,8 +101,8 @@ class _Closest(LeastSquaresProblem):
             return np.full(size, np.nan), np.full((size, len(x)), np.nan)
         weights = _weights(self._recordings, self._used)
         values = [
-            (force - one.force) * w
-            for one, w, (force, _) in zip(self._recordings, weights, forces, strict=True)
+            (force - recording.force) * w
+            for recording, w, (force, _) in zip(self._recordings, weights, forces, strict=True)
         ]
         slopes = [slope * w[:, None] for w, (_, slope) in zip(weights, forces, strict=True)]
         value, slope = _prior_rows(self.names, x, self._known_values)
@@ -154,27 +154,31 @@ def closest(search: Search, state: State) -> State:
         for model in models:
             search.progress("fit", label(model), "to the end, as bushcli inverse fits")
         questions = [(problem.case, model, problem.used) for model in models]
-        found: list[Fitted | None] = search.workers.run(come_closest, questions)
+        fits: list[Fitted | None] = search.workers.run(come_closest, questions)
         # It improves on a fit that has converged, or has not, however far it gets.
-        ended = (replace(one, converged=state.fitted.converged) for one in found if one is not None)
-        return [State(problem, one) for one in ended]
+        ended = (replace(fit, converged=state.fitted.converged) for fit in fits if fit is not None)
+        return [State(problem, fit) for fit in ended]
 
     problem = search.problem
     best = next(iter(refitted([state.model])), state)
-    for one in search.states.values():
+    for other in search.states.values():
         # A model with fewer branches may be closer already, where this search ended in a valley.
-        if state.model.contains(one.model) and one.model.identities == state.model.identities:
-            best = next(iter(refitted([one.model])), best) if _size(one) < _size(best) else best
+        if state.model.contains(other.model) and other.model.identities == state.model.identities:
+            best = next(iter(refitted([other.model])), best) if _size(other) < _size(best) else best
     # Two standard deviations: more than noise would leave in one recording of forty.
-    noise = 2.0 * np.sqrt(2.0 * sum(one.count for one in problem.likelihood.features))
+    noise = 2.0 * np.sqrt(2.0 * sum(feature.count for feature in problem.likelihood.features))
     while time.perf_counter() < search.deadline and float(best.evidence.left.excess.sum()) > noise:
-        own = [one.effect for one in best.model.effects if one.can_branch]
+        own = [active.effect for active in best.model.effects if active.can_branch]
         more = Beside(best, search.derivatives.beside(best, among=own)).singles() if own else []
-        better = [one for one in refitted([one.model for one in more]) if predicts_better(one, best)]
+        better = [
+            candidate
+            for candidate in refitted([candidate.model for candidate in more])
+            if predicts_better(candidate, best)
+        ]
         if not better:
             break
-        best = min(better, key=lambda one: float(held_out(one).sum()))
-    left, left_before = (np.array([np.linalg.norm(r) for r, _ in _misfits(one)]) for one in (best, state))
+        best = min(better, key=lambda candidate: float(held_out(candidate).sum()))
+    left, left_before = (np.array([np.linalg.norm(r) for r, _ in _misfits(fit)]) for fit in (best, state))
     return best if (left < (1.0 - CLOSER) * left_before).any() else state
 
 
@@ -183,14 +187,14 @@ def _size(state: State) -> float:
     return float(np.linalg.norm(np.concatenate([r for r, _ in _misfits(state)])))
 
 
-def predicts_better(one: State, other: State) -> bool:
+def predicts_better(state: State, other: State) -> bool:
     """Whether a model predicts the parts of the recordings that are held out better than another one.
 
     Parameters
     ----------
-    one, other : State
+    state, other : State
     """
-    gain = held_out(other) - held_out(one)
+    gain = held_out(other) - held_out(state)
     if len(gain) < FEWEST:
         return False
     return float(gain.sum()) > float(np.sqrt(len(gain)) * gain.std(ddof=1))
@@ -212,15 +216,15 @@ def held_out(state: State) -> Array:
     unit = _size(state) / np.sqrt(sum(map(np.count_nonzero, state.problem.used)))
     value, slope = _prior_rows(state.fitted.names, x, state.priors)
     bounds = state.bounds
-    room = np.maximum(bounds.lower - x, -0.5 * np.abs(x)), np.minimum(bounds.upper - x, np.abs(x))
+    limits = np.maximum(bounds.lower - x, -0.5 * np.abs(x)), np.minimum(bounds.upper - x, np.abs(x))
     size = np.linalg.norm(J, axis=0) + 1e-300
-    low, high = np.minimum(room[0], -1e-12) * size, np.maximum(room[1], 1e-12) * size
-    found = []
+    low, high = np.minimum(limits[0], -1e-12) * size, np.maximum(limits[1], 1e-12) * size
+    sums = []
     for part in _parts(state.problem.recordings):
         rows = np.concatenate([J[~part], unit * slope]) / size
         step = lsq_linear(rows, -np.concatenate([r[~part], unit * value]), (low, high)).x / size
-        found.append(float(np.sum((r[part] + J[part] @ step) ** 2)))
-    return np.array(found)
+        sums.append(float(np.sum((r[part] + J[part] @ step) ** 2)))
+    return np.array(sums)
 
 
 def _parts(recordings: Sequence[Recording]) -> list[Mask]:
@@ -233,25 +237,25 @@ def _parts(recordings: Sequence[Recording]) -> list[Mask]:
         for j, branch in enumerate(branches(recording)):
             name = (i, -1, j) if branch.kind == "hold" else (i, branch.cycle)
             names += [name] * (branch.stop - branch.start)
-    return [np.array([name == one for name in names]) for one in dict.fromkeys(names)]
+    return [np.array([name == part for name in names]) for part in dict.fromkeys(names)]
 
 
 def _misfits(state: State) -> list[tuple[Array, Array]]:
     """Weighted misfit (n,) and derivatives (n, p) of a model, by channel."""
     weights = _weights(state.problem.recordings, state.problem.used)
     rows = zip(state.problem.recordings, weights, state.fitted.simulated, state.fitted.jacobians, strict=True)
-    return [((force - one.force) * w, slope * w[:, None]) for one, w, force, slope in rows]
+    return [((force - recording.force) * w, slope * w[:, None]) for recording, w, force, slope in rows]
 
 
 def _weights(recordings: Sequence[Recording], used: Sequence[Mask]) -> list[Array]:
     """Weights (n,) of the samples by channel: noise or the floor of the force range; each channel counts alike."""
-    found = []
-    for one, mask in zip(recordings, used, strict=True):
+    weights = []
+    for recording, mask in zip(recordings, used, strict=True):
         unit = 1.0
-        if one.kind == "static":
-            unit = max(force_noise(one), NOISE_FLOOR * float(np.ptp(one.force[mask])))
-        found.append(np.where(mask, 1.0 / (unit * np.sqrt(np.count_nonzero(mask))), 0.0))
-    return found
+        if recording.kind == "static":
+            unit = max(force_noise(recording), NOISE_FLOOR * float(np.ptp(recording.force[mask])))
+        weights.append(np.where(mask, 1.0 / (unit * np.sqrt(np.count_nonzero(mask))), 0.0))
+    return weights
 
 
 def _prior_rows(names: Sequence[str], x: Array, known: Mapping[str, ParameterPrior]) -> tuple[Array, Array]:

@@ -18,7 +18,7 @@ class FitCodec:
         if answer is None:
             return {"kind": np.array("nothing")}
         if isinstance(answer, Fitted):
-            about = {
+            details = {
                 "names": list(answer.names),
                 "values": answer.values,
                 "converged": answer.converged,
@@ -26,38 +26,38 @@ class FitCodec:
                 "failed": answer.failed,
                 "channels": len(answer.simulated),
             }
-            arrays = {f"simulated{i}": one for i, one in enumerate(answer.simulated)}
-            arrays |= {f"jacobian{i}": one for i, one in enumerate(answer.jacobians)}
+            arrays = {f"simulated{i}": force for i, force in enumerate(answer.simulated)}
+            arrays |= {f"jacobian{i}": slopes for i, slopes in enumerate(answer.jacobians)}
             arrays |= {"x": answer.x, "states": answer.states}
-            return {"kind": np.array("fit"), "about": np.array(json.dumps(about)), **arrays}
-        arrays = {f"array{i}": np.asarray(one) for i, one in enumerate(answer)}
+            return {"kind": np.array("fit"), "about": np.array(json.dumps(details)), **arrays}
+        arrays = {f"array{i}": np.asarray(value) for i, value in enumerate(answer)}
         return {"kind": np.array("arrays"), "count": np.array(len(arrays)), **arrays}
 
-    def decoded(self, found: dict[str, Any], question: tuple[Any, ...]) -> Any:
+    def decoded(self, arrays: dict[str, Any], question: tuple[Any, ...]) -> Any:
         """Return the answer that `encoded` wrote; the model of a fit is that of the question, with other values.
 
         Parameters
         ----------
-        found : mapping
+        arrays : mapping
             The saved arrays.
         question : tuple
             Arguments of the fit.
         """
-        kind = str(found["kind"])
+        kind = str(arrays["kind"])
         if kind == "nothing":
             return None
         if kind == "arrays":
-            return tuple(found[f"array{i}"] for i in range(int(found["count"])))
-        about = json.loads(str(found["about"]))
-        each = range(int(about["channels"]))
+            return tuple(arrays[f"array{i}"] for i in range(int(arrays["count"])))
+        details = json.loads(str(arrays["about"]))
+        channels = range(int(details["channels"]))
         return Fitted(
-            question[1].at(about["values"]),
-            tuple(about["names"]),
-            found["x"],
-            tuple(found[f"simulated{i}"] for i in each),
-            tuple(found[f"jacobian{i}"] for i in each),
-            bool(about["converged"]),
-            int(about["solves"]),
-            int(about["failed"]),
-            found["states"],
+            question[1].at(details["values"]),
+            tuple(details["names"]),
+            arrays["x"],
+            tuple(arrays[f"simulated{i}"] for i in channels),
+            tuple(arrays[f"jacobian{i}"] for i in channels),
+            bool(details["converged"]),
+            int(details["solves"]),
+            int(details["failed"]),
+            arrays["states"],
         )

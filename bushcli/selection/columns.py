@@ -72,7 +72,7 @@ class Candidate:
 
     def added_to(self, model: Model) -> Model:
         """Return the model with the effect switched off, or with one more branch if the model has the effect."""
-        others = [one for one in model.effects if one.identity != self.active.identity]
+        others = [active for active in model.effects if active.identity != self.active.identity]
         return replace(model, effects=(*others, self.active))
 
 
@@ -91,35 +91,41 @@ def trials(
         Shear modulus (MPa) from which grids of stresses and energies follow: one for all models, so that derivatives
         are reused.
     """
-    acting = [one for one in recordings if effect.acts_on(one.mode, one.kind)]
+    acting = [recording for recording in recordings if effect.acts_on(recording.mode, recording.kind)]
     if not acting:
         return [], "it does not act on the recorded modes"
-    if effect.needs_time and not any(one.has_time for one in acting):
+    if effect.needs_time and not any(recording.has_time for recording in acting):
         return [], "the recordings have no time"
     if effect.needs_temperature and (reason := _same_temperature(case, recordings)):
         return [], reason
     if effect.needs_amplitudes and all(
-        isinstance(one, RecordedTable) and not one.has_amplitudes for one in acting
+        isinstance(recording, RecordedTable) and not recording.has_amplitudes for recording in acting
     ):
         return [], "the tables have one amplitude"
-    reason = unfit(case, (*(one.effect.name for one in model.effects), effect.name))
+    reason = unfit(case, (*(active.effect.name for active in model.effects), effect.name))
     if reason:
         return [], reason
-    having = [one for one in model.effects if one.effect.name == effect.name]
-    found: list[Candidate] = []
-    everywhere = [one.name for one in recordings]
-    for present in having:
-        there = [one for one in acting if present.channels is None or one.name in present.channels]
-        found += _grid(case, shear, effect, present, present.channels, there)
-    known = {name for one in having for name in one.channels or [r.name for r in acting]}
+    instances = [active for active in model.effects if active.effect.name == effect.name]
+    candidates: list[Candidate] = []
+    everywhere = [recording.name for recording in recordings]
+    for instance in instances:
+        group = [
+            recording
+            for recording in acting
+            if instance.channels is None or recording.name in instance.channels
+        ]
+        candidates += _grid(case, shear, effect, instance, instance.channels, group)
+    known = {name for active in instances for name in active.channels or [r.name for r in acting]}
     for rig in _rigs(effect, acting):
-        if not effect.differs_from_law(rig or [one.name for one in acting], everywhere, model.fixed):
+        if not effect.differs_from_law(
+            rig or [recording.name for recording in acting], everywhere, model.fixed
+        ):
             continue
-        if not having or (rig is not None and not known & set(rig)):
-            there = [one for one in acting if rig is None or one.name in rig]
-            found += _grid(case, shear, effect, None, rig, there)
-    if found or having:
-        return found, "" if found else "it is in the model already"
+        if not instances or (rig is not None and not known & set(rig)):
+            group = [recording for recording in acting if rig is None or recording.name in rig]
+            candidates += _grid(case, shear, effect, None, rig, group)
+    if candidates or instances:
+        return candidates, "" if candidates else "it is in the model already"
     return [], "the law, which is identified from the same recordings, can reproduce its influence"
 
 
@@ -127,8 +133,10 @@ def unfit(case: Case, names: Sequence[str]) -> str:
     """Return why the specimen cannot have these effects together; empty if it can."""
     known = list(dict.fromkeys(map(effect_name, names)))
     for name in known:
-        for what, _ in unsuited(effects()[name], case.geometry, [other for other in known if other != name]):
-            return f"{name}: {what}"
+        for reason, _ in unsuited(
+            effects()[name], case.geometry, [other for other in known if other != name]
+        ):
+            return f"{name}: {reason}"
     return ""
 
 
@@ -139,18 +147,19 @@ def _rigs(effect: Effect, acting: Sequence[Recording]) -> list[tuple[str, ...] |
     has a dynamic rig. All modes may share a load frame and a logger, or one of them have its own. An effect that needs
     time is tried on the channels that have time.
     """
-    timed = [one for one in acting if one.has_time]
-    some = effect.needs_time and 0 < len(timed) < len(acting)
-    there = timed if some else acting
-    found = dict.fromkeys((one.mode, one.kind) for one in there)
-    shared = tuple(one.name for one in timed) if some else None
-    if len(found) < 2 or not effect.of_rig:
+    timed = [recording for recording in acting if recording.has_time]
+    only_timed = effect.needs_time and 0 < len(timed) < len(acting)
+    tried = timed if only_timed else acting
+    rigs = dict.fromkeys((recording.mode, recording.kind) for recording in tried)
+    shared = tuple(recording.name for recording in timed) if only_timed else None
+    if len(rigs) < 2 or not effect.of_rig:
         return [shared]
     own: list[tuple[str, ...] | None] = [
-        tuple(one.name for one in there if (one.mode, one.kind) == rig) for rig in found
+        tuple(recording.name for recording in tried if (recording.mode, recording.kind) == rig)
+        for rig in rigs
     ]
     # One that some channels share would have the name of its first channel's own one.
-    return [None, *own] if effect.may_be_shared and not some else own
+    return [None, *own] if effect.may_be_shared and not only_timed else own
 
 
 def _grid(
@@ -162,7 +171,10 @@ def _grid(
     recordings: Sequence[Recording],
 ) -> list[Candidate]:
     """Return the points of the grid on some channels; none if the model already has the whole effect there."""
-    moved = [{MOTIONS[one.six.number]} if one.six else modes()[one.mode].motions for one in recordings]
+    moved = [
+        {MOTIONS[recording.six.number]} if recording.six else modes()[recording.mode].motions
+        for recording in recordings
+    ]
     chosen = _parameters(effect, present, frozenset().union(*moved))
     scales = scales_of(case, shear, recordings)
     amplitudes = [p for p in chosen if p.off is not None]
@@ -173,7 +185,7 @@ def _grid(
 
     def values(parameter: EffectParameter) -> list[float]:
         if parameter.choices:
-            words = parameter.distinct(case.geometry, [one.mode for one in recordings])
+            words = parameter.distinct(case.geometry, [recording.mode for recording in recordings])
             return [float(parameter.choices.index(word)) for word in words]
         if parameter.unit == "degC":
             return [float(np.mean(warm))]
@@ -182,12 +194,12 @@ def _grid(
         grid = parameter.grid(sizes_of)
         if parameter.scale == "duration":
             grid = _times(parameter, recordings)
-        return [v for v in grid if not _taken(parameter, v, present)]
+        return [v for v in grid if not _is_taken(parameter, v, present)]
 
     degrees = temperatures(case, recordings) if effect.needs_temperature else {}
     warm = np.concatenate([*degrees.values(), np.zeros(0)])
     at = {name: float(np.mean(own)) for name, own in degrees.items()}
-    found = []
+    candidates = []
     before = {} if present is None else dict(present.values)
     for point in product(*(values(p) for p in shapes)):
         shape = dict(zip((p.name for p in shapes), point, strict=True))
@@ -198,8 +210,10 @@ def _grid(
         used = [p for p in amplitudes if p in active.parameters]
         unit = scales["travel"] if used[0].scale else scales["thickness"]
         sizes: list[float | None] = [share * unit for share in used[0].sizes]
-        found += [Candidate(active, tuple(p.name for p in used), shape, size) for size in sizes or [None]]
-    return found
+        candidates += [
+            Candidate(active, tuple(p.name for p in used), shape, size) for size in sizes or [None]
+        ]
+    return candidates
 
 
 def temperatures(case: Case, recordings: Sequence[Recording]) -> dict[str, Array]:
@@ -211,15 +225,23 @@ def temperatures(case: Case, recordings: Sequence[Recording]) -> dict[str, Array
     recordings : sequence of Recording
     """
     of_case = np.nan if case.temperature is None else case.temperature
-    sources = {one.label: one.temperature for one in case.recordings if one.temperature is not None}
-    found = {}
-    for one in recordings:
-        if isinstance(one, RecordedTable):
-            own = np.where(np.isnan(one.table.temperature), of_case, one.table.temperature)
+    sources = {
+        recording.label: recording.temperature
+        for recording in case.recordings
+        if recording.temperature is not None
+    }
+    degrees = {}
+    for recording in recordings:
+        if isinstance(recording, RecordedTable):
+            own = np.where(np.isnan(recording.table.temperature), of_case, recording.table.temperature)
         else:
-            own = np.array([sources.get(one.name, of_case)]) if one.temperature is None else one.temperature
-        found[one.name] = own
-    return found
+            own = (
+                np.array([sources.get(recording.name, of_case)])
+                if recording.temperature is None
+                else recording.temperature
+            )
+        degrees[recording.name] = own
+    return degrees
 
 
 def _same_temperature(case: Case, recordings: Sequence[Recording]) -> str:
@@ -232,14 +254,17 @@ def _same_temperature(case: Case, recordings: Sequence[Recording]) -> str:
 
 def _times(parameter: EffectParameter, recordings: Sequence[Recording]) -> list[float]:
     """Return the times of a grid: shares of the durations of paths, and as many as tables resolve."""
-    found: list[float] = []
-    longest = max((one.span[1] for one in recordings if one.kind == "static" and one.has_time), default=0.0)
+    times: list[float] = []
+    longest = max(
+        (recording.span[1] for recording in recordings if recording.kind == "static" and recording.has_time),
+        default=0.0,
+    )
     if longest:
-        found += parameter.grid({"duration": longest})
-    for fast, slow in (one.times for one in recordings if isinstance(one, RecordedTable)):
+        times += parameter.grid({"duration": longest})
+    for fast, slow in (recording.times for recording in recordings if isinstance(recording, RecordedTable)):
         own = np.geomspace(fast, slow, max(2, round(DECADE * np.log10(slow / fast)) + 1))
-        found += [float(v) for v in own if all(abs(np.log(v / other)) > np.log(2.0) for other in found)]
-    return sorted(found)
+        times += [float(v) for v in own if all(abs(np.log(v / other)) > np.log(2.0) for other in times)]
+    return sorted(times)
 
 
 def _parameters(
@@ -259,7 +284,7 @@ def _parameters(
     return tuple(p for p in missing if p.branch == missing[0].branch)
 
 
-def _taken(parameter: EffectParameter, value: float, present: ActiveEffect | None) -> bool:
+def _is_taken(parameter: EffectParameter, value: float, present: ActiveEffect | None) -> bool:
     """Whether a branch of the effect already has nearly this value: the new one would duplicate it."""
     if present is None:
         return False
@@ -295,24 +320,24 @@ def columns(cache: ModelCache, case: Case, base: Model, trial: Candidate) -> tup
     """
     model = replace(base, effects=(*beside(case, base, trial), trial.active))
     # If the model has the same effect in another rig, this one may have another name there.
-    there = next(one for one in model.effects if one.identity == trial.active.identity)
-    names = [f"{there.name}.{name}" for name in trial.amplitudes]
+    added = next(active for active in model.effects if active.identity == trial.active.identity)
+    names = [f"{added.name}.{name}" for name in trial.amplitudes]
     # The default mesh for effects of the assembly, but not for a CAD part, where it costs ten times as much.
     usual = trial.effect.acts == "assembly" and (case.geometry.structured or case.geometry.axisymmetric)
     coarse: Coarse = "memory" if usual else "always"
     channels = cache.channels(model.task(case), HALF, coarse, tolerance=ESTIMATED)
     points = (model.values, _at_own_shape(model, case).values)
-    found: list[Array] = []
+    slopes: list[Array] = []
     for channel in channels:
         recording = channel.recording
         if not trial.active.acts_on(recording.name, recording.mode, recording.kind):
-            found.append(np.zeros((len(recording.force), len(names))))
+            slopes.append(np.zeros((len(recording.force), len(names))))
             continue
         slope = _solved(channel, points, names, trial, case, () if base.fixed else tuple(base.start))
         if slope is None:
             return None
-        found.append(slope)
-    return tuple(found)
+        slopes.append(slope)
+    return tuple(slopes)
 
 
 def _solved(
@@ -360,15 +385,15 @@ def beside(case: Case, model: Model, trial: Candidate) -> tuple[ActiveEffect, ..
     model : Model
     trial : Candidate
     """
-    others = tuple(one for one in model.effects if one.identity != trial.active.identity)
+    others = tuple(active for active in model.effects if active.identity != trial.active.identity)
     if trial.effect.acts == "rig" or len(others) < len(model.effects) or trial.effect.needs_temperature:
         return others
-    tables = {one.label for one in case.dynamic}
+    tables = {table.label for table in case.dynamic}
     return tuple(
-        one
-        for one in others
-        if one.effect.acts == "rig" and one.effect.rig and one.effect.rig.moves
-        if one.channels is None or not tables.issuperset(one.channels)
+        active
+        for active in others
+        if active.effect.acts == "rig" and active.effect.rig and active.effect.rig.moves
+        if active.channels is None or not tables.issuperset(active.channels)
     )
 
 

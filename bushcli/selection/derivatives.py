@@ -50,7 +50,7 @@ class Derivatives:
     _columns: dict[Name, tuple[Array, ...] | None] = field(default_factory=dict)
 
     def beside(
-        self, state: State, first: bool = False, among: Sequence[Effect] | None = None
+        self, state: State, is_plain: bool = False, among: Sequence[Effect] | None = None
     ) -> list[Addition]:
         """Return the change of the curves by every effect beside a model, at every point of its grid.
 
@@ -58,55 +58,60 @@ class Derivatives:
         ----------
         state : State
             The model with its best-fitting values.
-        first : bool
+        is_plain : bool
             Whether it is the plain law: effects that change nothing beside it are noted in `untestable`.
         among : sequence of Effect, optional
             These instead of the catalogue.
         """
-        asked: list[Candidate] = []
+        candidates: list[Candidate] = []
         for effect in self.catalogue if among is None else among:
-            some, reason = trials(self.problem.case, state.model, effect, self.problem.sound, self.shear)
-            if not some and first:
+            variants, reason = trials(self.problem.case, state.model, effect, self.problem.sound, self.shear)
+            if not variants and is_plain:
                 self.untestable[effect.name] = reason
-            asked += some
-        names = [self._name(state, trial) for trial in asked]
-        self._solve(state, dict(zip(names, asked, strict=True)))
-        found = []
-        for name, trial in zip(names, asked, strict=True):
+            candidates += variants
+        names = [self._name(state, trial) for trial in candidates]
+        self._solve(state, dict(zip(names, candidates, strict=True)))
+        additions = []
+        for name, trial in zip(names, candidates, strict=True):
             known = self._columns[name]
             if known is None:
                 continue
             slopes = tuple(
-                one.of(column) for one, column in zip(self.problem.likelihood.features, known, strict=True)
+                feature.of(column)
+                for feature, column in zip(self.problem.likelihood.features, known, strict=True)
             )
             if any(np.any(slope) for slope in slopes):
-                found.append(Addition(trial, slopes))
-        solved = {trial.effect.name for name, trial in zip(names, asked, strict=True) if self._columns[name]}
+                additions.append(Addition(trial, slopes))
+        solved = {
+            trial.effect.name for name, trial in zip(names, candidates, strict=True) if self._columns[name]
+        }
         reasons = {
             trial.effect.name: "these recordings do not respond to it"
             if trial.effect.name in solved
             else NOT_SIMULATED
-            for trial in asked
+            for trial in candidates
         }
         shown = []
-        for one in found:
-            size, own = Beside(state, ()).changes(one)
+        for addition in additions:
+            size, own = Beside(state, ()).changes(addition)
             if np.max(own / np.where(size > 0.0, size, 1.0)) < OWN:
-                reasons[one.trial.effect.name] = (
+                reasons[addition.trial.effect.name] = (
                     "the parameters of the law have the same influence on these recordings"
                 )
             else:
-                shown.append(one)
-        if first:
-            names_ = {one.trial.effect.name for one in shown}
+                shown.append(addition)
+        if is_plain:
+            names_ = {addition.trial.effect.name for addition in shown}
             self.untestable |= {name: reason for name, reason in reasons.items() if name not in names_}
         return shown
 
-    def _solve(self, state: State, asked: Mapping[Name, Candidate]) -> None:
+    def _solve(self, state: State, candidates: Mapping[Name, Candidate]) -> None:
         """Calculate the derivatives of trials that are not known yet."""
-        parts = self._parts(asked)
+        parts = self._parts(candidates)
         new = {
-            name: trial for name, trial in asked.items() if name not in self._columns and name not in parts
+            name: trial
+            for name, trial in candidates.items()
+            if name not in self._columns and name not in parts
         }
 
         def notify(i: int, answer: object) -> None:
@@ -124,19 +129,19 @@ class Derivatives:
             name: self._in_channels(trial, self._columns[shared]) for name, (trial, shared) in parts.items()
         }
 
-    def _parts(self, asked: Mapping[Name, Candidate]) -> dict[Name, tuple[Candidate, Name]]:
+    def _parts(self, candidates: Mapping[Name, Candidate]) -> dict[Name, tuple[Candidate, Name]]:
         """Return trials in the rig of one channel that are part of a trial in all rigs, with the key of the latter."""
         shared = {
             (trial.effect.name, *trial.shape.items(), trial.size): name
-            for name, trial in asked.items()
+            for name, trial in candidates.items()
             if trial.effect.may_be_shared and trial.active.channels is None
         }
-        found = {}
-        for name, trial in asked.items():
+        parts = {}
+        for name, trial in candidates.items():
             whole = shared.get((trial.effect.name, *trial.shape.items(), trial.size), name)
             if whole != name:
-                found[name] = trial, whole
-        return found
+                parts[name] = trial, whole
+        return parts
 
     def _in_channels(self, trial: Candidate, known: tuple[Array, ...] | None) -> tuple[Array, ...] | None:
         """Return derivatives (n, k) of all channels by an effect in all as those by the effect in some of them."""
@@ -144,16 +149,16 @@ class Derivatives:
             return None
         recordings = self.problem.recordings
         return tuple(
-            one
+            slope
             if trial.active.acts_on(recording.name, recording.mode, recording.kind)
-            else np.zeros_like(one)
-            for recording, one in zip(recordings, known, strict=True)
+            else np.zeros_like(slope)
+            for recording, slope in zip(recordings, known, strict=True)
         )
 
     def _name(self, state: State, trial: Candidate) -> Name:
         """Return the name of a derivative: effects in the bushing are taken without the other effects there."""
         base: Name = ()
-        has_branches = any(one.identity == trial.active.identity for one in state.model.effects)
+        has_branches = any(active.identity == trial.active.identity for active in state.model.effects)
         if has_branches or beside(self.problem.case, state.model, trial):
             base = (*sorted(state.model.values.items()), *state.model.identities)
         shape: Mapping[str, float] = trial.shape

@@ -175,9 +175,9 @@ def fit(
         if not np.isfinite(problem.residual(at)).all():
             continue
         # The optimum of the contained model itself, too: it lies on a bound, where a search cannot begin.
-        found = _End(problem.objective(at), at, True)
+        inner = _End(problem.objective(at), at, True)
         again = _searched(problem, problem.bounds.inside(at), rule)
-        best = min(one for one in (best, found, again) if one is not None)
+        best = min(end for end in (best, inner, again) if end is not None)
     if best is None:
         return None
     # A search that ended in a valley has converged, too, if a full step would not make a visible difference.
@@ -235,18 +235,18 @@ def exact(cache: ModelCache, case: Case, fitted: Fitted) -> Fitted | None:
     case : Case
     fitted : Fitted
     """
-    found = []
+    forces = []
     for channel, before in zip(cache.channels(fitted.model.task(case)), fitted.simulated, strict=True):
         try:
             force, _ = channel.at_samples(channel.solve(fitted.values, ()))
         except NotConverged:
             return None
-        found.append(np.where(np.isfinite(before), force, np.nan))
+        forces.append(np.where(np.isfinite(before), force, np.nan))
     return Fitted(
         fitted.model,
         fitted.names,
         fitted.x,
-        tuple(found),
+        tuple(forces),
         fitted.jacobians,
         fitted.converged,
         fitted.solves,
@@ -257,7 +257,7 @@ def exact(cache: ModelCache, case: Case, fitted: Fitted) -> Fitted | None:
 
 def _first_solved(problem: Posterior, model: Model, start: Array) -> Array | None:
     """Return the first start that can be solved: as given, with smaller effects, or with the law's own start scaled."""
-    amplitudes = {one.full_name(p) for one in model.effects for p in one.effect.amplitudes}
+    amplitudes = {active.full_name(p) for active in model.effects for p in active.effect.amplitudes}
     larger = np.array([name in amplitudes for name in problem.names])
     off = np.array(model.off_values(problem.names))
     for share in (1.0, *(RETREATS if amplitudes else ())):
@@ -297,10 +297,10 @@ def _searched(problem: Posterior, initial: Array, rule: StoppingRule) -> _End:
         if not np.isfinite(problem.residual(point)).all():
             break
         end = search(problem, point, ends=partial(rule.ends, last=turn == TURNS))
-        found = _End(problem.objective(end.x), end.x, end.converged, end.beside_failure, end.hopeless)
+        result = _End(problem.objective(end.x), end.x, end.converged, end.beside_failure, end.hopeless)
         # Variances and parameters may take turns about the optimum instead of settling.
-        better = found.objective < best.objective - WORSE
-        best = min(best, found)
+        better = result.objective < best.objective - WORSE
+        best = min(best, result)
         if end.hopeless:
             return replace(best, converged=False, hopeless=True)
         if problem.rescale(end.x) < SETTLED or not better:

@@ -61,10 +61,10 @@ class LawEdge:
         Where it does not, the edge is far, and the way there is not one to predict: with other effects the rubber
         reaches other stretches. A single parameter only scales the law.
         """
-        found = self.state.fitted
-        if not len(found.states) or sum(name in self.state.model.start for name in found.names) < 2:
+        fitted = self.state.fitted
+        if not len(fitted.states) or sum(name in self.state.model.start for name in fitted.names) < 2:
             return False
-        return bool(penalty(self._smallest(found.x)).max() > ACTIVE)
+        return bool(penalty(self._smallest(fitted.x)).max() > ACTIVE)
 
     def margins(self, x: Array) -> Array:
         """Margin (n,) in each state with parameters x (p,), in shear moduli, negative beyond the edge."""
@@ -89,8 +89,8 @@ class LawEdge:
 
         def side(at: Array) -> Array:
             values = self._values(at)
-            (found,) = moduli(self._law, values, states)
-            return np.array([v @ found @ v - STABILITY_MARGIN * self._law.shear_modulus(**values)])
+            (tangent,) = moduli(self._law, values, states)
+            return np.array([v @ tangent @ v - STABILITY_MARGIN * self._law.shear_modulus(**values)])
 
         self.cuts = self.cuts.and_one(differences(side, fitted)[0], float(side(fitted)[0]))
         return True

@@ -51,16 +51,16 @@ class Model:
     @property
     def identities(self) -> tuple[str, ...]:
         """Names of the effects, independent of the other effects of the model, by which models are compared."""
-        return tuple(sorted(one.identity for one in self.effects))
+        return tuple(sorted(active.identity for active in self.effects))
 
     @property
     def structure(self) -> Key:
         """Name of the model: its law, whether that is fixed, its effects with their parameters and dimensions."""
         parts = []
-        for one in self.effects:
+        for active in self.effects:
             parts += [
-                f"{one.identity}.{p.name}" + (f"={one.values[p.name]:g}" if p.of_mesh else "")
-                for p in one.parameters
+                f"{active.identity}.{p.name}" + (f"={active.values[p.name]:g}" if p.of_mesh else "")
+                for p in active.parameters
             ]
         law = self.law if self.terms is None else f"{self.law} {self.terms}"
         return (f"{law}{' fixed' if self.fixed else ''}", *sorted(parts))
@@ -68,14 +68,16 @@ class Model:
     @property
     def values(self) -> dict[str, float]:
         """All values by full name, the law's and the effects'."""
-        found = dict(self.start)
-        for one in self.effects:
-            found |= {one.full_name(p): one.values[p.name] for p in one.parameters}
-        return found
+        values = dict(self.start)
+        for active in self.effects:
+            values |= {active.full_name(p): active.values[p.name] for p in active.parameters}
+        return values
 
     def off_values(self, names: Sequence[str]) -> list[float]:
         """Return the off value of each of these parameters, 0 where it has none."""
-        values = {one.full_name(p): float(p.off or 0.0) for one in self.effects for p in one.parameters}
+        values = {
+            active.full_name(p): float(p.off or 0.0) for active in self.effects for p in active.parameters
+        }
         return [values.get(name, 0.0) for name in names]
 
     def contains(self, other: Model) -> bool:
@@ -89,29 +91,32 @@ class Model:
         law = {name: float(values.get(name, value)) for name, value in self.start.items()}
         effects = tuple(
             replace(
-                one,
+                active,
                 values={
-                    p.name: float(values.get(one.full_name(p), one.values[p.name])) for p in one.parameters
+                    p.name: float(values.get(active.full_name(p), active.values[p.name]))
+                    for p in active.parameters
                 },
             )
-            for one in self.effects
+            for active in self.effects
         )
         return replace(self, start=law, effects=effects)
 
     def off(self, other: Model) -> dict[str, float]:
         """Values by full name with which this model is equivalent to another one that it contains."""
         known = other.structure
-        found = dict(other.start)
+        by_name = dict(other.start)
         values = {
-            f"{one.identity}.{p.name}": one.values[p.name] for one in other.effects for p in one.parameters
+            f"{active.identity}.{p.name}": active.values[p.name]
+            for active in other.effects
+            for p in active.parameters
         }
-        for one in self.effects:
-            for p in one.parameters:
-                name = f"{one.identity}.{p.name}"
-                there = name in values and (not p.of_mesh or f"{name}={one.values[p.name]:g}" in known)
-                kept = values[name] if there else one.values[p.name] if p.off is None else p.off
-                found[one.full_name(p)] = float(kept)
-        return found
+        for active in self.effects:
+            for p in active.parameters:
+                name = f"{active.identity}.{p.name}"
+                in_other = name in values and (not p.of_mesh or f"{name}={active.values[p.name]:g}" in known)
+                value = values[name] if in_other else active.values[p.name] if p.off is None else p.off
+                by_name[active.full_name(p)] = float(value)
+        return by_name
 
     def task(self, case: Case, recordings: Iterable[Recording] | None = None) -> Task:
         """Return the identification task of the model.
@@ -122,16 +127,16 @@ class Model:
         recordings : iterable of Recording, optional
             Tables of dynamic stiffness among them are not read again.
         """
-        held = tuple(self.start) if self.fixed else ()
+        fixed = tuple(self.start) if self.fixed else ()
         return Task(
             replace(case, effects=self.effects),
             self.law,
             start=dict(self.start),
-            fixed=held,
+            fixed=fixed,
             terms=self.terms,
             tables=None
             if recordings is None
-            else tuple(one.table for one in recordings if isinstance(one, RecordedTable)),
+            else tuple(table.table for table in recordings if isinstance(table, RecordedTable)),
         )
 
 

@@ -112,23 +112,25 @@ class ModelCache:
                 return self.mesh_corrections(plain, anchor)[channel]
 
             recorded = self.recorded(whole)
-            known = replace(task, tables=tuple(one.table for one in recorded))
-            found, _ = known.channels(
+            known = replace(task, tables=tuple(recording.table for recording in recorded))
+            channels, _ = known.channels(
                 comm=MPI.COMM_SELF, prepared=prepared, measured=self.measured, corrected=corrected
             )
-            for channel in found:
+            for channel in channels:
                 if (fineness, tolerance) != (1.0, TOLERANCE):
                     channel.plan(fineness, tolerance)
             rubber = rubber_of(task.material)
-            vibrating = [TableChannel(one, rubber, task.case, prepared, self._stores) for one in recorded]
-            return [*found, *vibrating]
+            vibrating = [
+                TableChannel(recording, rubber, task.case, prepared, self._stores) for recording in recorded
+            ]
+            return [*channels, *vibrating]
 
-        return _kept(self._sets, SETS, name, made)
+        return _entry(self._sets, SETS, name, made)
 
     def recorded(self, case: Case) -> tuple[RecordedTable, ...]:
         """Return the tables of dynamic stiffness of a case; those that count and those held out are kept."""
         name = canonical((case.geometry, case.dynamic))
-        return _kept(self._recorded, 2, name, lambda: recorded_tables(case, self.tables))
+        return _entry(self._recorded, 2, name, lambda: recorded_tables(case, self.tables))
 
     def vibrating(
         self, task: Task, table: DynamicTable, values: Mapping[str, float], names: Sequence[str]
@@ -152,14 +154,14 @@ class ModelCache:
         recorded = recorded_table(table)
         channel = TableChannel(recorded, rubber_of(task.material), task.case, self.bodies(task), self._stores)
         answer = channel.solve(values, names)
-        slopes = [recorded.stiffness(one) for one in answer.slope.T]
+        slopes = [recorded.stiffness(slope) for slope in answer.slope.T]
         return recorded.stiffness(answer.force), np.array(slopes, dtype=np.complex128).reshape(
             -1, len(table)
         ).T
 
     def _stores(self, model: FiniteElementModel, name: tuple[object, ...]) -> Store:
         """Return the reduced matrices of channels of a body."""
-        return _kept(self._vibrating, STORES, canonical((id(model), name)), lambda: (model, {}))[1]
+        return _entry(self._vibrating, STORES, canonical((id(model), name)), lambda: (model, {}))[1]
 
     def mesh_corrections(self, plain: Task, anchor: Mapping[str, float]) -> dict[str, MeshCorrection]:
         """Return the corrections of the force of a coarse mesh to the default one, by channel.
@@ -176,16 +178,18 @@ class ModelCache:
         """
 
         def made() -> dict[str, MeshCorrection]:
-            found = {}
+            corrections = {}
             for usual, coarse in zip(
                 self.channels(plain), self.channels(plain, coarse="always"), strict=True
             ):
-                exact, rough = (one.at_samples(one.solve(anchor, ()))[0] for one in (usual, coarse))
+                exact, rough = (
+                    channel.at_samples(channel.solve(anchor, ()))[0] for channel in (usual, coarse)
+                )
                 share = float(rough @ exact) / max(float(rough @ rough), 1e-300)
-                found[usual.name] = MeshCorrection(share, exact - share * rough)
-            return found
+                corrections[usual.name] = MeshCorrection(share, exact - share * rough)
+            return corrections
 
-        return _kept(self._corrections, SETS, canonical((plain.case, _law(plain), dict(anchor))), made)
+        return _entry(self._corrections, SETS, canonical((plain.case, _law(plain), dict(anchor))), made)
 
     def bodies(self, task: Task, coarse: Coarse = "never", modes: set[str] | None = None) -> Prepare:
         """Return a function like `cases.simulate.prepare` for the law and effects of a task, with cached bodies.
@@ -209,13 +213,13 @@ class ModelCache:
         ) -> FiniteElementModel:
             solid = mode.section is None or not shape.axisymmetric
             remembers = any(item.feature.branches is not None for item in features)
-            acting = [one for one in task.effects if one.name in {item.name for item in features}]
-            assembled = any(one.effect.acts == "assembly" for one in acting)
+            acting = [active for active in task.effects if active.name in {item.name for item in features}]
+            assembled = any(active.effect.acts == "assembly" for active in acting)
             if coarse == "always" or (coarse == "memory" and remembers and (solid or not assembled)):
                 refinement = shape.coarse
                 if modes is not None:
                     modes.add(mode.name)
-            what = (
+            key = (
                 shape,
                 mode.name,
                 mode.solid.six,
@@ -224,20 +228,20 @@ class ModelCache:
                 refinement,
                 _structure(acting),
             )
-            return _kept(
+            return _entry(
                 self._bodies,
                 BODIES,
-                canonical(what),
+                canonical(key),
                 lambda: prepare(shape, mode, rubber, refinement, comm, features),
             )
 
         return body
 
 
-def _kept(store: OrderedDict[bytes, T], most: int, name: bytes, made: Callable[[], T]) -> T:
+def _entry(store: OrderedDict[bytes, T], most: int, name: bytes, make: Callable[[], T]) -> T:
     """Return the entry of that name, made if missing; the least recently used one is discarded."""
     if name not in store:
-        store[name] = made()
+        store[name] = make()
         if len(store) > most:
             store.popitem(last=False)
     store.move_to_end(name)
@@ -252,9 +256,9 @@ def _structure(active: Sequence[ActiveEffect]) -> list[Any]:
     """Return all that distinguishes effects except values: their names, parameters, and influence on the mesh."""
     return [
         (
-            one.name,
-            one.channels,
-            [(p.name, one.values[p.name] if p.of_mesh else None) for p in one.parameters],
+            effect.name,
+            effect.channels,
+            [(p.name, effect.values[p.name] if p.of_mesh else None) for p in effect.parameters],
         )
-        for one in active
+        for effect in active
     ]

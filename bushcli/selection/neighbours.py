@@ -16,18 +16,18 @@ TERMS, TERMS_OF_COUPON = 2, 3
 def other_laws(case: Case, model: Model) -> list[Model]:
     """The model with other laws of at least as many parameters, or with a law from coupons freed from them."""
     if model.fixed:
-        free = tuple(one for one in model.effects if not one.effect.needs_fixed_law)
+        free = tuple(active for active in model.effects if not active.effect.needs_fixed_law)
         return [replace(model, fixed=False, effects=free)]
     coupon = case.geometry.specimen == "coupon"
     terms = TERMS_OF_COUPON if coupon else TERMS
-    found = []
+    models = []
     for name, other in laws().items():
         optional = any(p.optional for p in other.parameters)
         start = {p.name: p.start for p in other.parameters if not p.optional or int(p.name[-1]) <= terms}
         if name == model.law or len(start) < max(len(model.start), 2):
             continue
-        found.append(replace(model, law=name, start=start, terms=terms if optional else None, anchor=None))
-    return found
+        models.append(replace(model, law=name, start=start, terms=terms if optional else None, anchor=None))
+    return models
 
 
 def with_law_of(plain: Model, model: Model) -> Model:
@@ -51,5 +51,5 @@ def label(model: Model, variants: bool = False) -> str:
     """
     if not variants:
         return " + ".join([model.law, *map(readable_name, model.identities)])
-    parts = {one.identity: f" ({one.variant})" if one.variant else "" for one in model.effects}
+    parts = {active.identity: f" ({active.variant})" if active.variant else "" for active in model.effects}
     return " + ".join([model.law, *(readable_name(name) + parts[name] for name in model.identities)])

@@ -43,8 +43,8 @@ def fit_plain(
     start = task.vectors()[0]
     if not problem.names:
         return fitted(model, problem, np.zeros(0), True)
-    found = first_minimum(problem, start)
-    best = None if found is None else found.minimum
+    result = first_minimum(problem, start)
+    best = None if result is None else result.minimum
     if known is not None:
         x = problem.bounds.clip(np.array([known[name] for name in problem.names]))
         if problem.cost(x) < (np.inf if best is None else best.cost):
@@ -68,16 +68,16 @@ def begin(cache: ModelCache, case: Case, model: Model, used: tuple[Mask, ...]) -
     """
     samples = FittedSamples(used, (0.0,) * len(used))
 
-    def variances(found: tuple[Features, ...]) -> tuple[float, ...]:
-        return tuple(1.0 + UNKNOWN**2 * one.signal / max(one.count, 1) for one in found)
+    def variances(features: tuple[Features, ...]) -> tuple[float, ...]:
+        return tuple(1.0 + UNKNOWN**2 * feature.signal / max(feature.count, 1) for feature in features)
 
     task, problem = pose(cache, case, model, samples, failed_steps=None, variances=variances)
     start = task.vectors()[0]
     if not problem.names:
         solved = np.isfinite(problem.residual(np.zeros(0))).all()
         return fitted(model, problem, np.zeros(0), True) if solved else None
-    found = first_minimum(problem, start)
-    return None if found is None else fitted(model, problem, found.minimum.x, found.minimum.converged)
+    result = first_minimum(problem, start)
+    return None if result is None else fitted(model, problem, result.minimum.x, result.minimum.converged)
 
 
 def all_features(

@@ -69,51 +69,51 @@ class Beside:
         self._known: dict[int, KnownAmplitudes] = {} if before is None else before._known
         self.variances = state.problem.variances if variances is None else variances
         grouped: dict[str, list[Addition]] = {}
-        for one in additions:
+        for addition in additions:
             # Each value of a mesh dimension is a separate model; times and gaps are averaged over.
             fixed = [
-                f"{p.name}={one.trial.active.values[p.name]:g}"
-                for p in one.trial.active.parameters
+                f"{p.name}={addition.trial.active.values[p.name]:g}"
+                for p in addition.trial.active.parameters
                 if p.of_mesh
             ]
-            grouped.setdefault(" ".join([one.trial.active.identity, *fixed]), []).append(one)
+            grouped.setdefault(" ".join([addition.trial.active.identity, *fixed]), []).append(addition)
         self.grouped = grouped
 
     # -- predictions ---------------------------------------------------------------------------------------------
 
     def singles(self) -> list[Prediction]:
         """Return predictions with one more effect."""
-        return [self._averaged([(one,) for one in points]) for points in self.grouped.values()]
+        return [self._averaged([(addition,) for addition in points]) for points in self.grouped.values()]
 
     def alone(self) -> Prediction:
         """Return the prediction for the model itself, with its parameters at their first-order optimum."""
-        found = self._value(())[0]
-        hope = max(found.coarse - found.judged.log, 0.0)
-        return Prediction(self.state.model, found.log, 0.0, found.judged.log, 0.0, hope)
+        evidence = self._value(())[0]
+        hope = max(evidence.coarse - evidence.judged.log, 0.0)
+        return Prediction(self.state.model, evidence.log, 0.0, evidence.judged.log, 0.0, hope)
 
     def pairs(self) -> list[Prediction]:
         """Return predictions with two more effects, each at the best points of its grid."""
         best = {
             name: [
-                one
-                for _, one in sorted(((-self._value((one,))[0].log, i), one) for i, one in enumerate(points))[
-                    :POINTS
-                ]
+                addition
+                for _, addition in sorted(
+                    ((-self._value((addition,))[0].log, i), addition) for i, addition in enumerate(points)
+                )[:POINTS]
             ]
             for name, points in self.grouped.items()
         }
         top = max((self._value((points[0],))[0].log for points in best.values()), default=-np.inf)
-        found = []
+        predictions = []
         for a, b in combinations(best, 2):
             if best[a][0].trial.active.is_among([best[b][0].trial.active]):
                 continue
             points = list(product(best[a], best[b]))
-            first = self._averaged(points[:1])
-            top = max(top, first.log_evidence)
+            at_best = self._averaged(points[:1])
+            top = max(top, at_best.log_evidence)
             # Where the pair cannot matter at the best points of both, its other points are not evaluated.
-            hoped = first.log_evidence + first.hope + slack_of(first.reach)
-            found.append(self._averaged(points) if hoped > top + math.log(NEGLIGIBLE) else first)
-        return found
+            hoped = at_best.log_evidence + at_best.hope + slack_of(at_best.reach)
+            predictions.append(self._averaged(points) if hoped > top + math.log(NEGLIGIBLE) else at_best)
+        return predictions
 
     def changes(self, addition: Addition) -> tuple[Array, Array]:
         """Return sizes (k,) of the change by each amplitude of an addition, and of what the fit cannot make of it."""
@@ -124,7 +124,7 @@ class Beside:
         """Log evidence of the model if its law could remove all misfit that is a function of the displacement."""
         features = self.state.problem.likelihood.features
         blocks = []
-        for i, (recording, one) in enumerate(zip(self.state.problem.recordings, features, strict=True)):
+        for i, (recording, feature) in enumerate(zip(self.state.problem.recordings, features, strict=True)):
             q = recording.displacement
             low, high = float(q.min()), float(q.max())
             splines = np.ones((len(q), 1))
@@ -133,7 +133,7 @@ class Beside:
                 splines = BSpline.design_matrix(q, knots, 3).toarray()
             # Of a table a law changes the stiffness at each preload, by a factor.
             simulated = self.state.fitted.simulated[i][:, None]
-            own = one.of(splines if recording.kind == "static" else simulated * splines)
+            own = feature.of(splines if recording.kind == "static" else simulated * splines)
             if recording.kind == "dynamic" and high == low:
                 # About one preload all laws are one modulus.
                 own = own[:, :0]
@@ -145,14 +145,14 @@ class Beside:
         # What the law's own parameters change is rounding.
         u = u[:, s > 1e-8 * max(float(np.linalg.norm(G)), 1e-300)]
         rest = self._rest - u @ (u.T @ self._rest)
-        likelihood, found = self.state.problem.likelihood, self.state.evidence
+        likelihood, evidence = self.state.problem.likelihood, self.state.evidence
         left = likelihood.left(self._split(rest))
         # Each spline also absorbs one unit of noise.
-        across = np.minimum(left.across + u.shape[1] / len(features), found.left.across)
+        across = np.minimum(left.across + u.shape[1] / len(features), evidence.left.across)
         less = replace(left, across=across, excess=left.excess + across - left.across)
-        gain = likelihood.judge(less).log - found.judged.log
-        variance = float(np.mean(found.judged.scale))
-        return found.log + gain - 0.5 * more * math.log(1.0 + float(likelihood.signal.sum()) / variance)
+        gain = likelihood.judge(less).log - evidence.judged.log
+        variance = float(np.mean(evidence.judged.scale))
+        return evidence.log + gain - 0.5 * more * math.log(1.0 + float(likelihood.signal.sum()) / variance)
 
     # -- the linear problem --------------------------------------------------------------------------------------
 
@@ -160,8 +160,8 @@ class Beside:
         """Features (K,) or (K, k) of all channels with the weights of the fit, then the priors' rows, all zero."""
         problem = self.state.problem
         rows = [
-            one.whitened(part, v)
-            for one, part, v in zip(problem.likelihood.features, parts, self.variances, strict=True)
+            feature.whitened(part, v)
+            for feature, part, v in zip(problem.likelihood.features, parts, self.variances, strict=True)
         ]
         rows.append(np.zeros((len(self.state.fitted.x), *parts[0].shape[1:])))
         return np.concatenate(rows)
@@ -173,8 +173,8 @@ class Beside:
         p = len(state.fitted.x)
         misfit, slopes = self._weighed(state.misfit), self._weighed(state.slopes)
         rows = [
-            (0.0, 0.0) if one is None else one.row(float(value))
-            for one, value in zip(state.known, state.fitted.x, strict=True)
+            (0.0, 0.0) if prior is None else prior.row(float(value))
+            for prior, value in zip(state.known, state.fitted.x, strict=True)
         ]
         if p:
             misfit[-p:] = [row for row, _ in rows]
@@ -198,28 +198,28 @@ class Beside:
 
     def _split(self, rows: Array) -> list[Array]:
         """Return the features of each channel, cut from the weighted rows of all."""
-        found, begin = [], 0
+        features, start = [], 0
         problem = self.state.problem
-        for one, v in zip(problem.likelihood.features, self.variances, strict=True):
-            found.append(one.coloured(rows[begin : begin + one.count], v))
-            begin += one.count
-        return found
+        for feature, v in zip(problem.likelihood.features, self.variances, strict=True):
+            features.append(feature.coloured(rows[start : start + feature.count], v))
+            start += feature.count
+        return features
 
     def _averaged(self, points: Sequence[tuple[Addition, ...]]) -> Prediction:
         """The mean of the evidence over points of a grid, and the model at the best of them."""
-        found = [self._solved(point) for point in points]
+        solutions = [self._solved(point) for point in points]
         top, gained = -np.inf, 0.0
-        for i in sorted(range(len(points)), key=lambda i: -found[i][0].log):
+        for i in sorted(range(len(points)), key=lambda i: -solutions[i][0].log):
             # The lower the misfit, the more is gained where the variances settle: most at the best points.
-            if found[i][0].log + gained < top + math.log(SMALL):
+            if solutions[i][0].log + gained < top + math.log(SMALL):
                 break
-            before = found[i][0].log
-            found[i] = self._settled(points[i], *found[i])
-            top, gained = max(top, found[i][0].log), max(gained, found[i][0].log - before)
-        best = int(np.argmax([one.log for one, _ in found]))
-        log = float(logsumexp([one.log for one, _ in found])) - math.log(len(found))
-        most = max(one.judged.log for one, _ in found)
-        coarse = max(one.coarse for one, _ in found)
+            before = solutions[i][0].log
+            solutions[i] = self._settled(points[i], *solutions[i])
+            top, gained = max(top, solutions[i][0].log), max(gained, solutions[i][0].log - before)
+        best = int(np.argmax([evidence.log for evidence, _ in solutions]))
+        log = float(logsumexp([evidence.log for evidence, _ in solutions])) - math.log(len(solutions))
+        most = max(evidence.judged.log for evidence, _ in solutions)
+        coarse = max(evidence.coarse for evidence, _ in solutions)
         reach, hoped = coarse - self.coarse, coarse
         if len(points[best]) == 1:
             # Pairs are predicted again beside the fit of one of their effects.
@@ -228,9 +228,9 @@ class Beside:
             hoped = max(
                 hoped,
                 loose.coarse,
-                reachable(found[best][0].likelihood, self._value(())[0].left, loose.left),
+                reachable(solutions[best][0].likelihood, self._value(())[0].left, loose.left),
             )
-        model = self._model(points[best], found[best][1])
+        model = self._model(points[best], solutions[best][1])
         return Prediction(model, log, most - self.own, most, reach, max(hoped - most, 0.0))
 
     @cached_property
@@ -248,23 +248,23 @@ class Beside:
         return self._settled(point, *self._solved(point))
 
     def _settled(
-        self, point: tuple[Addition, ...], found: Evidence, amplitude: Array
+        self, point: tuple[Addition, ...], evidence: Evidence, amplitude: Array
     ) -> tuple[Evidence, Array]:
         """Return evidence and amplitudes after alternating between the solution and its variances, as a fit does."""
         for _ in range(TURNS):
-            scale = found.judged.scale
+            scale = evidence.judged.scale
             if max(max(a / b, b / a) for a, b in zip(scale, self.variances, strict=True)) < SETTLED:
                 break
             again, other = Beside(self.state, (), scale, self)._solved(point)
-            if again.log <= found.log:
+            if again.log <= evidence.log:
                 break
-            found, amplitude = again, other
-        return found, amplitude
+            evidence, amplitude = again, other
+        return evidence, amplitude
 
     def _solved(self, point: tuple[Addition, ...], within: bool = True) -> tuple[Evidence, Array]:
         """Evidence to first order with the variances at hand, and the amplitudes; `within` the law's stability."""
         raw = [
-            np.hstack([np.zeros((len(z), 0)), *(one.slopes[c] for one in point)])
+            np.hstack([np.zeros((len(z), 0)), *(addition.slopes[c] for addition in point)])
             for c, z in enumerate(self.state.misfit)
         ]
         G = self._weighed(raw)
@@ -293,7 +293,7 @@ class Beside:
                 break
             at, active = self._tangent.within(cuts.only(held)) if held else self._tangent, held
         slopes = [np.hstack([J, part]) for J, part in zip(self.state.slopes, raw, strict=True)]
-        found = Evidence(
+        evidence = Evidence(
             self.state.problem.likelihood,
             self._split(misfit + own @ amplitude),
             slopes,
@@ -301,25 +301,25 @@ class Beside:
             [*self.state.known, *known],
             [*self.state.off, *start],
         )
-        return found, amplitude
+        return evidence, amplitude
 
     def _unknowns(
         self, point: tuple[Addition, ...]
     ) -> tuple[list[ParameterPrior | None], Array, tuple[Array, Array]]:
         """Priors, off values and bounds of the amplitudes."""
-        parts = [self._known_of(one) for one in point]
+        parts = [self._known_of(addition) for addition in point]
         start, low, high = (
             np.concatenate([np.zeros(0), *(getattr(part, what) for part in parts)])
             for what in ("start", "low", "high")
         )
-        return [one for part in parts for one in part.known], start, (low, high)
+        return [prior for part in parts for prior in part.known], start, (low, high)
 
-    def _known_of(self, one: Addition) -> KnownAmplitudes:
+    def _known_of(self, addition: Addition) -> KnownAmplitudes:
         """The same of one addition, computed once for all predictions beside the model."""
-        if id(one) not in self._known:
+        if id(addition) not in self._known:
             problem = self.state.problem
-            self._known[id(one)] = known_amplitudes(one, problem.case, self._shear, problem.sound)
-        return self._known[id(one)]
+            self._known[id(addition)] = known_amplitudes(addition, problem.case, self._shear, problem.sound)
+        return self._known[id(addition)]
 
     @cached_property
     def _shear(self) -> float:
@@ -328,17 +328,17 @@ class Beside:
     def _model(self, point: tuple[Addition, ...], amplitude: Array) -> Model:
         """The model with the effects at their first-order amplitudes, 0.3 of the prior's median if these are off."""
         model, i = self.state.model, 0
-        for one in point:
-            own = self._known_of(one)
-            values: dict[str, float] = dict(one.trial.active.values)
-            for name, prior, off in zip(one.trial.amplitudes, own.known, own.start, strict=True):
+        for addition in point:
+            own = self._known_of(addition)
+            values: dict[str, float] = dict(addition.trial.active.values)
+            for name, prior, off in zip(addition.trial.amplitudes, own.known, own.start, strict=True):
                 value = float(off + amplitude[i])
                 if value == off and prior is not None:
                     value = float(off + 0.3 * prior.prior.median(prior.scales))
                 values[name] = value
                 i += 1
-            active = replace(one.trial.active, values=values).started()
-            model = replace(one.trial, active=active).added_to(model)
+            active = replace(addition.trial.active, values=values).started()
+            model = replace(addition.trial, active=active).added_to(model)
         if model.anchor is None:
             # Bodies with memory are compared on a coarse mesh, whose error is known for the law alone.
             model = replace(model, anchor=dict(self.state.model.start))

@@ -44,20 +44,20 @@ def changes(base: Model, model: Model) -> Changes:
     ----------
     base, model : Model
     """
-    before, after = _named(base), _named(model)
-    found = {f"with {one}" for one in after - before} | {f"without {one}" for one in before - after}
+    before, after = _effect_names(base), _effect_names(model)
+    differences = {f"with {name}" for name in after - before} | {f"without {name}" for name in before - after}
     if (base.law, base.terms, base.fixed) != (model.law, model.terms, model.fixed):
-        found.add(f"law {model.structure[0]}")
-    return frozenset(found)
+        differences.add(f"law {model.structure[0]}")
+    return frozenset(differences)
 
 
-def _named(model: Model) -> set[str]:
+def _effect_names(model: Model) -> set[str]:
     """Names of a model's effects; of each also with its number of parameters and the dimensions of its mesh."""
-    found = set()
-    for one in model.effects:
-        dimensions = (f"{p.name}={one.values[p.name]:g}" for p in one.parameters if p.of_mesh)
-        found |= {one.identity, " ".join([one.identity, str(len(one.parameters)), *dimensions])}
-    return found
+    names = set()
+    for active in model.effects:
+        dimensions = (f"{p.name}={active.values[p.name]:g}" for p in active.parameters if p.of_mesh)
+        names |= {active.identity, " ".join([active.identity, str(len(active.parameters)), *dimensions])}
+    return names
 
 
 @dataclass(frozen=True)
@@ -89,34 +89,34 @@ class PredictionErrors:
         # Inverse of the covariance of the errors, of scale one: hundreds of predictions are corrected after each fit.
         self._precision: Array = np.zeros((0, 0))
 
-    def add(self, found: Changes, error: float, slack: float) -> None:
+    def add(self, changed: Changes, error: float, slack: float) -> None:
         """Note the error of a prediction whose model has been fitted.
 
         Parameters
         ----------
-        found : set of str
+        changed : set of str
             Changes from the model beside which it was predicted; none where it was only a bound.
         error, slack : float
             Found minus predicted logarithm of the evidence, and the slack of the prediction, in nats.
         """
-        if found and slack > 0.0 and math.isfinite(error):
-            self._changes.append(found)
+        if changed and slack > 0.0 and math.isfinite(error):
+            self._changes.append(changed)
             self._sizes = np.append(self._sizes, np.clip(error / slack, -MOST, MOST))
-            known = np.array([[_shared(a, b) for b in self._changes] for a in self._changes])
+            known = np.array([[_covariance(a, b) for b in self._changes] for a in self._changes])
             self._precision = np.asarray(np.linalg.inv(known + OWN**2 * np.eye(len(known))), dtype=np.float64)
 
-    def expected(self, found: Changes) -> Expected:
+    def expected(self, changed: Changes) -> Expected:
         """Return the error that is expected of a prediction.
 
         Parameters
         ----------
-        found : set of str
+        changed : set of str
             Changes from the model beside which it was predicted.
         """
-        whole = COMMON**2 + OF_CHANGE**2 * len(found) + OWN**2
+        whole = COMMON**2 + OF_CHANGE**2 * len(changed) + OWN**2
         if not self._changes:
             return NONE
-        beside = np.array([_shared(one, found) for one in self._changes])
+        beside = np.array([_covariance(other, changed) for other in self._changes])
         weights = self._precision @ beside
         variance = max(whole - float(beside @ weights), 0.0) / whole
         square = float(self._sizes @ self._precision @ self._sizes)
@@ -124,6 +124,6 @@ class PredictionErrors:
         return Expected(float(weights @ self._sizes), min(math.sqrt(variance * scale), 1.0))
 
 
-def _shared(a: Changes, b: Changes) -> float:
+def _covariance(a: Changes, b: Changes) -> float:
     """Covariance of the errors of two predictions."""
     return COMMON**2 + OF_CHANGE**2 * len(a & b)

@@ -105,7 +105,7 @@ class Search:
             if model.structure not in self._tried and time.perf_counter() < self.deadline:
                 self._tried.add(model.structure)
                 # Beside relaxation the law is softer than alone.
-                best = max(self.states.values(), key=lambda one: one.evidence.log)
+                best = max(self.states.values(), key=lambda state: state.evidence.log)
                 begun = replace(model, start=best.model.start)
                 self.fit_anyway(Queued(begun, best, self.plain.evidence.log, self.odds(model)))
         while True:
@@ -135,30 +135,32 @@ class Search:
     @property
     def total(self) -> float:
         """Logarithm of the sum of all posterior weights so far."""
-        fitted = [w for one in self.states.values() for w in self.weights(one)]
-        return float(logsumexp([*fitted, *(one.predicted for one in self.counted)]))
+        fitted = [w for state in self.states.values() for w in self.weights(state)]
+        return float(logsumexp([*fitted, *(queued.predicted for queued in self.counted)]))
 
     @property
     def counted(self) -> list[Queued]:
         """Models that count with their predictions: reliable ones that are not predicted to be the best."""
-        most = max(max(self.weights(one)) for one in self.states.values())
-        return [one for one in self.waiting.values() if one.is_sure and one.predicted < most]
+        most = max(max(self.weights(state)) for state in self.states.values())
+        return [queued for queued in self.waiting.values() if queued.is_sure and queued.predicted < most]
 
     def seen_in(self, key: Key) -> Key:
         """Return the smallest fitted model that a model contains and that describes the recordings equally well."""
         state, least = self.states[key], key
-        for other, one in self.states.items():
-            lost = state.evidence.judged.log - one.evidence.judged.log
+        for other, simpler in self.states.items():
+            lost = state.evidence.judged.log - simpler.evidence.judged.log
             # A further effect, or a further branch of one.
-            more = max(len(state.model.identities) - len(one.model.identities), 1)
-            if state.model.contains(one.model) and lost < FAINT * more:
+            more = max(len(state.model.identities) - len(simpler.model.identities), 1)
+            if state.model.contains(simpler.model) and lost < FAINT * more:
                 least = min(least, other, key=len)
         return least
 
     def weights(self, state: State) -> tuple[float, float]:
         """Logarithm of the posterior weight of a model, without and with the unknown effect."""
-        found = state.evidence
-        return found.log + self.odds(state.model), found.log_unknown + self.odds(state.model, unknown=True)
+        evidence = state.evidence
+        return evidence.log + self.odds(state.model), evidence.log_unknown + self.odds(
+            state.model, unknown=True
+        )
 
     def odds(self, model: Model, unknown: bool = False) -> float:
         """Logarithm of the prior odds of a model against the plain law.
@@ -175,7 +177,7 @@ class Search:
             (model.law, model.terms) != (plain.law, plain.terms),
             plain.fixed and not model.fixed,
             unknown,
-            [(one.mode, one.kind) for one in self.problem.recordings],
+            [(recording.mode, recording.kind) for recording in self.problem.recordings],
             self.uniform,
         )
 
@@ -191,23 +193,23 @@ class Search:
                 chosen.append(self.waiting.pop(key))
         self._fit(chosen)
 
-    def fit_anyway(self, one: Queued) -> None:
+    def fit_anyway(self, queued: Queued) -> None:
         """Fit a model, whether or not its fit may change the posterior."""
-        self._fit([one], matters=True)
+        self._fit([queued], matters=True)
 
     def _fit(self, chosen: Sequence[Queued], matters: bool = False) -> None:
         measured = FittedSamples(self.problem.used, self.problem.likelihood.plain, self.problem.noises)
         questions = []
-        for one in chosen:
-            inside = [state for state in self.states.values() if one.model.contains(state.model)]
+        for queued in chosen:
+            inside = [state for state in self.states.values() if queued.model.contains(state.model)]
             inside.sort(key=lambda state: state.objective)
             least = inside[0].objective if inside else float("inf")
             inner = tuple(state.model for state in inside[:1])
-            odds = self.odds(one.model), self.odds(one.model, unknown=True)
+            odds = self.odds(queued.model), self.odds(queued.model, unknown=True)
             # Other models are predicted beside a law alone, which always matters.
-            needed = needed_of(self.total, *odds) if one.model.effects and not matters else None
-            start = self._start_beside_effects(one)
-            questions.append((self.problem.case, one.model, measured, inner, least, needed, start))
+            needed = needed_of(self.total, *odds) if queued.model.effects and not matters else None
+            start = self._start_beside_effects(queued)
+            questions.append((self.problem.case, queued.model, measured, inner, least, needed, start))
 
         known: dict[int, Fitted | None] = {}
 
@@ -225,14 +227,16 @@ class Search:
             self.workers.run(fit, questions, notify, self.deadline)
         finally:
             # If the user interrupts the second of two fits, the first counts; what was not fitted waits again.
-            self._receive([(one, questions[i][5], known.get(i, one)) for i, one in enumerate(chosen)])
+            self._receive(
+                [(queued, questions[i][5], known.get(i, queued)) for i, queued in enumerate(chosen)]
+            )
 
-    def _start_beside_effects(self, one: Queued) -> Mapping[str, float] | None:
+    def _start_beside_effects(self, queued: Queued) -> Mapping[str, float] | None:
         """Return parameters of the law beside effects that explain the recordings, if it was predicted far from those.
 
         The plain law has made up for the effects that it lacks: beside its parameters another effect hardly helps.
         """
-        model = one.model
+        model = queued.model
         same = [
             state
             for state in self.states.values()
@@ -241,36 +245,36 @@ class Search:
             and state.model.law == model.law
         ]
         best = max(same, key=lambda state: state.evidence.coarse, default=None)
-        if best is None or model.fixed or best.evidence.coarse < one.base.evidence.coarse + FAR:
+        if best is None or model.fixed or best.evidence.coarse < queued.base.evidence.coarse + FAR:
             return None
         return best.model.start
 
     def _receive(self, answers: Sequence[tuple[Queued, Needed | None, Fitted | Queued | None]]) -> None:
         """Enter finished fits with the evidence each needed to matter; models not fitted (`Queued`) wait again."""
         entered = []
-        for one, needed, fitted in answers:
+        for queued, needed, fitted in answers:
             if isinstance(fitted, Queued):
-                self.waiting.put(one)
+                self.waiting.put(queued)
             elif fitted is None:
                 none, why = float("nan"), "cannot be solved from any start"
-                self.lost.append(label(one.model, variants=True))
-                self.waiting.pop(one.model.structure, None)
-                self.rows.append(self._row(one.model, one.predicted, none, none, why))
+                self.lost.append(label(queued.model, variants=True))
+                self.waiting.pop(queued.model.structure, None)
+                self.rows.append(self._row(queued.model, queued.predicted, none, none, why))
             else:
                 state = State(self.problem, fitted)
-                self._enter(state, one.predicted)
-                entered.append((one, state, math.inf if needed is None else needed.log))
+                self._enter(state, queued.predicted)
+                entered.append((queued, state, math.inf if needed is None else needed.log))
         self.waiting.learn(entered)
 
     def _first(self, key: Key) -> Queued:
         """The model to be fitted next: another law is fitted without effects before it is fitted with them."""
-        first = self.waiting[key]
-        alone = without_effects(first.model)
-        if first.is_bound and first.model.effects and alone.structure not in self._tried:
-            first = self.waiting.get(alone.structure, replace(first, model=alone))
-        self._tried.add(first.model.structure)
-        self.waiting.pop(first.model.structure, None)
-        return first
+        queued = self.waiting[key]
+        alone = without_effects(queued.model)
+        if queued.is_bound and queued.model.effects and alone.structure not in self._tried:
+            queued = self.waiting.get(alone.structure, replace(queued, model=alone))
+        self._tried.add(queued.model.structure)
+        self.waiting.pop(queued.model.structure, None)
+        return queued
 
     def _enter(self, state: State, predicted: float) -> None:
         key = state.model.structure
@@ -280,23 +284,23 @@ class Search:
         if known is None or state.evidence.log > known.evidence.log:
             self.states[key] = state
         self.waiting.pop(key, None)
-        self.lost = [one for one in self.lost if one != label(state.model, variants=True)]
+        self.lost = [text for text in self.lost if text != label(state.model, variants=True)]
         if not state.model.effects:
             # Models with this law and effects can be predicted now.
-            for other in [self.states[one] for one in self._expanded if self.states[one].model.effects]:
+            for other in [self.states[key] for key in self._expanded if self.states[key].model.effects]:
                 for model in other_laws(self.problem.case, other.model):
                     self._exchange_law(other, model)
         elif (state.model.law, state.model.terms) == (self.plain.model.law, self.plain.model.terms):
-            for one in with_one_more(state, self._beside_plain, MOST_EFFECTS):
-                self._queue(one, state, slack_of(BORROWED * one.reach))
+            for prediction in with_one_more(state, self._beside_plain, MOST_EFFECTS):
+                self._queue(prediction, state, slack_of(BORROWED * prediction.reach))
         else:
             self._exchange_law(state, with_law_of(self.plain.model, state.model))
         row = self._row(state.model, predicted, self.weights(state)[0], state.size, "")
         self.rows.append(replace(row, solves=state.fitted.solves))
 
-    def _row(self, model: Model, predicted: float, found: float, size: float, text: str) -> TriedModel:
+    def _row(self, model: Model, predicted: float, fitted: float, size: float, text: str) -> TriedModel:
         base = self.plain.evidence.log
-        return TriedModel(model.law, model.identities, predicted - base, found - base, size, text)
+        return TriedModel(model.law, model.identities, predicted - base, fitted - base, size, text)
 
     # -- neighbours ----------------------------------------------------------------------------------------------
 
@@ -304,12 +308,12 @@ class Search:
         """Return fitted models that may matter and whose neighbours are not predicted yet; the plain law always."""
         least = self.total + math.log(NEIGHBOURS)
         new = [(key, state) for key, state in self.states.items() if key not in self._expanded]
-        found = [key for key, state in new if state is self.plain or max(self.weights(state)) > least]
-        if not found and any(one.kind == "dynamic" for one in self.problem.recordings):
+        keys = [key for key, state in new if state is self.plain or max(self.weights(state)) > least]
+        if not keys and any(recording.kind == "dynamic" for recording in self.problem.recordings):
             # Beside tables fits are cheap, and an unknown effect may outweigh all of them but the right one.
             best = max(self.states, key=lambda key: self.weights(self.states[key])[0])
-            found = [best] if best not in self._expanded else []
-        return found
+            keys = [best] if best not in self._expanded else []
+        return keys
 
     def _outweighed(self) -> Queued | None:
         """Return a model that is predicted better than all fitted ones without an unknown effect, or None.
@@ -318,16 +322,18 @@ class Search:
         effect does, and an unknown effect outweighs it: it counts when no known one is left that may do better.
         """
         known, unknown = (max(w) for w in zip(*map(self.weights, self.states.values()), strict=True))
-        if unknown < known or all(one.kind == "static" for one in self.problem.recordings):
+        if unknown < known or all(recording.kind == "static" for recording in self.problem.recordings):
             return None
-        better = [one for one in self.waiting.values() if not one.is_bound and one.predicted > known]
-        return max(better, key=lambda one: one.predicted, default=None)
+        better = [
+            queued for queued in self.waiting.values() if not queued.is_bound and queued.predicted > known
+        ]
+        return max(better, key=lambda queued: queued.predicted, default=None)
 
     def _branch(self) -> None:
         """Queue single effects with one branch more where the effect by itself is too poor to be expanded."""
-        for state, one in more_branches(self, self._expanded | self._branched, NEIGHBOURS):
-            if one.gain >= FAINT:
-                self._queue(one, state, slack_of(one.reach))
+        for state, prediction in more_branches(self, self._expanded | self._branched, NEIGHBOURS):
+            if prediction.gain >= FAINT:
+                self._queue(prediction, state, slack_of(prediction.reach))
         self._branched |= self.states.keys()
 
     def _expand(self, key: Key) -> None:
@@ -335,16 +341,18 @@ class Search:
         beside = Beside(state, self.derivatives.beside(state, state is self.plain))
         if state is self.plain:
             self._beside_plain = beside.grouped
-        room = MOST_EFFECTS - len(state.model.effects)
-        predictions = beside.singles() if room > 0 else []
-        best = max(one.evidence.coarse for one in self.states.values())
-        if state is self.plain and room > 1 and best < state.evidence.coarse + FAR:
+        further = MOST_EFFECTS - len(state.model.effects)
+        predictions = beside.singles() if further > 0 else []
+        best = max(other.evidence.coarse for other in self.states.values())
+        if state is self.plain and further > 1 and best < state.evidence.coarse + FAR:
             predictions += beside.pairs()
-        for one in predictions:
-            silent = len(one.model.identities) > len(state.model.identities) and one.gain < FAINT
-            far = state is self.plain and len(one.model.effects) == 1 and one.reach > FAR
-            slack = slack_of(BORROWED * one.reach if far else one.reach)
-            self._queue(one, state, 0.0 if silent else slack, is_silent=silent)
+        for prediction in predictions:
+            silent = (
+                len(prediction.model.identities) > len(state.model.identities) and prediction.gain < FAINT
+            )
+            far = state is self.plain and len(prediction.model.effects) == 1 and prediction.reach > FAR
+            slack = slack_of(BORROWED * prediction.reach if far else prediction.reach)
+            self._queue(prediction, state, 0.0 if silent else slack, is_silent=silent)
         for model in other_laws(self.problem.case, state.model):
             if not self._exchange_law(state, model):
                 more = len(model.start) - (0 if state.model.fixed else len(state.model.start))
@@ -363,19 +371,24 @@ class Search:
         pool = {name: points for name, points in self._beside_plain.items() if name not in beside.grouped}
         pool |= beside.grouped
         identities = state.model.identities
-        every = [one for points in pool.values() for one in points]
+        every = [addition for points in pool.values() for addition in points]
         for count in range(1, len(identities) + 1):
-            for gone in combinations(identities, count):
-                others = [one for one in every if one.trial.active.identity not in gone]
-                less = state.without(gone)
+            for removed in combinations(identities, count):
+                others = [addition for addition in every if addition.trial.active.identity not in removed]
+                smaller = state.without(removed)
                 other = Beside(
-                    less, [one for one in others if not one.trial.active.is_among(less.model.effects)]
+                    smaller,
+                    [
+                        addition
+                        for addition in others
+                        if not addition.trial.active.is_among(smaller.model.effects)
+                    ],
                 )
                 lost = abs(state.evidence.coarse - other.coarse)
                 self._queue(other.alone(), state, slack_of(lost))
-                for one in other.singles():
-                    if one.gain >= FAINT:
-                        self._queue(one, state, slack_of(lost + one.reach))
+                for prediction in other.singles():
+                    if prediction.gain >= FAINT:
+                        self._queue(prediction, state, slack_of(lost + prediction.reach))
 
     def _exchange_law(self, state: State, model: Model) -> bool:
         """Queue a model with another law if that law alone has been fitted; return whether it has."""
@@ -388,17 +401,24 @@ class Search:
         return True
 
     def _queue(
-        self, one: Prediction, base: State, slack: float, is_bound: bool = False, is_silent: bool = False
+        self,
+        prediction: Prediction,
+        base: State,
+        slack: float,
+        is_bound: bool = False,
+        is_silent: bool = False,
     ) -> None:
         """Queue a model that is not fitted, unless its effects exclude each other."""
-        names = [active.effect.name for active in one.model.effects]
-        if one.model.structure in self.states or unfit(self.problem.case, names):
+        names = [active.effect.name for active in prediction.model.effects]
+        if prediction.model.structure in self.states or unfit(self.problem.case, names):
             return
-        odds = self.odds(one.model)
+        odds = self.odds(prediction.model)
         # No model is better than one that leaves nothing but noise.
-        room = self.problem.likelihood.judge(self.problem.likelihood.nothing).log - one.log_likelihood
-        limit = one.log_evidence + odds + max(room, 0.0)
+        gain = self.problem.likelihood.judge(self.problem.likelihood.nothing).log - prediction.log_likelihood
+        limit = prediction.log_evidence + odds + max(gain, 0.0)
         # A law that fits worse than its bound says nothing of the bounds of others.
-        changed = frozenset() if is_bound else changes(base.model, one.model)
-        log, hope = one.log_evidence, one.hope
-        self.waiting.put(Queued(one.model, base, log, odds, slack, hope, limit, is_bound, is_silent, changed))
+        changed = frozenset() if is_bound else changes(base.model, prediction.model)
+        log, hope = prediction.log_evidence, prediction.hope
+        self.waiting.put(
+            Queued(prediction.model, base, log, odds, slack, hope, limit, is_bound, is_silent, changed)
+        )

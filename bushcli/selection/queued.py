@@ -129,7 +129,7 @@ class Waiting(dict[Key, Queued]):
     @property
     def uncertain(self) -> float:
         """Logarithm of the weight by which the fits of all may change the posterior."""
-        return float(logsumexp([one.uncertain for one in self.values()]))
+        return float(logsumexp([queued.uncertain for queued in self.values()]))
 
     def ordered(self) -> list[Key]:
         """Return the models, the one whose fit may change the posterior most first."""
@@ -150,10 +150,10 @@ class Waiting(dict[Key, Queued]):
         fits : iterable of (Queued, State, float)
             A prediction, its fit, and the logarithm of the evidence with which the model would matter.
         """
-        for one, state, needed in fits:
-            error = state.evidence.log - one.first_order
+        for queued, state, needed in fits:
+            error = state.evidence.log - queued.first_order
             if not state.fitted.converged:
                 # A fit that was given up says only that the model does not matter.
-                error = max(error, min(needed - one.first_order, 0.0))
-            self.errors.add(one.changes, error, one.slack)
-        self.update({key: one.expecting(self.errors) for key, one in self.items()})
+                error = max(error, min(needed - queued.first_order, 0.0))
+            self.errors.add(queued.changes, error, queued.slack)
+        self.update({key: queued.expecting(self.errors) for key, queued in self.items()})

@@ -47,7 +47,9 @@ class CommonData:
     @cached_property
     def sound(self) -> tuple[Recording, ...]:
         """The recordings without samples that do not count: a spike must not set the scale of a prior."""
-        return tuple(one.bridged(used) for one, used in zip(self.recordings, self.used, strict=True))
+        return tuple(
+            recording.bridged(used) for recording, used in zip(self.recordings, self.used, strict=True)
+        )
 
     @property
     def variances(self) -> tuple[float, ...]:
@@ -80,8 +82,8 @@ class State:
     def misfit(self) -> tuple[Array, ...]:
         """Features (K,) of the misfit that the model leaves, by channel."""
         return tuple(
-            one.of(force - recording.force)
-            for one, force, recording in zip(
+            feature.of(force - recording.force)
+            for feature, force, recording in zip(
                 self.problem.likelihood.features, self.fitted.simulated, self.problem.recordings, strict=True
             )
         )
@@ -90,7 +92,7 @@ class State:
     def slopes(self) -> tuple[Array, ...]:
         """Derivatives (K, p) of the misfit's features by the parameters, by channel."""
         pairs = zip(self.problem.likelihood.features, self.fitted.jacobians, strict=True)
-        return tuple(one.of(slope) for one, slope in pairs)
+        return tuple(feature.of(slope) for feature, slope in pairs)
 
     @cached_property
     def priors(self) -> dict[str, ParameterPrior]:
@@ -131,10 +133,10 @@ class State:
         free = np.linalg.lstsq(slopes / size, -misfit)[0] / size
         if np.all((low <= free) & (free <= high)):
             return np.zeros(len(free), dtype=bool), self.fitted.x
-        room = np.minimum(low * size, 0.0), np.maximum(high * size, 0.0)
-        found = lsq_linear(slopes / size, -misfit, room, method="bvls")
-        bounds = np.where(found.active_mask < 0, lower, upper)
-        held = found.active_mask != 0
+        limits = np.minimum(low * size, 0.0), np.maximum(high * size, 0.0)
+        solution = lsq_linear(slopes / size, -misfit, limits, method="bvls")
+        bounds = np.where(solution.active_mask < 0, lower, upper)
+        held = solution.active_mask != 0
         return held, np.where(held, bounds, self.fitted.x)
 
     @cached_property
@@ -148,28 +150,28 @@ class State:
     @cached_property
     def evidence(self) -> Evidence:
         """Evidence of the model."""
-        found = self.fitted
-        return Evidence(self.problem.likelihood, self.misfit, self.slopes, found.x, self.known, self.off)
+        fitted = self.fitted
+        return Evidence(self.problem.likelihood, self.misfit, self.slopes, fitted.x, self.known, self.off)
 
-    def without(self, gone: Sequence[str]) -> State:
+    def without(self, removed: Sequence[str]) -> State:
         """The model without some of its effects, to first order: the curves change by the amplitudes' derivatives.
 
         The other parameters keep their values; `predict.Beside` adapts them.
 
         Parameters
         ----------
-        gone : sequence of str
+        removed : sequence of str
             Identities of the effects.
         """
-        staying = tuple(one for one in self.model.effects if one.identity not in gone)
-        leaving = [one for one in self.model.effects if one.identity in gone]
-        amplitudes = {one.full_name(p) for one in leaving for p in one.effect.amplitudes}
-        theirs = {one.full_name(p) for one in leaving for p in one.parameters}
-        model = replace(self.model, effects=staying)
+        remaining = tuple(active for active in self.model.effects if active.identity not in removed)
+        leaving = [active for active in self.model.effects if active.identity in removed]
+        amplitudes = {active.full_name(p) for active in leaving for p in active.effect.amplitudes}
+        parameters = {active.full_name(p) for active in leaving for p in active.parameters}
+        model = replace(self.model, effects=remaining)
         # An effect that was named with its channel may now be the only one of its name.
         renamed = {
             old.full_name(p): new.full_name(p)
-            for old, new in zip(staying, model.effects, strict=True)
+            for old, new in zip(remaining, model.effects, strict=True)
             for p in old.parameters
         }
         names = self.fitted.names
@@ -179,7 +181,7 @@ class State:
                 for name, x, off in zip(names, self.fitted.x, self.off, strict=True)
             ]
         )
-        keep = [i for i, name in enumerate(names) if name not in theirs]
+        keep = [i for i, name in enumerate(names) if name not in parameters]
         fitted = replace(
             self.fitted,
             model=model,
@@ -203,8 +205,10 @@ class State:
         plain : State
             The model's own law without effects.
         """
-        gone = [e.identity for e in self.model.effects if e.effect.needs_fixed_law and not other.model.fixed]
-        state = self.without(gone)
+        removed = [
+            e.identity for e in self.model.effects if e.effect.needs_fixed_law and not other.model.fixed
+        ]
+        state = self.without(removed)
         old, new = state.fitted, other.fitted
         model = replace(
             state.model,
@@ -231,9 +235,9 @@ class State:
     def objective(self) -> float:
         """Objective of the fit: twice the negative logarithm of the posterior density, up to a constant."""
         prior = sum(
-            one.row(float(value))[0] ** 2
-            for value, one in zip(self.fitted.x, self.known, strict=True)
-            if one is not None
+            prior.row(float(value))[0] ** 2
+            for value, prior in zip(self.fitted.x, self.known, strict=True)
+            if prior is not None
         )
         return prior - 2.0 * self.evidence.judged.log
 
@@ -241,7 +245,7 @@ class State:
     def size(self) -> float:
         """Root mean square misfit over the noise."""
         total = count = 0.0
-        for one in self.problem.compared(self.fitted.simulated):
-            total += float(np.nansum((one.misfit * one.weights) ** 2))
-            count += one.effective_samples
+        for channel in self.problem.compared(self.fitted.simulated):
+            total += float(np.nansum((channel.misfit * channel.weights) ** 2))
+            count += channel.effective_samples
         return float(np.sqrt(total / max(count, 1.0)))

@@ -138,5 +138,5 @@ def _space(values: Array, free: Array, slopes: Array, rest: Array) -> TangentSpa
     if not slopes.shape[1]:
         return TangentSpace(values, free, slopes, np.zeros((len(rest), 0)), np.zeros((0, 0)), rest)
     u, s, v = np.linalg.svd(slopes, full_matrices=False)
-    kept = s > RANK * max(float(s.max(initial=0.0)), 1e-300)
-    return TangentSpace(values, free, slopes, u[:, kept], v[kept].T / s[kept], rest)
+    significant = s > RANK * max(float(s.max(initial=0.0)), 1e-300)
+    return TangentSpace(values, free, slopes, u[:, significant], v[significant].T / s[significant], rest)

@@ -33,17 +33,17 @@ def unnoticed_effects(search: Search, state: State) -> dict[str, str]:
     beside, problem = Beside(state, ()), state.problem
     shear = shear_modulus(state.model, problem.case)
     seen: dict[str, bool] = {}
-    for one in search.derivatives.beside(state):
-        name = one.trial.effect.name
-        model = one.trial.added_to(state.model)
+    for addition in search.derivatives.beside(state):
+        name = addition.trial.effect.name
+        model = addition.trial.added_to(state.model)
         needed = search.odds(state.model) - search.odds(model)
-        about = known_amplitudes(one, problem.case, shear, problem.sound)
+        amplitudes = known_amplitudes(addition, problem.case, shear, problem.sound)
         # Each amplitude at the end of the 95 % range of its prior; what it gains, to first order, in nats.
         largest = [
             high if prior is None else min(high, prior.prior.range(prior.scales)[1])
-            for prior, high in zip(about.known, about.high, strict=True)
+            for prior, high in zip(amplitudes.known, amplitudes.high, strict=True)
         ]
-        own = beside.changes(one)[1] * np.array(largest)
+        own = beside.changes(addition)[1] * np.array(largest)
         seen[name] = seen.get(name, False) or 0.5 * float(np.max(own**2, initial=0.0)) > needed
-    present = {one.effect.name for one in state.model.effects}
-    return {name: WHY for name, found in seen.items() if not found and name not in present}
+    present = {active.effect.name for active in state.model.effects}
+    return {name: WHY for name, noticed in seen.items() if not noticed and name not in present}
