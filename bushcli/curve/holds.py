@@ -75,7 +75,7 @@ def holds_along(
     path: Curve,
     force: Array,
     noise: Noise = NO_NOISE,
-    found: Sequence[Segment] | None = None,
+    segments: Sequence[Segment] | None = None,
     least_force: float = 0.0,
 ) -> tuple[Hold | None, ...]:
     """Return every hold of a path with another force, such as that simulated at the recorded samples.
@@ -88,7 +88,7 @@ def holds_along(
         nan where it is not known.
     noise : Noise
         Noise of the force.
-    found : sequence of Segment, optional
+    segments : sequence of Segment, optional
         Branches of the path, if it has been cut already.
     least_force : float
         Smallest held force for which a relaxation is given, in the unit of the force; for a simulation that is compared
@@ -99,11 +99,11 @@ def holds_along(
     tuple
         One entry per hold of the path; None where the force is not known throughout the hold.
     """
-    found = branches(path) if found is None else found
+    segments = branches(path) if segments is None else segments
     sigma = noise.force
     least = max(least_force, _HELD * sigma)
     every: list[Hold | None] = []
-    for branch in (branch for branch in found if branch.kind == "hold"):
+    for branch in (branch for branch in segments if branch.kind == "hold"):
         cut = slice(branch.start, branch.stop)
         held, time = force[cut], None if path.time is None else path.time[cut]
         if not np.isfinite(held).all():

@@ -67,9 +67,9 @@ def noise(values: Array, abscissa: Array, order: int = 3, groups: NDArray[np.int
     spiked = np.zeros(n + width - 1, dtype=bool)
     for j in range(width):
         spiked[high + j] = True
-    kept = within & ~spiked[width - 1 : n]
+    used = within & ~spiked[width - 1 : n]
     # A large share of outliers is not a few bad samples; without them the noise would be underestimated.
-    return _spread(np.abs(residuals[kept if kept.sum() >= 0.7 * within.sum() else within]))
+    return _spread(np.abs(residuals[used if used.sum() >= 0.7 * within.sum() else within]))
 
 
 def noise_of_sparse(
@@ -104,9 +104,9 @@ def _spread(sizes: Array) -> float:
     """
     sigma = median_deviation(sizes)
     for _ in range(3):
-        kept = sizes[sizes <= 3.0 * sigma]
+        inner = sizes[sizes <= 3.0 * sigma]
         # 0.9733: variance of a standard normal cut off at 3.
-        sigma = float(np.sqrt(np.mean(kept**2) / 0.9733))
+        sigma = float(np.sqrt(np.mean(inner**2) / 0.9733))
     return sigma
 
 

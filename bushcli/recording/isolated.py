@@ -93,8 +93,8 @@ def child_output(path: Path, reader: Reader, format_name: str, wanted: Collectio
     if done.returncode:
         # Other lines that a failing parser prints are not the reason.
         lines = done.stderr.decode("utf-8", "replace").splitlines()
-        said = [line.removeprefix(_FAILED) for line in lines if line.startswith(_FAILED)]
-        raise _damaged(path, reader, said[0] if said else "its parser crashes or needs too much time")
+        messages = [line.removeprefix(_FAILED) for line in lines if line.startswith(_FAILED)]
+        raise _damaged(path, reader, messages[0] if messages else "its parser crashes or needs too much time")
     return done.stdout
 
 
@@ -142,7 +142,7 @@ def _taken_over(answer: bytes) -> Iterator[tuple[FilePart, Sequence[NDArray[Any]
 
 def _columns(part: FilePart, wanted: Collection[str | int], all_of_them: bool) -> list[NDArray[Any] | None]:
     """Return the columns of a part that hold numbers; None for others and, unless all are wanted, for unneeded ones."""
-    found: list[NDArray[Any] | None] = []
+    columns: list[NDArray[Any] | None] = []
     for i, name in enumerate(part.names):
         values, texts = None, (part.units[i], *heading(name).written)
         meant = named_columns([name]) > 0 or any(tabulated_unit(text) is not None for text in texts)
@@ -150,8 +150,8 @@ def _columns(part: FilePart, wanted: Collection[str | int], all_of_them: bool) -
             values = part.load(i)
             if values.dtype.kind not in "iufbmM" or values.ndim != 1:
                 values = None
-        found.append(values)
-    return found
+        columns.append(values)
+    return columns
 
 
 def main(format_name: str, path: str, wanted: str) -> None:
@@ -199,8 +199,12 @@ def copy_contents(format_name: str, path: Path, wanted: Collection[str | int], o
                 raise ValueError(
                     f"has more than {_MOST_IN_ALL / 1e6:g} million numbers; export only those needed"
                 )
-            described = {one.name: getattr(part, one.name) for one in fields(part) if one.name != "load"}
-            shown.append(described | {"kinds": [None if one is None else one.dtype.str for one in columns]})
+            described = {
+                field.name: getattr(part, field.name) for field in fields(part) if field.name != "load"
+            }
+            shown.append(
+                described | {"kinds": [None if column is None else column.dtype.str for column in columns]}
+            )
     output.write(json.dumps(shown).encode() + b"\n")
     for array in arrays:
         output.write(np.ascontiguousarray(array).view(np.uint8).data)

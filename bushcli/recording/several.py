@@ -26,7 +26,7 @@ _FEWEST = 3
 
 def own_rows(table: Table, source: Source) -> Table:
     """Return the rows of a table that belong to a recording by `Source.rows`."""
-    kept = np.ones(len(table), dtype=bool)
+    mask = np.ones(len(table), dtype=bool)
     for name, value in source.rows.items():
         index = chosen_index(table, int(name) if name.isdigit() else name)
         texts, number = _texts(table, index), to_float(str(value), table.decimal)
@@ -35,10 +35,10 @@ def own_rows(table: Table, source: Source) -> Table:
             shown_value = f"{value:g}" if isinstance(value, float) else value
             shown = ", ".join(list(dict.fromkeys(texts))[:8])
             raise table.refused(f"{table.label(index)} has no row with {shown_value}", f"it has {shown}")
-        kept &= fits
-    if not kept.any():
+        mask &= fits
+    if not mask.any():
         raise table.refused("has no row with all values of `rows`", "values that stand in one row")
-    return table if kept.all() else table.of_rows(np.flatnonzero(kept))
+    return table if mask.all() else table.of_rows(np.flatnonzero(mask))
 
 
 def refuse_several(table: Table, stamps: Column | None) -> None:

@@ -78,10 +78,10 @@ class TableCache:
         if path.exists():
             of = path.stat()
             key = (str(path.absolute()), of.st_ino, of.st_mtime_ns, of.st_size, *how)
-        found = self._found.get(key)
-        if found is None:
-            found = self._found[key] = read()
+        contents = self._found.get(key)
+        if contents is None:
+            contents = self._found[key] = read()
         self._found.move_to_end(key)
-        while sum(one.size for one in self._found.values()) > MOST_NUMBERS:
+        while sum(contents.size for contents in self._found.values()) > MOST_NUMBERS:
             self._found.popitem(last=False)
-        return cast("Contents", found)
+        return cast("Contents", contents)

@@ -83,7 +83,7 @@ def bursts(time: Array, displacement: Array) -> list[tuple[float, float, float]]
     )
     ranges = np.abs(np.diff(displacement[turns]))
     halves = np.diff(crossings)
-    found, first = [], 0
+    stretches, first = [], 0
     for last in range(1, len(halves) + 1):
         alike = last < len(halves) and (
             abs(halves[last] / np.median(halves[first:last]) - 1.0) < _ALIKE
@@ -93,10 +93,10 @@ def bursts(time: Array, displacement: Array) -> list[tuple[float, float, float]]
             continue
         count = last - first
         if count >= 2 * _FEWEST_PERIODS - 1:
-            begin, end = crossings[first], crossings[last]
-            found.append((float(begin), float(end), 0.5 * count / float(end - begin)))
+            start, end = crossings[first], crossings[last]
+            stretches.append((float(start), float(end), 0.5 * count / float(end - start)))
         first = last
-    return found
+    return stretches
 
 
 def _crossing(time: Array, values: Array, a: int, b: int, level: float) -> float:
@@ -130,20 +130,23 @@ def harmonics(
     if most < 1 or len(t) < 2 * most + 6:
         return None
     design = _design(t, frequency, most, 3 if periods >= 4 else 1)
-    one, moved_error = _fitted(design, q)
-    two, force_error = _fitted(design, big)
-    first = [complex(c[0], -c[1]) for c in (one, two)]
-    stiffness = first[1] / first[0]
-    error = math.hypot(force_error, abs(stiffness) * moved_error) / abs(first[0])
+    motion, moved_error = _fitted(design, q)
+    response, force_error = _fitted(design, big)
+    fundamental = [complex(c[0], -c[1]) for c in (motion, response)]
+    stiffness = fundamental[1] / fundamental[0]
+    error = math.hypot(force_error, abs(stiffness) * moved_error) / abs(fundamental[0])
     third = [
         math.hypot(*c[4:6]) / abs(f) if most >= 3 else math.nan
-        for c, f in zip((one, two), first, strict=True)
+        for c, f in zip((motion, response), fundamental, strict=True)
     ]
     waves = design[:, : 2 * most]
-    mean = (float(np.mean(q - waves @ one[: 2 * most])), float(np.mean(big - waves @ two[: 2 * most])))
+    mean = (
+        float(np.mean(q - waves @ motion[: 2 * most])),
+        float(np.mean(big - waves @ response[: 2 * most])),
+    )
     return Harmonics(
         frequency,
-        abs(first[0]),
+        abs(fundamental[0]),
         stiffness,
         error,
         third[1],
@@ -167,13 +170,13 @@ def _fitted(design: Array, values: Array) -> tuple[Array, float]:
     Neighbouring residuals of a fast logger are correlated: the error counts as many independent samples as an
     autoregression of first order has.
     """
-    found = np.asarray(np.linalg.lstsq(design, values, rcond=None)[0], dtype=np.float64)
-    residual = values - design @ found
+    coefficients = np.asarray(np.linalg.lstsq(design, values, rcond=None)[0], dtype=np.float64)
+    residual = values - design @ coefficients
     free = max(len(values) - design.shape[1], 1)
     variance = float(residual @ residual) / free
     lag = float(residual[1:] @ residual[:-1]) / max(float(residual @ residual), 1e-300)
     alike = (1.0 + min(max(lag, 0.0), 0.999)) / (1.0 - min(max(lag, 0.0), 0.999))
-    return found, math.sqrt(variance * alike * 2.0 / len(values))
+    return coefficients, math.sqrt(variance * alike * 2.0 / len(values))
 
 
 def _refined(time: Array, values: Array, frequency: float) -> float:
@@ -182,11 +185,11 @@ def _refined(time: Array, values: Array, frequency: float) -> float:
     length = float(time[-1] - time[0])
     for _ in range(20):
         design = _design(time, frequency, most, 1)
-        found, *_ = np.linalg.lstsq(design, values, rcond=None)
+        coefficients, *_ = np.linalg.lstsq(design, values, rcond=None)
         phase = 2.0 * np.pi * frequency * (time - time[0])
         slope = np.zeros_like(time)
         for k in range(1, most + 1):
-            a, b = found[2 * k - 2 : 2 * k]
+            a, b = coefficients[2 * k - 2 : 2 * k]
             slope += k * 2.0 * np.pi * (time - time[0]) * (b * np.cos(k * phase) - a * np.sin(k * phase))
         both, *_ = np.linalg.lstsq(np.column_stack([design, slope]), values, rcond=None)
         step = float(both[-1])

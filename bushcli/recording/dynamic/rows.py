@@ -73,7 +73,7 @@ class RecordedTable(Recording):
         """Largest preload or amplitude, mm or rad, and the force that the largest stiffness has there, N or N mm."""
         stiffness = float(self.table.stiffness.max())
         largest = [
-            float(np.nan_to_num(np.abs(one)).max()) for one in (self.displacement, self.table.amplitude)
+            float(np.nan_to_num(np.abs(values)).max()) for values in (self.displacement, self.table.amplitude)
         ]
         travel = max(largest) or 1.0
         return travel, stiffness * travel
@@ -137,7 +137,7 @@ class RecordedTable(Recording):
                 rows
             )
             count += pieces
-        return [int(one) for one in np.tile(number, 2)]
+        return [int(piece) for piece in np.tile(number, 2)]
 
     def curves(self) -> list[tuple[NDArray[np.intp], Array]]:
         """Return the rows of each curve, and their places along it: logarithms of frequency or amplitude."""
@@ -155,11 +155,11 @@ def recorded_table(table: DynamicTable, faulty: NDArray[np.bool_] | None = None)
     faulty : (n,) array of bool, optional
         Rows that do not count.
     """
-    found, count = _scatter(table, np.ones(len(table), dtype=bool) if faulty is None else ~faulty)
+    scatter, count = _scatter(table, np.ones(len(table), dtype=bool) if faulty is None else ~faulty)
     usual, least = np.array([MAGNITUDE, ANGLE]), np.array(_LEAST)
-    known = found > 0.0
+    known = scatter > 0.0
     # Both are estimates of a logarithm.
-    logs = np.where(known, np.log(np.where(known, found, 1.0)), 0.0) * count + np.log(usual) * _USUAL
+    logs = np.where(known, np.log(np.where(known, scatter, 1.0)), 0.0) * count + np.log(usual) * _USUAL
     size = np.maximum(np.exp(logs / (np.where(known, count, 0.0) + _USUAL)), least)
     errors = np.repeat(size[:, None], len(table), axis=1)
     cosine, sine = np.cos(table.loss_angle), np.sin(table.loss_angle)

@@ -220,10 +220,12 @@ def heading(text: str, has_unit: bool = False) -> Heading:
     text = text.strip() if len(text.strip()) <= _LONGEST_NAME else ""
     text = text.replace("∆", "Δ")  # the sign for a difference, and the Greek letter
     text = _INNER.sub(r"\1\2", _CAMEL.sub(" ", text))
-    text = _NUMBERED.sub(lambda found: f"{found[0]} " if names_quantity(found[0]) else found[0], text)
-    bracketed = [in_groups(found) for found in _BRACKETS.finditer(text)]
+    text = _NUMBERED.sub(lambda match: f"{match[0]} " if names_quantity(match[0]) else match[0], text)
+    bracketed = [in_groups(match) for match in _BRACKETS.finditer(text)]
     # "[in kN]"; "[in lbf]" may also be a moment.
-    bracketed = [_INSIDE.sub("", one) if tabulated_unit(_INSIDE.sub("", one)) else one for one in bracketed]
+    bracketed = [
+        _INSIDE.sub("", inside) if tabulated_unit(_INSIDE.sub("", inside)) else inside for inside in bracketed
+    ]
     rest = _BRACKETS.sub(" ", text)
     timed = any(word in WORDS["time"] for word in plain_name(rest).split())
     known = [tabulated_unit(inside) is not None for inside in bracketed]
@@ -250,7 +252,7 @@ def heading(text: str, has_unit: bool = False) -> Heading:
     bare = RANGE.sub(" ", rest)
     scaled = factor_in(bare) or prefix_of(rest, written, bool(bracketed))
     written += [f"{FACTOR} {scaled}"] if scaled else []
-    ranges = [one for part in (rest, *bracketed) for one in ranges_in(part)]
+    ranges = [text for part in (rest, *bracketed) for text in ranges_in(part)]
     shown = [word for part in (bare, *remarks) for word in re.split(r"[\W_]+", part) if word]
     doubtful: list[str] = []
     if not written:
@@ -267,7 +269,7 @@ def heading(text: str, has_unit: bool = False) -> Heading:
     over, _, under = rest.partition("/")
     first, second = kinds_of(over), kinds_of(under)
     formula = (
-        any(kinds_of(in_groups(found)) for found in _FUNCTION.finditer(text))
+        any(kinds_of(in_groups(match)) for match in _FUNCTION.finditer(text))
         or _SIGNED.match(text)
         or _POWER.search(rest)
         or (first and second.intersection(_DIVISORS) and not first & second)
@@ -289,12 +291,12 @@ def _is_remark(inside: str, rest: str, timed: bool, has_unit: bool) -> bool:
     letter = single if len(single) == 1 and single.isalpha() else ""
     # A name that stands in brackets as a whole, as Simulink writes: "<Force>".
     kinds = kinds_of(plain_name(rest) or ("" if len(bare) == 1 else inside))
-    own = {word for kind in kinds for known in WORDS[kind] for word in known.split()}
-    own |= {"eng", "nom"} if kinds & {"stress", "strain"} else set()
+    vocabulary = {word for kind in kinds for known in WORDS[kind] for word in known.split()}
+    vocabulary |= {"eng", "nom"} if kinds & {"stress", "strain"} else set()
     told = []
     for i, numbered in enumerate(words):
         word = numbered.rstrip("0123456789")
-        known = word in REMARKS or word in own or (is_foreign(word) and word not in COUNTED_WORDS)
+        known = word in REMARKS or word in vocabulary or (is_foreign(word) and word not in COUNTED_WORDS)
         # "Strain 1" is the name of a channel; Time [sample] counts samples.
         channel = word != numbered or (i + 1 < len(words) and words[i + 1].isdigit())
         named = channel and any(word in names for names in WORDS.values())
@@ -306,14 +308,14 @@ def _is_remark(inside: str, rest: str, timed: bool, has_unit: bool) -> bool:
     # Beside a known unit a text is a remark if it is no unit itself, has none, and is no factor. A number with a unit
     # is a range or a rate: "Load cell (25 kN) [kN]", "Force (LP 100 Hz) [N]"; the fs of "fs = 1 kHz" is no unit.
     ranged = _WITH_UNIT.sub(" ", inside)
-    said = [word for word in re.split(r"[\s,;:=]+", ranged) if len(re.sub(r"[\W\d_]", "", word)) > 1]
-    says = said or (ranged != inside and re.search(r"[^\W\d_]", inside))
-    units = (find_unit(word, kind) for word in said if not known_word(word) for kind in ("force", "length"))
+    spoken = [word for word in re.split(r"[\s,;:=]+", ranged) if len(re.sub(r"[\W\d_]", "", word)) > 1]
+    says = spoken or (ranged != inside and re.search(r"[^\W\d_]", inside))
+    units = (find_unit(word, kind) for word in spoken if not known_word(word) for kind in ("force", "length"))
     is_unit = has_unit and (
         not says
         or tabulated_unit(inside) is not None
         or factor_in(inside)
-        or any(tabulated_unit(word) or {word.lower()} & {*AMBIGUOUS, *_ABOUT_UNITS} for word in said)
+        or any(tabulated_unit(word) or {word.lower()} & {*AMBIGUOUS, *_ABOUT_UNITS} for word in spoken)
         or any(unit is not None and unit.measured != "time" for unit in units)
     )
     beside = has_unit and (_MARK.fullmatch(bare) or not is_unit)

@@ -50,8 +50,8 @@ def _units_at_end(text: str, timed: bool) -> Iterator[tuple[str, str]]:
     tokens = [token for token in re.split(r"[_\s,;|=]+", text) if token]
     for count in (2, 1):
         unit, before = "".join(tokens[-count:]), tokens[:-count]
-        found = tabulated_unit(unit) if before else None
-        if found is None or (count == 2 and found.measured != "moment"):
+        known = tabulated_unit(unit) if before else None
+        if known is None or (count == 2 and known.measured != "moment"):
             continue
         # "Force in lbf" is no moment; "min" is the smallest value, or doubtful.
         force = count == 2 and tokens[-2] == "in" and "force" in kinds_of(" ".join(before))
@@ -130,11 +130,11 @@ def prefix_of(rest: str, written: Sequence[str], bracketed: bool) -> str:
 
 def _prefix_apart(words: Sequence[str], unit: str) -> str:
     """Return the prefix that a blank or a sign separates from its unit, ``Force k N``, or an empty text."""
-    last, found = words[-1] if words else "", tabulated_unit(unit)
-    joined = tabulated_unit(last + unit) if last and found else None
-    scaled = found and joined and joined.measured == found.measured and joined.factor != found.factor
+    last, known = words[-1] if words else "", tabulated_unit(unit)
+    joined = tabulated_unit(last + unit) if last and known else None
+    scaled = known and joined and joined.measured == known.measured and joined.factor != known.factor
     # M is the symbol of a moment.
-    short = found and len(last) <= 2 and not (last == "M" and found.measured == "moment")
+    short = known and len(last) <= 2 and not (last == "M" and known.measured == "moment")
     return last if last.lower() in COUNTED or (short and (last == "k" or scaled)) else ""
 
 

@@ -54,7 +54,7 @@ def opened(path: Path) -> Iterator[Sequence[FilePart]]:
 
 def _with_formulas(parts: Sequence[FilePart], written: Any) -> list[FilePart]:
     """Return sheets with the formulas whose values are missing: a program that does not calculate wrote the file."""
-    found = []
+    sheets = []
     for part in parts:
         sheet = written[part.name]
         sheet.reset_dimensions()
@@ -63,12 +63,14 @@ def _with_formulas(parts: Sequence[FilePart], written: Any) -> list[FilePart]:
         for number, row in enumerate(
             sheet.iter_rows(values_only=True, max_col=_WIDEST, max_row=last), start=1
         ):
-            texts = [str(one) if isinstance(one, str) and one.startswith("=") else "" for one in row]
-            fields = [one or text for one, text in zip_longest(known.get(number, ()), texts, fillvalue="")]
+            texts = [str(cell) if isinstance(cell, str) and cell.startswith("=") else "" for cell in row]
+            fields = [
+                field or text for field, text in zip_longest(known.get(number, ()), texts, fillvalue="")
+            ]
             cells += [(number, fields)] if any(fields) else []
         width = max(_filled(fields) for _, fields in cells)
-        found.append(replace(part, cells=[(n, (f + [""] * width)[:width]) for n, f in cells]))
-    return found
+        sheets.append(replace(part, cells=[(n, (f + [""] * width)[:width]) for n, f in cells]))
+    return sheets
 
 
 def _sheets(book: Any) -> list[FilePart]:
@@ -97,7 +99,7 @@ def _sheets(book: Any) -> list[FilePart]:
                 texts = [fields for _, fields in rows if fields[column]]
                 if texts and not any(_SAYS_PERCENT.search(fields[column]) for fields in texts):
                     texts[-1][column] += " [%]"
-            dates = [(column, one.count, one.instant) for column, one in stamps.items()]
+            dates = [(column, stamp.count, stamp.instant) for column, stamp in stamps.items()]
             parts.append(FilePart(sheet.title, cells=padded, dates=dates))
     return parts
 

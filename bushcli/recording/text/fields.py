@@ -76,8 +76,8 @@ def to_float(field: str, decimal: str) -> float:
 
 def is_grouped(field: str, decimal: str) -> bool:
     """Whether a field can only be a number with thousands separators: ``1.234,5``, but not ``1.234``."""
-    found = _GROUPED[decimal].fullmatch(field)
-    return found is not None and (decimal in field or found["by"] not in ".," or field.count(found["by"]) > 1)
+    match = _GROUPED[decimal].fullmatch(field)
+    return match is not None and (decimal in field or match["by"] not in ".," or field.count(match["by"]) > 1)
 
 
 def is_thousands(field: str, sign: str) -> bool:
@@ -95,8 +95,8 @@ def ungrouped(fields: Sequence[str], decimal: str) -> dict[int, str]:
     together = "".join(fields)
     signed = any(sign in together for sign in _GROUPS[decimal])
     proved = signed and any(is_grouped(field, decimal) for field in fields)
-    found = ((i, _GROUPED[decimal].fullmatch(field)) for i, field in enumerate(fields if proved else ()))
-    return {i: match[0].replace(match["by"], "") for i, match in found if match is not None}
+    matches = ((i, _GROUPED[decimal].fullmatch(field)) for i, field in enumerate(fields if proved else ()))
+    return {i: match[0].replace(match["by"], "") for i, match in matches if match is not None}
 
 
 def says_missing(field: str) -> bool:
@@ -143,5 +143,5 @@ def sentinel(values: Array, written: Callable[[int], str], accepted: Collection[
         before, after = others[np.maximum(place - 1, 0)], others[np.minimum(place, len(others) - 1)]
         jump = np.minimum(np.abs(values - before), np.abs(values - after))
         far |= (jump > _JUMP * span) & ((values > before) == (values > after))
-    found = np.flatnonzero(codes & far)
-    return int(found[0]) if len(found) else None
+    rows = np.flatnonzero(codes & far)
+    return int(rows[0]) if len(rows) else None

@@ -44,7 +44,9 @@ class Form:
             return None
         width = filled.pop()
         columns = list(zip(*(fields[:width] for fields in rows), strict=True))
-        numeric = tuple(all(re.fullmatch(NUMBER[decimal], text, re.ASCII) for text in one) for one in columns)
+        numeric = tuple(
+            all(re.fullmatch(NUMBER[decimal], text, re.ASCII) for text in column) for column in columns
+        )
         for texts, plain in zip(columns, numeric, strict=True):
             if not plain and any(is_grouped(text, decimal) or is_number(text, decimal) for text in texts):
                 return None
@@ -142,8 +144,8 @@ class AlikeRows:
 
     def written(self, row: int, column: int) -> str:
         """Return a field; an empty text where the row has fewer."""
-        begin = self.begin if row == 0 else int(self._ends[row - 1]) + 1
-        fields = split_line(self.whole[begin : int(self._ends[row])], self.form.delimiter)
+        start = self.begin if row == 0 else int(self._ends[row - 1]) + 1
+        fields = split_line(self.whole[start : int(self._ends[row])], self.form.delimiter)
         return fields[column] if column < len(fields) else ""
 
     def _pieces(self) -> Iterator[str]:
@@ -164,20 +166,20 @@ class AlikeRows:
         """Return the fields of a column as numbers (n,), nan where they are none, and whether all are numbers."""
         if column >= len(self.form.numeric) or not self.form.numeric[column]:
             return np.full(len(self), np.nan), False
-        found = []
+        numbers = []
         for piece in self._pieces():
             # What stands in other columns is not parsed.
             text = piece.replace("D", "e").replace("d", "e").replace('"', "")
             lines = (text.replace(",", ".") if self.form.decimal == "," else text).split("\n")[:-1]
             delimiter = None if self.form.delimiter == " " else self.form.delimiter
-            found.append(np.loadtxt(lines, usecols=column, delimiter=delimiter, comments=None, ndmin=1))
-        return np.concatenate(found), True
+            numbers.append(np.loadtxt(lines, usecols=column, delimiter=delimiter, comments=None, ndmin=1))
+        return np.concatenate(numbers), True
 
     def of_rows(self, rows: Index) -> AlikeRows | SplitRows:
         """Return some rows, by their indices (n,) from 0; consecutive ones remain a run."""
         if len(rows) and rows[-1] - rows[0] == len(rows) - 1:
-            begin = self.begin if rows[0] == 0 else int(self._ends[rows[0] - 1]) + 1
-            return replace(self, begin=begin, end=int(self._ends[rows[-1]]) + 1, at=self.at + int(rows[0]))
+            start = self.begin if rows[0] == 0 else int(self._ends[rows[0] - 1]) + 1
+            return replace(self, begin=start, end=int(self._ends[rows[-1]]) + 1, at=self.at + int(rows[0]))
         width = len(self.form.numeric)
         return SplitRows(
             [[self.written(i, k) for k in range(width)] for i in rows], [self.line(int(i)) for i in rows]
@@ -200,8 +202,8 @@ def sifted(path: Path, text: str, begin: int, form: Form) -> tuple[list[Line], l
     runs: list[AlikeRows] = []
     rest, number, at = 0, 1, begin
     while at < len(text):
-        found = form.lines.match(text, at)
-        end = found.end() if found else at
+        match = form.lines.match(text, at)
+        end = match.end() if match else at
         if end > at and (count := text.count("\n", at, end)) > HEAD:
             lines += lines_of(path, text[rest:at], number)
             number += text.count("\n", rest, at)
