@@ -98,8 +98,7 @@ def noise_of(curve: Curve) -> Noise:
 
 def cycles(curve: Curve, noise: Noise = NO_NOISE) -> tuple[Cycle, ...]:
     """Return every cycle of a curve."""
-    found = cycles_along(curve, curve.force, noise)
-    return tuple(cycle for cycle in found if cycle is not None)
+    return tuple(cycle for cycle in cycles_along(curve, curve.force, noise) if cycle is not None)
 
 
 def cycles_along(

@@ -102,21 +102,21 @@ def holds_along(
     segments = branches(path) if segments is None else segments
     sigma = noise.force
     least = max(least_force, _HELD * sigma)
-    every: list[Hold | None] = []
+    holds: list[Hold | None] = []
     for branch in (branch for branch in segments if branch.kind == "hold"):
         cut = slice(branch.start, branch.stop)
         held, time = force[cut], None if path.time is None else path.time[cut]
         if not np.isfinite(held).all():
-            every.append(None)
+            holds.append(None)
             continue
         # Without time, the sample numbers give the order but not the duration.
         since = np.arange(len(held), dtype=float) if time is None else time - time[0]
         end = float(since[-1])
         first, last = np.eye(1, len(held))[0], _weights(since, end)
         reached = [] if time is None else [at for at in STANDARD_TIMES if since[1] <= at <= end]
-        every.append(
+        holds.append(
             Hold(
-                number=len(every) + 1,
+                number=len(holds) + 1,
                 cycle=branch.cycle,
                 start=branch.start,
                 stop=branch.stop,
@@ -128,7 +128,7 @@ def holds_along(
                 after={at: _relaxation(first, _weights(since, at), held, sigma, least) for at in reached},
             )
         )
-    return tuple(every)
+    return tuple(holds)
 
 
 def _weights(since: Array, at: float) -> Array:

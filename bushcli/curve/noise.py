@@ -41,8 +41,8 @@ def noise(values: Array, abscissa: Array, order: int = 3, groups: NDArray[np.int
         return 0.0
     m, width = n - order, order + 1
     within = np.ones(m, dtype=bool)
-    if groups is not None and (alike := groups[order:] == groups[:-order]).sum() >= n / 2:
-        within = alike
+    if groups is not None and (same_group := groups[order:] == groups[:-order]).sum() >= n / 2:
+        within = same_group
     residuals, height, power = np.empty(m), np.zeros(n), np.zeros(n)
     for at in range(0, m, _PIECE):
         piece = slice(at, min(at + _PIECE, m))
@@ -58,9 +58,9 @@ def noise(values: Array, abscissa: Array, order: int = 3, groups: NDArray[np.int
         return _spread(np.abs(residuals[within]))
     # The height of a spike, divided by its standard error for residuals of 1: a few windows, as at the ends, determine
     # it poorly.
-    known = power > 0.0
-    size = np.abs(np.divide(height, np.sqrt(power), out=np.zeros_like(height), where=known))
-    high = np.flatnonzero(size > _SPIKE * median_deviation(size[known]))
+    fitted = power > 0.0
+    size = np.abs(np.divide(height, np.sqrt(power), out=np.zeros_like(height), where=fitted))
+    high = np.flatnonzero(size > _SPIKE * median_deviation(size[fitted]))
     # The neighbours of a spike share its windows and also appear high: the highest among them is the spike.
     beside = sliding_window_view(np.pad(size, width - 1), 2 * width - 1)[high]
     high = high[size[high] == beside.max(axis=1)]

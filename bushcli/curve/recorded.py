@@ -261,9 +261,9 @@ class Recording(Curve):
         """
         if used.all() or not used.any():
             return self
-        every, sound = np.arange(len(used)), np.flatnonzero(used)
+        samples, sound = np.arange(len(used)), np.flatnonzero(used)
         return replace(
             self,
-            displacement=np.interp(every, sound, self.displacement[sound]),
-            force=np.interp(every, sound, self.force[sound]),
+            displacement=np.interp(samples, sound, self.displacement[sound]),
+            force=np.interp(samples, sound, self.force[sound]),
         )

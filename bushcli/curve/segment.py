@@ -165,7 +165,7 @@ def excursions(
             pieces.append((start, stop, bool(held[start])))
     if len(pieces) > 1 and not pieces[0][2] and abs(q[pieces[0][1] - 1] - q[0]) < threshold:
         pieces[:2] = [(0, pieces[1][1], pieces[1][2])]
-    return tuple(_named(pieces, q, threshold))
+    return tuple(_named_segments(pieces, q, threshold))
 
 
 def _abscissa(displacement: Array, time: Array | None) -> Array:
@@ -284,7 +284,7 @@ def _still(q: Array, x: Array, sigma: float) -> bool:
     return bool(straight and flat and q.std() <= 1.6 * sigma)
 
 
-def _named(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> Iterator[Segment]:
+def _named_segments(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> Iterator[Segment]:
     cycle, turned, side = 1, False, 0
     moving = next(((start, stop) for start, stop, held in pieces if not held), None)
     if moving:
@@ -338,19 +338,19 @@ class _Excursion:
         return self.loop and self.reverses
 
 
-def _reverse(every: Sequence[_Excursion], before: Sequence[_Excursion]) -> bool:
+def _reverse(excursions: Sequence[_Excursion], before: Sequence[_Excursion]) -> bool:
     """Whether the first two excursions are the halves of one cycle, after the cycle `before`."""
-    if len(every) < 2 or _same_side(*every[:2]):
+    if len(excursions) < 2 or _same_side(*excursions[:2]):
         return False
-    a = [abs(half.furthest) for half in every[:5]]
-    a = a[: next((i for i in range(2, len(a)) if _same_side(every[i - 1], every[i])), len(a))]
+    a = [abs(half.furthest) for half in excursions[:5]]
+    a = a[: next((i for i in range(2, len(a)) if _same_side(excursions[i - 1], excursions[i])), len(a))]
     if len(a) == 2 or (len(before) == 2 and _repeat([abs(half.furthest) for half in before], a)):
         return True
-    if _repeat(a, a[2:]) or (len(a) == 3 and _at_preload(every[2], every[:2], 0.0)):
+    if _repeat(a, a[2:]) or (len(a) == 3 and _at_preload(excursions[2], excursions[:2], 0.0)):
         return True
     ramp = not _alike(a[0], a[1]) and not _alike(a[0], a[2])
     later = len(a) > 3 and _repeat(a[1:], a[3:])
-    return not (later or (ramp and _alike(a[1], a[2])) or _at_preload(every[0], every[1:3], 0.0))
+    return not (later or (ramp and _alike(a[1], a[2])) or _at_preload(excursions[0], excursions[1:3], 0.0))
 
 
 def _same_side(first: _Excursion, second: _Excursion) -> bool:

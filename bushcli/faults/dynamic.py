@@ -66,7 +66,7 @@ def table_faults(shape: Shape, tables: Sequence[DynamicTable]) -> tuple[DataFaul
     faults: list[DataFault] = []
     for table in tables:
         off = _off_curve(table)
-        every = [*_unit(shape, table)]
+        candidates = [*_unit(shape, table)]
         if off.any():
             first, count = int(np.argmax(off)), int(off.sum()) - 1
             where = f"{table.places[first]}: |K*| = {table.stiffness[first]:.4g} is off its curve"
@@ -74,9 +74,9 @@ def table_faults(shape: Shape, tables: Sequence[DynamicTable]) -> tuple[DataFaul
             where += f" and lies on that at {other}" if other else ""
             where += f", and {count} more row{'s are' if count > 1 else ' is'} off, too" if count else ""
             remedy = "correct the conditions of the row, or delete it; fits leave it out"
-            every.append(DataFault(table.name, "spikes", where, remedy, False, off))
-        every += [*_temperatures(table, off), *_angle(table, off)]
-        faults += [fault for fault in every if fault.kind not in table.accepted_faults]
+            candidates.append(DataFault(table.name, "spikes", where, remedy, False, off))
+        candidates += [*_temperatures(table, off), *_angle(table, off)]
+        faults += [fault for fault in candidates if fault.kind not in table.accepted_faults]
     return tuple(sorted(faults, key=lambda fault: not fault.fatal))
 
 

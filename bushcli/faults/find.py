@@ -160,9 +160,9 @@ def sample_faults(recording: Recording) -> Iterator[DataFault]:
     yield from _spikes(recording, clip | held_force | held_displacement | rows)
 
 
-def _spikes(recording: Recording, taken: Mask) -> Iterator[DataFault]:
+def _spikes(recording: Recording, excluded: Mask) -> Iterator[DataFault]:
     """Yield spikes of the displacement and of the force, among samples that have no other fault."""
-    x, sound = abscissa(recording), np.flatnonzero(~taken)
+    x, sound = abscissa(recording), np.flatnonzero(~excluded)
     n = len(recording.force)
     jumps, spiked = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
     # The displacement follows a program of ramps: any sample may be a corner.

@@ -180,7 +180,7 @@ def scales(shape: Shape, recordings: Sequence[Recording], bad: Sequence[Mask]) -
         for recording, mask in zip(recordings, bad, strict=True)
         if (scale := _Scale.of(shape, recording, mask)) is not None
     ]
-    done: set[str] = set()
+    swapped_names: set[str] = set()
     for scale, other in combinations(known, 2):
         # Two channels of one kind that contradict each other as they are, and agree when exchanged.
         this, that = (modes()[each.recording.mode] for each in (scale, other))
@@ -195,9 +195,9 @@ def scales(shape: Shape, recordings: Sequence[Recording], bad: Sequence[Mask]) -
             and all(low <= _RUBBER[1] and high >= _RUBBER[0] for low, high in swapped)
             and _apart(scale.modulus, other.modulus) >= _EXCHANGED
             and _apart(*swapped) <= _AGREE
-            and not {scale.recording.name, other.recording.name} & done
+            and not {scale.recording.name, other.recording.name} & swapped_names
         ):
-            done |= {scale.recording.name, other.recording.name}
+            swapped_names |= {scale.recording.name, other.recording.name}
             for own, its in ((scale, other), (other, scale)):
                 yield DataFault(
                     own.recording.name,
@@ -208,12 +208,12 @@ def scales(shape: Shape, recordings: Sequence[Recording], bad: Sequence[Mask]) -
                     True,
                 )
     for scale in known:
-        if scale.recording.name in done:
+        if scale.recording.name in swapped_names:
             continue
         rest = [
             other
             for other in known
-            if other is not scale and other.recording.name not in done and other.plausible
+            if other is not scale and other.recording.name not in swapped_names and other.plausible
         ]
         possible = _IMPOSSIBLE[scale.kind][0] <= scale.travel <= _IMPOSSIBLE[scale.kind][1]
         if scale.kind != "strain" and not possible and not scale.plausible and scale.exchanged.plausible:

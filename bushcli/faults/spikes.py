@@ -76,7 +76,7 @@ class _Miss:
         """The misses from the last sample to the first."""
         return _Miss(self.score[::-1], self.large[::-1], self.alone[::-1], self.clean[::-1])
 
-    def agreed(self, other: _Miss) -> Array:
+    def agreement(self, other: _Miss) -> Array:
         """Return by how many standard deviations (n,) both miss each sample in one direction; 0 where they do not."""
         with np.errstate(invalid="ignore"):
             least = np.minimum(np.abs(self.score), np.abs(other.score))
@@ -126,11 +126,11 @@ def _largest(values: Array, x: Array, branch: NDArray[np.int_], floor: Array, en
         block = np.full(n, np.inf)
         for k in range(width):
             before, after = left[k], right[width - k - 1]
-            agreed = before.agreed(after)
+            agreement = before.agreement(after)
             for side, other in ((after, before), (before, after)) if ends else ():
                 none = np.flatnonzero(np.isnan(other.score))
-                agreed[none] = np.where(side.alone[none], np.abs(side.score[none]), 0.0)
-            block[: n - k] = np.minimum(block[: n - k], agreed[k:])
+                agreement[none] = np.where(side.alone[none], np.abs(side.score[none]), 0.0)
+            block[: n - k] = np.minimum(block[: n - k], agreement[k:])
         block[n - width + 1 :] = 0.0
         # The misses beyond noise next to the block: before it those of the extrapolations from earlier samples, after
         # it those from later ones, neither of which used the samples of the block.
@@ -208,7 +208,7 @@ def _by_parabola(values: Array, x: Array, branch: NDArray[np.int_], gap: int) ->
     Scores and misses (n,) are nan where there are too few; the mask says where the branch alone has enough.
     """
     n, pad = len(values), gap + _SAMPLES - 1
-    score, size, clean, known = np.empty(n), np.empty(n), np.empty(n, dtype=bool), np.empty(n, dtype=bool)
+    score, size, clean, enough = np.empty(n), np.empty(n), np.empty(n, dtype=bool), np.empty(n, dtype=bool)
     before = [np.concatenate([np.full(pad, signal[0]), signal]) for signal in (x, values)]
     numbers = np.concatenate([np.full(pad, branch[0] - 1), branch])
     for start in range(0, n, _PIECE):
@@ -218,7 +218,7 @@ def _by_parabola(values: Array, x: Array, branch: NDArray[np.int_], gap: int) ->
         clean[piece] = own.sum(axis=0) >= _LEAST
         there = np.arange(piece.start, piece.stop) - gap >= np.arange(_SAMPLES)[:, None]
         used = np.where(clean[piece], own, there)
-        known[piece] = used.sum(axis=0) >= _LEAST
+        enough[piece] = used.sum(axis=0) >= _LEAST
         u = np.stack([before[0][part] for part in back])
         # Samples that are not used may be far away: they must not determine the scale.
         u = (u - x[piece]) * used
@@ -230,8 +230,8 @@ def _by_parabola(values: Array, x: Array, branch: NDArray[np.int_], gap: int) ->
         s0, s1, s2, s3, s4 = (power.sum(axis=0) for power in powers)
         inverse = np.stack([s2 * s4 - s3 * s3, s2 * s3 - s1 * s4, s1 * s3 - s2 * s2])
         determinant = s0 * inverse[0] + s1 * inverse[1] + s2 * inverse[2]
-        poor = known[piece] & (determinant <= 1e-9 * s0 * s2 * s4)
-        inverse /= np.where(known[piece] & ~poor, determinant, 1.0)
+        poor = enough[piece] & (determinant <= 1e-9 * s0 * s2 * s4)
+        inverse /= np.where(enough[piece] & ~poor, determinant, 1.0)
         if poor.any():
             # Cofactors lose too many digits where samples are far from each other.
             normal = np.stack([s0, s1, s2, s1, s2, s3, s2, s3, s4], axis=1)[poor].reshape(-1, 3, 3)
@@ -239,7 +239,7 @@ def _by_parabola(values: Array, x: Array, branch: NDArray[np.int_], gap: int) ->
         y = np.stack([before[1][part] for part in back])
         y -= values[piece]
         size[piece] = -sum(inverse[k] * (powers[k] * y).sum(axis=0) for k in range(3))
-        score[piece] = size[piece] / np.sqrt(1.0 + np.where(known[piece], np.maximum(inverse[0], 0.0), 0.0))
-    judged = known & clean
-    nan = np.where(known, 0.0, np.nan)
+        score[piece] = size[piece] / np.sqrt(1.0 + np.where(enough[piece], np.maximum(inverse[0], 0.0), 0.0))
+    judged = enough & clean
+    nan = np.where(enough, 0.0, np.nan)
     return score / _scale(score[judged], values) + nan, size + nan, judged

@@ -25,7 +25,7 @@ def modes_of_name(name: str, specimen: str) -> tuple[str, ...]:
     specimen : str
         "bushing" or "coupon": the specimen whose modes are considered.
     """
-    return _sure(_said(name, specimen))
+    return _sure(_mode_words(name, specimen))
 
 
 def contradicted(name: str, mode: str) -> tuple[str, ...]:
@@ -41,14 +41,14 @@ def contradicted(name: str, mode: str) -> tuple[str, ...]:
     mode : str
         Name of the mode that the case file gives.
     """
-    words = _said(name, modes()[mode].specimen)
+    words = _mode_words(name, modes()[mode].specimen)
     if mode in words:
         return ()
     plain = {
-        other: {word for word in known if len(word) > 3 and word not in SENSES}
-        for other, known in words.items()
+        other: {word for word in mode_words if len(word) > 3 and word not in SENSES}
+        for other, mode_words in words.items()
     }
-    return _sure({other: known for other, known in plain.items() if known})
+    return _sure({other: mode_words for other, mode_words in plain.items() if mode_words})
 
 
 def _sure(words: Mapping[str, set[str]]) -> tuple[str, ...]:
@@ -57,21 +57,21 @@ def _sure(words: Mapping[str, set[str]]) -> tuple[str, ...]:
     return tuple(mode for mode in words if words[mode] - others[mode]) or tuple(words)
 
 
-def _said(name: str, specimen: str) -> dict[str, set[str]]:
+def _mode_words(name: str, specimen: str) -> dict[str, set[str]]:
     """Return the words of each mode that the name of a file contains."""
-    apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower().replace("equi-biaxial", "equibiaxial")
-    apart = re.sub(r"(pure|simple)[\W_]+shear", r"\1shear", apart)
-    words = [word for word in re.split(r"[\W_\d]+", apart) if word]
+    text = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower().replace("equi-biaxial", "equibiaxial")
+    text = re.sub(r"(pure|simple)[\W_]+shear", r"\1shear", text)
+    words = [word for word in re.split(r"[\W_\d]+", text) if word]
     words_of_modes = {
         mode.name: {
-            known
-            for known in mode.words
-            if any(word == known or (len(known) >= 4 and word.startswith(known)) for word in words)
+            prefix
+            for prefix in mode.words
+            if any(word == prefix or (len(prefix) >= 4 and word.startswith(prefix)) for word in words)
         }
         for mode in modes().values()
         if mode.specimen == specimen
     }
-    return {mode: known for mode, known in words_of_modes.items() if known}
+    return {mode: mode_words for mode, mode_words in words_of_modes.items() if mode_words}
 
 
 def mode_of_name(name: str, specimen: str) -> str | None:

@@ -68,13 +68,13 @@ def read_tables(path: Path, format_name: str, wanted: Collection[str | int]) -> 
     if not reader.library:
         try:
             with reader.opened(path) as parts:
-                return _found(path, ((part, _columns(part, wanted, True)) for part in parts))
+                return _file_contents(path, ((part, _columns(part, wanted, True)) for part in parts))
         except (OSError, ValueError, OverflowError, MemoryError) as error:
-            raise _damaged(path, reader, str(error)) from None
+            raise _damage_error(path, reader, str(error)) from None
     if importlib.util.find_spec(reader.library) is None:
         what = f"is {reader.name}; {reader.library}, which reads it, is not installed"
         raise RecordingError(Problem(str(path), what, "", remedy("rig")))
-    return _found(path, _taken_over(child_output(path, reader, format_name, wanted)))
+    return _file_contents(path, _parts_of_answer(child_output(path, reader, format_name, wanted)))
 
 
 def child_output(path: Path, reader: Reader, format_name: str, wanted: Collection[str | int]) -> bytes:
@@ -85,21 +85,25 @@ def child_output(path: Path, reader: Reader, format_name: str, wanted: Collectio
     command = [sys.executable, "-P", "-W", "ignore", "-c", start, format_name, str(path)]
     command.append(json.dumps(list(wanted)))
     try:
-        done = subprocess.run(
+        process = subprocess.run(
             command, capture_output=True, timeout=_WAITING * LONGEST, stdin=subprocess.DEVNULL, check=False
         )
     except subprocess.TimeoutExpired:
-        raise _damaged(path, reader, f"reading it takes more than {_WAITING * LONGEST} s") from None
-    if done.returncode:
+        raise _damage_error(path, reader, f"reading it takes more than {_WAITING * LONGEST} s") from None
+    if process.returncode:
         # Other lines that a failing parser prints are not the reason.
-        lines = done.stderr.decode("utf-8", "replace").splitlines()
+        lines = process.stderr.decode("utf-8", "replace").splitlines()
         messages = [line.removeprefix(_FAILED) for line in lines if line.startswith(_FAILED)]
-        raise _damaged(path, reader, messages[0] if messages else "its parser crashes or needs too much time")
-    return done.stdout
+        raise _damage_error(
+            path, reader, messages[0] if messages else "its parser crashes or needs too much time"
+        )
+    return process.stdout
 
 
-def _found(path: Path, parts: Iterable[tuple[FilePart, Sequence[NDArray[Any] | None]]]) -> FileContents:
-    made, failed = list[Table](), {}
+def _file_contents(
+    path: Path, parts: Iterable[tuple[FilePart, Sequence[NDArray[Any] | None]]]
+) -> FileContents:
+    tables, failed = list[Table](), {}
     for part, columns in parts:
         if part.cells is None:
             table = ArrayTable(
@@ -111,7 +115,7 @@ def _found(path: Path, parts: Iterable[tuple[FilePart, Sequence[NDArray[Any] | N
                 remarks=tuple(part.remarks),
                 origin=None if part.origin is None else Instant(*part.origin),
             )
-            made.append(table)
+            tables.append(table)
             continue
         try:
             sheet = table_of_fields(path, part.name, part.cells)
@@ -120,16 +124,16 @@ def _found(path: Path, parts: Iterable[tuple[FilePart, Sequence[NDArray[Any] | N
             continue
         # A date above the header is none of the column.
         dates = {column: Instant(*first) for column, count, first in part.dates if count >= len(sheet)}
-        made.append(replace(sheet, dates=dates))
-    return FileContents(tuple(made), failed)
+        tables.append(replace(sheet, dates=dates))
+    return FileContents(tuple(tables), failed)
 
 
-def _damaged(path: Path, reader: Reader, reason: str) -> RecordingError:
+def _damage_error(path: Path, reader: Reader, reason: str) -> RecordingError:
     what = f"cannot be read as {reader.name}: {reason[:300]}"
     return RecordingError(Problem(str(path), what, "", "is it complete? if so, export it again or as CSV"))
 
 
-def _taken_over(answer: bytes) -> Iterator[tuple[FilePart, Sequence[NDArray[Any] | None]]]:
+def _parts_of_answer(answer: bytes) -> Iterator[tuple[FilePart, Sequence[NDArray[Any] | None]]]:
     head, _, content = answer.partition(b"\n")
     at = 0
     for shown in json.loads(head):

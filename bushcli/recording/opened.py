@@ -81,9 +81,9 @@ def opened(
         )
     else:
         key = source.group.strip("/ ").casefold()
-        known = [(table.part.strip("/ ").casefold(), table) for table in inside.tables]
-        hits = [table for part, table in known if part == key]
-        pieces = tuple(table for part, table in known if part.startswith(f"{key}, "))
+        named_tables = [(table.part.strip("/ ").casefold(), table) for table in inside.tables]
+        hits = [table for part, table in named_tables if part == key]
+        pieces = tuple(table for part, table in named_tables if part.startswith(f"{key}, "))
         what = f'has no sheet or group "{source.group}"'
         problem = Problem(str(source.file), what, nearest(source.group, names), listed(names))
     if not hits and not pieces:
@@ -134,8 +134,8 @@ class NeededColumns(NamedTuple):
 def only_table(source: Source, mode: Mode, inside: FileContents, needed: NeededColumns) -> Table:
     """Return the only table of a file, or the only one that fits, or else what channels of several groups give."""
     tables = inside.tables
-    alone = len(tables) == 1 and not inside.failed
-    fitting = [table for table in tables if alone or needed.fits(table)]
+    is_single = len(tables) == 1 and not inside.failed
+    fitting = [table for table in tables if is_single or needed.fits(table)]
     if not fitting:
         together = joined(tables, source, mode)
         fitting = [table for table in together if needed.fits(table)]

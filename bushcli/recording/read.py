@@ -88,8 +88,8 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     there = {"displacement": moved, "force": forced} | ({"time": stamps} if stamps else {})
     path = None
     if source.six is not None:
-        every = motion_columns(table, source, source.six).items()
-        there |= {MOTIONS[k]: c for k, c in every if k not in source.six.free and c.index != moved.index}
+        motions = motion_columns(table, source, source.six).items()
+        there |= {MOTIONS[k]: c for k, c in motions if k not in source.six.free and c.index != moved.index}
         path = recorded_path(source, source.six, samples, tables)
     columns, unused, remarks = _used_columns(table, there, source)
     recording = Recording(
@@ -114,7 +114,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         name = table.names[count[0]]
         columns += (ReadColumn("cycle", count[0] + 1, name, "", False),)
         recording = recording.counted(count[1], columns, tuple(column for column in unused if column != name))
-    return _used(recording, source)
+    return _used_cycles(recording, source)
 
 
 def _warm(table: Table, source: Source, rows: NDArray[np.int_]) -> Array | None:
@@ -125,11 +125,11 @@ def _warm(table: Table, source: Source, rows: NDArray[np.int_]) -> Array | None:
     name = heading(table.names[index])
     given = (source.temperature_unit, table.units[index], *name.written, name.at_end)
     told = [text for text in given if text] or ["degC"]
-    known = [unit for text in told if (unit := read_unit(text)) and unit.kind == "temperature"]
-    if not known:
+    units = [unit for text in told if (unit := read_unit(text)) and unit.kind == "temperature"]
+    if not units:
         what = f"{table.label(index)}: {told[0].strip('[]() ')} is no unit of a temperature"
         raise table.refused(what, 'units = {temperature = "degC"}, "K" or "degF"')
-    values = known[0].factor * table.numbers(index, source.accept)[rows] + known[0].zero
+    values = units[0].factor * table.numbers(index, source.accept)[rows] + units[0].zero
     off = np.flatnonzero(~((values >= WARM[0]) & (values <= WARM[1])))
     if len(off):
         row = int(rows[off[0]])
@@ -157,7 +157,7 @@ def _used_columns(
     return columns, unused, tuple(Repair("columns", text) for text in remarks)
 
 
-def _used(recording: Recording, source: Source) -> Recording:
+def _used_cycles(recording: Recording, source: Source) -> Recording:
     """Return the cycles that are compared: the ones that the case names, without the conditioning cycles."""
     cycles = source.cycles
     if source.conditioning:

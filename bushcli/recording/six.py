@@ -35,9 +35,9 @@ def named_in(table: Table) -> dict[str, int]:
     columns: dict[str, int] = {}
     for index, name in enumerate(table.names):
         first = re.split(r"[\s_\[\(/]", name.strip().casefold(), maxsplit=1)[0]
-        for known, aliases in _ALIASES.items():
-            if first in aliases and known not in columns:
-                columns[known] = index
+        for key, aliases in _ALIASES.items():
+            if first in aliases and key not in columns:
+                columns[key] = index
     return columns
 
 
@@ -46,11 +46,11 @@ def six_table(source: Source, chosen: Mapping[str, str], tables: TableCache) -> 
     axial = modes()["axial"]
     table = opened(source, list(chosen.values()), tables)
     if isinstance(table, FileContents):
-        every = {name for part in table.tables for name in _columns(part, chosen)}
+        names = {name for part in table.tables for name in _columns(part, chosen)}
         needed = NeededColumns(
             "all motions and reactions",
             "motions = {ux = ...}, by name; names such as time_s, ux_mm, fx_N are found",
-            lambda part: bool(every) and every == _columns(part, chosen).keys(),
+            lambda part: bool(names) and names == _columns(part, chosen).keys(),
             lambda together: _on_one_raster(source, together, chosen),
         )
         table = only_table(source, axial, table, needed)
@@ -64,9 +64,9 @@ def six_table(source: Source, chosen: Mapping[str, str], tables: TableCache) -> 
 def _columns(table: Table, chosen: Mapping[str, str]) -> dict[str, int]:
     """Return the columns, from 0, of a table that the case file names or that have the name of a motion or reaction."""
     names = [heading(name).name for name in table.names]
-    known = {key: heading(text).name for key, text in chosen.items()}
-    indices = {key: names.index(name) for key, name in known.items() if name in names}
-    return {key: index for key, index in named_in(table).items() if key not in known} | indices
+    headings = {key: heading(text).name for key, text in chosen.items()}
+    indices = {key: names.index(name) for key, name in headings.items() if name in names}
+    return {key: index for key, index in named_in(table).items() if key not in headings} | indices
 
 
 def _on_one_raster(source: Source, tables: Sequence[Table], chosen: Mapping[str, str]) -> Table | None:
@@ -124,16 +124,16 @@ def columns_of(
     """
     table = six_table(source, chosen(motions, forces), tables)
     columns: dict[str, str | int] = {key: index + 1 for key, index in named_in(table).items()}
-    own = {k: v for k, v in columns.items() if k in MOTIONS} if motions is None else dict(motions)
-    theirs = {k: v for k, v in columns.items() if k in REACTIONS} if forces is None else dict(forces)
-    if not own:
+    of_motions = {k: v for k, v in columns.items() if k in MOTIONS} if motions is None else dict(motions)
+    of_forces = {k: v for k, v in columns.items() if k in REACTIONS} if forces is None else dict(forces)
+    if not of_motions:
         listed = ", ".join(name for name in table.names if name)[:300]
         what = f"has no column of a motion; its columns are {listed}" if listed else "has no header"
         raise source.refused(what, "ux_mm ... rz_deg; or choose columns: motions = {ux = ...}")
-    for name in theirs.values():
+    for name in of_forces.values():
         # Reactions whose motion stays zero are not read later.
         chosen_index(table, name)
-    return own, theirs
+    return of_motions, of_forces
 
 
 def chosen(motions: Columns | None, forces: Columns | None) -> dict[str, str]:

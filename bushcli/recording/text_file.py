@@ -94,11 +94,11 @@ def read_table(
 def _table(path: Path, lines: list[Line], runs: list[AlikeRows], given: _Given) -> TextTable | None:
     """Return the table of a text from its lines but for those of runs; None where only all lines together tell more."""
     body = [line for line in lines if not line.comment]
-    alone = _of_one_column(body, given) if given.single else None
-    dialect = alone or _dialect(path, body, given)
+    single = _of_one_column(body, given) if given.single else None
+    dialect = single or _dialect(path, body, given)
     sheet = Sheet(path, lines, body, [split_line(line.text, dialect.delimiter) for line in body], dialect)
     remarks = _without_thousands(sheet.split, dialect.decimal)
-    sheet, width, repeats, reordered = _rows(sheet, 1 if alone else 2)
+    sheet, width, repeats, reordered = _rows(sheet, 1 if single else 2)
     rows = sheet.split[sheet.start :]
     grouped = None
     if given.decimal is None and (dialect.decimal == "," or dialect.delimiter in ";\t"):
@@ -146,7 +146,7 @@ def _with_header(sheet: Sheet, width: int, most: int, remarks: tuple[str, ...], 
     widths = (len(f) for f in above if width < len(f) <= most and named_columns(f) >= 2)
     top = header(sheet, max(widths, default=width))
     numbers = [line.number for line in sheet.body[sheet.start :]]
-    known = set(numbers)
+    row_numbers = set(numbers)
     inside = (line for line in sheet.lines if numbers[0] < line.number < numbers[-1])
     return TextTable(
         path=sheet.path,
@@ -158,7 +158,7 @@ def _with_header(sheet: Sheet, width: int, most: int, remarks: tuple[str, ...], 
         parts=(SplitRows(sheet.split[sheet.start :], numbers),),
         decimal=sheet.dialect.decimal,
         remarks=remarks,
-        between=tuple((line.number, line.uncommented) for line in inside if line.number not in known),
+        between=tuple((line.number, line.uncommented) for line in inside if line.number not in row_numbers),
     )
 
 
@@ -212,7 +212,7 @@ def _rows(sheet: Sheet, fewest: int) -> tuple[Sheet, int, list[str], bool]:
     # A header has as many fields as the rows have.
     full = [i for i, fields in below if len(fields) == raw and fields[-1][:1].isalpha()]
     texts = [i for i in full if not numbers_in(split[i], decimal)]
-    repeated = _repeated(body, split, start, sorted({*wrong, *texts}), filled)
+    repeated = _repeated_lines(body, split, start, sorted({*wrong, *texts}), filled)
     for i in wrong:
         if i not in repeated:
             fields = len(trimmed(split[i]))
@@ -255,7 +255,7 @@ def _without_text_below(sheet: Sheet) -> list[str]:
     return [single if len(below) == 1 else several]
 
 
-def _repeated(
+def _repeated_lines(
     body: Sequence[Line], split: Sequence[list[str]], start: int, among: Sequence[int], width: int
 ) -> list[int]:
     """Return which lines below the first row repeat those above it: whole groups of them, names included.
@@ -271,8 +271,8 @@ def _repeated(
         lines = [i for _, i in group]
         again = [body[i].text.strip() for i in lines]
         full = [text for text, i in zip(again, lines, strict=True) if len(trimmed(split[i])) == width]
-        known = all(text in head or _NUMBERS.sub("#", text) in labels for text in again)
-        if full and known and all(text in head for text in full):
+        are_repeated = all(text in head or _NUMBERS.sub("#", text) in labels for text in again)
+        if full and are_repeated and all(text in head for text in full):
             repeated += lines
     return repeated
 

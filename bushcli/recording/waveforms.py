@@ -81,17 +81,24 @@ def parts_by_clock(group: str, channels: Sequence[WaveChannel]) -> Iterator[File
     parts: list[tuple[Sampling | None, list[WaveChannel]]] = []
     lengths = dict.fromkeys(channel.samples for channel in channels if channel.samples)
     for samples in lengths:
-        alike = [channel for channel in channels if channel.samples == samples]
-        full = {channel.sampling for channel in alike if channel.sampling and channel.sampling.step}
+        same_length = [channel for channel in channels if channel.samples == samples]
+        full = {channel.sampling for channel in same_length if channel.sampling and channel.sampling.step}
         # One without an interval may only repeat the start of the only clock with one.
         start = replace(*full, step=0.0) if len(full) == 1 else None
-        samplings = [None if channel.sampling == start else channel.sampling for channel in alike]
+        samplings = [None if channel.sampling == start else channel.sampling for channel in same_length]
         clocks = list(dict.fromkeys(filter(None, samplings)))
         if len(clocks) < 2:
-            parts.append((next(iter(clocks), None), alike))
+            parts.append((next(iter(clocks), None), same_length))
             continue
         stated = [
-            (clock, [channel for channel, mine in zip(alike, samplings, strict=True) if mine == clock])
+            (
+                clock,
+                [
+                    channel
+                    for channel, sampling in zip(same_length, samplings, strict=True)
+                    if sampling == clock
+                ],
+            )
             for clock in (*clocks, None)
         ]
         parts += [(clock, members) for clock, members in stated if members]
@@ -100,14 +107,16 @@ def parts_by_clock(group: str, channels: Sequence[WaveChannel]) -> Iterator[File
         # Several parts of a length are distinguished by their channels.
         sizes = [members[0].samples for _, members in parts]
         names = [
-            f"{group}, {samples} samples" if sizes.count(samples) == 1 else f"{group}, {_listed(members)}"
+            f"{group}, {samples} samples"
+            if sizes.count(samples) == 1
+            else f"{group}, {_channel_names(members)}"
             for samples, (_, members) in zip(sizes, parts, strict=True)
         ]
     for name, (sampling, members) in zip(numbered(names), parts, strict=True):
         yield _part(name, sampling, members)
 
 
-def _listed(channels: Sequence[WaveChannel]) -> str:
+def _channel_names(channels: Sequence[WaveChannel]) -> str:
     return ", ".join(channel.name for channel in channels[:5])[:80]
 
 
@@ -126,8 +135,8 @@ def _part(name: str, sampling: Sampling | None, members: Sequence[WaveChannel]) 
     remarks = []
     if without:
         remarks.append(
-            f"no sampling interval is stated of {_listed(without)}; as many samples as the other channels of the group "
-            f"are read at their times, every {sampling.step:.6g} s"
+            f"no sampling interval is stated of {_channel_names(without)}; as many samples as the other channels of "
+            f"the group are read at their times, every {sampling.step:.6g} s"
         )
     return FilePart(
         name,

@@ -84,15 +84,15 @@ def meanings(table: Table) -> list[ColumnName]:
         lines = [fields for fields in _fields(text) if 1 < len(fields) <= width]
         for fields in lines:
             if any(meaning(field).quantity in MEASURED for field in fields if field):
-                over |= {i: title for i, title in enumerate(_carried(fields, width)) if title}
-        known = next((row for fields in lines if len(row := _conditions_in(fields)) > 1), {})
+                over |= {i: title for i, title in enumerate(_carry_fields(fields, width)) if title}
+        conditions_of_row = next((row for fields in lines if len(row := _conditions_in(fields)) > 1), {})
         last: Stated | None = None
         for i in range(width):
-            last = known.get(i, last)
+            last = conditions_of_row.get(i, last)
             if last is not None:
                 above[i] = (*above.get(i, ()), last)
     # Above conditions a name in merged cells holds until the next one.
-    for i, name in enumerate(_carried(table.names, width) if above else table.names):
+    for i, name in enumerate(_carry_fields(table.names, width) if above else table.names):
         condition = condition_of(name)
         column = meaning(
             over.get(i, name) if condition else name, "" if condition_of(table.units[i]) else table.units[i]
@@ -111,7 +111,7 @@ def _fields(text: str) -> list[list[str]]:
     return [[field.strip() for field in text.split(delimiter)] for delimiter in ";\t,|"]
 
 
-def _carried(fields: Sequence[str], width: int) -> list[str]:
+def _carry_fields(fields: Sequence[str], width: int) -> list[str]:
     """Return the fields of a row, each of which holds until the next one."""
     carried: list[str] = []
     for i in range(width):
@@ -162,7 +162,7 @@ def with_conditions_above(table: Table) -> Table:
     fields = [table.text(0, i).strip() for i in range(width)]
     if is_number(fields[0], table.decimal) or len(_conditions_in(fields)) < 2:
         return table
-    units, preamble = _carried(table.units, width), (*table.preamble, (table.line(0), ";".join(fields)))
+    units, preamble = _carry_fields(table.units, width), (*table.preamble, (table.line(0), ";".join(fields)))
     return replace(table.of_rows(np.arange(1, len(table))), units=tuple(units), preamble=preamble)
 
 
@@ -180,10 +180,10 @@ def groups(table: Table, source: DynamicSource, mode: Mode) -> list[ColumnGroup]
             if source.across is None:
                 what = "the columns' names have a length or a strain; it may be the amplitude or the preload"
                 raise table.refused(what, 'across = "amplitude" or "preload" in the recording\'s table')
-            known = (
+            conditions_of_name = (
                 replace(c, quantity=source.across) if c.quantity == ACROSS else c for c in name.conditions
             )
-            names[i] = replace(name, conditions=tuple(known))
+            names[i] = replace(name, conditions=tuple(conditions_of_name))
     conditioned: dict[tuple[tuple[str, float], ...], list[int]] = {}
     for i, name in enumerate(names):
         if name.quantity:
@@ -192,13 +192,13 @@ def groups(table: Table, source: DynamicSource, mode: Mode) -> list[ColumnGroup]
     shared = conditioned.pop((), [])
     if not any(names[i].quantity in MEASURED for columns in conditioned.values() for i in columns):
         shared, conditioned = [i for i, name in enumerate(names) if name.quantity], {(): []}
-    made = []
+    column_groups = []
     for columns in conditioned.values():
         quantities = {names[i].quantity for i in columns}
-        taken = [*columns, *(i for i in shared if names[i].quantity not in quantities)]
+        members = [*columns, *(i for i in shared if names[i].quantity not in quantities)]
         conditions = {c.quantity: c for i in columns or shared for c in names[i].conditions}
-        made.append(ColumnGroup(_unique(table, taken, names, mode), conditions))
-    return made
+        column_groups.append(ColumnGroup(_unique(table, members, names, mode), conditions))
+    return column_groups
 
 
 def _unique(

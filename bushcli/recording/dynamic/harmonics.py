@@ -85,11 +85,11 @@ def bursts(time: Array, displacement: Array) -> list[tuple[float, float, float]]
     halves = np.diff(crossings)
     stretches, first = [], 0
     for last in range(1, len(halves) + 1):
-        alike = last < len(halves) and (
+        is_periodic = last < len(halves) and (
             abs(halves[last] / np.median(halves[first:last]) - 1.0) < _ALIKE
             and abs(ranges[last + 1] / np.median(ranges[first : last + 1]) - 1.0) < _ALIKE
         )
-        if alike:
+        if is_periodic:
             continue
         count = last - first
         if count >= 2 * _FEWEST_PERIODS - 1:
@@ -119,7 +119,7 @@ def harmonics(
     inside = (time >= begin + left_out / frequency) & (time <= end)
     if np.count_nonzero(inside) < 8:
         return None
-    frequency = _refined(time[inside], displacement[inside], frequency)
+    frequency = _refine_frequency(time[inside], displacement[inside], frequency)
     start = begin + left_out / frequency
     periods = math.floor((end - start) * frequency + 1e-6)
     if periods < 1:
@@ -130,8 +130,8 @@ def harmonics(
     if most < 1 or len(t) < 2 * most + 6:
         return None
     design = _design(t, frequency, most, 3 if periods >= 4 else 1)
-    motion, moved_error = _fitted(design, q)
-    response, force_error = _fitted(design, big)
+    motion, moved_error = _fit_harmonics(design, q)
+    response, force_error = _fit_harmonics(design, big)
     fundamental = [complex(c[0], -c[1]) for c in (motion, response)]
     stiffness = fundamental[1] / fundamental[0]
     error = math.hypot(force_error, abs(stiffness) * moved_error) / abs(fundamental[0])
@@ -164,7 +164,7 @@ def _design(time: Array, frequency: float, most: int, drift: int) -> Array:
     return np.column_stack([*waves, *(scaled**k for k in range(drift + 1))])
 
 
-def _fitted(design: Array, values: Array) -> tuple[Array, float]:
+def _fit_harmonics(design: Array, values: Array) -> tuple[Array, float]:
     """Return the coefficients, and the standard error of the first harmonic's parts from the residual.
 
     Neighbouring residuals of a fast logger are correlated: the error counts as many independent samples as an
@@ -175,11 +175,11 @@ def _fitted(design: Array, values: Array) -> tuple[Array, float]:
     free = max(len(values) - design.shape[1], 1)
     variance = float(residual @ residual) / free
     lag = float(residual[1:] @ residual[:-1]) / max(float(residual @ residual), 1e-300)
-    alike = (1.0 + min(max(lag, 0.0), 0.999)) / (1.0 - min(max(lag, 0.0), 0.999))
-    return coefficients, math.sqrt(variance * alike * 2.0 / len(values))
+    inflation = (1.0 + min(max(lag, 0.0), 0.999)) / (1.0 - min(max(lag, 0.0), 0.999))
+    return coefficients, math.sqrt(variance * inflation * 2.0 / len(values))
 
 
-def _refined(time: Array, values: Array, frequency: float) -> float:
+def _refine_frequency(time: Array, values: Array, frequency: float) -> float:
     """Return the frequency whose harmonics fit the displacement best, by Gauss-Newton's method."""
     most = int(min(3, max(1, 0.4 * len(time) / max((time[-1] - time[0]) * frequency, 1.0))))
     length = float(time[-1] - time[0])

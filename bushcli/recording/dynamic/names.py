@@ -189,38 +189,38 @@ def meaning(name: str, unit: str = "") -> ColumnName:
     """Return the meaning of the name of a column."""
     conditions = tuple(map(_condition, _CONDITION.finditer(name)))
 
-    def kept(match: re.Match[str]) -> str:
+    def condition_word(match: re.Match[str]) -> str:
         # Of a condition its word is kept if it is the column's, "Kdyn 500 N", not the number's, "preload 5 N".
         key = (match["key"] or "").lower()
         own = _quantity(key, None) in CONDITIONS or key in ("a", "at", "bei")
         return " " if own else f" {match['key'] or ''} "
 
-    text, written, known = next(_apart(_CONDITION.sub(kept, name)))
+    text, written, unit_of_name = next(_apart(_CONDITION.sub(condition_word, name)))
     if unit.strip() and (row := read_unit(unit)) is not None:
-        written, known = unit, row
+        written, unit_of_name = unit, row
     plain = text.replace("_", " ")
     modulus: Literal["E", "G", ""] = "G" if _SHEAR.search(plain) else "E" if _TENSILE.search(plain) else ""
     text = _MAGNITUDE.sub(r" \1 complex ", text)
     text = _PRIMED.sub(lambda m: f" {m[1]} {_SIGNED.get(m[2], 'storage')} ", text)
     words = _words(text)
-    quantity = "stiffness" if _OWN.fullmatch(name.strip()) else _quantity(words, known)
-    quantity = quantity or _quantity(" ".join(_DOUBLE.sub(" ", _PEAK.sub(" ", words)).split()), known)
-    if not quantity and known is not None:
+    quantity = "stiffness" if _OWN.fullmatch(name.strip()) else _quantity(words, unit_of_name)
+    quantity = quantity or _quantity(" ".join(_DOUBLE.sub(" ", _PEAK.sub(" ", words)).split()), unit_of_name)
+    if not quantity and unit_of_name is not None:
         # The unit of these is enough, whatever the name of the column.
         sure = ("frequency", "temperature", "damping")
-        quantity = next((candidate for candidate in sure if known.kind in KINDS[candidate]), "")
+        quantity = next((candidate for candidate in sure if unit_of_name.kind in KINDS[candidate]), "")
     if quantity in ("storage", "loss") and _ERRORS.search(words):
         quantity += "_error"
     elif quantity and _ERRORS.search(words):
         quantity = ""
-    if known is not None and quantity and known.kind not in KINDS[quantity]:
+    if unit_of_name is not None and quantity and unit_of_name.kind not in KINDS[quantity]:
         # A preload in N is one of force.
-        if known.kind in KINDS["preload_force"]:
+        if unit_of_name.kind in KINDS["preload_force"]:
             quantity = {"preload": "preload_force", "amplitude": ""}.get(quantity, quantity)
-        elif quantity == "modulus" and known.kind in KINDS["damping"]:
+        elif quantity == "modulus" and unit_of_name.kind in KINDS["damping"]:
             quantity = "damping"
     peak = _peak(words) if quantity == "amplitude" else ""
-    return ColumnName(quantity, known, written, peak, modulus, conditions)
+    return ColumnName(quantity, unit_of_name, written, peak, modulus, conditions)
 
 
 def stated(line: str, decimal: str = "") -> Stated | None:
@@ -277,9 +277,9 @@ def _condition(match: re.Match[str]) -> Stated:
     if match["pp"]:
         peak = "double" if _peak(match["pp"]) == "double" else "peak"
     number = _number(match["number"]) * (-1.0 if match["sign"] == "-" else 1.0)
-    named = _quantity(key, unit) if len(key) > 2 else ""
-    quantity = "preload" if named == "preload" else ACROSS
-    if peak or named == "amplitude" or key == "a":
+    word = _quantity(key, unit) if len(key) > 2 else ""
+    quantity = "preload" if word == "preload" else ACROSS
+    if peak or word == "amplitude" or key == "a":
         quantity = "amplitude"
     # The unit of these is enough.
     sure = [
@@ -298,17 +298,17 @@ def _apart(text: str) -> Iterator[tuple[str, str, DynamicUnit | None]]:
     brackets = re.compile(r"[\[({<]([^\[\](){}<>]*)[\])}>]")
     for match in reversed(list(brackets.finditer(text))):
         inside = _BESIDE.sub(" ", match[1]).strip(" ,;")
-        if (known := read_unit(inside)) is not None:
+        if (unit := read_unit(inside)) is not None:
             sign = " ".join(_BESIDE.findall(match[1]))
-            yield f"{text[: match.start()]} {sign} {text[match.end() :]}", inside, known
+            yield f"{text[: match.start()]} {sign} {text[match.end() :]}", inside, unit
     bare = brackets.sub(r" \1 ", text)
     per = re.sub(r"(?<=[^\W_])[\s_]+per[\s_]+(?=[^\W_])", "/", bare)
     for match in re.finditer(r"[\s_,;/]+(?:in\s+)?(±|\+/-)?", per):
         tail = per[match.end() :].strip(" _,;/")
-        known = read_unit(tail) if tail and match.start() else None
+        unit = read_unit(tail) if tail and match.start() else None
         # The dash of "E - modulus" is no unit, and neither is the number of "K 1".
-        if known is not None and tail not in ("1", "-", "--"):
-            yield per[: match.start()] + " " + (match[1] or ""), tail, known
+        if unit is not None and tail not in ("1", "-", "--"):
+            yield per[: match.start()] + " " + (match[1] or ""), tail, unit
     yield bare, "", None
 
 

@@ -122,22 +122,22 @@ def _parts(file: Path, source: DynamicSource, mode: Mode, tables: TableCache) ->
     if set(source.columns) & {"time", "displacement", "force"}:
         return read_loops(source, plain, tables)
     contents = opened(plain, [name for name in source.columns.values() if isinstance(name, str)], tables)
-    every = [contents] if isinstance(contents, Table) else list(contents.tables)
-    every = [with_conditions_above(with_names_above(table)) for table in every]
-    fitting = [table for table in every if is_dynamic(table, source)]
+    tables_of_file = [contents] if isinstance(contents, Table) else list(contents.tables)
+    tables_of_file = [with_conditions_above(with_names_above(table)) for table in tables_of_file]
+    fitting = [table for table in tables_of_file if is_dynamic(table, source)]
     if not fitting:
         return read_loops(source, plain, tables)
     parts: list[TablePart] = []
     for table in fitting:
         # A column of conditions alone, such as the mean of all, is no group.
         measured = [group for group in groups(table, source, mode) if set(MEASURED) & set(group.columns)]
-        made = [_part(with_values(table, group), group, source, mode) for group in measured]
+        group_parts = [_part(with_values(table, group), group, source, mode) for group in measured]
         taken = {index for group in measured for index, _ in group.columns.values()}
         unused = [name for i, name in enumerate(table.names) if name and i not in taken]
         if unused:
             remark = f"columns that are not used: {', '.join(unused)}"
-            made[0] = replace(made[0], remarks=(*made[0].remarks, remark))
-        parts += made
+            group_parts[0] = replace(group_parts[0], remarks=(*group_parts[0].remarks, remark))
+        parts += group_parts
     if len(fitting) > 1:
         remark = f"{file.name}: {len(fitting)} sheets or groups are read together: {listed([t.part for t in fitting])}"
         parts[0] = replace(parts[0], remarks=(remark, *parts[0].remarks))
@@ -167,10 +167,10 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
         raise RecordingError(*asked)
     for quantity in CONDITIONS:
         if quantity not in arrays:
-            arrays[quantity] = np.full(len(table), _stated(table, quantity, stated, source, mode))
+            arrays[quantity] = np.full(len(table), _stated_value(table, quantity, stated, source, mode))
             for line, condition in between(table, quantity) if quantity not in group.conditions else ():
                 below = np.array([table.line(row) > line for row in range(len(table))])
-                arrays[quantity][below] = _stated(table, quantity, {quantity: condition}, source, mode)
+                arrays[quantity][below] = _stated_value(table, quantity, {quantity: condition}, source, mode)
     arrays["amplitude"] = np.abs(arrays["amplitude"]) * (0.5 if peak == "double" else 1.0)
     places = tuple(table.place(row) for row in range(len(table)))
     # Moduli may come from shifts along temperature, which reach any frequency.
@@ -208,7 +208,7 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
     return TablePart(arrays, places, (*remarks, *said_of), modulus)
 
 
-def _stated(
+def _stated_value(
     table: Table, quantity: str, stated: Mapping[str, Stated], source: DynamicSource, mode: Mode
 ) -> float:
     """Return a condition of all rows, as the case file or else the file states it, in internal units; or nan."""

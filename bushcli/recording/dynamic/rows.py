@@ -86,8 +86,8 @@ class RecordedTable(Recording):
     @property
     def has_amplitudes(self) -> bool:
         """Whether rows of different amplitudes can be compared."""
-        known = self.table.amplitude[~np.isnan(self.table.amplitude)]
-        return bool(len(known) and known.max() > SPREAD * known.min())
+        amplitudes = self.table.amplitude[~np.isnan(self.table.amplitude)]
+        return bool(len(amplitudes) and amplitudes.max() > SPREAD * amplitudes.min())
 
     @property
     def times(self) -> tuple[float, float]:
@@ -157,10 +157,10 @@ def recorded_table(table: DynamicTable, faulty: NDArray[np.bool_] | None = None)
     """
     scatter, count = _scatter(table, np.ones(len(table), dtype=bool) if faulty is None else ~faulty)
     usual, least = np.array([MAGNITUDE, ANGLE]), np.array(_LEAST)
-    known = scatter > 0.0
+    measured = scatter > 0.0
     # Both are estimates of a logarithm.
-    logs = np.where(known, np.log(np.where(known, scatter, 1.0)), 0.0) * count + np.log(usual) * _USUAL
-    size = np.maximum(np.exp(logs / (np.where(known, count, 0.0) + _USUAL)), least)
+    logs = np.where(measured, np.log(np.where(measured, scatter, 1.0)), 0.0) * count + np.log(usual) * _USUAL
+    size = np.maximum(np.exp(logs / (np.where(measured, count, 0.0) + _USUAL)), least)
     errors = np.repeat(size[:, None], len(table), axis=1)
     cosine, sine = np.cos(table.loss_angle), np.sin(table.loss_angle)
     along = np.hypot(cosine * table.storage_error, sine * table.loss_error)

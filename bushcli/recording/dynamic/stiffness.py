@@ -78,7 +78,7 @@ def complex_stiffness(columns: StiffnessColumns) -> tuple[Array, Array, tuple[st
         values["loss_angle"] = 0.5 * np.pi - values["loss_angle"]
     remarks: list[str] = []
     if "modulus" in values:
-        key, readings = _named(columns, values)
+        key, readings = _quantity_of_modulus(columns, values)
         values[key] = values.pop("modulus")
         remarks += readings
     _refuse_impossible(columns, values)
@@ -106,15 +106,15 @@ def complex_stiffness(columns: StiffnessColumns) -> tuple[Array, Array, tuple[st
     return storage, loss, tuple(remarks)
 
 
-def _named(columns: StiffnessColumns, values: Mapping[str, Array]) -> tuple[str, list[str]]:
+def _quantity_of_modulus(columns: StiffnessColumns, values: Mapping[str, Array]) -> tuple[str, list[str]]:
     """Return whether a column that is called stiffness or modulus is |K*| or K', by the others or the case file."""
     label = columns.labels["modulus"]
     if columns.stiffness_is is not None:
         return {"magnitude": "stiffness", "storage": "storage"}[columns.stiffness_is], []
     if "storage" in values or "stiffness" in values:
-        named = "stiffness" if "storage" in values else "storage"
-        return named, [
-            f"{label} is read as {'|K*|' if named == 'stiffness' else chr(75) + chr(39)}: the other one is given too"
+        quantity = "stiffness" if "storage" in values else "storage"
+        return quantity, [
+            f"{label} is read as {'|K*|' if quantity == 'stiffness' else chr(75) + chr(39)}: the other one is given too"
         ]
     tangent = np.tan(values["loss_angle"]) if "loss_angle" in values else values.get("tan_delta")
     if "loss" in values and tangent is not None:

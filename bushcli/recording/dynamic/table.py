@@ -140,9 +140,9 @@ def _level(key: str, values: Array) -> Array:
     order = np.argsort(values[~unknown], kind="stable")
     known = values[~unknown][order]
     wide = np.diff(known) > (_KELVINS if key == "temperature" else _SHARE * np.abs(known[1:]))
-    level = np.full(len(values), -1.0)
-    level[np.flatnonzero(~unknown)[order]] = np.concatenate([[0.0], np.cumsum(wide)])[: len(known)]
-    return level
+    levels = np.full(len(values), -1.0)
+    levels[np.flatnonzero(~unknown)[order]] = np.concatenate([[0.0], np.cumsum(wide)])[: len(known)]
+    return levels
 
 
 def refuse_rows(

@@ -158,7 +158,7 @@ def stated_units(table: Table, wanted: WantedColumn, explicit: bool = False) -> 
         pairs = [f"{name} [{unit.strip()}]" for name, unit in pairwise(parts) if tabulated_unit(unit)]
         listed = _own((find_unit(part, wanted.measured) for part in _parts(_listing(text) or "")), wanted)
         ways = (pairs, [text], re.split(r"[;\t|]", text), parts)
-        by_name = (_own([_said(part, wanted) for part in way], wanted) for way in ways)
+        by_name = (_own([_unit_of_part(part, wanted) for part in way], wanted) for way in ways)
         statements += [(number, unit) for unit in listed or next(filter(None, by_name), [])]
     return statements
 
@@ -220,7 +220,7 @@ def _parts(text: str) -> list[str]:
     return [part for part in parts if part]
 
 
-def _said(part: str, wanted: WantedColumn) -> Unit | None:
+def _unit_of_part(part: str, wanted: WantedColumn) -> Unit | None:
     """Return the unit of a quantity that a part of a line states, such as "Kraft in daN" or "forces are in kN"."""
     written = ((head.written or head.doubtful) for head in _heads(part) if wanted.quality(head))
     units = _own((find_unit(texts[0], wanted.measured) for texts in written if len(texts) == 1), wanted)
@@ -308,8 +308,8 @@ def _unknown_of(plain: str, wanted: WantedColumn) -> str:
 
 def _is_named(part: str) -> bool:
     """Whether a part of a list has the name of a quantity: "Force=N" in "units: Time=s, Force=N"."""
-    named = any(head.quality(kind) for head in _heads(part) for kind in WORDS)
-    return named and len(part) > 1 and not is_unit(part)
+    is_quantity = any(head.quality(kind) for head in _heads(part) for kind in WORDS)
+    return is_quantity and len(part) > 1 and not is_unit(part)
 
 
 @dataclass(frozen=True)

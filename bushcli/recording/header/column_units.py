@@ -64,7 +64,7 @@ def unit_of(column: NamedColumn) -> KnownUnit:
         if unit is None or unit.measured != wanted.measured:
             raise column.refused(f': "{wanted.given}" is not a unit of {KIND[wanted.measured]}')
         return KnownUnit(unit)
-    units = [*_written(column), *_units_beside(column)] or list(_doubtful(column))
+    units = [*_written_units(column), *_units_beside(column)] or list(_doubtful(column))
     if any(abs(unit.factor - units[0].factor) > 1e-9 * units[0].factor for unit in units):
         raise column.refused(f" is in {' and in '.join(dict.fromkeys(unit.name for unit in units))}")
     if not units:
@@ -87,7 +87,7 @@ def unit_of(column: NamedColumn) -> KnownUnit:
     return KnownUnit(units[0], tuple(others)[:1])
 
 
-def _written(column: NamedColumn) -> Iterator[Unit]:
+def _written_units(column: NamedColumn) -> Iterator[Unit]:
     """Yield the units in the name of a column and in the row of units."""
     plain = column.head.without(column.wanted.allowed)
     is_stretch = plain.quality("stretch") > plain.quality("strain")
@@ -99,7 +99,7 @@ def _written(column: NamedColumn) -> Iterator[Unit]:
             unit = tabulated_unit(text)
             none |= plain_unit(text) in NO_UNIT or (is_stretch and unit is not None and unit.name == "strain")
         if not none:
-            yield _read(column, text)
+            yield _unit_of_text(column, text)
 
 
 def _units_beside(column: NamedColumn) -> Iterator[Unit]:
@@ -112,16 +112,16 @@ def _units_beside(column: NamedColumn) -> Iterator[Unit]:
     for at, name in enumerate(table.names if isinstance(table, TextTable) else ()):
         words = set(heading(name).words) or set(plain_name(name).split())
         rest = [word for word in plain_name(name).split() if word not in _UNIT_NAMES]
-        named = len(rest) < len(plain_name(name).split())
-        own = named and " ".join(rest) == plain_name(column.head.name)
-        behind = at == column.index + 1 and not (named and rest and not own)
+        is_unit_column = len(rest) < len(plain_name(name).split())
+        is_named_after = is_unit_column and " ".join(rest) == plain_name(column.head.name)
+        behind = at == column.index + 1 and not (is_unit_column and rest and not is_named_after)
         first = table.text(0, at)
         texts = _TEXT.match(first) is not None or certain_unit(first)
-        if not (own or behind) or not texts or first.lower() in _STATES:
+        if not (is_named_after or behind) or not texts or first.lower() in _STATES:
             continue
         fields = [table.text(row, at) for row in range(len(table))]
         written = list(dict.fromkeys(field for field in fields if field))
-        stands = own or named or not words
+        stands = is_named_after or is_unit_column or not words
         sure = len(written) == 1 and len(plain_unit(written[0])) > 1 and certain_unit(written[0])
         known = [find_unit(text, measured) for text in written[: _MOST_UNITS + 1]]
         is_own = all(unit is not None and unit.measured == measured for unit in known)
@@ -135,7 +135,7 @@ def _units_beside(column: NamedColumn) -> Iterator[Unit]:
                 f'one unit; or units = {{{column.wanted.quantity} = "..."}} in the table of the case file'
             )
             raise table.refused(what, expected, row)
-        yield _read(column, written[0])
+        yield _unit_of_text(column, written[0])
 
 
 def _unit_above(column: NamedColumn) -> KnownUnit | None:
@@ -161,7 +161,7 @@ def _unit_above(column: NamedColumn) -> KnownUnit | None:
     return next(read, None)
 
 
-def _read(column: NamedColumn, text: str) -> Unit:
+def _unit_of_text(column: NamedColumn, text: str) -> Unit:
     """Return the unit that a text names, or refuse the text."""
     measured = column.wanted.measured
     unit = find_unit(text, measured)

@@ -97,7 +97,7 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
     wanted = WantedColumn.of(source, mode, quantity)
     chosen = source.columns.get(quantity)
     timed = quantity == "time"
-    index, remarks = (None, ()) if timed and source.is_untimed else _found(table, wanted, chosen)
+    index, remarks = (None, ()) if timed and source.is_untimed else _index_of(table, wanted, chosen)
     # Times of day need no unit; what "Time [hh:mm:ss]" has in brackets is their form.
     clock = table.clock(index, source.units.get("time", "")) if timed and index is not None else None
     if clock is not None and index is not None:
@@ -108,19 +108,19 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
     form, meant = meaning_of(header_column, source, chosen is not None)
     if form == "true" or chosen is not None:
         header_column = replace(header_column, wanted=replace(wanted, allowed=wanted.allowed | EITHER_TRUE))
-    known = unit_of(header_column)
+    read = unit_of(header_column)
     if not wanted.given:
         refuse_factor(header_column, source)
     numbers = table.numbers(index, source.accept)
-    remarks = (*remarks, *meant, *known.remarks, *ranges_of(header_column, numbers, known.assumed))
-    values = numbers * known.unit.factor
+    remarks = (*remarks, *meant, *read.remarks, *ranges_of(header_column, numbers, read.assumed))
+    values = numbers * read.unit.factor
     if mode.specimen == "coupon" and not timed:
         refuse_compression(header_column, source, values)
-    if timed and known.assumed:
+    if timed and read.assumed:
         refuse_date(header_column, values)
     if wanted.measured == "strain" and not wanted.given:
-        refuse_other_strain(header_column, known.unit, values)
-    if wanted.measured == "strain" and known.unit.name == "stretch":
+        refuse_other_strain(header_column, read.unit, values)
+    if wanted.measured == "strain" and read.unit.name == "stretch":
         if (values <= 0).any():
             row = int(np.argmax(values <= 0))
             what = f"{header_column.label}: a stretch of {table.text(row, index)} is impossible"
@@ -129,33 +129,31 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
             )
         values = values - 1.0
     values = -values if quantity in (source.reverse or ()) else values
-    return Column(
-        index, values, known.unit.name, remarks, known.assumed, table.origin if timed else None, form
-    )
+    return Column(index, values, read.unit.name, remarks, read.assumed, table.origin if timed else None, form)
 
 
 def found_index(table: Table, source: Source, mode: Mode, quantity: Quantity) -> int:
     """Return the column of a displacement or force, from 0; see `column`."""
-    index, _ = _found(table, WantedColumn.of(source, mode, quantity), source.columns.get(quantity))
+    index, _ = _index_of(table, WantedColumn.of(source, mode, quantity), source.columns.get(quantity))
     assert index is not None  # a quantity that is missing is refused
     return index
 
 
-def _found(
+def _index_of(
     table: Table, wanted: WantedColumn, chosen: str | int | None
 ) -> tuple[int | None, tuple[str, ...]]:
     """Return the column of a quantity and remarks about it; None for a time that the file lacks."""
     best = candidates(table, wanted) if chosen is None else [chosen_index(table, chosen)]
     # The names are right, but their units belong to another quantity: a force in kg, a time in m.
-    alike = [
+    doubtful = [
         column
         for column in columns_as(table, wanted)
         if column.index not in best and wanted.quality(column.head) >= 3
     ]
     remarks: tuple[str, ...] = ()
-    if not best and wanted.given and len(alike) == 1:
-        best = [alike[0].index]
-    elif not best and not alike:
+    if not best and wanted.given and len(doubtful) == 1:
+        best = [doubtful[0].index]
+    elif not best and not doubtful:
         best = by_unit(table, wanted)
         remarks = tuple(
             f"{table.label(i)} is read as the {wanted.quantity} because of its unit" for i in best
@@ -172,16 +170,16 @@ def _found(
         several = " and ".join(map(table.label, best[:8]))
         raise table.refused(f"{several} could each be the {wanted.quantity}", expected)
     elif not best and wanted.quantity == "time":
-        for column in alike[:1]:
+        for column in doubtful[:1]:
             unit_of(column)
         clocks = [i for i in range(len(table.names)) if table.clock(i) is not None]
         best = clocks if len(clocks) == 1 else []
     elif not best:
-        raise _missing(table, wanted, alike)
+        raise _missing(table, wanted, doubtful)
     return best[0] if best else None, remarks
 
 
-def _missing(table: Table, wanted: WantedColumn, alike: list[NamedColumn]) -> RecordingError:
+def _missing(table: Table, wanted: WantedColumn, doubtful: list[NamedColumn]) -> RecordingError:
     """Return the error about a column that the table lacks; raise that about the unit of one with its name."""
     mode, measured = wanted.mode, wanted.measured
     heads = [heading(name) for name in table.names if name]
@@ -205,7 +203,7 @@ def _missing(table: Table, wanted: WantedColumn, alike: list[NamedColumn]) -> Re
         ]
     other = remedies[0] if remedies else ""
     if not other:
-        for column in alike[:1]:
+        for column in doubtful[:1]:
             unit_of(column)
     listed = ", ".join(filter(None, table.names))
     expected_name = (_SHEARED if wanted.mode.sheared else _EXPECTED).get(

@@ -78,25 +78,25 @@ def header(sheet: Sheet, width: int) -> Header:
             units, place = tuple(_without_label(fields)), line.number
             continue
         if is_known and units != empty:
-            units = _merged(sheet, rows, line.number, units)
+            units = _merge_units(sheet, rows, line.number, units)
             continue
         _no_data(sheet, [row for row in passed if row.number > line.number])
         # The sign may begin a comment or be the unit of the first column.
         first = fields[0]
-        known = units[0] or first.startswith("%") or heading(first).written
-        if line.text.lstrip().startswith("%") and not known and match_quality(first, "strain"):
+        is_unit = units[0] or first.startswith("%") or heading(first).written
+        if line.text.lstrip().startswith("%") and not is_unit and match_quality(first, "strain"):
             what = f'"% {first[:SHOWN]}": the % may begin a comment or be the unit of the strain'
             raise sheet.refused(line.number, what, f'"# {first[:SHOWN]}" or "{first[:SHOWN]} [%]"')
         if units == empty:
             units, place = _units_above(fields, further) or (units, place)
-        units = _merged(sheet, rows, place, units)
+        units = _merge_units(sheet, rows, place, units)
         _refuse_other_names(sheet, fields, units, further)
         preamble = tuple((row.number, row.uncommented) for row in above if row.number < line.number)
         # A name in cells that are merged over two rows stands in the upper one.
         upper = further[0][1] if further and further[0][0].number == line.number - 1 else fields
         fields = [name or merged for name, merged in zip(fields, upper, strict=True)]
         return Header(tuple(fields), units, place or line.number, preamble)
-    units = _merged(sheet, rows, place, units)
+    units = _merge_units(sheet, rows, place, units)
     lost = [
         line for line in above if not line.comment and len(trimmed(split_line(line.text, delimiter))) == width
     ]
@@ -104,25 +104,25 @@ def header(sheet: Sheet, width: int) -> Header:
     return Header(empty, units, place, tuple((row.number, row.uncommented) for row in above))
 
 
-def _merged(
+def _merge_units(
     sheet: Sheet, rows: Mapping[int, Sequence[str]], number: int, units: tuple[str, ...]
 ) -> tuple[str, ...]:
     """Return the units of a header, those of its other rows of known units included."""
     merged = list(units)
     for column in range(len(units) if number in rows and len(rows) > 1 else 0):
-        known: dict[tuple[str, float | str], tuple[str, int]] = {}
+        texts: dict[tuple[str, float | str], tuple[str, int]] = {}
         for line, fields in sorted(rows.items()):
             bare = plain_unit(fields[column])
             if bare not in NO_UNIT:
                 unit = tabulated_unit(bare)
                 key = ("", bare) if unit is None else (unit.measured, unit.factor)
-                known.setdefault(key, (bare, line))
-        if len(known) > 1:
-            (upper, first), (lower, second) = list(known.values())[:2]
+                texts.setdefault(key, (bare, line))
+        if len(texts) > 1:
+            (upper, first), (lower, second) = list(texts.values())[:2]
             what = f"column {column + 1} is in {upper} by line {first} and in {lower} by line {second}"
             raise sheet.refused(second, what, "one row of units: delete the other one")
-        if known and plain_unit(units[column]) in NO_UNIT:
-            merged[column] = next(iter(known.values()))[0]
+        if texts and plain_unit(units[column]) in NO_UNIT:
+            merged[column] = next(iter(texts.values()))[0]
     return tuple(merged)
 
 
@@ -264,7 +264,7 @@ def in_one_order(sheet: Sheet) -> list[str]:
                 remarks.append(
                     f"the columns from line {line.number} on are put into the order of the first header"
                 )
-        elif len(cells) != len(order or names) or _ordered(cells, order) != units:
+        elif len(cells) != len(order or names) or _put_in_order(cells, order) != units:
             what = f'"{" ".join(cells)}" below the first rows: other units than above them'
             raise sheet.refused(line.number, what, _APART)
         if i is not None:
@@ -274,7 +274,7 @@ def in_one_order(sheet: Sheet) -> list[str]:
     for (begin, order), (end, _) in pairwise([*changed, (body[-1].number + 1, [])]):
         for i in range(start, len(body)) if order != sorted(order) else ():
             if begin < body[i].number < end and i not in headers:
-                split[i] = _ordered(split[i], order)
+                split[i] = _put_in_order(split[i], order)
     return remarks
 
 
@@ -299,6 +299,6 @@ def _is_units(cells: list[str], below_names: bool) -> bool:
     return bool(cells) and (is_units_row(cells) or (below_names and any(map(certain_unit, cells))))
 
 
-def _ordered(fields: list[str], order: list[int]) -> list[str]:
+def _put_in_order(fields: list[str], order: list[int]) -> list[str]:
     """Return the fields in an order, those behind its columns unchanged; as they are if there are too few."""
     return [fields[k] for k in order] + fields[len(order) :] if len(fields) >= len(order) else fields

@@ -181,13 +181,13 @@ def candidates(table: Table, wanted: WantedColumn) -> list[int]:
     table : Table
     wanted : WantedColumn
     """
-    every = columns_as(table, wanted)
-    rank = [column.rank for column in every]
+    columns = columns_as(table, wanted)
+    rank = [column.rank for column in columns]
     if not any(table.names):
         # A row of units alone identifies a column if it is unambiguous.
         units = map(tabulated_unit, table.units)
         rank = [int(unit is not None and unit.measured == wanted.measured) for unit in units]
-    best = [column for column, quality in zip(every, rank, strict=True) if quality == max(rank) > 0]
+    best = [column for column, quality in zip(columns, rank, strict=True) if quality == max(rank) > 0]
     # Beside "Force [N]", a column "Force [a.u.]" or "2*Force [N]" is not meant.
     if any(column.is_understood for column in best):
         best = [column for column in best if column.is_understood or not column.written or len(best) == 1]
@@ -230,8 +230,8 @@ def identical(table: Table, columns: Sequence[int], wanted: WantedColumn) -> boo
 
     def units(index: int) -> tuple[object, ...]:
         column = NamedColumn(table, index, wanted)
-        known = zip(column.written, column.units, strict=True)
-        return tuple((unit.measured, unit.factor) if unit else text for text, unit in known)
+        pairs = zip(column.written, column.units, strict=True)
+        return tuple((unit.measured, unit.factor) if unit else text for text, unit in pairs)
 
     try:
         numbers = [table.numbers(index, wanted.accept) for index in columns]

@@ -58,7 +58,9 @@ def meaning_of(column: NamedColumn, source: Source, chosen: bool) -> tuple[str, 
         first = any(text in column.head.name for text in ("1st", "first"))
         if (words & _UNCONVERTED[key]) - ({"kirchhoff", "pk"} if first else set()):
             what = f"{column.label} is not an engineering {key} by its name, and not a true one"
-            raise column.table.refused(what, f"choose another column, or give {_stated(column, key)}")
+            raise column.table.refused(
+                what, f"choose another column, or give {_possible_values(column, key)}"
+            )
         # Shear stress and amount of shear are the same in the deformed and the undeformed body.
         same = wanted.given == "stretch" or mode.sheared
         true = not same and not words.isdisjoint(TRUE[key])
@@ -71,7 +73,7 @@ def meaning_of(column: NamedColumn, source: Source, chosen: bool) -> tuple[str, 
                 nominal = bool(_NOMINAL & words) and not column.head.quality("stretch")
                 if true or (not volume and (is_unnamed or nominal)):
                     what = f"{column.label} may be the change of volume or that of a length: the mode is {mode.name}"
-                    raise column.table.refused(what, f"give {_stated(column, 'strain')}")
+                    raise column.table.refused(what, f"give {_possible_values(column, 'strain')}")
                 linear = not volume and bool(column.head.quality("stretch") or {"linear", "axial"} & words)
                 measure = "engineering" if linear else "volume"
                 if not volume and not linear:
@@ -86,7 +88,7 @@ def meaning_of(column: NamedColumn, source: Source, chosen: bool) -> tuple[str, 
     return measure, remarks
 
 
-def _stated(column: NamedColumn, key: str) -> str:
+def _possible_values(column: NamedColumn, key: str) -> str:
     """Return the values of `strain` or `stress` that the case file can give, as a text."""
     measure = (
         {"strain": "volume", "stress": "pressure"}[key]

@@ -203,7 +203,7 @@ def named_columns(fields: Sequence[str]) -> int:
 
 def is_units_row(fields: Sequence[str]) -> bool:
     """Whether a line above a table holds units only, such as ``s;mm;N`` or ``[-] [MPa]``."""
-    known = any(map(certain_unit, fields))
+    has_unit = any(map(certain_unit, fields))
     # To exclude "t;F;s", all fields must be known units; in brackets, unknown units are permitted.
     plain = all(certain_unit(field) or plain_unit(field) in NO_UNIT for field in fields)
     bracketed = all(
@@ -211,7 +211,7 @@ def is_units_row(fields: Sequence[str]) -> bool:
         and (field.startswith(("[", "(")) or field.endswith(("]", ")")))
         for field in fields
     )
-    return known and (plain or bracketed)
+    return has_unit and (plain or bracketed)
 
 
 @lru_cache(maxsize=8192)
@@ -228,8 +228,8 @@ def heading(text: str, has_unit: bool = False) -> Heading:
     ]
     rest = _BRACKETS.sub(" ", text)
     timed = any(word in WORDS["time"] for word in plain_name(rest).split())
-    known = [tabulated_unit(inside) is not None for inside in bracketed]
-    has_unit = has_unit or any(known) or (bool(bracketed) and next(units_within(rest, timed))[1] != "")
+    are_units = [tabulated_unit(inside) is not None for inside in bracketed]
+    has_unit = has_unit or any(are_units) or (bool(bracketed) and next(units_within(rest, timed))[1] != "")
     # [1] is no remark, but the unit of a number without one. "Load (Dynacell) [kN]" has a remark; "Load [kN] [klx]" may
     # have two units.
     remarks = [
@@ -237,17 +237,19 @@ def heading(text: str, has_unit: bool = False) -> Heading:
         for i, inside in enumerate(bracketed)
         if "[1]" not in text
         and _is_remark(inside, rest, timed, has_unit)
-        and not (any(known[:i]) and _ONE_WORD.fullmatch(inside) and not known_word(re.sub(r"\W", "", inside)))
+        and not (
+            any(are_units[:i]) and _ONE_WORD.fullmatch(inside) and not known_word(re.sub(r"\W", "", inside))
+        )
     ]
     written = [inside for inside in bracketed if inside.strip() and inside not in remarks]
     inch = None if bracketed else _INCH.search(rest)
     if inch:
         rest, written = rest[: inch.start()], ["in"]
     if not written:
-        named, unit = next(units_within(rest.rstrip(" ?"), timed))
+        name, unit = next(units_within(rest.rstrip(" ?"), timed))
         if unit:
             doubt = "?" if rest.rstrip().endswith("?") else ""
-            rest, written = re.sub(r"\s+in\s*$", "", named), [unit + doubt]
+            rest, written = re.sub(r"\s+in\s*$", "", name), [unit + doubt]
     rest, written = with_second_unit(rest, written, timed)
     bare = RANGE.sub(" ", rest)
     scaled = factor_in(bare) or prefix_of(rest, written, bool(bracketed))
@@ -296,13 +298,13 @@ def _is_remark(inside: str, rest: str, timed: bool, has_unit: bool) -> bool:
     told = []
     for i, numbered in enumerate(words):
         word = numbered.rstrip("0123456789")
-        known = word in REMARKS or word in vocabulary or (is_foreign(word) and word not in COUNTED_WORDS)
+        is_known = word in REMARKS or word in vocabulary or (is_foreign(word) and word not in COUNTED_WORDS)
         # "Strain 1" is the name of a channel; Time [sample] counts samples.
         channel = word != numbered or (i + 1 < len(words) and words[i + 1].isdigit())
-        named = channel and any(word in names for names in WORDS.values())
+        is_quantity = channel and any(word in names for names in WORDS.values())
         told += (
             [numbered]
-            if not _fills(numbered) and (known or named) and not (timed and word == "sample")
+            if not _fills(numbered) and (is_known or is_quantity) and not (timed and word == "sample")
             else []
         )
     # Beside a known unit a text is a remark if it is no unit itself, has none, and is no factor. A number with a unit

@@ -273,8 +273,8 @@ def tabulated_unit(text: str, measured: str = "") -> Unit | None:
     """Return a unit that a text means wherever it stands, without pint; None for any other text."""
     bare = plain_unit(text)
     bare = "%" if bare.startswith("%") else bare  # "%-ext": percent by extensometer
-    known = bare.lower() not in _LOOSE and bare not in AMBIGUOUS
-    unit = _read(bare, measured) if known else None
+    is_listed = bare.lower() not in _LOOSE and bare not in AMBIGUOUS
+    unit = _parse_unit(bare, measured) if is_listed else None
     return None if unit is None or unit.measured == OTHER else unit
 
 
@@ -296,7 +296,7 @@ def find_unit(text: str, measured: str) -> Unit | None:
     elif bare in UNITS[measured]:
         unit = Unit(measured, bare, UNITS[measured][bare])
     elif bare not in AMBIGUOUS:
-        unit = _read(bare, measured)
+        unit = _parse_unit(bare, measured)
         counted = _COUNTED_UNIT.match(bare) if measured in ("force", "angle", "moment") else None
         if unit is None and counted:
             base = find_unit(bare[counted.end() :], measured)
@@ -315,7 +315,7 @@ def certain_unit(text: str) -> bool:
     return bool(
         tabulated_unit(text)
         or bare in _ELSEWHERE
-        or (len(bare) > 1 and bare.lower() not in _LOOSE and _read(bare, ""))
+        or (len(bare) > 1 and bare.lower() not in _LOOSE and _parse_unit(bare, ""))
         or (match and tabulated_unit(match["unit"]))
     )
 
@@ -374,7 +374,7 @@ def slip(text: str, measured: str) -> str:
     return names[0] if len(names) == 1 else ""
 
 
-def _read(bare: str, measured: str) -> Unit | None:
+def _parse_unit(bare: str, measured: str) -> Unit | None:
     """Return the unit that a text without blanks means by the grammar; None if a part of it is not understood."""
     size = _size(bare, measured)
     of = _MEASURED.get(size.powers, OTHER) if size else ""

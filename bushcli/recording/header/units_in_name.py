@@ -64,9 +64,9 @@ def _units_at_end(text: str, timed: bool) -> Iterator[tuple[str, str]]:
     joined = re.fullmatch(r"(\S.*?)\s+in\s+(\S+)", text.strip())
     if joined and not _names_something(joined[2]):
         yield joined[1], joined[2]
-    apart = re.fullmatch(r"(.+)[-.]([^-.\s]+)", text.strip())
-    if apart and _is_unit(apart[2]):
-        yield apart[1], apart[2]
+    match = re.fullmatch(r"(.+)[-.]([^-.\s]+)", text.strip())
+    if match and _is_unit(match[2]):
+        yield match[1], match[2]
     yield text, ""
 
 
@@ -74,8 +74,8 @@ def with_second_unit(rest: str, written: list[str], timed: bool) -> tuple[str, l
     """Return a name without the second unit that stands before a first one, and both: ``Travel mm (in)``."""
     first = tabulated_unit(written[0]) if len(written) == 1 else None
     # The first m of "Travel m m" is a prefix.
-    apart = first and _prefix_apart(re.findall(r"[^\W_]+", rest), written[0])
-    before, unit = next(_units_at_end(rest, timed)) if first and not apart else (rest, "")
+    prefix = first and _prefix_apart(re.findall(r"[^\W_]+", rest), written[0])
+    before, unit = next(_units_at_end(rest, timed)) if first and not prefix else (rest, "")
     second = tabulated_unit(unit) if unit and unit.lower() != "in" else None
     two = first and second and second.measured == first.measured
     return (re.sub(r"\s+in\s*$", "", before), [*written, unit]) if two else (rest, written)
@@ -94,8 +94,8 @@ def inner_units(shown: list[str], rest: str) -> tuple[list[str], list[str]]:
     ranges = [i for i in units if _is_range(shown[:i], rest)]
     written = [f"{shown[i - 1]} {shown[i]}" if i in ranges else shown[i] for i in units]
     for i in units:
-        apart = _prefix_apart(shown[:i], shown[i]) or _prefix_apart(shown[i + 1 :][:1], shown[i])
-        written += [f"{FACTOR} {apart}"] if apart else []
+        prefix = _prefix_apart(shown[:i], shown[i]) or _prefix_apart(shown[i + 1 :][:1], shown[i])
+        written += [f"{FACTOR} {prefix}"] if prefix else []
     gone = {*units, *(i - 1 for i in ranges)}
     return [word for i, word in enumerate(shown) if i not in gone], written
 
@@ -116,9 +116,9 @@ def numbers_or_doubts(shown: Sequence[str], rest: str, has_unit: bool) -> tuple[
             numbers.append(f"{shown[at - 1]} {word}")
         elif glued and tabulated_unit(glued[1]) is not None and not has_unit:
             numbers.append(word)
-    alone = not has_unit and all(word.isdigit() for word in doubtful)
-    numbers += loose_numbers(rest) if alone and not numbers else []
-    return numbers[:1], [] if numbers or alone else doubtful
+    only_digits = not has_unit and all(word.isdigit() for word in doubtful)
+    numbers += loose_numbers(rest) if only_digits and not numbers else []
+    return numbers[:1], [] if numbers or only_digits else doubtful
 
 
 def prefix_of(rest: str, written: Sequence[str], bracketed: bool) -> str:
@@ -149,9 +149,9 @@ def _is_range(words: Sequence[str], text: str) -> bool:
 
 def _are_units(parts: Sequence[str]) -> bool:
     """Whether the parts of a text are factors of a unit: one of them is known, and none is a word of a name."""
-    known = [tabulated_unit(part.rstrip("²³")) is not None for part in parts]
-    words = (part for part, unit in zip(parts, known, strict=True) if not unit and not part.isdigit())
-    return any(known) and not any(map(known_word, words))
+    are_units = [tabulated_unit(part.rstrip("²³")) is not None for part in parts]
+    words = (part for part, unit in zip(parts, are_units, strict=True) if not unit and not part.isdigit())
+    return any(are_units) and not any(map(known_word, words))
 
 
 def _is_unit(text: str) -> bool:

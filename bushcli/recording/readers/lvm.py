@@ -66,7 +66,7 @@ def opened(path: Path) -> Iterator[Sequence[FilePart]]:
     if not segments:
         raise ValueError("holds no segment with channels")
     # The first clock of a segment continues that of the segment before.
-    joined = [_joined(clocks) for clocks in zip(*segments, strict=False)]
+    joined = [_join_segments(clocks) for clocks in zip(*segments, strict=False)]
     if len({len(clocks) for clocks in segments}) == 1 and None not in joined:
         labelled = [("", clock) for clock in joined if clock is not None]
     else:
@@ -228,7 +228,7 @@ def _begin(head: Mapping[str, list[str]], channel: int) -> datetime | None:
     return None
 
 
-def _joined(segments: Sequence[_Segment]) -> _Segment | None:
+def _join_segments(segments: Sequence[_Segment]) -> _Segment | None:
     """Return segments with the same channels as one table if their times increase; else None."""
     first = segments[0]
     if any(

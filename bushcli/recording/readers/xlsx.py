@@ -58,17 +58,15 @@ def _with_formulas(parts: Sequence[FilePart], written: Any) -> list[FilePart]:
     for part in parts:
         sheet = written[part.name]
         sheet.reset_dimensions()
-        known, cells = dict(part.cells or ()), []
-        last = max(known) + _GAP
+        rows, cells = dict(part.cells or ()), []
+        last = max(rows) + _GAP
         for number, row in enumerate(
             sheet.iter_rows(values_only=True, max_col=_WIDEST, max_row=last), start=1
         ):
             texts = [str(cell) if isinstance(cell, str) and cell.startswith("=") else "" for cell in row]
-            fields = [
-                field or text for field, text in zip_longest(known.get(number, ()), texts, fillvalue="")
-            ]
+            fields = [field or text for field, text in zip_longest(rows.get(number, ()), texts, fillvalue="")]
             cells += [(number, fields)] if any(fields) else []
-        width = max(_filled(fields) for _, fields in cells)
+        width = max(_filled_width(fields) for _, fields in cells)
         sheets.append(replace(part, cells=[(n, (f + [""] * width)[:width]) for n, f in cells]))
     return sheets
 
@@ -82,7 +80,7 @@ def _sheets(book: Any) -> list[FilePart]:
         empty, stamps, percent = 0, dict[int, _Stamps](), set[int]()
         for number, row in enumerate(sheet.iter_rows(max_col=_WIDEST), start=1):
             fields = [_field(cell, column, stamps, percent) for column, cell in enumerate(row)]
-            left -= 1 + _filled(fields)
+            left -= 1 + _filled_width(fields)
             if left < 0:
                 raise ValueError(f"has more than {_MOST_CELLS / 1e6:g} million cells")
             if any(fields):
@@ -91,7 +89,7 @@ def _sheets(book: Any) -> list[FilePart]:
             elif (empty := empty + 1) > _GAP:
                 break
         if cells:
-            width = max(_filled(fields) for _, fields in cells)
+            width = max(_filled_width(fields) for _, fields in cells)
             padded = [(n, (f + [""] * width)[:width]) for n, f in cells]
             for column in percent:
                 # The header of a column whose numbers are shown in percent has the unit, or gets it.
@@ -108,7 +106,7 @@ class _Stamps:
     """The first date or time of day in a column, and how many there are."""
 
     def __init__(self, value: datetime.datetime | datetime.time) -> None:
-        self.first, self.count = _dated(value), 0
+        self.first, self.count = _date_of(value), 0
         since = self.first - datetime.datetime(1970, 1, 1)
         nanoseconds = (since.days * 86_400 + since.seconds) * 10**9 + since.microseconds * 1000
         self.instant = Instant("time of day" if isinstance(value, datetime.time) else "date", nanoseconds)
@@ -116,17 +114,17 @@ class _Stamps:
     def seconds(self, value: datetime.datetime | datetime.time) -> float:
         """Count a date or a time of day; return the seconds since the first."""
         self.count += 1
-        return (_dated(value) - self.first).total_seconds()
+        return (_date_of(value) - self.first).total_seconds()
 
 
-def _dated(value: datetime.datetime | datetime.time) -> datetime.datetime:
+def _date_of(value: datetime.datetime | datetime.time) -> datetime.datetime:
     """Return a date, or a time of day on the first day of 1970."""
     if isinstance(value, datetime.datetime):
         return value
     return datetime.datetime.combine(datetime.date(1970, 1, 1), value)
 
 
-def _filled(fields: Sequence[str]) -> int:
+def _filled_width(fields: Sequence[str]) -> int:
     return max((i + 1 for i, field in enumerate(fields) if field), default=0)
 
 

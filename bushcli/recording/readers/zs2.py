@@ -113,8 +113,8 @@ def _parts(block: _Node, name: str, names: dict[Any, Any]) -> Iterator[FilePart]
         at = [i for i, values in enumerate(arrays) if len(values) == samples]
         part = name if len(lengths) == 1 else f"{name}, {samples} samples"
         units = ["" if heading(titles[i]).written else UNKNOWN for i in at]
-        taken = [arrays[i] for i in at]
-        yield FilePart(part, [titles[i] for i in at], units, samples, taken.__getitem__)
+        columns = [arrays[i] for i in at]
+        yield FilePart(part, [titles[i] for i in at], units, samples, columns.__getitem__)
 
 
 def recognises(head: bytes, suffix: str) -> bool:

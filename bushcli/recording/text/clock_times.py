@@ -132,8 +132,8 @@ def _days(dates: Sequence[str], seconds: Array) -> tuple[Array | None, str]:
         return np.concatenate([[0.0], np.cumsum(np.diff(seconds) < -0.5 * _DAY)]), "time of day"
     for form in _DATES:
         try:
-            known = {text: datetime.strptime(text, form).date() for text in set(dates)}
+            days = {text: datetime.strptime(text, form).date() for text in set(dates)}
         except ValueError:
             continue
-        return np.array([float(known[text].toordinal() - _EPOCH) for text in dates]), "date"
+        return np.array([float(days[text].toordinal() - _EPOCH) for text in dates]), "date"
     return (np.zeros(len(dates)), dates[0]) if len(set(dates)) == 1 else (None, "")

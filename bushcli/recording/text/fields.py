@@ -61,8 +61,8 @@ def is_number(field: str, decimal: str) -> bool:
 
 def only_numbers(fields: Sequence[str], decimal: str) -> bool:
     """Whether each field is a number or empty."""
-    together = "\n".join(fields)
-    return together.count("\n") < max(len(fields), 1) and _NUMBERS[decimal].fullmatch(together) is not None
+    text = "\n".join(fields)
+    return text.count("\n") < max(len(fields), 1) and _NUMBERS[decimal].fullmatch(text) is not None
 
 
 def to_float(field: str, decimal: str) -> float:
@@ -92,8 +92,8 @@ def ungrouped(fields: Sequence[str], decimal: str) -> dict[int, str]:
     in the others too.
     """
     # Most columns have no such sign at all: one look at all fields costs a fiftieth of one at each.
-    together = "".join(fields)
-    signed = any(sign in together for sign in _GROUPS[decimal])
+    text = "".join(fields)
+    signed = any(sign in text for sign in _GROUPS[decimal])
     proved = signed and any(is_grouped(field, decimal) for field in fields)
     matches = ((i, _GROUPED[decimal].fullmatch(field)) for i, field in enumerate(fields if proved else ()))
     return {i: match[0].replace(match["by"], "") for i, match in matches if match is not None}

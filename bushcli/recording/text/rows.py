@@ -68,9 +68,9 @@ class Form:
         fields = between.join(number if plain else text for plain in self.numeric)
         end = rf"(?:{between}[ ]*+){{{self.empty}}}" if self.empty else ""
         end += "[ \t]*+" if self.delimiter == " " else ""
-        begin = r"[ \t]*+" if self.delimiter == " " else ""
+        lead = r"[ \t]*+" if self.delimiter == " " else ""
         comment = "" if self.numeric[0] else rf"(?!\s*+(?:{'|'.join(map(re.escape, COMMENTS))}))"
-        return re.compile(rf"(?:{comment}{begin}{fields}{end}\n)*+", re.ASCII)
+        return re.compile(rf"(?:{comment}{lead}{fields}{end}\n)*+", re.ASCII)
 
 
 @dataclass(frozen=True, eq=False)

@@ -130,26 +130,26 @@ class JoinedTable(Table):
 
 def joined(tables: Sequence[Table], source: Source, mode: Mode) -> list[Table]:
     """Return tables, those with equal time stamps as one: some loggers write a group for each channel."""
-    alike: list[list[RasterColumns]] = []
-    apart = list(tables[_MOST_COMPARED:])
+    groups: list[list[RasterColumns]] = []
+    separate = list(tables[_MOST_COMPARED:])
     for table in tables[:_MOST_COMPARED]:
         try:
             raster = stamped(table, (), source, mode)
         except RecordingError:
             raster = None  # it is said where the table is needed
         if raster is None:
-            apart.append(table)
+            separate.append(table)
             continue
-        same = next((group for group in alike if _same_clock(group[0], raster, False)), None)
+        same = next((group for group in groups if _same_clock(group[0], raster, False)), None)
         if same is None:
-            alike.append([raster])
+            groups.append([raster])
         else:
             same.append(raster)
-    merged: list[Table] = []
-    for group in alike:
+    tables_by_clock: list[Table] = []
+    for group in groups:
         first = group[0].table
         if len(group) == 1:
-            merged.append(first)
+            tables_by_clock.append(first)
             continue
         places = [
             (raster.table, index)
@@ -167,8 +167,8 @@ def joined(tables: Sequence[Table], source: Source, mode: Mode) -> list[Table]:
             remarks=tuple(dict.fromkeys(text for raster in group for text in raster.table.remarks)),
             places=tuple(places),
         )
-        merged.append(together)
-    return merged + apart
+        tables_by_clock.append(together)
+    return tables_by_clock + separate
 
 
 def stamped(table: Table, columns: Sequence[int], source: Source, mode: Mode) -> RasterColumns | None:
@@ -248,33 +248,33 @@ def own_clocks(
     clocks = clock_columns(table, source, mode)
     if len(clocks) < 2 or not (forced or moved):
         return table
-    every = []
+    rasters = []
     # The time of a channel is the last in front of it, or the next where the time stands behind.
     behind = clocks[0] > 0 and clocks[-1] == len(table.names) - 1
     for index in (*forced, *moved):
         there = [at for at in clocks if (at > index if behind else at < index)]
         if index in clocks or not there:
             return table
-        every.append(_with_clock(table, index, there[0 if behind else -1], source, mode))
-    reference, travels = every[0], every[len(forced) :]
+        rasters.append(_with_clock(table, index, there[0 if behind else -1], source, mode))
+    reference, travels = rasters[0], rasters[len(forced) :]
     chosen = None if source.is_untimed else source.columns.get("time")
     if chosen is not None:
-        every.append(_with_clock(table, reference.columns[0], chosen_index(table, chosen), source, mode))
-    if all(_same_clock(reference, raster, True) for raster in every):
+        rasters.append(_with_clock(table, reference.columns[0], chosen_index(table, chosen), source, mode))
+    if all(_same_clock(reference, raster, True) for raster in rasters):
         others = {i for i in clocks if i != reference.stamps.index} if chosen is None else set()
         names = tuple("" if i in others else name for i, name in enumerate(table.names))
         return replace(_first_rows(table, len(reference.time)), names=names)
-    if any((raster.stamps.begin is None) != (reference.stamps.begin is None) for raster in every):
+    if any((raster.stamps.begin is None) != (reference.stamps.begin is None) for raster in rasters):
         return table  # one is a date and the other is not: a logger's two ways to write the time of a row
     if chosen is not None:
-        labels = " and ".join(dict.fromkeys(table.label(raster.stamps.index) for raster in every))
+        labels = " and ".join(dict.fromkeys(table.label(raster.stamps.index) for raster in rasters))
         what = f"{labels} are different times, and each channel has the one that stands beside it"
         expected = (
             "leave `time` out of `columns`, and each channel is read with its own time; or delete the "
             "column that is not a time of these channels"
         )
         raise table.refused(what, expected)
-    if not all(_same_clock(reference, raster, True) for raster in every[: len(forced)]):
+    if not all(_same_clock(reference, raster, True) for raster in rasters[: len(forced)]):
         what = f"{words[1]} have different columns of time"
         raise table.refused(what, "forces are not interpolated: " + _RASTER)
     return interpolated(replace(reference, columns=tuple(forced)), travels, source, words, together=True)
@@ -323,16 +323,16 @@ def interpolated(
     together: bool = False,
 ) -> ArrayTable:
     """Return a table of the force, and of the travel at its stamps."""
-    forced, moved, known, gaps = _common_stamps(forced, moved, source, together)
-    table, at = forced.table, forced.time[known]
+    forced, moved, rows, gaps = _common_stamps(forced, moved, source, together)
+    table, at = forced.table, forced.time[rows]
     # The stamps are in the unit of the file, or durations for dates.
     values: dict[int, NDArray[np.generic]] = {
-        forced.stamps.index: table.numbers(forced.stamps.index)[known]
+        forced.stamps.index: table.numbers(forced.stamps.index)[rows]
         if table.clock(forced.stamps.index) is None
         else np.asarray(np.rint(1e9 * at).astype("m8[ns]"))
     }
     for index in forced.columns:
-        values[index] = table.numbers(index, source.accept)[known]
+        values[index] = table.numbers(index, source.accept)[rows]
     columns = [values.get(i) for i in range(len(table.names))]
     # Of the other columns the rows are not those of the force.
     names = ["" if values is None else name for name, values in zip(table.names, columns, strict=True)]
@@ -350,10 +350,10 @@ def interpolated(
     remarks = [text for raster in (forced, *moved) for text in raster.table.remarks]
     text = f"{words[0]}, in {' and '.join(dict.fromkeys(motion.raster for motion in moved))}, is interpolated at the "
     text += f"{len(forced.time)} time stamps of {words[1]}, in {forced.raster}"
-    if not known.all():
+    if not rows.all():
         where = "before its beginning or after its end"
         where += f", or in its {gaps} gap{'s' if gaps > 1 else ''}" if gaps else ""
-        text += f"; {np.count_nonzero(~known)} of them, {where}, are left out"
+        text += f"; {np.count_nonzero(~rows)} of them, {where}, are left out"
     remarks.append(text)
     return ArrayTable(
         path=source.file,
@@ -374,7 +374,7 @@ def _common_stamps(
     """Return the force, and the travels with stamps that count from the same instant; where all travels are known, (n,)
     by stamp of the force; and the number of gaps of the travels.
     """
-    every, motions, gaps = list[RasterColumns](), list[RasterColumns](), 0
+    rasters, motions, gaps = list[RasterColumns](), list[RasterColumns](), 0
     for raster in (forced, *moved):
         if (np.diff(raster.time) < 0.0).any():
             row = int(np.argmax(np.diff(raster.time) < 0.0)) + 1
@@ -382,9 +382,11 @@ def _common_stamps(
             raise raster.table.refused(what, _RASTER, row)
         # Stamps with too few digits get equal intervals.
         even = even_stamps(raster.time)
-        every.append(raster if even is None else replace(raster, stamps=replace(raster.stamps, values=even)))
-    forced, *moved = every
-    known = np.ones(len(forced.time), dtype=bool)
+        rasters.append(
+            raster if even is None else replace(raster, stamps=replace(raster.stamps, values=even))
+        )
+    forced, *moved = rasters
+    rows = np.ones(len(forced.time), dtype=bool)
     for raster in moved:
         shift = _shift(forced, raster, together)
         if shift is None:
@@ -392,17 +394,17 @@ def _common_stamps(
             what += ", and the file does not say that they count from the same instant"
             raise source.refused(what, f"{_RASTER}, or with dates")
         raster = replace(raster, stamps=replace(raster.stamps, values=raster.time + shift))
-        known &= (forced.time >= raster.time[0]) & (forced.time <= raster.time[-1]) & (len(raster.time) > 1)
+        rows &= (forced.time >= raster.time[0]) & (forced.time <= raster.time[-1]) & (len(raster.time) > 1)
         values = raster.table.numbers(raster.columns[0], source.accept)
         intervals = np.diff(raster.time)
         paused = np.abs(np.diff(values)) > _MOVED * np.ptp(values)
         paused &= intervals > _PAUSE * np.median(intervals) if len(intervals) else False
         for gap in np.flatnonzero(paused):
-            known &= (forced.time <= raster.time[gap]) | (forced.time >= raster.time[gap + 1])
+            rows &= (forced.time <= raster.time[gap]) | (forced.time >= raster.time[gap + 1])
         gaps += np.count_nonzero(paused)
         motions.append(raster)
-    if np.count_nonzero(known) < 2:
+    if np.count_nonzero(rows) < 2:
         spans = " and ".join(dict.fromkeys(raster.span for raster in (forced, *motions)))
         what = f"{spans} do not overlap in time"
         raise source.refused(what, "were they recorded in the same run?")
-    return forced, motions, known, gaps
+    return forced, motions, rows, gaps

@@ -83,9 +83,9 @@ def timed(
                 what = f"{key} has no meaning: {table.label(stamps.index)} gives the time"
                 raise table.refused(what, f"delete {key} from the case file")
         mask: Mask = np.ones(len(table), dtype=bool)
-        every = (stamps.values, moved.values, forced.values)
-        mask[1:] = np.logical_or.reduce([values[1:] != values[:-1] for values in every])
-        time, mask, text = _repaired(table, stamps, mask)
+        channels = (stamps.values, moved.values, forced.values)
+        mask[1:] = np.logical_or.reduce([values[1:] != values[:-1] for values in channels])
+        time, mask, text = _repair_times(table, stamps, mask)
         if mask.sum() < fewest:
             raise table.refused(f"has only {mask.sum()} different rows", f"at least {fewest}")
         repairs = (Repair("time", text),) if text else ()
@@ -115,7 +115,7 @@ def _updates(values: Array, other: Array) -> Mask:
     return np.asarray(np.arange(len(values)) % stride == np.bincount(changes % stride, minlength=1).argmax())
 
 
-def _repaired(table: Table, stamps: Column, mask: Mask) -> tuple[Array, Mask, str]:
+def _repair_times(table: Table, stamps: Column, mask: Mask) -> tuple[Array, Mask, str]:
     """Return the times of the samples that are kept, s, which of the rows (n,) these are, and what was repaired."""
     time, label, text = stamps.values[mask], table.label(stamps.index), ""
     if (np.diff(time) <= 0).any():
@@ -141,7 +141,7 @@ def _repaired(table: Table, stamps: Column, mask: Mask) -> tuple[Array, Mask, st
             text = f"{label}: {broken} the equal intervals of the samples {are} interpolated"
             time = single
         else:
-            raise _refused(table, stamps.index, stamps.values, ~mask)
+            raise _time_error(table, stamps.index, stamps.values, ~mask)
     return time, mask, text
 
 
@@ -180,7 +180,7 @@ def _with_single(time: Array) -> Array | None:
     return mended if (np.diff(mended) > 0).all() else None
 
 
-def _refused(table: Table, index: int, time: Array, repeated: Mask) -> RecordingError:
+def _time_error(table: Table, index: int, time: Array, repeated: Mask) -> RecordingError:
     """Return the error for a time that does not increase."""
     wrong = np.flatnonzero((np.diff(time) <= 0) & ~repeated[1:])
     row = int(wrong[0]) + 1
@@ -202,7 +202,7 @@ def _refused(table: Table, index: int, time: Array, repeated: Mask) -> Recording
 def increasing(table: Table, stamps: Column) -> Array:
     """Return the times of a program, (n,), s; a program is written by the user, so nothing is repaired."""
     if (np.diff(stamps.values) <= 0).any():
-        raise _refused(table, stamps.index, stamps.values, np.zeros(len(stamps.values), dtype=bool))
+        raise _time_error(table, stamps.index, stamps.values, np.zeros(len(stamps.values), dtype=bool))
     return stamps.values
 
 
