@@ -182,7 +182,9 @@ class Curve:
             abscissa = q
         else:
             abscissa = np.arange(len(q), dtype=float)
-        groups = np.concatenate([np.full(b.stop - b.start, i) for i, b in enumerate(self.branches)])
+        groups = np.concatenate(
+            [np.full(branch.stop - branch.start, i) for i, branch in enumerate(self.branches)]
+        )
         return noise_of_sparse(self.force, abscissa, 4, groups)
 
     def part(self, start: int, stop: int) -> Curve:
@@ -212,7 +214,11 @@ class Curve:
     @cached_property
     def _initial(self) -> float:
         # The sample before a branch is the turning point that it starts from.
-        loading = [slice(max(b.start - 1, 0), b.stop) for b in self.segments if b.kind == "loading"]
+        loading = [
+            slice(max(segment.start - 1, 0), segment.stop)
+            for segment in self.segments
+            if segment.kind == "loading"
+        ]
         largest = float(np.abs(self.displacement).max())
         # A branch far from zero would be extrapolated to it: one that has points in the smallest window is better.
         cut = next(

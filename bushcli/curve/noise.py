@@ -44,16 +44,16 @@ def noise(values: Array, abscissa: Array, order: int = 3, groups: NDArray[np.int
     if groups is not None and (same_group := groups[order:] == groups[:-order]).sum() >= n / 2:
         within = same_group
     residuals, height, power = np.empty(m), np.zeros(n), np.zeros(n)
-    for at in range(0, m, _PIECE):
-        piece = slice(at, min(at + _PIECE, m))
-        weights = _weights(abscissa[at : piece.stop + order], order)
-        windows = sliding_window_view(values[at : piece.stop + order], width)
+    for start in range(0, m, _PIECE):
+        piece = slice(start, min(start + _PIECE, m))
+        weights = _weights(abscissa[start : piece.stop + order], order)
+        windows = sliding_window_view(values[start : piece.stop + order], width)
         residuals[piece] = np.einsum("ij,ij->i", weights, windows)
         # Least squares for the height of a spike at each sample, from the windows that contain the sample.
         weights[~within[piece]] = 0.0
         for j in range(width):
-            height[at + j : piece.stop + j] += weights[:, j] * residuals[piece]
-            power[at + j : piece.stop + j] += weights[:, j] ** 2
+            height[start + j : piece.stop + j] += weights[:, j] * residuals[piece]
+            power[start + j : piece.stop + j] += weights[:, j] ** 2
     if within.sum() < _ENOUGH:
         return _spread(np.abs(residuals[within]))
     # The height of a spike, divided by its standard error for residuals of 1: a few windows, as at the ends, determine

@@ -186,9 +186,9 @@ class Recording(Curve):
             numbers = self.numbers[branch.start : branch.stop]
             least = max(_LATE, _LATE_SHARE * len(numbers))
             cuts = [
-                int(at) + 1
-                for at in np.flatnonzero(np.diff(numbers))
-                if least <= at + 1 <= len(numbers) - least
+                int(sample) + 1
+                for sample in np.flatnonzero(np.diff(numbers))
+                if least <= sample + 1 <= len(numbers) - least
             ]
             for first, last in pairwise([0, *cuts, len(numbers)]):
                 start, stop, cycle = (

@@ -108,19 +108,19 @@ def segment(
         At least one, covering all samples.
     """
     segments = excursions(displacement, time, sigma)
-    every = []
+    pending = []
     for number, branches in groupby(segments, lambda branch: branch.cycle):
         part = list(branches)
         start, stop = max(part[0].start - 1, 0), part[-1].stop
         furthest = start + int(np.argmax(np.abs(displacement[start:stop])))
         kinds = [branch.kind for branch in part if branch.kind != "hold"]
         ends = float(displacement[start]), float(displacement[furthest])
-        every.append(_Excursion(number, *ends, len(set(kinds)) == 2, kinds[:1] == ["unloading"]))
+        pending.append(_Excursion(number, *ends, len(set(kinds)) == 2, kinds[:1] == ["unloading"]))
     groups: list[list[_Excursion]] = []
-    while every:
-        size = 2 if _reverse(every, groups[-1] if groups else ()) else 1
-        groups.append(every[:size])
-        every = every[size:]
+    while pending:
+        size = 2 if _reverse(pending, groups[-1] if groups else ()) else 1
+        groups.append(pending[:size])
+        pending = pending[size:]
     # A dip before the first cycle, and the way back to rest or to a preload after the last one, are no cycles.
     if len(groups) > 1 and len(groups[0]) == 1 and not groups[0][0].whole:
         excursion, after = groups[0][0], groups[1]
@@ -232,8 +232,8 @@ def _stops(q: Array, band: float) -> NDArray[np.int_]:
     A stretch is put together of halves, quarters and so on of `_LONGEST`, whose extremes are known.
     """
     stops = np.empty(len(q), dtype=np.int_)
-    for at in range(0, len(q), _PIECE):
-        part = np.append(q[at : at + _PIECE + _LONGEST], np.nan)
+    for start in range(0, len(q), _PIECE):
+        part = np.append(q[start : start + _PIECE + _LONGEST], np.nan)
         sizes = [1 << k for k in range(_LONGEST.bit_length())]
         highs, lows = [part], [part]
         for size in sizes[:-1]:
@@ -241,7 +241,7 @@ def _stops(q: Array, band: float) -> NDArray[np.int_]:
             beyond = np.full(min(size, len(part)), np.nan)
             highs.append(np.maximum(highs[-1], np.concatenate([highs[-1][size:], beyond])))
             lows.append(np.minimum(lows[-1], np.concatenate([lows[-1][size:], beyond])))
-        count = min(_PIECE, len(q) - at)
+        count = min(_PIECE, len(q) - start)
         stop, high, low = np.arange(count), part[:count].copy(), part[:count].copy()
         for size, top, bottom in reversed(list(zip(sizes, highs, lows, strict=True))):
             inside = np.minimum(stop, len(part) - 1)
@@ -249,7 +249,7 @@ def _stops(q: Array, band: float) -> NDArray[np.int_]:
             fits = new_high - new_low <= band
             high, low = np.where(fits, new_high, high), np.where(fits, new_low, low)
             stop += size * fits
-        stops[at : at + count] = at + stop
+        stops[start : start + count] = start + stop
     return stops
 
 
@@ -385,14 +385,14 @@ def _overshoot(pieces: list[tuple[int, int, bool]], place: int, q: Array) -> flo
     In 4, -0.1, 4 the excursion of 0.1 is an overshoot; in 0.1, -0.1, 4 it is a cycle of its own.
     """
     ends = [float(q[max(pieces[0][0] - 1, 0)])]
-    at = 0
+    index = 0
     for i, (_, stop, held) in enumerate(pieces):
         if not held:
             ends.append(float(q[stop - 1]))
         if i == place:
-            at = len(ends) - 1
-    start, end = ends[at - 1], ends[at]
-    small = at if abs(end) < abs(start) else at - 1
+            index = len(ends) - 1
+    start, end = ends[index - 1], ends[index]
+    small = index if abs(end) < abs(start) else index - 1
     beside = [abs(ends[i]) for i in (small - 1, small + 1) if 0 <= i < len(ends)]
     same_side = all(ends[i] * ends[small] < 0 for i in (small - 1, small + 1) if 0 <= i < len(ends))
     return OVERSHOOT * min(beside) if beside and same_side else 0.0

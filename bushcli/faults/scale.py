@@ -175,13 +175,13 @@ class _Change:
 
 def scales(shape: Shape, recordings: Sequence[Recording], bad: Sequence[Mask]) -> Iterator[DataFault]:
     """Yield a fault for each exchanged pair of channels and for each column that was read in the wrong unit."""
-    known = [
+    known_scales = [
         scale
         for recording, mask in zip(recordings, bad, strict=True)
         if (scale := _Scale.of(shape, recording, mask)) is not None
     ]
     swapped_names: set[str] = set()
-    for scale, other in combinations(known, 2):
+    for scale, other in combinations(known_scales, 2):
         # Two channels of one kind that contradict each other as they are, and agree when exchanged.
         this, that = (modes()[each.recording.mode] for each in (scale, other))
         swapped = (
@@ -198,21 +198,21 @@ def scales(shape: Shape, recordings: Sequence[Recording], bad: Sequence[Mask]) -
             and not {scale.recording.name, other.recording.name} & swapped_names
         ):
             swapped_names |= {scale.recording.name, other.recording.name}
-            for own, its in ((scale, other), (other, scale)):
+            for recorded, contained in ((scale, other), (other, scale)):
                 yield DataFault(
-                    own.recording.name,
+                    recorded.recording.name,
                     "swapped",
                     f"{scale.moduli} and {other.moduli}; with the two exchanged they agree: channel "
-                    f'"{own.recording.name}" contains the data of "{its.recording.name}"',
+                    f'"{recorded.recording.name}" contains the data of "{contained.recording.name}"',
                     "exchange the file names (or the columns) of the two [[recordings]]",
                     True,
                 )
-    for scale in known:
+    for scale in known_scales:
         if scale.recording.name in swapped_names:
             continue
         rest = [
             other
-            for other in known
+            for other in known_scales
             if other is not scale and other.recording.name not in swapped_names and other.plausible
         ]
         possible = _IMPOSSIBLE[scale.kind][0] <= scale.travel <= _IMPOSSIBLE[scale.kind][1]

@@ -81,12 +81,14 @@ class _Miss:
         with np.errstate(invalid="ignore"):
             least = np.minimum(np.abs(self.score), np.abs(other.score))
             # Few samples are missed by as much.
-            at = np.flatnonzero((least >= _BOTH) & self.large & other.large & (self.score * other.score > 0))
-        own, its = self.clean[at], other.clean[at]
-        sure = np.abs(np.where(own, self.score[at], other.score[at])) >= _ALONE
-        at = at[(own & its) | (sure & (own | its))]
+            samples = np.flatnonzero(
+                (least >= _BOTH) & self.large & other.large & (self.score * other.score > 0)
+            )
+        own, its = self.clean[samples], other.clean[samples]
+        sure = np.abs(np.where(own, self.score[samples], other.score[samples])) >= _ALONE
+        samples = samples[(own & its) | (sure & (own | its))]
         misses = np.zeros(len(least))
-        misses[at] = least[at]
+        misses[samples] = least[samples]
         return misses
 
 
@@ -169,14 +171,14 @@ def _miss(
     for samples in _ON_LINES:
         # Straight lines through a few samples; nan where there are too few.
         other, miss, start = np.full(n, np.nan), np.full(n, np.nan), gap + samples - 1
-        for at in range(0, n - start, _PIECE):
-            count = min(_PIECE, n - start - at)
-            y = np.stack([values[at + k : at + k + count] for k in range(samples)])
-            u = np.stack([x[at + k : at + k + count] for k in range(samples)])
+        for position in range(0, n - start, _PIECE):
+            count = min(_PIECE, n - start - position)
+            y = np.stack([values[position + k : position + k + count] for k in range(samples)])
+            u = np.stack([x[position + k : position + k + count] for k in range(samples)])
             centre = u.mean(axis=0)
             u -= centre
             power = (u * u).sum(axis=0)
-            judged = slice(at + start, at + start + count)
+            judged = slice(position + start, position + start + count)
             ahead = x[judged] - centre
             miss[judged] = values[judged] - y.mean(axis=0) - (u * y).sum(axis=0) / power * ahead
             other[judged] = miss[judged] / np.sqrt(1.0 + 1.0 / samples + ahead**2 / power)

@@ -135,12 +135,12 @@ def _damage_error(path: Path, reader: Reader, reason: str) -> RecordingError:
 
 def _parts_of_answer(answer: bytes) -> Iterator[tuple[FilePart, Sequence[NDArray[Any] | None]]]:
     head, _, content = answer.partition(b"\n")
-    at = 0
+    offset = 0
     for shown in json.loads(head):
         columns = list[NDArray[Any] | None]()
         for kind in shown.pop("kinds"):
-            columns.append(None if kind is None else np.frombuffer(content, kind, shown["samples"], at))
-            at += 0 if columns[-1] is None else columns[-1].nbytes
+            columns.append(None if kind is None else np.frombuffer(content, kind, shown["samples"], offset))
+            offset += 0 if columns[-1] is None else columns[-1].nbytes
         yield FilePart(**shown), columns
 
 

@@ -50,11 +50,11 @@ def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity], table
         table = own_rows(table, source)
     if len(clock_columns(table, source, mode)) < 2:
         return table
-    at: dict[Quantity, int] = {}
+    indices: dict[Quantity, int] = {}
     for quantity in quantities:
-        at[quantity] = found_index(table, source, mode, quantity)
-    forced = [at["force"]] if "force" in at else []
-    moved = [at["displacement"]] if "displacement" in at else []
+        indices[quantity] = found_index(table, source, mode, quantity)
+    forced = [indices["force"]] if "force" in indices else []
+    moved = [indices["displacement"]] if "displacement" in indices else []
     return own_clocks(table, forced, moved, source, mode)
 
 

@@ -85,13 +85,15 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
             raise table.refused(what, f"at least {fewest}")
         displacement, force, samples = displacement[within], force[within], samples.only(within)
     machine = mode.specimen == "coupon" and source.measured("force", "coupon", mode.rotational) == "force"
-    there = {"displacement": moved, "force": forced} | ({"time": stamps} if stamps else {})
+    read_columns = {"displacement": moved, "force": forced} | ({"time": stamps} if stamps else {})
     path = None
     if source.six is not None:
         motions = motion_columns(table, source, source.six).items()
-        there |= {MOTIONS[k]: c for k, c in motions if k not in source.six.free and c.index != moved.index}
+        read_columns |= {
+            MOTIONS[k]: c for k, c in motions if k not in source.six.free and c.index != moved.index
+        }
         path = recorded_path(source, source.six, samples, tables)
-    columns, unused, remarks = _used_columns(table, there, source)
+    columns, unused, remarks = _used_columns(table, read_columns, source)
     recording = Recording(
         mode.name,
         displacement,
@@ -222,10 +224,12 @@ def read_program(
         time = increasing(table, stamps)
     elif source.sample_rate is not None:
         time = np.arange(len(moved.values)) / source.sample_rate
-    there: dict[str, Column] = {quantity: moved}
+    read_columns: dict[str, Column] = {quantity: moved}
     if stamps is not None:
-        there["time"] = stamps
-    return RecordedProgram(source.label, mode.name, time, moved.values, *_used_columns(table, there, source))
+        read_columns["time"] = stamps
+    return RecordedProgram(
+        source.label, mode.name, time, moved.values, *_used_columns(table, read_columns, source)
+    )
 
 
 def _mode(source: Source) -> Mode:

@@ -131,12 +131,12 @@ def _table(path: Path, lines: list[Line], runs: list[AlikeRows], given: _Given) 
         other = f"if it is a decimal {'comma' if sign == ',' else 'point'}; else write {plain}"
         raise table.refused(what, f'decimal = "{sign}" in the table of the case file, {other}', row)
     parts: list[SplitRows | AlikeRows] = []
-    at, numbers = 0, [line.number for line in body[sheet.start :]]
+    start, numbers = 0, [line.number for line in body[sheet.start :]]
     for run in runs:
         upto = bisect(numbers, run.at)
-        parts += [SplitRows(rows[at:upto], numbers[at:upto]), run]
-        at = upto
-    return replace(table, parts=(*parts, SplitRows(rows[at:], numbers[at:])))
+        parts += [SplitRows(rows[start:upto], numbers[start:upto]), run]
+        start = upto
+    return replace(table, parts=(*parts, SplitRows(rows[start:], numbers[start:])))
 
 
 def _with_header(sheet: Sheet, width: int, most: int, remarks: tuple[str, ...], part: str = "") -> TextTable:

@@ -76,7 +76,7 @@ def is_dynamic(table: Table, source: DynamicSource) -> bool:
 def meanings(table: Table) -> list[ColumnName]:
     """Return the meaning of each column; a condition in the row of units, or in a row above, is one of its columns."""
     columns, width = [], len(table.names)
-    over: dict[int, str] = {}
+    titles: dict[int, str] = {}
     above: dict[int, tuple[Stated, ...]] = {}
     # A row of lengths above the names may have been taken for one of units. What a line has for a column, a quantity,
     # ``Kdyn [N/mm]`` above ``0 N``, ``500 N``, or a condition, holds until the next one of the line.
@@ -84,7 +84,7 @@ def meanings(table: Table) -> list[ColumnName]:
         lines = [fields for fields in _fields(text) if 1 < len(fields) <= width]
         for fields in lines:
             if any(meaning(field).quantity in MEASURED for field in fields if field):
-                over |= {i: title for i, title in enumerate(_carry_fields(fields, width)) if title}
+                titles |= {i: title for i, title in enumerate(_carry_fields(fields, width)) if title}
         conditions_of_row = next((row for fields in lines if len(row := _conditions_in(fields)) > 1), {})
         last: Stated | None = None
         for i in range(width):
@@ -95,11 +95,11 @@ def meanings(table: Table) -> list[ColumnName]:
     for i, name in enumerate(_carry_fields(table.names, width) if above else table.names):
         condition = condition_of(name)
         column = meaning(
-            over.get(i, name) if condition else name, "" if condition_of(table.units[i]) else table.units[i]
+            titles.get(i, name) if condition else name, "" if condition_of(table.units[i]) else table.units[i]
         )
         conditions = (
             *column.conditions,
-            *((condition,) if condition and i in over else ()),
+            *((condition,) if condition and i in titles else ()),
             *above.get(i, ()),
         )
         columns.append(replace(column, conditions=conditions))
@@ -176,18 +176,19 @@ def groups(table: Table, source: DynamicSource, mode: Mode) -> list[ColumnGroup]
         if name.quantity in chosen and chosen[name.quantity] != i:
             names[i] = replace(name, quantity="")
     for i, name in enumerate(names):
-        if name.quantity and any(c.quantity == ACROSS for c in name.conditions):
+        if name.quantity and any(condition.quantity == ACROSS for condition in name.conditions):
             if source.across is None:
                 what = "the columns' names have a length or a strain; it may be the amplitude or the preload"
                 raise table.refused(what, 'across = "amplitude" or "preload" in the recording\'s table')
             conditions_of_name = (
-                replace(c, quantity=source.across) if c.quantity == ACROSS else c for c in name.conditions
+                replace(condition, quantity=source.across) if condition.quantity == ACROSS else condition
+                for condition in name.conditions
             )
             names[i] = replace(name, conditions=tuple(conditions_of_name))
     conditioned: dict[tuple[tuple[str, float], ...], list[int]] = {}
     for i, name in enumerate(names):
         if name.quantity:
-            values = sorted((c.quantity, c.value) for c in name.conditions)
+            values = sorted((condition.quantity, condition.value) for condition in name.conditions)
             conditioned.setdefault(tuple(values), []).append(i)
     shared = conditioned.pop((), [])
     if not any(names[i].quantity in MEASURED for columns in conditioned.values() for i in columns):
@@ -196,7 +197,9 @@ def groups(table: Table, source: DynamicSource, mode: Mode) -> list[ColumnGroup]
     for columns in conditioned.values():
         quantities = {names[i].quantity for i in columns}
         members = [*columns, *(i for i in shared if names[i].quantity not in quantities)]
-        conditions = {c.quantity: c for i in columns or shared for c in names[i].conditions}
+        conditions = {
+            condition.quantity: condition for i in columns or shared for condition in names[i].conditions
+        }
         column_groups.append(ColumnGroup(_unique(table, members, names, mode), conditions))
     return column_groups
 

@@ -184,15 +184,15 @@ def recorded_table(table: DynamicTable, faulty: NDArray[np.bool_] | None = None)
 
 def _scatter(table: DynamicTable, used: NDArray[np.bool_]) -> tuple[Array, float]:
     """Return the scatter (2,) of ln |K*| and loss angle about smooth curves, zero if unknown; degrees of freedom."""
-    over = table.along
+    place = table.along
     values = np.column_stack([np.log(table.stiffness), table.loss_angle])
     squares: list[Array] = []
     for rows in table.conditions():
-        rows = rows[used[rows] & np.isfinite(over[rows])]
-        rows = rows[np.argsort(over[rows], kind="stable")]
+        rows = rows[used[rows] & np.isfinite(place[rows])]
+        rows = rows[np.argsort(place[rows], kind="stable")]
         for i in range(len(rows) - _ROWS + 1):
             near = rows[i : i + _ROWS]
-            x = over[near] - over[near].mean()
+            x = place[near] - place[near].mean()
             if np.diff(x).min() <= 1e-9:
                 continue
             # The combination of these rows that a cubic does not change, of unit noise.

@@ -104,11 +104,11 @@ class DynamicTable:
         A frequency sweep is a curve over frequency at one amplitude, an amplitude sweep one over amplitude at one
         frequency; the rows of either are in the order of the file.
         """
-        over = "frequency" if self.over_frequency else "amplitude"
+        abscissa = "frequency" if self.over_frequency else "amplitude"
         conditions = [
             key
             for key in ("frequency", "amplitude", "preload", "preload_force", "temperature")
-            if key != over
+            if key != abscissa
         ]
         keys = np.column_stack([_level(key, getattr(self, key)) for key in conditions])
         _, number = np.unique(keys, axis=0, return_inverse=True)

@@ -109,17 +109,17 @@ def _units_beside(column: NamedColumn) -> Iterator[Unit]:
     or the file is refused. In a column with another name, ``Phase``, a constant text counts if it is surely a unit.
     """
     table, measured = column.table, column.wanted.measured
-    for at, name in enumerate(table.names if isinstance(table, TextTable) else ()):
+    for index, name in enumerate(table.names if isinstance(table, TextTable) else ()):
         words = set(heading(name).words) or set(plain_name(name).split())
         rest = [word for word in plain_name(name).split() if word not in _UNIT_NAMES]
         is_unit_column = len(rest) < len(plain_name(name).split())
         is_named_after = is_unit_column and " ".join(rest) == plain_name(column.head.name)
-        behind = at == column.index + 1 and not (is_unit_column and rest and not is_named_after)
-        first = table.text(0, at)
+        behind = index == column.index + 1 and not (is_unit_column and rest and not is_named_after)
+        first = table.text(0, index)
         texts = _TEXT.match(first) is not None or certain_unit(first)
         if not (is_named_after or behind) or not texts or first.lower() in _STATES:
             continue
-        fields = [table.text(row, at) for row in range(len(table))]
+        fields = [table.text(row, index) for row in range(len(table))]
         written = list(dict.fromkeys(field for field in fields if field))
         stands = is_named_after or is_unit_column or not words
         sure = len(written) == 1 and len(plain_unit(written[0])) > 1 and certain_unit(written[0])

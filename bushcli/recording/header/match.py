@@ -163,12 +163,12 @@ def has_columns(table: Table, source: Source, mode: Mode, quantities: Sequence[Q
     for quantity in quantities:
         wanted, chosen = WantedColumn.of(source, mode, quantity), source.columns.get(quantity)
         if chosen is None:
-            there = bool(candidates(table, wanted) or by_unit(table, wanted))
+            is_there = bool(candidates(table, wanted) or by_unit(table, wanted))
         elif isinstance(chosen, int):
-            there = chosen <= len(table.names)
+            is_there = chosen <= len(table.names)
         else:
-            there = heading(chosen).name in {heading(name).name for name in table.names}
-        if not there:
+            is_there = heading(chosen).name in {heading(name).name for name in table.names}
+        if not is_there:
             return False
     return True
 

@@ -55,8 +55,8 @@ def meaning_of(column: NamedColumn, source: Source, chosen: bool) -> tuple[str, 
         measure = {"strain": "volume", "stress": "true"}[key] if volumetric else "engineering"
     elif form is None:
         # The first stress of Piola and Kirchhoff is the nominal one.
-        first = any(text in column.head.name for text in ("1st", "first"))
-        if (words & _UNCONVERTED[key]) - ({"kirchhoff", "pk"} if first else set()):
+        is_first = any(text in column.head.name for text in ("1st", "first"))
+        if (words & _UNCONVERTED[key]) - ({"kirchhoff", "pk"} if is_first else set()):
             what = f"{column.label} is not an engineering {key} by its name, and not a true one"
             raise column.table.refused(
                 what, f"choose another column, or give {_possible_values(column, key)}"

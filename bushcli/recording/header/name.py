@@ -268,8 +268,8 @@ def heading(text: str, has_unit: bool = False) -> Heading:
         shown = [word for word in shown if word.lower() not in ("min", "std")]
     end = _AFTER_SIGN.search(rest)
     # A formula of a quantity: ``abs(Force)``, ``-Force``, ``Force^2``, ``1/Displacement``.
-    over, _, under = rest.partition("/")
-    first, second = kinds_of(over), kinds_of(under)
+    numerator, _, denominator = rest.partition("/")
+    first, second = kinds_of(numerator), kinds_of(denominator)
     formula = (
         any(kinds_of(in_groups(match)) for match in _FUNCTION.finditer(text))
         or _SIGNED.match(text)

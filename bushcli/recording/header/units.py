@@ -394,16 +394,16 @@ def _size(bare: str, measured: str) -> _Size | None:
     text = re.sub(r"(?:-?\(|[-_])(f|force)$", r"\1", text, flags=re.IGNORECASE)  # kg-f, kg(f), pound-force
     text = _SQUARE.sub(r"\g<1>2", _HYPHEN.sub("", text))
     size: _Size | None = _ONE
-    at, power, goes_on = 0, 1, True
+    position, power, goes_on = 0, 1, True
     while size is not None and goes_on:
-        factor = _FACTOR.match(text, at)
+        factor = _FACTOR.match(text, position)
         word = _word(factor[1], measured) if factor else None
         size = size.times(word, power * int(factor[2] or 1)) if factor and word else None
-        at = factor.end() if factor else at
-        sign = _OPERATOR.match(text, at)
+        position = factor.end() if factor else position
+        sign = _OPERATOR.match(text, position)
         goes_on = sign is not None
-        power, at = (-1 if sign[0] == "/" else 1, sign.end()) if sign else (power, at)
-    return _word(bare, measured) or (size if at == len(text) else None)
+        power, position = (-1 if sign[0] == "/" else 1, sign.end()) if sign else (power, position)
+    return _word(bare, measured) or (size if position == len(text) else None)
 
 
 @functools.lru_cache(maxsize=4096)

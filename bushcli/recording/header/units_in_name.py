@@ -110,10 +110,10 @@ def numbers_or_doubts(shown: Sequence[str], rest: str, has_unit: bool) -> tuple[
     doubtful += ["in"] * ("_in_" in rest.lower() or _INCH_FIRST.match(rest) is not None)
     numbers: list[str] = []
     for word in doubtful:
-        at = shown.index(word) if word in shown else 0
+        index = shown.index(word) if word in shown else 0
         glued = re.fullmatch(r"\d+(?:[.,]\d+)?([^\W\d_]+)", word)
-        if _is_range(shown[:at], rest) and any(find_unit(word, kind) for kind in ("force", "length")):
-            numbers.append(f"{shown[at - 1]} {word}")
+        if _is_range(shown[:index], rest) and any(find_unit(word, kind) for kind in ("force", "length")):
+            numbers.append(f"{shown[index - 1]} {word}")
         elif glued and tabulated_unit(glued[1]) is not None and not has_unit:
             numbers.append(word)
     only_digits = not has_unit and all(word.isdigit() for word in doubtful)

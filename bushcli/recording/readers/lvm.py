@@ -142,14 +142,14 @@ def _segment(
         raise ValueError(f"Channels: {number:g} are too many")
     count, multi = int(number), form.columns == "multi"
     body = [(n + 1, lines[n].split(form.separator)) for n in range(start, stop) if lines[n].strip()]
-    at = range(1, 2 * count, 2) if multi else range(1, count + 1)
+    columns = range(1, 2 * count, 2) if multi else range(1, count + 1)
     titles = body.pop(0)[1] if body else []
-    if count < 1 or not body or len(titles) <= at[-1]:
+    if count < 1 or not body or len(titles) <= columns[-1]:
         raise ValueError(f"line {start + 1}: there are no names and values of {count} channels")
     units = [*head.get("y_unit_label", []), *[""] * count]
     clocks: dict[tuple[object, ...], list[int]] = {}
     x: list[Array] = []
-    for i, place in enumerate(at):
+    for i, place in enumerate(columns):
         last = max(
             (i + 1 for i, (_, row) in enumerate(body) if place < len(row) and row[place].strip()), default=0
         )
@@ -161,11 +161,11 @@ def _segment(
         clocks.setdefault(key, []).append(i)
     return [
         _Segment(
-            tuple(titles[at[i]].strip() for i in members),
+            tuple(titles[columns[i]].strip() for i in members),
             tuple(units[i] for i in members),
             x[members[0]],
             _x_unit(head, members[0]),
-            np.array([_column(body[: len(x[i])], at[i], form.decimal) for i in members]),
+            np.array([_column(body[: len(x[i])], columns[i], form.decimal) for i in members]),
             None if form.absolute else _begin(head, members[0]),
             _ZERO if form.absolute else None,
         )
@@ -174,7 +174,11 @@ def _segment(
 
 
 def _x_values(
-    body: Sequence[tuple[int, list[str]]], head: Mapping[str, list[str]], channel: int, at: int, form: _Form
+    body: Sequence[tuple[int, list[str]]],
+    head: Mapping[str, list[str]],
+    channel: int,
+    column: int,
+    form: _Form,
 ) -> Array:
     """Return the x values (n,) of a channel."""
     stated = [_field(head, key, i) for i in (0, channel) for key in ("x0", "delta_x")]
@@ -185,7 +189,7 @@ def _x_values(
                 f"X0 = {first:g} and Delta_X = {step:g} of channel {channel + 1} give no finite times"
             )
         return np.asarray(first + step * np.arange(len(body)))
-    return _column(body, at, form.decimal)
+    return _column(body, column, form.decimal)
 
 
 def _x_unit(head: Mapping[str, list[str]], channel: int) -> str:

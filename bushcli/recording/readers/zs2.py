@@ -110,11 +110,11 @@ def _parts(block: _Node, name: str, names: dict[Any, Any]) -> Iterator[FilePart]
     titles = [str(names.get(_value(channel, "TrsChannelId")) or "") for channel in channels]
     lengths = dict.fromkeys(len(values) for values in arrays if len(values))
     for samples in lengths:
-        at = [i for i, values in enumerate(arrays) if len(values) == samples]
+        indices = [i for i, values in enumerate(arrays) if len(values) == samples]
         part = name if len(lengths) == 1 else f"{name}, {samples} samples"
-        units = ["" if heading(titles[i]).written else UNKNOWN for i in at]
-        columns = [arrays[i] for i in at]
-        yield FilePart(part, [titles[i] for i in at], units, samples, columns.__getitem__)
+        units = ["" if heading(titles[i]).written else UNKNOWN for i in indices]
+        columns = [arrays[i] for i in indices]
+        yield FilePart(part, [titles[i] for i in indices], units, samples, columns.__getitem__)
 
 
 def recognises(head: bytes, suffix: str) -> bool:

@@ -137,9 +137,9 @@ def sentinel(values: Array, written: Callable[[int], str], accepted: Collection[
     low, high = others.min(), others.max()
     span = max(high - low, 1e-12 * max(abs(low), abs(high)), 1e-300)
     far = (values < low - _FAR * span) | (values > high + _FAR * span)
-    at = np.flatnonzero(~codes)
+    plain_rows = np.flatnonzero(~codes)
     if len(others) >= _DENSE:
-        place = np.searchsorted(at, np.arange(len(values)))
+        place = np.searchsorted(plain_rows, np.arange(len(values)))
         before, after = others[np.maximum(place - 1, 0)], others[np.minimum(place, len(others) - 1)]
         jump = np.minimum(np.abs(values - before), np.abs(values - after))
         far |= (jump > _JUMP * span) & ((values > before) == (values > after))

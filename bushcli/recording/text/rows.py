@@ -149,11 +149,11 @@ class AlikeRows:
         return fields[column] if column < len(fields) else ""
 
     def _pieces(self) -> Iterator[str]:
-        at = self.begin
-        while at < self.end:
-            end = self.whole.rfind("\n", at, min(at + _PIECE, self.end)) + 1
-            yield self.whole[at:end]
-            at = end
+        position = self.begin
+        while position < self.end:
+            end = self.whole.rfind("\n", position, min(position + _PIECE, self.end)) + 1
+            yield self.whole[position:end]
+            position = end
 
     def texts(self, column: int) -> list[str]:
         """Return the fields of a column."""
@@ -188,27 +188,27 @@ class AlikeRows:
 
 def end_of_head(text: str) -> int:
     """Return where the line behind the head of a long text begins; 0 in a text that has no room for a run."""
-    at = 0
+    position = 0
     for _ in range(HEAD):
-        at = text.find("\n", at) + 1
-        if not at:
+        position = text.find("\n", position) + 1
+        if not position:
             return 0
-    return at if text.count("\n", at) > HEAD else 0
+    return position if text.count("\n", position) > HEAD else 0
 
 
 def sifted(path: Path, text: str, begin: int, form: Form) -> tuple[list[Line], list[AlikeRows]]:
     """Return the runs of a form behind a head, and all other lines; the last line of a run is one of these."""
     lines: list[Line] = []
     runs: list[AlikeRows] = []
-    rest, number, at = 0, 1, begin
-    while at < len(text):
-        match = form.lines.match(text, at)
-        end = match.end() if match else at
-        if end > at and (count := text.count("\n", at, end)) > HEAD:
-            lines += lines_of(path, text[rest:at], number)
-            number += text.count("\n", rest, at)
-            rest = text.rfind("\n", at, end - 1) + 1
-            runs.append(AlikeRows(text, at, rest, number, form))
+    rest, number, position = 0, 1, begin
+    while position < len(text):
+        match = form.lines.match(text, position)
+        end = match.end() if match else position
+        if end > position and (count := text.count("\n", position, end)) > HEAD:
+            lines += lines_of(path, text[rest:position], number)
+            number += text.count("\n", rest, position)
+            rest = text.rfind("\n", position, end - 1) + 1
+            runs.append(AlikeRows(text, position, rest, number, form))
             number += count - 1
-        at = (text.find("\n", end) + 1) or len(text)
+        position = (text.find("\n", end) + 1) or len(text)
     return [*lines, *lines_of(path, text[rest:], number)], runs

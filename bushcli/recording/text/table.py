@@ -273,13 +273,13 @@ class TextTable(Table):
 
     def line(self, row: int) -> int:
         """Return the line number of a row (from 0)."""
-        part, at = self._part(row)
-        return part.line(at)
+        part, index = self._part(row)
+        return part.line(index)
 
     def text(self, row: int, column: int) -> str:
         """Return a field as written in the file."""
-        part, at = self._part(row)
-        return part.written(at, column)
+        part, index = self._part(row)
+        return part.written(index, column)
 
     def numbers(self, column: int, accepted: Collection[float] = ()) -> NDArray[np.float64]:
         """Return a column as numbers; see `Table.numbers`."""
@@ -295,7 +295,7 @@ class TextTable(Table):
     def of_rows(self, rows: Index) -> TextTable:
         """Return the table of some rows; see `Table.of_rows`."""
         ends = np.cumsum([0, *map(len, self.parts)])
-        indices = (rows[(rows >= at) & (rows < end)] - at for at, end in pairwise(ends))
+        indices = (rows[(rows >= start) & (rows < end)] - start for start, end in pairwise(ends))
         return replace(
             self, parts=tuple(part.of_rows(index) for part, index in zip(self.parts, indices, strict=True))
         )

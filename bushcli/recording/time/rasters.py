@@ -252,10 +252,10 @@ def own_clocks(
     # The time of a channel is the last in front of it, or the next where the time stands behind.
     behind = clocks[0] > 0 and clocks[-1] == len(table.names) - 1
     for index in (*forced, *moved):
-        there = [at for at in clocks if (at > index if behind else at < index)]
-        if index in clocks or not there:
+        beside = [clock for clock in clocks if (clock > index if behind else clock < index)]
+        if index in clocks or not beside:
             return table
-        rasters.append(_with_clock(table, index, there[0 if behind else -1], source, mode))
+        rasters.append(_with_clock(table, index, beside[0 if behind else -1], source, mode))
     reference, travels = rasters[0], rasters[len(forced) :]
     chosen = None if source.is_untimed else source.columns.get("time")
     if chosen is not None:
@@ -295,18 +295,18 @@ def clock_columns(table: Table, source: Source, mode: Mode) -> list[int]:
     return clocks if all(b - a > 1 for a, b in pairwise(clocks)) else []
 
 
-def _with_clock(table: Table, index: int, at: int, source: Source, mode: Mode) -> RasterColumns:
+def _with_clock(table: Table, index: int, clock: int, source: Source, mode: Mode) -> RasterColumns:
     """Return a column with its column of time, to the last row that has one: a slower channel has fewer rows."""
     count = len(table)
     if isinstance(table, ArrayTable):
-        values = table.columns[at]
+        values = table.columns[clock]
         if values is not None and values.dtype.kind in "fmM":
             filled = ~np.isnat(values) if values.dtype.kind in "mM" else ~np.isnan(values)
             count = int(np.flatnonzero(filled).max(initial=-1)) + 1
     else:
-        count = max((row + 1 for row in range(len(table)) if table.text(row, at)), default=0)
+        count = max((row + 1 for row in range(len(table)) if table.text(row, clock)), default=0)
     cut = _first_rows(table, count)
-    stamps = column(cut, replace(source, columns={"time": at + 1}), mode, "time")
+    stamps = column(cut, replace(source, columns={"time": clock + 1}), mode, "time")
     assert stamps is not None
     return RasterColumns(cut, (index,), stamps)
 
@@ -324,12 +324,12 @@ def interpolated(
 ) -> ArrayTable:
     """Return a table of the force, and of the travel at its stamps."""
     forced, moved, rows, gaps = _common_stamps(forced, moved, source, together)
-    table, at = forced.table, forced.time[rows]
+    table, times = forced.table, forced.time[rows]
     # The stamps are in the unit of the file, or durations for dates.
     values: dict[int, NDArray[np.generic]] = {
         forced.stamps.index: table.numbers(forced.stamps.index)[rows]
         if table.clock(forced.stamps.index) is None
-        else np.asarray(np.rint(1e9 * at).astype("m8[ns]"))
+        else np.asarray(np.rint(1e9 * times).astype("m8[ns]"))
     }
     for index in forced.columns:
         values[index] = table.numbers(index, source.accept)[rows]
@@ -339,7 +339,7 @@ def interpolated(
     units = list(table.units)
     for motion in moved:
         for index in motion.columns:
-            travel = np.interp(at, motion.time, motion.table.numbers(index, source.accept))
+            travel = np.interp(times, motion.time, motion.table.numbers(index, source.accept))
             if together:
                 columns[index], names[index] = travel, motion.table.names[index]
                 continue

@@ -171,11 +171,11 @@ def _with_single(time: Array) -> Array | None:
     before, after = padded[:-2], padded[2:]
     alone = np.abs(after - before - 2 * interval) <= 2 * _EQUAL * interval
     alone &= ~((before < time) & (time < after))
-    at = np.flatnonzero(np.diff(time) <= 0)
+    rows = np.flatnonzero(np.diff(time) <= 0)
     bad = np.zeros(len(time), dtype=bool)
-    bad[np.where(alone[at], at, at + 1)] = True
+    bad[np.where(alone[rows], rows, rows + 1)] = True
     mended = time.copy()
-    if interval > 0 and (alone[at] | alone[at + 1]).all() and bad.mean() <= _MOST_WRONG:
+    if interval > 0 and (alone[rows] | alone[rows + 1]).all() and bad.mean() <= _MOST_WRONG:
         mended[bad] = np.interp(n[bad], n[~bad], time[~bad])
     return mended if (np.diff(mended) > 0).all() else None
 
