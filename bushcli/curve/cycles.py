@@ -144,10 +144,10 @@ def _cycle(
     closed, q_loop, force_loop = _loop(path.displacement, force, start, end, near)
     if not closed:
         # The way back to rest, or to a preload, may follow the loop.
-        way = np.abs(q - q[0])
+        distance = np.abs(q - q[0])
         for branch in part[-2::-1]:
             rest = branch.stop - start
-            if way[rest - 1] <= near and way[rest:].max() < AT_THE_TURN * way.max():
+            if distance[rest - 1] <= near and distance[rest:].max() < AT_THE_TURN * distance.max():
                 closed, q_loop, force_loop = _loop(path.displacement, force, start, branch.stop, near)
                 break
     x, y = (np.append(signal, signal[0]) if closed else signal for signal in (q_loop, force_loop))
@@ -155,7 +155,7 @@ def _cycle(
     variance = noise.force**2 * float(by_force @ by_force) + noise.displacement**2 * float(by_q @ by_q)
     energy = Uncertain(float(np.sum(0.5 * (y[1:] + y[:-1]) * np.diff(x))), float(np.sqrt(variance)))
     loading = [slice(max(b.start - 1, start), b.stop) for b in part if b.kind == "loading"]
-    work = sum(float(np.trapezoid(force[cut], path.displacement[cut])) for cut in loading)
+    work = sum(float(np.trapezoid(force[segment], path.displacement[segment])) for segment in loading)
     known = work > 0 and (closed or any(branch.kind == "unloading" for branch in part))
     stored = 0.0 if closed else 0.5 * float((force_loop[0] + force_loop[-1]) * (q_loop[-1] - q_loop[0]))
     loss = (
@@ -164,9 +164,9 @@ def _cycle(
     rate = None
     if path.time is not None:
         moving = [(max(b.start - 1, start), b.stop - 1) for b in part if b.kind != "hold"]
-        way = sum(abs(path.displacement[last] - path.displacement[first]) for first, last in moving)
+        distance = sum(abs(path.displacement[last] - path.displacement[first]) for first, last in moving)
         seconds = sum(path.time[last] - path.time[first] for first, last in moving)
-        rate = float(way / seconds) if seconds > 0 else None
+        rate = float(distance / seconds) if seconds > 0 else None
     # Of each hold only the first sample.
     pieces = [np.arange(b.start, b.start + 1 if b.kind == "hold" else b.stop) for b in part]
     counted = np.unique(np.concatenate([[start], *pieces]))

@@ -85,14 +85,14 @@ def earlier(recording: Recording) -> Earlier | None:
     for branch in recording.branches:
         held[branch.start : branch.stop - 1] = branch.kind == "hold"
     steps, seconds = (np.diff(signal[: end + 1])[~held[:end]] for signal in (q, clock))
-    way = float(np.sum(np.abs(steps)))
+    travel = float(np.sum(np.abs(steps)))
     time, path = [], []
     if last is not None:
         time.append(clock[:last] - clock[last])
         path.append(q[:last])
     start = time[0][0] if time else 0.0
-    if way > 0.0:
-        ramp = abs(first) / way * float(np.sum(seconds))
+    if travel > 0.0:
+        ramp = abs(first) / travel * float(np.sum(seconds))
     else:
         # A hold from the first sample on, of a clock that begins at the loading, or else after it.
         interval = float(clock[1] - clock[0])

@@ -104,8 +104,8 @@ def holds_along(
     least = max(least_force, _HELD * sigma)
     holds: list[Hold | None] = []
     for branch in (branch for branch in segments if branch.kind == "hold"):
-        cut = slice(branch.start, branch.stop)
-        held, time = force[cut], None if path.time is None else path.time[cut]
+        samples = slice(branch.start, branch.stop)
+        held, time = force[samples], None if path.time is None else path.time[samples]
         if not np.isfinite(held).all():
             holds.append(None)
             continue
@@ -120,7 +120,7 @@ def holds_along(
                 cycle=branch.cycle,
                 start=branch.start,
                 stop=branch.stop,
-                displacement=float(path.displacement[cut].mean()),
+                displacement=float(path.displacement[samples].mean()),
                 duration=None if time is None else end,
                 force_start=Uncertain(float(held[0]), sigma),
                 force_end=Uncertain(float(last @ held), sigma * float(np.linalg.norm(last))),

@@ -365,7 +365,7 @@ def _repeat(halves: Sequence[float], later: Sequence[float]) -> bool:
 
 def _at_preload(excursion: _Excursion, cycle: Sequence[_Excursion], turn: float) -> bool:
     """Whether an excursion turns at the middle of a cycle beside it, away from rest, which it meets at `turn`."""
-    ends = [each.furthest for each in cycle]
+    ends = [half.furthest for half in cycle]
     largest = max(map(abs, ends))
     if len(cycle) == 1:
         if abs(turn) <= OVERSHOOT * largest:

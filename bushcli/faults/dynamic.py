@@ -65,22 +65,22 @@ def table_faults(shape: Shape, tables: Sequence[DynamicTable]) -> tuple[DataFaul
     """
     faults: list[DataFault] = []
     for table in tables:
-        off = _off_curve(table)
+        off_curve = _off_curve(table)
         candidates = [*_unit(shape, table)]
-        if off.any():
-            first, count = int(np.argmax(off)), int(off.sum()) - 1
+        if off_curve.any():
+            first, count = int(np.argmax(off_curve)), int(off_curve.sum()) - 1
             where = f"{table.places[first]}: |K*| = {table.stiffness[first]:.4g} is off its curve"
             other = _belongs(table, first)
             where += f" and lies on that at {other}" if other else ""
             where += f", and {count} more row{'s are' if count > 1 else ' is'} off, too" if count else ""
             remedy = "correct the conditions of the row, or delete it; fits leave it out"
-            candidates.append(DataFault(table.name, "spikes", where, remedy, False, off))
-        candidates += [*_temperatures(table, off), *_angle(table, off)]
+            candidates.append(DataFault(table.name, "spikes", where, remedy, False, off_curve))
+        candidates += [*_temperatures(table, off_curve), *_angle(table, off_curve)]
         faults += [fault for fault in candidates if fault.kind not in table.accepted_faults]
     return tuple(sorted(faults, key=lambda fault: not fault.fatal))
 
 
-def _angle(table: DynamicTable, off: NDArray[np.bool_]) -> Iterator[DataFault]:
+def _angle(table: DynamicTable, off_curve: NDArray[np.bool_]) -> Iterator[DataFault]:
     """Yield a fault if 90 degrees minus the loss angles suit the stiffness better.
 
     What is linear and causal has a loss angle of about pi/2 d ln |K*| / d ln f (Booij and Thoone 1982,
@@ -88,7 +88,7 @@ def _angle(table: DynamicTable, off: NDArray[np.bool_]) -> Iterator[DataFault]:
     """
     seen, expected = [], []
     for rows in table.conditions() if table.over_frequency else ():
-        rows = rows[~off[rows]]
+        rows = rows[~off_curve[rows]]
         x = np.log(table.frequency[rows])
         if len(np.unique(x)) >= _FREQUENCIES and np.ptp(x) > np.log(_WIDE):
             expected.append(0.5 * np.pi * np.polyfit(x, np.log(table.stiffness[rows]), 1)[0])
@@ -146,18 +146,18 @@ def _unit(shape: Shape, table: DynamicTable) -> Iterator[DataFault]:
 
 def _off_curve(table: DynamicTable) -> NDArray[np.bool_]:
     """Return which rows (n,) miss what their neighbours on the same curve predict; the worst is taken first."""
-    off = np.zeros(len(table), dtype=bool)
+    off_curve = np.zeros(len(table), dtype=bool)
     curves = [rows for rows in table.conditions() if len(rows) >= 6]
-    seen = _misses(table, curves, ~off)
+    seen = _misses(table, curves, ~off_curve)
     while True:
         worst = int(np.argmax(seen))
-        off[worst] = True
+        off_curve[worst] = True
         # The rows beside it are predicted from it: their scatter is that without it.
-        others = _misses(table, curves, ~off)
+        others = _misses(table, curves, ~off_curve)
         scatter = float(np.median(others[others > 0.0])) if (others > 0.0).any() else 0.0
-        if seen[worst] <= max(_OFF, _SCATTER * scatter) or off.sum() > 1 + 0.1 * len(table):
-            off[worst] = False
-            return off
+        if seen[worst] <= max(_OFF, _SCATTER * scatter) or off_curve.sum() > 1 + 0.1 * len(table):
+            off_curve[worst] = False
+            return off_curve
         seen = others
 
 
@@ -209,9 +209,9 @@ def _belongs(table: DynamicTable, row: int) -> str:
     return ""
 
 
-def _temperatures(whole: DynamicTable, off: NDArray[np.bool_]) -> Iterator[DataFault]:
+def _temperatures(whole: DynamicTable, off_curve: NDArray[np.bool_]) -> Iterator[DataFault]:
     """Yield a fault for two sweeps at neighbouring temperatures that agree, while their neighbours differ."""
-    table = whole.rows(~off)
+    table = whole.rows(~off_curve)
     over = table.along
     if np.isnan(over).any() or np.isnan(table.temperature).any():
         return

@@ -126,16 +126,16 @@ def _warm(table: Table, source: Source, rows: NDArray[np.int_]) -> Array | None:
     index = chosen_index(table, source.temperature_column)
     name = heading(table.names[index])
     given = (source.temperature_unit, table.units[index], *name.written, name.at_end)
-    told = [text for text in given if text] or ["degC"]
-    units = [unit for text in told if (unit := read_unit(text)) and unit.kind == "temperature"]
+    texts = [text for text in given if text] or ["degC"]
+    units = [unit for text in texts if (unit := read_unit(text)) and unit.kind == "temperature"]
     if not units:
-        what = f"{table.label(index)}: {told[0].strip('[]() ')} is no unit of a temperature"
+        what = f"{table.label(index)}: {texts[0].strip('[]() ')} is no unit of a temperature"
         raise table.refused(what, 'units = {temperature = "degC"}, "K" or "degF"')
     values = units[0].factor * table.numbers(index, source.accept)[rows] + units[0].zero
-    off = np.flatnonzero(~((values >= WARM[0]) & (values <= WARM[1])))
-    if len(off):
-        row = int(rows[off[0]])
-        what = f"{table.label(index)} is {table.text(row, index)}, {values[off[0]]:.4g} degrees C: no test of rubber"
+    beyond = np.flatnonzero(~((values >= WARM[0]) & (values <= WARM[1])))
+    if len(beyond):
+        row = int(rows[beyond[0]])
+        what = f"{table.label(index)} is {table.text(row, index)}, {values[beyond[0]]:.4g} degrees C: no test of rubber"
         expected = 'give its unit, as in units = {temperature = "K"}; or leave the column out'
         raise table.refused(what, expected, row)
     return np.asarray(values, dtype=np.float64)

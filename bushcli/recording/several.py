@@ -50,8 +50,8 @@ def refuse_several(table: Table, stamps: Column | None) -> None:
         blocks = [(label, len(list(group))) for label, group in groupby(_texts(table, index))]
         labels = list(dict.fromkeys(label for label, _ in blocks))
         begins = np.cumsum([count for _, count in blocks])[:-1]
-        again = stamps is None or bool((np.diff(stamps.values)[begins - 1] <= 0.0).any())
-        if 1 < len(labels) == len(blocks) <= len(table) / _FEWEST and again:
+        restarts = stamps is None or bool((np.diff(stamps.values)[begins - 1] <= 0.0).any())
+        if 1 < len(labels) == len(blocks) <= len(table) / _FEWEST and restarts:
             shown = ", ".join(labels[:4]) + (", ..." if len(labels) > 4 else "")
             what = f"{table.label(index)} names {len(labels)} recordings one below the other ({shown})"
             key = name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else f'"{name}"'

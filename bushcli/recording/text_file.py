@@ -133,9 +133,9 @@ def _table(path: Path, lines: list[Line], runs: list[AlikeRows], given: _Given) 
     parts: list[SplitRows | AlikeRows] = []
     start, numbers = 0, [line.number for line in body[sheet.start :]]
     for run in runs:
-        upto = bisect(numbers, run.at)
-        parts += [SplitRows(rows[start:upto], numbers[start:upto]), run]
-        start = upto
+        stop = bisect(numbers, run.at)
+        parts += [SplitRows(rows[start:stop], numbers[start:stop]), run]
+        start = stop
     return replace(table, parts=(*parts, SplitRows(rows[start:], numbers[start:])))
 
 
@@ -173,10 +173,10 @@ def table_of_fields(path: Path, part: str, cells: Sequence[tuple[int, Sequence[s
         lines.append(line)
     counts = []
     for least, sign in ((2, "."), (2, ","), (1, "."), (1, ",")):
-        like = [_is_row(fields, sign, least) for fields in split]
+        are_rows = [_is_row(fields, sign, least) for fields in split]
         # Where single numbers count, all lines below the first must be such.
-        if any(like) and (least > 1 or (sum(like) > 1 and all(like[like.index(True) :]))):
-            counts.append((least, sum(like), sign))
+        if any(are_rows) and (least > 1 or (sum(are_rows) > 1 and all(are_rows[are_rows.index(True) :]))):
+            counts.append((least, sum(are_rows), sign))
     fewest, _, decimal = max(counts, key=lambda count: count[:2], default=(0, 0, "."))
     if not fewest:
         what, expected = "has no table with two columns of numbers", ""
@@ -195,11 +195,11 @@ def _rows(sheet: Sheet, fewest: int) -> tuple[Sheet, int, list[str], bool]:
     each cycle, are removed.
     """
     body, split, decimal = sheet.body, sheet.split, sheet.dialect.decimal
-    like = [_is_row(fields, decimal, fewest) for fields in split]
-    rows = [fields for fields, row in zip(split, like, strict=True) if row]
+    are_rows = [_is_row(fields, decimal, fewest) for fields in split]
+    rows = [fields for fields, row in zip(split, are_rows, strict=True) if row]
     raw = Counter(map(len, rows)).most_common(1)[0][0]
     filled = Counter(len(trimmed(fields)) for fields in rows).most_common(1)[0][0]
-    fits = [row and raw == len(f) for f, row in zip(split, like, strict=True)]
+    fits = [row and raw == len(f) for f, row in zip(split, are_rows, strict=True)]
     starts = (i for i, fit in enumerate(fits) if fit and (i + 1 == len(fits) or fits[i + 1]))
     start = next(starts, None)
     if start is None:
@@ -269,10 +269,10 @@ def _repeated_lines(
     repeated: list[int] = []
     for group in (list(run) for _, run in groupby(enumerate(among), lambda pair: pair[1] - pair[0])):
         lines = [i for _, i in group]
-        again = [body[i].text.strip() for i in lines]
-        full = [text for text, i in zip(again, lines, strict=True) if len(trimmed(split[i])) == width]
-        are_repeated = all(text in head or _NUMBERS.sub("#", text) in labels for text in again)
-        if full and are_repeated and all(text in head for text in full):
+        repeats = [body[i].text.strip() for i in lines]
+        full_rows = [text for text, i in zip(repeats, lines, strict=True) if len(trimmed(split[i])) == width]
+        are_repeated = all(text in head or _NUMBERS.sub("#", text) in labels for text in repeats)
+        if full_rows and are_repeated and all(text in head for text in full_rows):
             repeated += lines
     return repeated
 
@@ -307,10 +307,10 @@ def _of_one_column(body: Sequence[Line], given: _Given) -> Dialect | None:
         split = [
             split_line(line.text, given.delimiter or (";" if ";" in line.text else "\t")) for line in body
         ]
-        like = [_is_row(fields, sign, 1) for fields in split]
-        first = like.index(True) if any(like) else len(like)
+        are_rows = [_is_row(fields, sign, 1) for fields in split]
+        first = are_rows.index(True) if any(are_rows) else len(are_rows)
         # Most lines, so that a line that does not fit is named.
-        most = sum(like) >= 2 and 2 * sum(like) >= len(like) - first
+        most = sum(are_rows) >= 2 and 2 * sum(are_rows) >= len(are_rows) - first
         has_name = first > 0 and "," not in body[first - 1].text
         sure = (
             has_name or given.delimiter or given.decimal or not any("," in line.text for line in body[first:])

@@ -82,9 +82,11 @@ def parts_by_clock(group: str, channels: Sequence[WaveChannel]) -> Iterator[File
     lengths = dict.fromkeys(channel.samples for channel in channels if channel.samples)
     for samples in lengths:
         same_length = [channel for channel in channels if channel.samples == samples]
-        full = {channel.sampling for channel in same_length if channel.sampling and channel.sampling.step}
+        samplings_with_step = {
+            channel.sampling for channel in same_length if channel.sampling and channel.sampling.step
+        }
         # One without an interval may only repeat the start of the only clock with one.
-        start = replace(*full, step=0.0) if len(full) == 1 else None
+        start = replace(*samplings_with_step, step=0.0) if len(samplings_with_step) == 1 else None
         samplings = [None if channel.sampling == start else channel.sampling for channel in same_length]
         clocks = list(dict.fromkeys(filter(None, samplings)))
         if len(clocks) < 2:

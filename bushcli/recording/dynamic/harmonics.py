@@ -125,13 +125,13 @@ def harmonics(
     if periods < 1:
         return None
     used = (time >= start) & (time < start + periods / frequency)
-    t, q, big = time[used], displacement[used], force[used]
+    t, q, forces = time[used], displacement[used], force[used]
     most = int(min(_HARMONICS, 0.4 * len(t) / periods))
     if most < 1 or len(t) < 2 * most + 6:
         return None
     design = _design(t, frequency, most, 3 if periods >= 4 else 1)
     motion, moved_error = _fit_harmonics(design, q)
-    response, force_error = _fit_harmonics(design, big)
+    response, force_error = _fit_harmonics(design, forces)
     fundamental = [complex(c[0], -c[1]) for c in (motion, response)]
     stiffness = fundamental[1] / fundamental[0]
     error = math.hypot(force_error, abs(stiffness) * moved_error) / abs(fundamental[0])
@@ -142,7 +142,7 @@ def harmonics(
     waves = design[:, : 2 * most]
     mean = (
         float(np.mean(q - waves @ motion[: 2 * most])),
-        float(np.mean(big - waves @ response[: 2 * most])),
+        float(np.mean(forces - waves @ response[: 2 * most])),
     )
     return Harmonics(
         frequency,

@@ -295,14 +295,14 @@ def _is_remark(inside: str, rest: str, timed: bool, has_unit: bool) -> bool:
     kinds = kinds_of(plain_name(rest) or ("" if len(bare) == 1 else inside))
     vocabulary = {word for kind in kinds for known in WORDS[kind] for word in known.split()}
     vocabulary |= {"eng", "nom"} if kinds & {"stress", "strain"} else set()
-    told = []
+    known_words = []
     for i, numbered in enumerate(words):
         word = numbered.rstrip("0123456789")
         is_known = word in REMARKS or word in vocabulary or (is_foreign(word) and word not in COUNTED_WORDS)
         # "Strain 1" is the name of a channel; Time [sample] counts samples.
         channel = word != numbered or (i + 1 < len(words) and words[i + 1].isdigit())
         is_quantity = channel and any(word in names for names in WORDS.values())
-        told += (
+        known_words += (
             [numbered]
             if not _fills(numbered) and (is_known or is_quantity) and not (timed and word == "sample")
             else []
@@ -337,7 +337,7 @@ def _is_remark(inside: str, rest: str, timed: bool, has_unit: bool) -> bool:
         (letter, letter in "xyz" or any(letter in WORDS[kind] for kind in kinds)),
         (any(kind in kinds and form.fullmatch(inside) for kind, form in _RATIOS.items()), True),
         (single.isdigit(), _CHANNEL.fullmatch(single) and not POWER.fullmatch(single)),
-        (True, told and all(word in told or _fills(word) for word in words)),
+        (True, known_words and all(word in known_words or _fills(word) for word in words)),
     )
     return next(bool(answer) for holds, answer in rules if holds)
 

@@ -77,8 +77,8 @@ def with_second_unit(rest: str, written: list[str], timed: bool) -> tuple[str, l
     prefix = first and _prefix_apart(re.findall(r"[^\W_]+", rest), written[0])
     before, unit = next(_units_at_end(rest, timed)) if first and not prefix else (rest, "")
     second = tabulated_unit(unit) if unit and unit.lower() != "in" else None
-    two = first and second and second.measured == first.measured
-    return (re.sub(r"\s+in\s*$", "", before), [*written, unit]) if two else (rest, written)
+    are_two = first and second and second.measured == first.measured
+    return (re.sub(r"\s+in\s*$", "", before), [*written, unit]) if are_two else (rest, written)
 
 
 def inner_units(shown: list[str], rest: str) -> tuple[list[str], list[str]]:
@@ -96,8 +96,8 @@ def inner_units(shown: list[str], rest: str) -> tuple[list[str], list[str]]:
     for i in units:
         prefix = _prefix_apart(shown[:i], shown[i]) or _prefix_apart(shown[i + 1 :][:1], shown[i])
         written += [f"{FACTOR} {prefix}"] if prefix else []
-    gone = {*units, *(i - 1 for i in ranges)}
-    return [word for i, word in enumerate(shown) if i not in gone], written
+    removed = {*units, *(i - 1 for i in ranges)}
+    return [word for i, word in enumerate(shown) if i not in removed], written
 
 
 def numbers_or_doubts(shown: Sequence[str], rest: str, has_unit: bool) -> tuple[list[str], list[str]]:

@@ -121,8 +121,8 @@ def _short(fields: Sequence[str], form: str) -> Array | None:
         [60.0 * int(match["first"]) + float(match["second"].replace(",", ".")) for match in stamps]
     )
     # Two digits of minutes begin again after an hour, those of hours after a day.
-    again = np.concatenate([[0.0], np.cumsum(np.diff(numbers) < -0.5 * _ROUND[unit])])
-    return np.asarray(unit * (numbers - numbers[0] + _ROUND[unit] * again))
+    rounds = np.concatenate([[0.0], np.cumsum(np.diff(numbers) < -0.5 * _ROUND[unit])])
+    return np.asarray(unit * (numbers - numbers[0] + _ROUND[unit] * rounds))
 
 
 def _days(dates: Sequence[str], seconds: Array) -> tuple[Array | None, str]:

@@ -156,9 +156,9 @@ def even_stamps(stamps: Array) -> Array | None:
     n = np.arange(len(stamps), dtype=float)
     slope, intercept = np.polynomial.polynomial.polyfit(n[first], stamps[first], 1)[::-1]
     even = intercept + slope * n
-    off = np.abs(even - stamps - 0.5 * (even - stamps).max() - 0.5 * (even - stamps).min()).max()
+    deviation = np.abs(even - stamps - 0.5 * (even - stamps).max() - 0.5 * (even - stamps).min()).max()
     # With fewer than two samples per stamp, an inserted row looks the same.
-    is_even = 0.0 < slope <= 0.5 * digit and off <= 1.02 * 0.5 * (digit + slope)
+    is_even = 0.0 < slope <= 0.5 * digit and deviation <= 1.02 * 0.5 * (digit + slope)
     return even - even[0] + stamps[0] if is_even else None
 
 
@@ -220,11 +220,9 @@ def _missing_time(source: Source, table: Table, displacement: Array) -> tuple[Ar
             what = "rate: the displacement does not move, so the time cannot be computed from the speed"
             raise table.refused(what, "give sample_rate, samples per second", row)
         ends = [0, *(branch.stop - 1 for branch in segment(displacement))]
-        way = float(np.abs(np.diff(displacement[ends])).sum())
-        if steps.sum() > (1.0 + _MOST_NOISE) * way:
-            what = (
-                f"rate: noise makes the travelled path {steps.sum() / way:.3g} times as long as its program"
-            )
+        travel = float(np.abs(np.diff(displacement[ends])).sum())
+        if steps.sum() > (1.0 + _MOST_NOISE) * travel:
+            what = f"rate: noise makes the travelled path {steps.sum() / travel:.3g} times as long as its program"
             raise table.refused(what, "give sample_rate, samples per second")
         time = np.concatenate([[0.0], np.cumsum(steps)]) / source.rate
         text = (
