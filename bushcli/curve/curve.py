@@ -182,7 +182,9 @@ class Curve:
             abscissa = q
         else:
             abscissa = np.arange(len(q), dtype=float)
-        groups = np.concatenate([np.full(b.stop - b.start, i) for i, b in enumerate(self.branches)])
+        groups = np.concatenate(
+            [np.full(branch.stop - branch.start, i) for i, branch in enumerate(self.branches)]
+        )
         return noise_of_sparse(self.force, abscissa, 4, groups)
 
     def part(self, start: int, stop: int) -> Curve:
@@ -195,9 +197,9 @@ class Curve:
         stop : int
             The sample after the last.
         """
-        cut = slice(start, stop)
-        time = None if self.time is None else self.time[cut]
-        return replace(self, displacement=self.displacement[cut], force=self.force[cut], time=time)
+        samples = slice(start, stop)
+        time = None if self.time is None else self.time[samples]
+        return replace(self, displacement=self.displacement[samples], force=self.force[samples], time=time)
 
     def initial_stiffness(self) -> float:
         """Return the slope at zero displacement, N/mm, N mm/rad, or MPa for a coupon; the module defines it.
@@ -212,10 +214,14 @@ class Curve:
     @cached_property
     def _initial(self) -> float:
         # The sample before a branch is the turning point that it starts from.
-        loading = [slice(max(b.start - 1, 0), b.stop) for b in self.segments if b.kind == "loading"]
+        loading = [
+            slice(max(segment.start - 1, 0), segment.stop)
+            for segment in self.segments
+            if segment.kind == "loading"
+        ]
         largest = float(np.abs(self.displacement).max())
         # A branch far from zero would be extrapolated to it: one that has points in the smallest window is better.
-        cut = next(
+        samples = next(
             (
                 c
                 for window in (_WINDOWS[0], _WINDOWS[-1])
@@ -224,9 +230,9 @@ class Curve:
             ),
             None,
         )
-        if cut is None:
+        if samples is None:
             return float("nan")
-        q, force = self.displacement[cut], self.force[cut]
+        q, force = self.displacement[samples], self.force[samples]
         mode = modes().get(self.mode)
         coupon = mode is not None and mode.specimen == "coupon"
         powers = (2, 3) if coupon else (3, 5)

@@ -98,12 +98,11 @@ def noise_of(curve: Curve) -> Noise:
 
 def cycles(curve: Curve, noise: Noise = NO_NOISE) -> tuple[Cycle, ...]:
     """Return every cycle of a curve."""
-    found = cycles_along(curve, curve.force, noise)
-    return tuple(cycle for cycle in found if cycle is not None)
+    return tuple(cycle for cycle in cycles_along(curve, curve.force, noise) if cycle is not None)
 
 
 def cycles_along(
-    path: Curve, force: Array, noise: Noise = NO_NOISE, found: Sequence[Segment] | None = None
+    path: Curve, force: Array, noise: Noise = NO_NOISE, segments: Sequence[Segment] | None = None
 ) -> tuple[Cycle | None, ...]:
     """Return every cycle of a path with another force, such as that simulated at the recorded samples.
 
@@ -115,7 +114,7 @@ def cycles_along(
         nan where it is not known.
     noise : Noise
         Noise of path and force.
-    found : sequence of Segment, optional
+    segments : sequence of Segment, optional
         Branches of the path, if it has been cut already.
 
     Returns
@@ -123,12 +122,12 @@ def cycles_along(
     tuple
         One entry per cycle of the path; None where the force is not known throughout the cycle, or nothing moves.
     """
-    found = branches(path) if found is None else found
-    parts = [list(part) for _, part in groupby(enumerate(found), lambda item: item[1].cycle)]
+    segments = branches(path) if segments is None else segments
+    parts = [list(part) for _, part in groupby(enumerate(segments), lambda item: item[1].cycle)]
     slack = TURN * displacement_noise(path)
     return tuple(
-        _cycle([branch for _, branch in part], departure(found, part[0][0]), path, force, noise, slack)
-        if np.isfinite(force[departure(found, part[0][0]) : part[-1][1].stop]).all()
+        _cycle([branch for _, branch in part], departure(segments, part[0][0]), path, force, noise, slack)
+        if np.isfinite(force[departure(segments, part[0][0]) : part[-1][1].stop]).all()
         and any(branch.kind != "hold" for _, branch in part)
         else None
         for part in parts
@@ -136,27 +135,27 @@ def cycles_along(
 
 
 def _cycle(
-    part: Sequence[Segment], begin: int, path: Curve, force: Array, noise: Noise, slack: float
+    part: Sequence[Segment], start: int, path: Curve, force: Array, noise: Noise, slack: float
 ) -> Cycle:
-    """Return a cycle that starts from the sample `begin`: the one before it, unless cycles between are left out."""
+    """Return a cycle that starts from the sample `start`: the one before it, unless cycles between are left out."""
     end = part[-1].stop
-    q = path.displacement[begin:end]
+    q = path.displacement[start:end]
     near = max(slack, _CLOSED_SHARE * float(np.ptp(q)))
-    closed, q_loop, force_loop = _loop(path.displacement, force, begin, end, near)
+    closed, q_loop, force_loop = _loop(path.displacement, force, start, end, near)
     if not closed:
         # The way back to rest, or to a preload, may follow the loop.
-        way = np.abs(q - q[0])
+        distance = np.abs(q - q[0])
         for branch in part[-2::-1]:
-            rest = branch.stop - begin
-            if way[rest - 1] <= near and way[rest:].max() < AT_THE_TURN * way.max():
-                closed, q_loop, force_loop = _loop(path.displacement, force, begin, branch.stop, near)
+            rest = branch.stop - start
+            if distance[rest - 1] <= near and distance[rest:].max() < AT_THE_TURN * distance.max():
+                closed, q_loop, force_loop = _loop(path.displacement, force, start, branch.stop, near)
                 break
-    x, y = (np.append(one, one[0]) if closed else one for one in (q_loop, force_loop))
+    x, y = (np.append(signal, signal[0]) if closed else signal for signal in (q_loop, force_loop))
     by_force, by_q = _weights(x, closed), _weights(y, closed)
     variance = noise.force**2 * float(by_force @ by_force) + noise.displacement**2 * float(by_q @ by_q)
     energy = Uncertain(float(np.sum(0.5 * (y[1:] + y[:-1]) * np.diff(x))), float(np.sqrt(variance)))
-    loading = [slice(max(b.start - 1, begin), b.stop) for b in part if b.kind == "loading"]
-    work = sum(float(np.trapezoid(force[cut], path.displacement[cut])) for cut in loading)
+    loading = [slice(max(b.start - 1, start), b.stop) for b in part if b.kind == "loading"]
+    work = sum(float(np.trapezoid(force[segment], path.displacement[segment])) for segment in loading)
     known = work > 0 and (closed or any(branch.kind == "unloading" for branch in part))
     stored = 0.0 if closed else 0.5 * float((force_loop[0] + force_loop[-1]) * (q_loop[-1] - q_loop[0]))
     loss = (
@@ -164,20 +163,20 @@ def _cycle(
     )
     rate = None
     if path.time is not None:
-        moving = [(max(b.start - 1, begin), b.stop - 1) for b in part if b.kind != "hold"]
-        way = sum(abs(path.displacement[last] - path.displacement[first]) for first, last in moving)
+        moving = [(max(b.start - 1, start), b.stop - 1) for b in part if b.kind != "hold"]
+        distance = sum(abs(path.displacement[last] - path.displacement[first]) for first, last in moving)
         seconds = sum(path.time[last] - path.time[first] for first, last in moving)
-        rate = float(way / seconds) if seconds > 0 else None
+        rate = float(distance / seconds) if seconds > 0 else None
     # Of each hold only the first sample.
     pieces = [np.arange(b.start, b.start + 1 if b.kind == "hold" else b.stop) for b in part]
-    counted = np.unique(np.concatenate([[begin], *pieces]))
+    counted = np.unique(np.concatenate([[start], *pieces]))
     chord = Curve(path.mode, path.displacement[counted], force[counted])
     secant, x = chord.secant_stiffness(), chord.displacement
     lowest, highest = float(x.min()), float(x.max())
     span = (highest - lowest) or np.nan
-    ends = [np.count_nonzero(one) for one in (x <= lowest + _END * span, x >= highest - _END * span)]
+    ends = [np.count_nonzero(near) for near in (x <= lowest + _END * span, x >= highest - _END * span)]
     means = np.sqrt(1 / max(ends[0], 1) + 1 / max(ends[1], 1))
-    peak = float(force[begin:end][np.argmax(np.abs(force[begin:end]))])
+    peak = float(force[start:end][np.argmax(np.abs(force[start:end]))])
     return Cycle(
         number=part[0].cycle,
         lowest=float(q.min()),
@@ -211,8 +210,8 @@ def _loop(q: Array, force: Array, begin: int, end: int, slack: float) -> tuple[b
     for i in range(end, begin + 1, -1):
         there = _force_at(start, q, force, i)
         if there is not None:
-            kept = len(q_path) - (end - i)
-            return True, np.append(q_path[:kept], start), np.append(force_path[:kept], there)
+            count = len(q_path) - (end - i)
+            return True, np.append(q_path[:count], start), np.append(force_path[:count], there)
         if i < end and abs(q[i] - start) > near:
             break
     return False, q_path, force_path

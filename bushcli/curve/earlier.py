@@ -84,15 +84,15 @@ def earlier(recording: Recording) -> Earlier | None:
     held = np.zeros(n, dtype=bool)
     for branch in recording.branches:
         held[branch.start : branch.stop - 1] = branch.kind == "hold"
-    steps, seconds = (np.diff(one[: end + 1])[~held[:end]] for one in (q, clock))
-    way = float(np.sum(np.abs(steps)))
+    steps, seconds = (np.diff(signal[: end + 1])[~held[:end]] for signal in (q, clock))
+    travel = float(np.sum(np.abs(steps)))
     time, path = [], []
     if last is not None:
         time.append(clock[:last] - clock[last])
         path.append(q[:last])
-    begin = time[0][0] if time else 0.0
-    if way > 0.0:
-        ramp = abs(first) / way * float(np.sum(seconds))
+    start = time[0][0] if time else 0.0
+    if travel > 0.0:
+        ramp = abs(first) / travel * float(np.sum(seconds))
     else:
         # A hold from the first sample on, of a clock that begins at the loading, or else after it.
         interval = float(clock[1] - clock[0])
@@ -100,9 +100,9 @@ def earlier(recording: Recording) -> Earlier | None:
         if recording.time is not None and 0.0 < since <= _SINCE * interval:
             time.append(np.array([-since]))
             path.append(q[:1])
-            begin = -since
+            start = -since
     if ramp > 0.0:
-        time.insert(0, np.array([begin - ramp]))
+        time.insert(0, np.array([start - ramp]))
         path.insert(0, np.zeros(1))
     return Earlier(np.concatenate(time), np.concatenate(path), last is not None)
 
@@ -169,5 +169,5 @@ def _first_cycle(recording: Recording) -> int | None:
 
 def _next(marked: NDArray[np.bool_], start: int) -> int | None:
     """Return the first marked sample from `start` on."""
-    found = np.flatnonzero(marked[start:])
-    return start + int(found[0]) if len(found) else None
+    samples = np.flatnonzero(marked[start:])
+    return start + int(samples[0]) if len(samples) else None

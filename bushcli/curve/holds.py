@@ -75,7 +75,7 @@ def holds_along(
     path: Curve,
     force: Array,
     noise: Noise = NO_NOISE,
-    found: Sequence[Segment] | None = None,
+    segments: Sequence[Segment] | None = None,
     least_force: float = 0.0,
 ) -> tuple[Hold | None, ...]:
     """Return every hold of a path with another force, such as that simulated at the recorded samples.
@@ -88,7 +88,7 @@ def holds_along(
         nan where it is not known.
     noise : Noise
         Noise of the force.
-    found : sequence of Segment, optional
+    segments : sequence of Segment, optional
         Branches of the path, if it has been cut already.
     least_force : float
         Smallest held force for which a relaxation is given, in the unit of the force; for a simulation that is compared
@@ -99,28 +99,28 @@ def holds_along(
     tuple
         One entry per hold of the path; None where the force is not known throughout the hold.
     """
-    found = branches(path) if found is None else found
+    segments = branches(path) if segments is None else segments
     sigma = noise.force
     least = max(least_force, _HELD * sigma)
-    every: list[Hold | None] = []
-    for branch in (branch for branch in found if branch.kind == "hold"):
-        cut = slice(branch.start, branch.stop)
-        held, time = force[cut], None if path.time is None else path.time[cut]
+    holds: list[Hold | None] = []
+    for branch in (branch for branch in segments if branch.kind == "hold"):
+        samples = slice(branch.start, branch.stop)
+        held, time = force[samples], None if path.time is None else path.time[samples]
         if not np.isfinite(held).all():
-            every.append(None)
+            holds.append(None)
             continue
         # Without time, the sample numbers give the order but not the duration.
         since = np.arange(len(held), dtype=float) if time is None else time - time[0]
         end = float(since[-1])
         first, last = np.eye(1, len(held))[0], _weights(since, end)
         reached = [] if time is None else [at for at in STANDARD_TIMES if since[1] <= at <= end]
-        every.append(
+        holds.append(
             Hold(
-                number=len(every) + 1,
+                number=len(holds) + 1,
                 cycle=branch.cycle,
                 start=branch.start,
                 stop=branch.stop,
-                displacement=float(path.displacement[cut].mean()),
+                displacement=float(path.displacement[samples].mean()),
                 duration=None if time is None else end,
                 force_start=Uncertain(float(held[0]), sigma),
                 force_end=Uncertain(float(last @ held), sigma * float(np.linalg.norm(last))),
@@ -128,7 +128,7 @@ def holds_along(
                 after={at: _relaxation(first, _weights(since, at), held, sigma, least) for at in reached},
             )
         )
-    return tuple(every)
+    return tuple(holds)
 
 
 def _weights(since: Array, at: float) -> Array:

@@ -41,35 +41,35 @@ def noise(values: Array, abscissa: Array, order: int = 3, groups: NDArray[np.int
         return 0.0
     m, width = n - order, order + 1
     within = np.ones(m, dtype=bool)
-    if groups is not None and (alike := groups[order:] == groups[:-order]).sum() >= n / 2:
-        within = alike
+    if groups is not None and (same_group := groups[order:] == groups[:-order]).sum() >= n / 2:
+        within = same_group
     residuals, height, power = np.empty(m), np.zeros(n), np.zeros(n)
-    for at in range(0, m, _PIECE):
-        piece = slice(at, min(at + _PIECE, m))
-        weights = _weights(abscissa[at : piece.stop + order], order)
-        windows = sliding_window_view(values[at : piece.stop + order], width)
+    for start in range(0, m, _PIECE):
+        piece = slice(start, min(start + _PIECE, m))
+        weights = _weights(abscissa[start : piece.stop + order], order)
+        windows = sliding_window_view(values[start : piece.stop + order], width)
         residuals[piece] = np.einsum("ij,ij->i", weights, windows)
         # Least squares for the height of a spike at each sample, from the windows that contain the sample.
         weights[~within[piece]] = 0.0
         for j in range(width):
-            height[at + j : piece.stop + j] += weights[:, j] * residuals[piece]
-            power[at + j : piece.stop + j] += weights[:, j] ** 2
+            height[start + j : piece.stop + j] += weights[:, j] * residuals[piece]
+            power[start + j : piece.stop + j] += weights[:, j] ** 2
     if within.sum() < _ENOUGH:
         return _spread(np.abs(residuals[within]))
     # The height of a spike, divided by its standard error for residuals of 1: a few windows, as at the ends, determine
     # it poorly.
-    known = power > 0.0
-    size = np.abs(np.divide(height, np.sqrt(power), out=np.zeros_like(height), where=known))
-    high = np.flatnonzero(size > _SPIKE * median_deviation(size[known]))
+    fitted = power > 0.0
+    size = np.abs(np.divide(height, np.sqrt(power), out=np.zeros_like(height), where=fitted))
+    high = np.flatnonzero(size > _SPIKE * median_deviation(size[fitted]))
     # The neighbours of a spike share its windows and also appear high: the highest among them is the spike.
     beside = sliding_window_view(np.pad(size, width - 1), 2 * width - 1)[high]
     high = high[size[high] == beside.max(axis=1)]
     spiked = np.zeros(n + width - 1, dtype=bool)
     for j in range(width):
         spiked[high + j] = True
-    kept = within & ~spiked[width - 1 : n]
+    used = within & ~spiked[width - 1 : n]
     # A large share of outliers is not a few bad samples; without them the noise would be underestimated.
-    return _spread(np.abs(residuals[kept if kept.sum() >= 0.7 * within.sum() else within]))
+    return _spread(np.abs(residuals[used if used.sum() >= 0.7 * within.sum() else within]))
 
 
 def noise_of_sparse(
@@ -104,9 +104,9 @@ def _spread(sizes: Array) -> float:
     """
     sigma = median_deviation(sizes)
     for _ in range(3):
-        kept = sizes[sizes <= 3.0 * sigma]
+        inner = sizes[sizes <= 3.0 * sigma]
         # 0.9733: variance of a standard normal cut off at 3.
-        sigma = float(np.sqrt(np.mean(kept**2) / 0.9733))
+        sigma = float(np.sqrt(np.mean(inner**2) / 0.9733))
     return sigma
 
 

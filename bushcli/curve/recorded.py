@@ -183,11 +183,19 @@ class Recording(Curve):
             return self.segments
         parts = []
         for branch in self.segments:
-            own = self.numbers[branch.start : branch.stop]
-            least = max(_LATE, _LATE_SHARE * len(own))
-            cuts = [int(at) + 1 for at in np.flatnonzero(np.diff(own)) if least <= at + 1 <= len(own) - least]
-            for first, last in pairwise([0, *cuts, len(own)]):
-                start, stop, cycle = branch.start + first, branch.start + last, int(own[(first + last) // 2])
+            numbers = self.numbers[branch.start : branch.stop]
+            least = max(_LATE, _LATE_SHARE * len(numbers))
+            cuts = [
+                int(sample) + 1
+                for sample in np.flatnonzero(np.diff(numbers))
+                if least <= sample + 1 <= len(numbers) - least
+            ]
+            for first, last in pairwise([0, *cuts, len(numbers)]):
+                start, stop, cycle = (
+                    branch.start + first,
+                    branch.start + last,
+                    int(numbers[(first + last) // 2]),
+                )
                 parts.append(replace(branch, start=start, stop=stop, cycle=cycle))
         return tuple(parts)
 
@@ -202,9 +210,9 @@ class Recording(Curve):
         columns, unused : tuple
             As among the attributes.
         """
-        found = replace(self, numbers=numbers, columns=columns, unused=unused)
-        found.__dict__.update(segments=self.segments, displacement_noise=self.displacement_noise)
-        return found
+        recording = replace(self, numbers=numbers, columns=columns, unused=unused)
+        recording.__dict__.update(segments=self.segments, displacement_noise=self.displacement_noise)
+        return recording
 
     @property
     def kind(self) -> Literal["static", "dynamic"]:
@@ -253,9 +261,9 @@ class Recording(Curve):
         """
         if used.all() or not used.any():
             return self
-        every, sound = np.arange(len(used)), np.flatnonzero(used)
+        samples, sound = np.arange(len(used)), np.flatnonzero(used)
         return replace(
             self,
-            displacement=np.interp(every, sound, self.displacement[sound]),
-            force=np.interp(every, sound, self.force[sound]),
+            displacement=np.interp(samples, sound, self.displacement[sound]),
+            force=np.interp(samples, sound, self.force[sound]),
         )

@@ -107,34 +107,34 @@ def segment(
     tuple of Segment
         At least one, covering all samples.
     """
-    found = excursions(displacement, time, sigma)
-    every = []
-    for number, branches in groupby(found, lambda one: one.cycle):
+    segments = excursions(displacement, time, sigma)
+    pending = []
+    for number, branches in groupby(segments, lambda branch: branch.cycle):
         part = list(branches)
         start, stop = max(part[0].start - 1, 0), part[-1].stop
         furthest = start + int(np.argmax(np.abs(displacement[start:stop])))
         kinds = [branch.kind for branch in part if branch.kind != "hold"]
         ends = float(displacement[start]), float(displacement[furthest])
-        every.append(_Excursion(number, *ends, len(set(kinds)) == 2, kinds[:1] == ["unloading"]))
+        pending.append(_Excursion(number, *ends, len(set(kinds)) == 2, kinds[:1] == ["unloading"]))
     groups: list[list[_Excursion]] = []
-    while every:
-        size = 2 if _reverse(every, groups[-1] if groups else ()) else 1
-        groups.append(every[:size])
-        every = every[size:]
+    while pending:
+        size = 2 if _reverse(pending, groups[-1] if groups else ()) else 1
+        groups.append(pending[:size])
+        pending = pending[size:]
     # A dip before the first cycle, and the way back to rest or to a preload after the last one, are no cycles.
     if len(groups) > 1 and len(groups[0]) == 1 and not groups[0][0].whole:
-        one, after = groups[0][0], groups[1]
-        if one.height < OVERSHOOT * after[0].height or _at_preload(one, after, after[0].begin):
-            groups[:2] = [[one, *after]]
+        excursion, after = groups[0][0], groups[1]
+        if excursion.height < OVERSHOOT * after[0].height or _at_preload(excursion, after, after[0].begin):
+            groups[:2] = [[excursion, *after]]
     if len(groups) > 1 and len(groups[-1]) == 1 and not groups[-1][0].whole:
-        before, one = groups[-2], groups[-1][0]
+        before, excursion = groups[-2], groups[-1][0]
         # A last loading as far as before is half a cycle more; a mere return to rest is not.
         least = AT_THE_TURN * max(abs(each.furthest) for each in before)
-        returns = abs(one.furthest) < least or one.height == 0.0
-        if _at_preload(one, before, one.begin) if one.reverses else returns:
-            groups[-2:] = [[*before, one]]
-    numbers = {one.number: i for i, group in enumerate(groups, 1) for one in group}
-    return tuple(replace(branch, cycle=numbers[branch.cycle]) for branch in found)
+        returns = abs(excursion.furthest) < least or excursion.height == 0.0
+        if _at_preload(excursion, before, excursion.begin) if excursion.reverses else returns:
+            groups[-2:] = [[*before, excursion]]
+    numbers = {excursion.number: i for i, group in enumerate(groups, 1) for excursion in group}
+    return tuple(replace(branch, cycle=numbers[branch.cycle]) for branch in segments)
 
 
 def excursions(
@@ -165,7 +165,7 @@ def excursions(
             pieces.append((start, stop, bool(held[start])))
     if len(pieces) > 1 and not pieces[0][2] and abs(q[pieces[0][1] - 1] - q[0]) < threshold:
         pieces[:2] = [(0, pieces[1][1], pieces[1][2])]
-    return tuple(_named(pieces, q, threshold))
+    return tuple(_named_segments(pieces, q, threshold))
 
 
 def _abscissa(displacement: Array, time: Array | None) -> Array:
@@ -205,7 +205,7 @@ def _holds(q: Array, x: Array, sigma: float) -> list[tuple[int, int]]:
     """Return the holds as (start, stop)."""
     band = 2.0 * _HALF_BAND * sigma
     # Views, because most stretches are short: a function of NumPy takes longer than they do.
-    values, times = (np.ascontiguousarray(one, dtype=float).data for one in (q, x))
+    values, times = (np.ascontiguousarray(signal, dtype=float).data for signal in (q, x))
     holds, start, n = [], 0, len(q)
     stops = _stops(q, band)
     while start <= n - _SHORTEST_HOLD:
@@ -231,9 +231,9 @@ def _stops(q: Array, band: float) -> NDArray[np.int_]:
 
     A stretch is put together of halves, quarters and so on of `_LONGEST`, whose extremes are known.
     """
-    found = np.empty(len(q), dtype=np.int_)
-    for at in range(0, len(q), _PIECE):
-        part = np.append(q[at : at + _PIECE + _LONGEST], np.nan)
+    stops = np.empty(len(q), dtype=np.int_)
+    for start in range(0, len(q), _PIECE):
+        part = np.append(q[start : start + _PIECE + _LONGEST], np.nan)
         sizes = [1 << k for k in range(_LONGEST.bit_length())]
         highs, lows = [part], [part]
         for size in sizes[:-1]:
@@ -241,7 +241,7 @@ def _stops(q: Array, band: float) -> NDArray[np.int_]:
             beyond = np.full(min(size, len(part)), np.nan)
             highs.append(np.maximum(highs[-1], np.concatenate([highs[-1][size:], beyond])))
             lows.append(np.minimum(lows[-1], np.concatenate([lows[-1][size:], beyond])))
-        count = min(_PIECE, len(q) - at)
+        count = min(_PIECE, len(q) - start)
         stop, high, low = np.arange(count), part[:count].copy(), part[:count].copy()
         for size, top, bottom in reversed(list(zip(sizes, highs, lows, strict=True))):
             inside = np.minimum(stop, len(part) - 1)
@@ -249,8 +249,8 @@ def _stops(q: Array, band: float) -> NDArray[np.int_]:
             fits = new_high - new_low <= band
             high, low = np.where(fits, new_high, high), np.where(fits, new_low, low)
             stop += size * fits
-        found[at : at + count] = at + stop
-    return found
+        stops[start : start + count] = start + stop
+    return stops
 
 
 def _is_abrupt(q: Sequence[float], x: Sequence[float], start: int, stop: int, band: float) -> bool:
@@ -284,7 +284,7 @@ def _still(q: Array, x: Array, sigma: float) -> bool:
     return bool(straight and flat and q.std() <= 1.6 * sigma)
 
 
-def _named(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> Iterator[Segment]:
+def _named_segments(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> Iterator[Segment]:
     cycle, turned, side = 1, False, 0
     moving = next(((start, stop) for start, stop, held in pieces if not held), None)
     if moving:
@@ -338,24 +338,24 @@ class _Excursion:
         return self.loop and self.reverses
 
 
-def _reverse(every: Sequence[_Excursion], before: Sequence[_Excursion]) -> bool:
+def _reverse(excursions: Sequence[_Excursion], before: Sequence[_Excursion]) -> bool:
     """Whether the first two excursions are the halves of one cycle, after the cycle `before`."""
-    if len(every) < 2 or _same_side(*every[:2]):
+    if len(excursions) < 2 or _same_side(*excursions[:2]):
         return False
-    a = [abs(one.furthest) for one in every[:5]]
-    a = a[: next((i for i in range(2, len(a)) if _same_side(every[i - 1], every[i])), len(a))]
-    if len(a) == 2 or (len(before) == 2 and _repeat([abs(one.furthest) for one in before], a)):
+    a = [abs(half.furthest) for half in excursions[:5]]
+    a = a[: next((i for i in range(2, len(a)) if _same_side(excursions[i - 1], excursions[i])), len(a))]
+    if len(a) == 2 or (len(before) == 2 and _repeat([abs(half.furthest) for half in before], a)):
         return True
-    if _repeat(a, a[2:]) or (len(a) == 3 and _at_preload(every[2], every[:2], 0.0)):
+    if _repeat(a, a[2:]) or (len(a) == 3 and _at_preload(excursions[2], excursions[:2], 0.0)):
         return True
     ramp = not _alike(a[0], a[1]) and not _alike(a[0], a[2])
     later = len(a) > 3 and _repeat(a[1:], a[3:])
-    return not (later or (ramp and _alike(a[1], a[2])) or _at_preload(every[0], every[1:3], 0.0))
+    return not (later or (ramp and _alike(a[1], a[2])) or _at_preload(excursions[0], excursions[1:3], 0.0))
 
 
-def _same_side(one: _Excursion, other: _Excursion) -> bool:
+def _same_side(first: _Excursion, second: _Excursion) -> bool:
     """Whether two successive excursions are no halves of one cycle: on one side of zero, or whole loops."""
-    return other.loop or one.furthest * other.furthest >= 0.0
+    return second.loop or first.furthest * second.furthest >= 0.0
 
 
 def _repeat(halves: Sequence[float], later: Sequence[float]) -> bool:
@@ -363,20 +363,20 @@ def _repeat(halves: Sequence[float], later: Sequence[float]) -> bool:
     return all(_alike(a, b) for a, b in zip(halves[:2], later[:2], strict=False))
 
 
-def _at_preload(one: _Excursion, cycle: Sequence[_Excursion], turn: float) -> bool:
+def _at_preload(excursion: _Excursion, cycle: Sequence[_Excursion], turn: float) -> bool:
     """Whether an excursion turns at the middle of a cycle beside it, away from rest, which it meets at `turn`."""
-    ends = [each.furthest for each in cycle]
+    ends = [half.furthest for half in cycle]
     largest = max(map(abs, ends))
     if len(cycle) == 1:
         if abs(turn) <= OVERSHOOT * largest:
             return False
         ends.append(turn)
     preload, span = 0.5 * (max(ends) + min(ends)), max(ends) - min(ends)
-    return abs(preload) > OVERSHOOT * largest and abs(one.furthest - preload) <= _ALIKE * span
+    return abs(preload) > OVERSHOOT * largest and abs(excursion.furthest - preload) <= _ALIKE * span
 
 
-def _alike(one: float, other: float) -> bool:
-    return abs(one - other) <= _ALIKE * max(one, other)
+def _alike(a: float, b: float) -> bool:
+    return abs(a - b) <= _ALIKE * max(a, b)
 
 
 def _overshoot(pieces: list[tuple[int, int, bool]], place: int, q: Array) -> float:
@@ -385,14 +385,14 @@ def _overshoot(pieces: list[tuple[int, int, bool]], place: int, q: Array) -> flo
     In 4, -0.1, 4 the excursion of 0.1 is an overshoot; in 0.1, -0.1, 4 it is a cycle of its own.
     """
     ends = [float(q[max(pieces[0][0] - 1, 0)])]
-    at = 0
+    index = 0
     for i, (_, stop, held) in enumerate(pieces):
         if not held:
             ends.append(float(q[stop - 1]))
         if i == place:
-            at = len(ends) - 1
-    begin, end = ends[at - 1], ends[at]
-    small = at if abs(end) < abs(begin) else at - 1
+            index = len(ends) - 1
+    start, end = ends[index - 1], ends[index]
+    small = index if abs(end) < abs(start) else index - 1
     beside = [abs(ends[i]) for i in (small - 1, small + 1) if 0 <= i < len(ends)]
     same_side = all(ends[i] * ends[small] < 0 for i in (small - 1, small + 1) if 0 <= i < len(ends))
     return OVERSHOOT * min(beside) if beside and same_side else 0.0

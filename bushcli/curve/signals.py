@@ -27,18 +27,18 @@ def branches(recording: Curve) -> tuple[Segment, ...]:
     return recording.branches
 
 
-def departure(found: Sequence[Segment], i: int) -> int:
+def departure(segments: Sequence[Segment], i: int) -> int:
     """Return the sample from which a branch starts: the last before it, unless cycles between are left out.
 
     Parameters
     ----------
-    found : Sequence[Segment]
+    segments : Sequence[Segment]
         Branches of a recording, in order.
     i : int
         Index of the branch.
     """
-    first = found[i].start
-    return first - 1 if i > 0 and found[i].cycle - found[i - 1].cycle <= 1 else first
+    first = segments[i].start
+    return first - 1 if i > 0 and segments[i].cycle - segments[i - 1].cycle <= 1 else first
 
 
 def force_noise(recording: Curve) -> float:
@@ -65,8 +65,8 @@ def cycle_mask(recording: Curve, cycles: Iterable[int]) -> NDArray[np.bool_]:
     RecordingError
         When the recording has no such cycle.
     """
-    wanted, found = set(cycles), branches(recording)
-    last = max(branch.cycle for branch in found)
+    wanted, segments = set(cycles), branches(recording)
+    last = max(branch.cycle for branch in segments)
     absent = sorted(cycle for cycle in wanted if not 1 <= cycle <= last)
     if absent:
         where = str(getattr(recording, "source", None) or recording.mode)
@@ -75,7 +75,7 @@ def cycle_mask(recording: Curve, cycles: Iterable[int]) -> NDArray[np.bool_]:
             Problem(where, what, "", f"the recording has {last}; a cycle is a full reversal: 0, a, 0, -a, 0")
         )
     mask = np.zeros(len(recording.displacement), dtype=bool)
-    for branch in found:
+    for branch in segments:
         mask[branch.start : branch.stop] = branch.cycle in wanted
     return mask
 

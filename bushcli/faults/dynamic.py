@@ -63,24 +63,24 @@ def table_faults(shape: Shape, tables: Sequence[DynamicTable]) -> tuple[DataFaul
         The bushing, which determines how stiff its rubber makes it.
     tables : sequence of DynamicTable
     """
-    found: list[DataFault] = []
+    faults: list[DataFault] = []
     for table in tables:
-        off = _off_curve(table)
-        every = [*_unit(shape, table)]
-        if off.any():
-            first, count = int(np.argmax(off)), int(off.sum()) - 1
+        off_curve = _off_curve(table)
+        candidates = [*_unit(shape, table)]
+        if off_curve.any():
+            first, count = int(np.argmax(off_curve)), int(off_curve.sum()) - 1
             where = f"{table.places[first]}: |K*| = {table.stiffness[first]:.4g} is off its curve"
             other = _belongs(table, first)
             where += f" and lies on that at {other}" if other else ""
             where += f", and {count} more row{'s are' if count > 1 else ' is'} off, too" if count else ""
             remedy = "correct the conditions of the row, or delete it; fits leave it out"
-            every.append(DataFault(table.name, "spikes", where, remedy, False, off))
-        every += [*_temperatures(table, off), *_angle(table, off)]
-        found += [fault for fault in every if fault.kind not in table.accepted_faults]
-    return tuple(sorted(found, key=lambda fault: not fault.fatal))
+            candidates.append(DataFault(table.name, "spikes", where, remedy, False, off_curve))
+        candidates += [*_temperatures(table, off_curve), *_angle(table, off_curve)]
+        faults += [fault for fault in candidates if fault.kind not in table.accepted_faults]
+    return tuple(sorted(faults, key=lambda fault: not fault.fatal))
 
 
-def _angle(table: DynamicTable, off: NDArray[np.bool_]) -> Iterator[DataFault]:
+def _angle(table: DynamicTable, off_curve: NDArray[np.bool_]) -> Iterator[DataFault]:
     """Yield a fault if 90 degrees minus the loss angles suit the stiffness better.
 
     What is linear and causal has a loss angle of about pi/2 d ln |K*| / d ln f (Booij and Thoone 1982,
@@ -88,7 +88,7 @@ def _angle(table: DynamicTable, off: NDArray[np.bool_]) -> Iterator[DataFault]:
     """
     seen, expected = [], []
     for rows in table.conditions() if table.over_frequency else ():
-        rows = rows[~off[rows]]
+        rows = rows[~off_curve[rows]]
         x = np.log(table.frequency[rows])
         if len(np.unique(x)) >= _FREQUENCIES and np.ptp(x) > np.log(_WIDE):
             expected.append(0.5 * np.pi * np.polyfit(x, np.log(table.stiffness[rows]), 1)[0])
@@ -127,35 +127,37 @@ def _unit(shape: Shape, table: DynamicTable) -> Iterator[DataFault]:
     low, high = size[0] / bounds[1], size[-1] / bounds[0]
     if high > _MODULI[0] and low < _MODULI[1]:
         return
-    own = "MPa" if table.quantity != "stiffness" else "N mm/rad" if modes()[table.mode].rotational else "N/mm"
+    unit = (
+        "MPa" if table.quantity != "stiffness" else "N mm/rad" if modes()[table.mode].rotational else "N/mm"
+    )
     fits = next((f for f in (1e3, 1e-3, 1e6, 1e-6) if _USUAL[0] < f * high and f * low < _USUAL[1]), None)
-    where = f"{size[0]:.3g} to {size[-1]:.3g} {own}: a shear modulus of {low:.2g} to {high:.2g} MPa, "
+    where = f"{size[0]:.3g} to {size[-1]:.3g} {unit}: a shear modulus of {low:.2g} to {high:.2g} MPa, "
     where += "which no elastomer has"
     remedy = 'check the unit of the stiffness, or accept = ["unit"] in the recording\'s table'
     if fits is not None:
-        where += f"; times {fits:g} it would be {fits * size[0]:.3g} to {fits * size[-1]:.3g} {own}"
-        said, meant = _TAKEN.get((own, fits), ("one unit", "another"))
+        where += f"; times {fits:g} it would be {fits * size[0]:.3g} to {fits * size[-1]:.3g} {unit}"
+        stated, meant = _TAKEN.get((unit, fits), ("one unit", "another"))
         keys = (
             f'units = {{storage = "{meant}", loss = "{meant}"}}, or of the columns that it has, in its table'
         )
-        remedy = f"if the file says {said} and its numbers are {meant}: {keys}"
+        remedy = f"if the file says {stated} and its numbers are {meant}: {keys}"
     yield DataFault(table.name, "unit", where, remedy, True, np.ones(len(table), dtype=bool))
 
 
 def _off_curve(table: DynamicTable) -> NDArray[np.bool_]:
     """Return which rows (n,) miss what their neighbours on the same curve predict; the worst is taken first."""
-    off = np.zeros(len(table), dtype=bool)
+    off_curve = np.zeros(len(table), dtype=bool)
     curves = [rows for rows in table.conditions() if len(rows) >= 6]
-    seen = _misses(table, curves, ~off)
+    seen = _misses(table, curves, ~off_curve)
     while True:
         worst = int(np.argmax(seen))
-        off[worst] = True
+        off_curve[worst] = True
         # The rows beside it are predicted from it: their scatter is that without it.
-        others = _misses(table, curves, ~off)
+        others = _misses(table, curves, ~off_curve)
         scatter = float(np.median(others[others > 0.0])) if (others > 0.0).any() else 0.0
-        if seen[worst] <= max(_OFF, _SCATTER * scatter) or off.sum() > 1 + 0.1 * len(table):
-            off[worst] = False
-            return off
+        if seen[worst] <= max(_OFF, _SCATTER * scatter) or off_curve.sum() > 1 + 0.1 * len(table):
+            off_curve[worst] = False
+            return off_curve
         seen = others
 
 
@@ -166,7 +168,7 @@ def _misses(table: DynamicTable, curves: Sequence[NDArray[np.intp]], used: NDArr
     with which inertia, of the rubber or of a fixture, changes the stiffness. At the ends, where it would leave a curve,
     four neighbours on one side may also lie on a parabola, or on a plane over both.
     """
-    found = np.zeros(len(table))
+    misses = np.zeros(len(table))
     values = np.column_stack([np.log(table.stiffness), table.loss_angle])
     place = table.along
     over = [place, table.frequency**2] if table.over_frequency else [place]
@@ -183,9 +185,9 @@ def _misses(table: DynamicTable, curves: Sequence[NDArray[np.intp]], used: NDArr
                 shapes += [[x, x**2] for x in from_row]
                 shapes += [from_row] if len(from_row) > 1 else []
             designs = [np.column_stack([np.ones(len(near)), *shape]) for shape in shapes]
-            fitted = [np.linalg.lstsq(one, values[near], rcond=None)[0][0] for one in designs]
-            found[row] = min(float(np.hypot(*(values[row] - value))) for value in fitted)
-    return found
+            fitted = [np.linalg.lstsq(design, values[near], rcond=None)[0][0] for design in designs]
+            misses[row] = min(float(np.hypot(*(values[row] - value))) for value in fitted)
+    return misses
 
 
 def _belongs(table: DynamicTable, row: int) -> str:
@@ -199,36 +201,36 @@ def _belongs(table: DynamicTable, row: int) -> str:
         if not over[order[0]] - step <= over[row] <= over[order[-1]] + step:
             continue
         values = [np.interp(over[row], over[order], v[order]) for v in (table.storage, table.loss)]
-        own = table.storage[row], table.loss[row]
-        if max(abs(a / b - 1.0) for a, b in zip(own, values, strict=True)) < _SAME:
-            one = table.rows(rows[:1])
-            named = [(one.temperature, "degrees C"), (one.frequency, "Hz")]
-            return ", ".join(f"{v[0]:.4g} {unit}" for v, unit in named if not np.isnan(v[0]))
+        measured = table.storage[row], table.loss[row]
+        if max(abs(a / b - 1.0) for a, b in zip(measured, values, strict=True)) < _SAME:
+            other = table.rows(rows[:1])
+            conditions = [(other.temperature, "degrees C"), (other.frequency, "Hz")]
+            return ", ".join(f"{v[0]:.4g} {unit}" for v, unit in conditions if not np.isnan(v[0]))
     return ""
 
 
-def _temperatures(whole: DynamicTable, off: NDArray[np.bool_]) -> Iterator[DataFault]:
+def _temperatures(whole: DynamicTable, off_curve: NDArray[np.bool_]) -> Iterator[DataFault]:
     """Yield a fault for two sweeps at neighbouring temperatures that agree, while their neighbours differ."""
-    table = whole.rows(~off)
+    table = whole.rows(~off_curve)
     over = table.along
     if np.isnan(over).any() or np.isnan(table.temperature).any():
         return
     curves = sorted(table.conditions(), key=lambda rows: float(np.mean(table.temperature[rows])))
     if len(curves) < 4:
         return
-    at = np.array([float(np.mean(table.temperature[rows])) for rows in curves])
-    if (np.diff(at) < 1.0).any():
+    temperatures = np.array([float(np.mean(table.temperature[rows])) for rows in curves])
+    if (np.diff(temperatures) < 1.0).any():
         return  # several amplitudes or preloads at one temperature
     # Mean difference of ln |K*| of neighbouring curves over the range that both have.
     change = np.full(len(curves) - 1, np.nan)
     ordered = [rows[np.argsort(over[rows])] for rows in curves]
-    for k, (one, other) in enumerate(pairwise(ordered)):
-        low, high = max(over[one[0]], over[other[0]]), min(over[one[-1]], over[other[-1]])
+    for k, (colder, warmer) in enumerate(pairwise(ordered)):
+        low, high = max(over[colder[0]], over[warmer[0]]), min(over[colder[-1]], over[warmer[-1]])
         x, values = np.linspace(low, high, 20), np.log(table.stiffness)
         if high > low:
-            pair = [np.interp(x, over[rows], values[rows]) for rows in (one, other)]
+            pair = [np.interp(x, over[rows], values[rows]) for rows in (colder, warmer)]
             change[k] = np.mean(pair[1] - pair[0])
-    rate = np.maximum(np.abs(change), 1e-4) / np.diff(at)
+    rate = np.maximum(np.abs(change), 1e-4) / np.diff(temperatures)
     for k in range(len(rate)):
         beside = [rate[j] for j in (k - 1, k + 1) if 0 <= j < len(rate)]
         if len(beside) == 1:
@@ -239,7 +241,8 @@ def _temperatures(whole: DynamicTable, off: NDArray[np.bool_]) -> Iterator[DataF
         if rate[k] * _STEADY < expected and abs(change[k]) < _SAME:
             rows = np.zeros(len(whole), dtype=bool)
             where = (
-                f"the sweeps at {at[k]:.4g} and {at[k + 1]:.4g} degrees C agree within {100 * abs(change[k]):.1f} %, "
+                f"the sweeps at {temperatures[k]:.4g} and {temperatures[k + 1]:.4g} degrees C agree "
+                f"within {100 * abs(change[k]):.1f} %, "
                 f"where the stiffness changes by {100 * expected:.1f} % per kelvin beside them"
             )
             remedy = "one of them was probably not measured at its temperature: ask the laboratory, or leave one out"

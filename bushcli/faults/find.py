@@ -51,15 +51,15 @@ def find_faults(
     tuple of DataFault
         Faults of single samples list them; `bushcli.faults.masks` combines the lists.
     """
-    accepted = {(one.name, kind) for one in recordings for kind in one.accepted_faults}
-    found: list[DataFault] = []
+    accepted = {(recording.name, kind) for recording in recordings for kind in recording.accepted_faults}
+    faults: list[DataFault] = []
     left_out: list[Mask] = []
     sound: list[bool] = []
     for recording in recordings:
         bad = np.zeros(len(recording.force), dtype=bool)
         for fault in (of_samples or sample_faults)(recording):
             if fault.kind not in recording.accepted_faults:
-                found.append(fault)
+                faults.append(fault)
                 bad |= fault.samples
         left_out.append(bad if bad.mean() < _MOST_BAD else np.zeros_like(bad))
         turned = [*reversed_sign(recording, left_out[-1])]
@@ -69,17 +69,17 @@ def find_faults(
             *no_signal(recording, left_out[-1]),
             *positions(case.geometry, recording, left_out[-1]),
         ]
-        found += [one for one in (*turned, *senses) if one.kind not in recording.accepted_faults]
+        faults += [fault for fault in (*turned, *senses) if fault.kind not in recording.accepted_faults]
         # A modulus from a magnitude, or from a travel with another zero, says nothing about units. That from a force of
         # the other sign does.
         sound.append(not any(fault.fatal for fault in senses))
-    found += scales(
+    faults += scales(
         case.geometry,
-        [one for one, fit in zip(recordings, sound, strict=True) if fit],
-        [one for one, fit in zip(left_out, sound, strict=True) if fit],
+        [recording for recording, usable in zip(recordings, sound, strict=True) if usable],
+        [mask for mask, usable in zip(left_out, sound, strict=True) if usable],
     )
-    found = [one for one in found if (one.channel, one.kind) not in accepted]
-    return tuple(sorted(found, key=lambda fault: not fault.fatal))
+    faults = [fault for fault in faults if (fault.channel, fault.kind) not in accepted]
+    return tuple(sorted(faults, key=lambda fault: not fault.fatal))
 
 
 def bad_samples(recording: Recording, faults: Iterable[DataFault] | None = None) -> Mask:
@@ -160,9 +160,9 @@ def sample_faults(recording: Recording) -> Iterator[DataFault]:
     yield from _spikes(recording, clip | held_force | held_displacement | rows)
 
 
-def _spikes(recording: Recording, taken: Mask) -> Iterator[DataFault]:
+def _spikes(recording: Recording, excluded: Mask) -> Iterator[DataFault]:
     """Yield spikes of the displacement and of the force, among samples that have no other fault."""
-    x, sound = abscissa(recording), np.flatnonzero(~taken)
+    x, sound = abscissa(recording), np.flatnonzero(~excluded)
     n = len(recording.force)
     jumps, spiked = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
     # The displacement follows a program of ramps: any sample may be a corner.

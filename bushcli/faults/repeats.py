@@ -51,12 +51,12 @@ def clipped(force: Array, displacement: Array, noise: float) -> Mask:
     step, span = quantum(force), float(np.ptp(force))
     least = max(_CUT_NOISE * noise, _CUT_STEPS * step, _CUT_SHARE * span)
     noisy = step < 0.5 * noise
-    for level in (float(force.max()), float(force.min())):
-        if abs(level) < _NO_FORCE * float(np.abs(force).max()) and not noisy:
+    for extreme in (float(force.max()), float(force.min())):
+        if abs(extreme) < _NO_FORCE * float(np.abs(force).max()) and not noisy:
             continue
-        at = np.abs(force - level) <= SAME * span
-        for start, stop in repetitions(np.where(at, 0.0, 1.0)):
-            if not at[start] or stop - start < _AT_LIMIT:
+        near = np.abs(force - extreme) <= SAME * span
+        for start, stop in repetitions(np.where(near, 0.0, 1.0)):
+            if not near[start] or stop - start < _AT_LIMIT:
                 continue
             moved = float(np.ptp(displacement[start:stop]))
             sides = (slice(max(start - _BESIDE, 0), start + 1), slice(stop - 1, stop + _BESIDE))
@@ -66,7 +66,7 @@ def clipped(force: Array, displacement: Array, noise: float) -> Mask:
                 if side.stop - side.start > 2 and np.ptp(displacement[side]) > 0
             ]
             if slopes and min(slopes) * moved >= least:
-                bad |= at
+                bad |= near
     return bad
 
 

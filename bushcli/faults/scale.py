@@ -103,8 +103,8 @@ class _Scale:
             return None
         # A recording caches its stiffness at rest, which a study requests for every design.
         curve = recording if used.all() else Recording(recording.mode, q, force)
-        found = [slope(q, force), curve.secant_stiffness(), curve.initial_stiffness()]
-        size = [abs(value) for value in found if math.isfinite(value) and value != 0]
+        stiffnesses = [slope(q, force), curve.secant_stiffness(), curve.initial_stiffness()]
+        size = [abs(value) for value in stiffnesses if math.isfinite(value) and value != 0]
         if not size:
             return None
         travel = float(np.abs(q).max())
@@ -175,57 +175,57 @@ class _Change:
 
 def scales(shape: Shape, recordings: Sequence[Recording], bad: Sequence[Mask]) -> Iterator[DataFault]:
     """Yield a fault for each exchanged pair of channels and for each column that was read in the wrong unit."""
-    known = [
-        one
+    known_scales = [
+        scale
         for recording, mask in zip(recordings, bad, strict=True)
-        if (one := _Scale.of(shape, recording, mask)) is not None
+        if (scale := _Scale.of(shape, recording, mask)) is not None
     ]
-    done: set[str] = set()
-    for one, other in combinations(known, 2):
+    swapped_names: set[str] = set()
+    for scale, other in combinations(known_scales, 2):
         # Two channels of one kind that contradict each other as they are, and agree when exchanged.
-        this, that = (modes()[scale.recording.mode] for scale in (one, other))
+        this, that = (modes()[each.recording.mode] for each in (scale, other))
         swapped = (
-            (one.stiffness[0] / other.unit[1], one.stiffness[1] / other.unit[0]),
-            (other.stiffness[0] / one.unit[1], other.stiffness[1] / one.unit[0]),
+            (scale.stiffness[0] / other.unit[1], scale.stiffness[1] / other.unit[0]),
+            (other.stiffness[0] / scale.unit[1], other.stiffness[1] / scale.unit[0]),
         )
         if (
             this.name != that.name
             and "coupon" not in (this.specimen, that.specimen)
             and this.rotational == that.rotational
             and all(low <= _RUBBER[1] and high >= _RUBBER[0] for low, high in swapped)
-            and _apart(one.modulus, other.modulus) >= _EXCHANGED
+            and _apart(scale.modulus, other.modulus) >= _EXCHANGED
             and _apart(*swapped) <= _AGREE
-            and not {one.recording.name, other.recording.name} & done
+            and not {scale.recording.name, other.recording.name} & swapped_names
         ):
-            done |= {one.recording.name, other.recording.name}
-            for own, its in ((one, other), (other, one)):
+            swapped_names |= {scale.recording.name, other.recording.name}
+            for recorded, contained in ((scale, other), (other, scale)):
                 yield DataFault(
-                    own.recording.name,
+                    recorded.recording.name,
                     "swapped",
-                    f"{one.moduli} and {other.moduli}; with the two exchanged they agree: channel "
-                    f'"{own.recording.name}" contains the data of "{its.recording.name}"',
+                    f"{scale.moduli} and {other.moduli}; with the two exchanged they agree: channel "
+                    f'"{recorded.recording.name}" contains the data of "{contained.recording.name}"',
                     "exchange the file names (or the columns) of the two [[recordings]]",
                     True,
                 )
-    for one in known:
-        if one.recording.name in done:
+    for scale in known_scales:
+        if scale.recording.name in swapped_names:
             continue
         rest = [
             other
-            for other in known
-            if other is not one and other.recording.name not in done and other.plausible
+            for other in known_scales
+            if other is not scale and other.recording.name not in swapped_names and other.plausible
         ]
-        possible = _IMPOSSIBLE[one.kind][0] <= one.travel <= _IMPOSSIBLE[one.kind][1]
-        if one.kind != "strain" and not possible and not one.plausible and one.exchanged.plausible:
+        possible = _IMPOSSIBLE[scale.kind][0] <= scale.travel <= _IMPOSSIBLE[scale.kind][1]
+        if scale.kind != "strain" and not possible and not scale.plausible and scale.exchanged.plausible:
             yield DataFault(
-                one.recording.name,
+                scale.recording.name,
                 "swapped",
-                f"{one.moduli}, and {one.way}: displacement and force are read from each other's column",
+                f"{scale.moduli}, and {scale.way}: displacement and force are read from each other's column",
                 "name the columns in the table of this recording: columns = { displacement = ..., force = ... }",
                 True,
             )
-        elif (found := _unit(one, rest)) is not None:
-            yield found
+        elif (fault := _unit(scale, rest)) is not None:
+            yield fault
 
 
 def _dimension(recording: Recording, quantity: Quantity) -> str:
@@ -233,39 +233,39 @@ def _dimension(recording: Recording, quantity: Quantity) -> str:
     return dimension(quantity, mode.specimen, mode.rotational)
 
 
-def _apart(one: tuple[float, float], other: tuple[float, float]) -> float:
+def _apart(first: tuple[float, float], second: tuple[float, float]) -> float:
     """Return the ratio between two intervals of moduli; 1 where they overlap."""
-    return max(one[0] / other[1], other[0] / one[1], 1.0)
+    return max(first[0] / second[1], second[0] / first[1], 1.0)
 
 
-def _unit(one: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
+def _unit(scale: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
     """Return the fault of a column in another unit, if a change of unit gives the modulus of rubber."""
-    low, high = one.modulus
-    lowest, largest = _IMPOSSIBLE[one.kind]
+    low, high = scale.modulus
+    lowest, largest = _IMPOSSIBLE[scale.kind]
     middle = math.sqrt(low * high)
     contradicted = (
         bool(rest)
         and not _RUBBER[0] <= middle <= _RUBBER[1]
-        and all(_apart(one.modulus, other.modulus) >= _APART for other in rest)
+        and all(_apart(scale.modulus, other.modulus) >= _APART for other in rest)
     )
-    torn = one.kind == "length" and low * one.travel > _STRENGTH
-    feigned = 1.0 if one.kind == "strain" else _FEIGNED
+    torn = scale.kind == "length" and low * scale.travel > _STRENGTH
+    feigned = 1.0 if scale.kind == "strain" else _FEIGNED
     outside = low > _FEIGNED * SHEAR[1] or _FEIGNED * high < SHEAR[0]
-    proved = outside or contradicted or torn or not lowest <= one.travel <= largest
-    changes = list(_changes(one.recording))
+    proved = outside or contradicted or torn or not lowest <= scale.travel <= largest
+    changes = list(_changes(scale.recording))
     prior = _WRONG / sum(10.0**-change.rare for change in changes)
     wrong, best, least = 0.0, None, math.inf
     for change in changes:
         factor = change.force / change.displacement
         changed = low * factor, high * factor
-        if not one.travels(change.displacement):
+        if not scale.travels(change.displacement):
             continue
         if any(_apart(changed, other.modulus) > _TOGETHER for other in rest):
             continue
         wrong += prior * 10.0**-change.rare * _frequency(changed[0] / feigned, changed[1] * feigned)
         # Of several suitable changes, take the one to the most typical rubber and travel.
         unusual = abs(math.log10(middle * factor)) + abs(
-            math.log10(one.travel * change.displacement / _USUAL)
+            math.log10(scale.travel * change.displacement / _USUAL)
         )
         if unusual + change.rare < least and _RUBBER[0] <= middle * factor <= _RUBBER[1]:
             best, least = change, unusual + change.rare
@@ -278,9 +278,9 @@ def _unit(one: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
     certain = "" if proved else f"; the probability of a wrong unit is {100.0 * probability:.0f} %"
     remedy = best.words if best.of_geometry else f"{best.words}; also check that [geometry] is in mm"
     return DataFault(
-        one.recording.name,
+        scale.recording.name,
         "unit",
-        f"{one.moduli} at {one.way}; {SHEAR_WORDS}, and with another unit it would be "
+        f"{scale.moduli} at {scale.way}; {SHEAR_WORDS}, and with another unit it would be "
         f"{middle * best.force / best.displacement:.2g} MPa{certain}",
         f'{remedy}; or accept = ["unit"] if the values are right',
         proved,

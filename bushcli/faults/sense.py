@@ -44,19 +44,19 @@ def reversed_sign(recording: Recording, bad: Mask) -> Iterator[DataFault]:
     moved = moving(recording)
     used = ~bad & (moved if moved.any() else True)
     q, force = recording.displacement[used], recording.force[used]
-    said = ""
+    reason = ""
     if not moved.any():
         held = len(q) > 0 and float(q.mean() * force.mean()) < 0.0
-        said = "the force at which the displacement is held has the other sign" if held else ""
+        reason = "the force at which the displacement is held has the other sign" if held else ""
     elif _moves(q, force):
         correlation = float(np.corrcoef(q, force)[0, 1])
         if correlation < _FALLING and slope(q, force) < 0:
-            said = f"the force falls while the displacement rises (correlation {correlation:.2f})"
-    if said:
+            reason = f"the force falls while the displacement rises (correlation {correlation:.2f})"
+    if reason:
         yield DataFault(
             recording.name,
             "sign",
-            f"{said}: one of them has the wrong sign",
+            f"{reason}: one of them has the wrong sign",
             'reverse the sign of the force: reverse = ["force"] in the table of this recording',
             True,
         )
@@ -89,7 +89,9 @@ def no_signal(recording: Recording, bad: Mask) -> Iterator[DataFault]:
     if len(q) < _FEWEST or not _moves(q, force):
         return
     # Half the mean square change from sample to sample over the variance: half the von Neumann ratio.
-    rough, smooth = (0.5 * float(np.mean(np.diff(one) ** 2)) / float(np.var(one)) for one in (force, q))
+    rough, smooth = (
+        0.5 * float(np.mean(np.diff(signal) ** 2)) / float(np.var(signal)) for signal in (force, q)
+    )
     if rough > _NOISE and smooth < _SMOOTH:
         yield DataFault(
             recording.name,

@@ -44,8 +44,8 @@ def moving(recording: Recording) -> NDArray[np.bool_]:
 
     In a hold the force relaxes while the displacement rests: it tells nothing of stiffness or sign.
     """
-    found = np.zeros(len(recording.force), dtype=bool)
+    mask = np.zeros(len(recording.force), dtype=bool)
     for branch in branches(recording):
         if branch.kind != "hold":
-            found[branch.start : branch.stop + 1] = True
-    return found
+            mask[branch.start : branch.stop + 1] = True
+    return mask

@@ -76,18 +76,20 @@ class _Miss:
         """The misses from the last sample to the first."""
         return _Miss(self.score[::-1], self.large[::-1], self.alone[::-1], self.clean[::-1])
 
-    def agreed(self, other: _Miss) -> Array:
+    def agreement(self, other: _Miss) -> Array:
         """Return by how many standard deviations (n,) both miss each sample in one direction; 0 where they do not."""
         with np.errstate(invalid="ignore"):
             least = np.minimum(np.abs(self.score), np.abs(other.score))
             # Few samples are missed by as much.
-            at = np.flatnonzero((least >= _BOTH) & self.large & other.large & (self.score * other.score > 0))
-        own, its = self.clean[at], other.clean[at]
-        sure = np.abs(np.where(own, self.score[at], other.score[at])) >= _ALONE
-        at = at[(own & its) | (sure & (own | its))]
-        found = np.zeros(len(least))
-        found[at] = least[at]
-        return found
+            samples = np.flatnonzero(
+                (least >= _BOTH) & self.large & other.large & (self.score * other.score > 0)
+            )
+        own, its = self.clean[samples], other.clean[samples]
+        sure = np.abs(np.where(own, self.score[samples], other.score[samples])) >= _ALONE
+        samples = samples[(own & its) | (sure & (own | its))]
+        misses = np.zeros(len(least))
+        misses[samples] = least[samples]
+        return misses
 
 
 def spikes(
@@ -102,10 +104,10 @@ def spikes(
     floor = np.maximum(max(smallest, _STEPS * quantum(values)), np.broadcast_to(explained, n))
     for _ in range(n):
         remaining = np.flatnonzero(~bad)
-        found = _largest(values[remaining], x[remaining], branch[remaining], floor[remaining], ends)
-        if not len(found):
+        largest = _largest(values[remaining], x[remaining], branch[remaining], floor[remaining], ends)
+        if not len(largest):
             return bad
-        bad[remaining[found]] = True
+        bad[remaining[largest]] = True
         if bad.mean() > _MOST:
             break
     return np.zeros(n, dtype=bool)
@@ -126,11 +128,11 @@ def _largest(values: Array, x: Array, branch: NDArray[np.int_], floor: Array, en
         block = np.full(n, np.inf)
         for k in range(width):
             before, after = left[k], right[width - k - 1]
-            one = before.agreed(after)
+            agreement = before.agreement(after)
             for side, other in ((after, before), (before, after)) if ends else ():
                 none = np.flatnonzero(np.isnan(other.score))
-                one[none] = np.where(side.alone[none], np.abs(side.score[none]), 0.0)
-            block[: n - k] = np.minimum(block[: n - k], one[k:])
+                agreement[none] = np.where(side.alone[none], np.abs(side.score[none]), 0.0)
+            block[: n - k] = np.minimum(block[: n - k], agreement[k:])
         block[n - width + 1 :] = 0.0
         # The misses beyond noise next to the block: before it those of the extrapolations from earlier samples, after
         # it those from later ones, neither of which used the samples of the block.
@@ -168,19 +170,19 @@ def _miss(
     n = len(values)
     for samples in _ON_LINES:
         # Straight lines through a few samples; nan where there are too few.
-        other, miss, begin = np.full(n, np.nan), np.full(n, np.nan), gap + samples - 1
-        for at in range(0, n - begin, _PIECE):
-            count = min(_PIECE, n - begin - at)
-            y = np.stack([values[at + k : at + k + count] for k in range(samples)])
-            u = np.stack([x[at + k : at + k + count] for k in range(samples)])
+        other, miss, start = np.full(n, np.nan), np.full(n, np.nan), gap + samples - 1
+        for position in range(0, n - start, _PIECE):
+            count = min(_PIECE, n - start - position)
+            y = np.stack([values[position + k : position + k + count] for k in range(samples)])
+            u = np.stack([x[position + k : position + k + count] for k in range(samples)])
             centre = u.mean(axis=0)
             u -= centre
             power = (u * u).sum(axis=0)
-            judged = slice(at + begin, at + begin + count)
+            judged = slice(position + start, position + start + count)
             ahead = x[judged] - centre
             miss[judged] = values[judged] - y.mean(axis=0) - (u * y).sum(axis=0) / power * ahead
             other[judged] = miss[judged] / np.sqrt(1.0 + 1.0 / samples + ahead**2 / power)
-        other /= _scale(other[begin:], values)
+        other /= _scale(other[start:], values)
         with np.errstate(invalid="ignore"):
             nearer = ~(np.abs(other) >= np.abs(score))
             # Forecasts on both sides of the sample: it is no outlier.
@@ -208,20 +210,20 @@ def _by_parabola(values: Array, x: Array, branch: NDArray[np.int_], gap: int) ->
     Scores and misses (n,) are nan where there are too few; the mask says where the branch alone has enough.
     """
     n, pad = len(values), gap + _SAMPLES - 1
-    score, size, clean, known = np.empty(n), np.empty(n), np.empty(n, dtype=bool), np.empty(n, dtype=bool)
-    before = [np.concatenate([np.full(pad, one[0]), one]) for one in (x, values)]
+    score, size, clean, enough = np.empty(n), np.empty(n), np.empty(n, dtype=bool), np.empty(n, dtype=bool)
+    before = [np.concatenate([np.full(pad, signal[0]), signal]) for signal in (x, values)]
     numbers = np.concatenate([np.full(pad, branch[0] - 1), branch])
-    for begin in range(0, n, _PIECE):
-        one = slice(begin, min(begin + _PIECE, n))
-        back = [slice(one.start + pad - gap - k, one.stop + pad - gap - k) for k in range(_SAMPLES)]
-        own = np.stack([numbers[part] for part in back]) == branch[one]
-        clean[one] = own.sum(axis=0) >= _LEAST
-        there = np.arange(one.start, one.stop) - gap >= np.arange(_SAMPLES)[:, None]
-        used = np.where(clean[one], own, there)
-        known[one] = used.sum(axis=0) >= _LEAST
+    for start in range(0, n, _PIECE):
+        piece = slice(start, min(start + _PIECE, n))
+        back = [slice(piece.start + pad - gap - k, piece.stop + pad - gap - k) for k in range(_SAMPLES)]
+        own = np.stack([numbers[part] for part in back]) == branch[piece]
+        clean[piece] = own.sum(axis=0) >= _LEAST
+        there = np.arange(piece.start, piece.stop) - gap >= np.arange(_SAMPLES)[:, None]
+        used = np.where(clean[piece], own, there)
+        enough[piece] = used.sum(axis=0) >= _LEAST
         u = np.stack([before[0][part] for part in back])
         # Samples that are not used may be far away: they must not determine the scale.
-        u = (u - x[one]) * used
+        u = (u - x[piece]) * used
         u /= np.maximum(np.abs(u).max(axis=0), 1e-300)
         # The parabola at u = 0 by the normal equations: moments of the abscissae, and the first column of the inverse.
         powers = [used.astype(float)]
@@ -230,16 +232,16 @@ def _by_parabola(values: Array, x: Array, branch: NDArray[np.int_], gap: int) ->
         s0, s1, s2, s3, s4 = (power.sum(axis=0) for power in powers)
         inverse = np.stack([s2 * s4 - s3 * s3, s2 * s3 - s1 * s4, s1 * s3 - s2 * s2])
         determinant = s0 * inverse[0] + s1 * inverse[1] + s2 * inverse[2]
-        poor = known[one] & (determinant <= 1e-9 * s0 * s2 * s4)
-        inverse /= np.where(known[one] & ~poor, determinant, 1.0)
+        poor = enough[piece] & (determinant <= 1e-9 * s0 * s2 * s4)
+        inverse /= np.where(enough[piece] & ~poor, determinant, 1.0)
         if poor.any():
             # Cofactors lose too many digits where samples are far from each other.
             normal = np.stack([s0, s1, s2, s1, s2, s3, s2, s3, s4], axis=1)[poor].reshape(-1, 3, 3)
             inverse[:, poor] = np.linalg.pinv(normal, hermitian=True)[:, :, 0].T
         y = np.stack([before[1][part] for part in back])
-        y -= values[one]
-        size[one] = -sum(inverse[k] * (powers[k] * y).sum(axis=0) for k in range(3))
-        score[one] = size[one] / np.sqrt(1.0 + np.where(known[one], np.maximum(inverse[0], 0.0), 0.0))
-    judged = known & clean
-    nan = np.where(known, 0.0, np.nan)
+        y -= values[piece]
+        size[piece] = -sum(inverse[k] * (powers[k] * y).sum(axis=0) for k in range(3))
+        score[piece] = size[piece] / np.sqrt(1.0 + np.where(enough[piece], np.maximum(inverse[0], 0.0), 0.0))
+    judged = enough & clean
+    nan = np.where(enough, 0.0, np.nan)
     return score / _scale(score[judged], values) + nan, size + nan, judged

@@ -25,7 +25,7 @@ def modes_of_name(name: str, specimen: str) -> tuple[str, ...]:
     specimen : str
         "bushing" or "coupon": the specimen whose modes are considered.
     """
-    return _sure(_said(name, specimen))
+    return _sure(_mode_words(name, specimen))
 
 
 def contradicted(name: str, mode: str) -> tuple[str, ...]:
@@ -41,37 +41,37 @@ def contradicted(name: str, mode: str) -> tuple[str, ...]:
     mode : str
         Name of the mode that the case file gives.
     """
-    found = _said(name, modes()[mode].specimen)
-    if mode in found:
+    words = _mode_words(name, modes()[mode].specimen)
+    if mode in words:
         return ()
     plain = {
-        other: {word for word in said if len(word) > 3 and word not in SENSES}
-        for other, said in found.items()
+        other: {word for word in mode_words if len(word) > 3 and word not in SENSES}
+        for other, mode_words in words.items()
     }
-    return _sure({other: said for other, said in plain.items() if said})
+    return _sure({other: mode_words for other, mode_words in plain.items() if mode_words})
 
 
-def _sure(found: Mapping[str, set[str]]) -> tuple[str, ...]:
+def _sure(words: Mapping[str, set[str]]) -> tuple[str, ...]:
     """Return the modes with a word that no other has; all if there is none."""
-    others = {mode: set().union(*(found[other] for other in found if other != mode)) for mode in found}
-    return tuple(mode for mode in found if found[mode] - others[mode]) or tuple(found)
+    others = {mode: set().union(*(words[other] for other in words if other != mode)) for mode in words}
+    return tuple(mode for mode in words if words[mode] - others[mode]) or tuple(words)
 
 
-def _said(name: str, specimen: str) -> dict[str, set[str]]:
+def _mode_words(name: str, specimen: str) -> dict[str, set[str]]:
     """Return the words of each mode that the name of a file contains."""
-    apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower().replace("equi-biaxial", "equibiaxial")
-    apart = re.sub(r"(pure|simple)[\W_]+shear", r"\1shear", apart)
-    words = [word for word in re.split(r"[\W_\d]+", apart) if word]
-    said = {
+    text = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower().replace("equi-biaxial", "equibiaxial")
+    text = re.sub(r"(pure|simple)[\W_]+shear", r"\1shear", text)
+    words = [word for word in re.split(r"[\W_\d]+", text) if word]
+    words_of_modes = {
         mode.name: {
-            known
-            for known in mode.words
-            if any(word == known or (len(known) >= 4 and word.startswith(known)) for word in words)
+            prefix
+            for prefix in mode.words
+            if any(word == prefix or (len(prefix) >= 4 and word.startswith(prefix)) for word in words)
         }
         for mode in modes().values()
         if mode.specimen == specimen
     }
-    return {mode: known for mode, known in said.items() if known}
+    return {mode: mode_words for mode, mode_words in words_of_modes.items() if mode_words}
 
 
 def mode_of_name(name: str, specimen: str) -> str | None:
@@ -84,5 +84,5 @@ def mode_of_name(name: str, specimen: str) -> str | None:
     specimen : str
         "bushing" or "coupon": the specimen whose modes are considered.
     """
-    found = modes_of_name(name, specimen)
-    return found[0] if len(found) == 1 else None
+    names = modes_of_name(name, specimen)
+    return names[0] if len(names) == 1 else None

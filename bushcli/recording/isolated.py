@@ -68,13 +68,13 @@ def read_tables(path: Path, format_name: str, wanted: Collection[str | int]) -> 
     if not reader.library:
         try:
             with reader.opened(path) as parts:
-                return _found(path, ((part, _columns(part, wanted, True)) for part in parts))
+                return _file_contents(path, ((part, _columns(part, wanted, True)) for part in parts))
         except (OSError, ValueError, OverflowError, MemoryError) as error:
-            raise _damaged(path, reader, str(error)) from None
+            raise _damage_error(path, reader, str(error)) from None
     if importlib.util.find_spec(reader.library) is None:
         what = f"is {reader.name}; {reader.library}, which reads it, is not installed"
         raise RecordingError(Problem(str(path), what, "", remedy("rig")))
-    return _found(path, _taken_over(child_output(path, reader, format_name, wanted)))
+    return _file_contents(path, _parts_of_answer(child_output(path, reader, format_name, wanted)))
 
 
 def child_output(path: Path, reader: Reader, format_name: str, wanted: Collection[str | int]) -> bytes:
@@ -85,21 +85,25 @@ def child_output(path: Path, reader: Reader, format_name: str, wanted: Collectio
     command = [sys.executable, "-P", "-W", "ignore", "-c", start, format_name, str(path)]
     command.append(json.dumps(list(wanted)))
     try:
-        done = subprocess.run(
+        process = subprocess.run(
             command, capture_output=True, timeout=_WAITING * LONGEST, stdin=subprocess.DEVNULL, check=False
         )
     except subprocess.TimeoutExpired:
-        raise _damaged(path, reader, f"reading it takes more than {_WAITING * LONGEST} s") from None
-    if done.returncode:
+        raise _damage_error(path, reader, f"reading it takes more than {_WAITING * LONGEST} s") from None
+    if process.returncode:
         # Other lines that a failing parser prints are not the reason.
-        lines = done.stderr.decode("utf-8", "replace").splitlines()
-        said = [line.removeprefix(_FAILED) for line in lines if line.startswith(_FAILED)]
-        raise _damaged(path, reader, said[0] if said else "its parser crashes or needs too much time")
-    return done.stdout
+        lines = process.stderr.decode("utf-8", "replace").splitlines()
+        messages = [line.removeprefix(_FAILED) for line in lines if line.startswith(_FAILED)]
+        raise _damage_error(
+            path, reader, messages[0] if messages else "its parser crashes or needs too much time"
+        )
+    return process.stdout
 
 
-def _found(path: Path, parts: Iterable[tuple[FilePart, Sequence[NDArray[Any] | None]]]) -> FileContents:
-    made, failed = list[Table](), {}
+def _file_contents(
+    path: Path, parts: Iterable[tuple[FilePart, Sequence[NDArray[Any] | None]]]
+) -> FileContents:
+    tables, failed = list[Table](), {}
     for part, columns in parts:
         if part.cells is None:
             table = ArrayTable(
@@ -111,7 +115,7 @@ def _found(path: Path, parts: Iterable[tuple[FilePart, Sequence[NDArray[Any] | N
                 remarks=tuple(part.remarks),
                 origin=None if part.origin is None else Instant(*part.origin),
             )
-            made.append(table)
+            tables.append(table)
             continue
         try:
             sheet = table_of_fields(path, part.name, part.cells)
@@ -120,29 +124,29 @@ def _found(path: Path, parts: Iterable[tuple[FilePart, Sequence[NDArray[Any] | N
             continue
         # A date above the header is none of the column.
         dates = {column: Instant(*first) for column, count, first in part.dates if count >= len(sheet)}
-        made.append(replace(sheet, dates=dates))
-    return FileContents(tuple(made), failed)
+        tables.append(replace(sheet, dates=dates))
+    return FileContents(tuple(tables), failed)
 
 
-def _damaged(path: Path, reader: Reader, reason: str) -> RecordingError:
+def _damage_error(path: Path, reader: Reader, reason: str) -> RecordingError:
     what = f"cannot be read as {reader.name}: {reason[:300]}"
     return RecordingError(Problem(str(path), what, "", "is it complete? if so, export it again or as CSV"))
 
 
-def _taken_over(answer: bytes) -> Iterator[tuple[FilePart, Sequence[NDArray[Any] | None]]]:
+def _parts_of_answer(answer: bytes) -> Iterator[tuple[FilePart, Sequence[NDArray[Any] | None]]]:
     head, _, content = answer.partition(b"\n")
-    at = 0
+    offset = 0
     for shown in json.loads(head):
         columns = list[NDArray[Any] | None]()
         for kind in shown.pop("kinds"):
-            columns.append(None if kind is None else np.frombuffer(content, kind, shown["samples"], at))
-            at += 0 if columns[-1] is None else columns[-1].nbytes
+            columns.append(None if kind is None else np.frombuffer(content, kind, shown["samples"], offset))
+            offset += 0 if columns[-1] is None else columns[-1].nbytes
         yield FilePart(**shown), columns
 
 
 def _columns(part: FilePart, wanted: Collection[str | int], all_of_them: bool) -> list[NDArray[Any] | None]:
     """Return the columns of a part that hold numbers; None for others and, unless all are wanted, for unneeded ones."""
-    found: list[NDArray[Any] | None] = []
+    columns: list[NDArray[Any] | None] = []
     for i, name in enumerate(part.names):
         values, texts = None, (part.units[i], *heading(name).written)
         meant = named_columns([name]) > 0 or any(tabulated_unit(text) is not None for text in texts)
@@ -150,8 +154,8 @@ def _columns(part: FilePart, wanted: Collection[str | int], all_of_them: bool) -
             values = part.load(i)
             if values.dtype.kind not in "iufbmM" or values.ndim != 1:
                 values = None
-        found.append(values)
-    return found
+        columns.append(values)
+    return columns
 
 
 def main(format_name: str, path: str, wanted: str) -> None:
@@ -199,8 +203,12 @@ def copy_contents(format_name: str, path: Path, wanted: Collection[str | int], o
                 raise ValueError(
                     f"has more than {_MOST_IN_ALL / 1e6:g} million numbers; export only those needed"
                 )
-            described = {one.name: getattr(part, one.name) for one in fields(part) if one.name != "load"}
-            shown.append(described | {"kinds": [None if one is None else one.dtype.str for one in columns]})
+            described = {
+                field.name: getattr(part, field.name) for field in fields(part) if field.name != "load"
+            }
+            shown.append(
+                described | {"kinds": [None if column is None else column.dtype.str for column in columns]}
+            )
     output.write(json.dumps(shown).encode() + b"\n")
     for array in arrays:
         output.write(np.ascontiguousarray(array).view(np.uint8).data)

@@ -42,7 +42,7 @@ def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity], table
         needed = NeededColumns(
             f"columns for {' and '.join(quantities)}",
             "columns = {...}, by name",
-            lambda one: has_columns(one, source, mode, quantities),
+            lambda table: has_columns(table, source, mode, quantities),
             lambda together: on_one_raster(together, source, mode) if len(quantities) > 1 else None,
         )
         table = only_table(source, mode, table, needed)
@@ -50,11 +50,11 @@ def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity], table
         table = own_rows(table, source)
     if len(clock_columns(table, source, mode)) < 2:
         return table
-    at: dict[Quantity, int] = {}
+    indices: dict[Quantity, int] = {}
     for quantity in quantities:
-        at[quantity] = found_index(table, source, mode, quantity)
-    forced = [at["force"]] if "force" in at else []
-    moved = [at["displacement"]] if "displacement" in at else []
+        indices[quantity] = found_index(table, source, mode, quantity)
+    forced = [indices["force"]] if "force" in indices else []
+    moved = [indices["displacement"]] if "displacement" in indices else []
     return own_clocks(table, forced, moved, source, mode)
 
 
@@ -81,9 +81,9 @@ def opened(
         )
     else:
         key = source.group.strip("/ ").casefold()
-        known = [(table.part.strip("/ ").casefold(), table) for table in inside.tables]
-        hits = [table for part, table in known if part == key]
-        pieces = tuple(table for part, table in known if part.startswith(f"{key}, "))
+        named_tables = [(table.part.strip("/ ").casefold(), table) for table in inside.tables]
+        hits = [table for part, table in named_tables if part == key]
+        pieces = tuple(table for part, table in named_tables if part.startswith(f"{key}, "))
         what = f'has no sheet or group "{source.group}"'
         problem = Problem(str(source.file), what, nearest(source.group, names), listed(names))
     if not hits and not pieces:
@@ -133,11 +133,11 @@ class NeededColumns(NamedTuple):
 
 def only_table(source: Source, mode: Mode, inside: FileContents, needed: NeededColumns) -> Table:
     """Return the only table of a file, or the only one that fits, or else what channels of several groups give."""
-    found = inside.tables
-    alone = len(found) == 1 and not inside.failed
-    fitting = [table for table in found if alone or needed.fits(table)]
+    tables = inside.tables
+    is_single = len(tables) == 1 and not inside.failed
+    fitting = [table for table in tables if is_single or needed.fits(table)]
     if not fitting:
-        together = joined(found, source, mode)
+        together = joined(tables, source, mode)
         fitting = [table for table in together if needed.fits(table)]
         common = None if fitting else needed.across(together)
         fitting += [] if common is None else [common]
@@ -148,13 +148,13 @@ def only_table(source: Source, mode: Mode, inside: FileContents, needed: NeededC
     if not fitting:
         # A sheet with a bad row may be the sheet that is meant; a sheet without numbers is not.
         for error in inside.failed.values():
-            if not found or "has no table" not in str(error):
+            if not tables or "has no table" not in str(error):
                 raise error
-        if not found:
+        if not tables:
             raise source.refused("holds no table of numbers")
-        widest = max(found, key=lambda table: len(table.names))
+        widest = max(tables, key=lambda table: len(table.names))
         names = ", ".join(filter(None, widest.names))[:200] or "columns without names"
-        what = f"no sheet or group has {needed.words}; there are {listed([table.part for table in found])}"
+        what = f"no sheet or group has {needed.words}; there are {listed([table.part for table in tables])}"
         what, key = f'{what}; "{widest.part}" has {names}', needed.key
     raise source.refused(what, f"choose in the case file: {key}")
 

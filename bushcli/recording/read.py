@@ -79,19 +79,21 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     if mode.specimen == "coupon":
         displacement, force = nominal(source, mode, displacement, force, moved.form, forced.form)
     if source.largest_stretch is not None:
-        kept = np.asarray(mode.stretch(displacement) <= source.largest_stretch)
-        if np.count_nonzero(kept) < min(fewest, len(kept)):
-            what = f"has {np.count_nonzero(kept)} points up to largest_stretch = {source.largest_stretch:g}"
+        within = np.asarray(mode.stretch(displacement) <= source.largest_stretch)
+        if np.count_nonzero(within) < min(fewest, len(within)):
+            what = f"has {np.count_nonzero(within)} points up to largest_stretch = {source.largest_stretch:g}"
             raise table.refused(what, f"at least {fewest}")
-        displacement, force, samples = displacement[kept], force[kept], samples.only(kept)
+        displacement, force, samples = displacement[within], force[within], samples.only(within)
     machine = mode.specimen == "coupon" and source.measured("force", "coupon", mode.rotational) == "force"
-    there = {"displacement": moved, "force": forced} | ({"time": stamps} if stamps else {})
+    read_columns = {"displacement": moved, "force": forced} | ({"time": stamps} if stamps else {})
     path = None
     if source.six is not None:
-        every = motion_columns(table, source, source.six).items()
-        there |= {MOTIONS[k]: c for k, c in every if k not in source.six.free and c.index != moved.index}
+        motions = motion_columns(table, source, source.six).items()
+        read_columns |= {
+            MOTIONS[k]: c for k, c in motions if k not in source.six.free and c.index != moved.index
+        }
         path = recorded_path(source, source.six, samples, tables)
-    columns, unused, remarks = _used_columns(table, there, source)
+    columns, unused, remarks = _used_columns(table, read_columns, source)
     recording = Recording(
         mode.name,
         displacement,
@@ -113,8 +115,8 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     if count is not None:
         name = table.names[count[0]]
         columns += (ReadColumn("cycle", count[0] + 1, name, "", False),)
-        recording = recording.counted(count[1], columns, tuple(one for one in unused if one != name))
-    return _used(recording, source)
+        recording = recording.counted(count[1], columns, tuple(column for column in unused if column != name))
+    return _used_cycles(recording, source)
 
 
 def _warm(table: Table, source: Source, rows: NDArray[np.int_]) -> Array | None:
@@ -124,40 +126,40 @@ def _warm(table: Table, source: Source, rows: NDArray[np.int_]) -> Array | None:
     index = chosen_index(table, source.temperature_column)
     name = heading(table.names[index])
     given = (source.temperature_unit, table.units[index], *name.written, name.at_end)
-    told = [text for text in given if text] or ["degC"]
-    known = [unit for text in told if (unit := read_unit(text)) and unit.kind == "temperature"]
-    if not known:
-        what = f"{table.label(index)}: {told[0].strip('[]() ')} is no unit of a temperature"
+    texts = [text for text in given if text] or ["degC"]
+    units = [unit for text in texts if (unit := read_unit(text)) and unit.kind == "temperature"]
+    if not units:
+        what = f"{table.label(index)}: {texts[0].strip('[]() ')} is no unit of a temperature"
         raise table.refused(what, 'units = {temperature = "degC"}, "K" or "degF"')
-    values = known[0].factor * table.numbers(index, source.accept)[rows] + known[0].zero
-    off = np.flatnonzero(~((values >= WARM[0]) & (values <= WARM[1])))
-    if len(off):
-        row = int(rows[off[0]])
-        what = f"{table.label(index)} is {table.text(row, index)}, {values[off[0]]:.4g} degrees C: no test of rubber"
+    values = units[0].factor * table.numbers(index, source.accept)[rows] + units[0].zero
+    beyond = np.flatnonzero(~((values >= WARM[0]) & (values <= WARM[1])))
+    if len(beyond):
+        row = int(rows[beyond[0]])
+        what = f"{table.label(index)} is {table.text(row, index)}, {values[beyond[0]]:.4g} degrees C: no test of rubber"
         expected = 'give its unit, as in units = {temperature = "K"}; or leave the column out'
         raise table.refused(what, expected, row)
     return np.asarray(values, dtype=np.float64)
 
 
 def _used_columns(
-    table: Table, found: Mapping[str, Column], source: Source
+    table: Table, used: Mapping[str, Column], source: Source
 ) -> tuple[tuple[ReadColumn, ...], tuple[str, ...], tuple[Repair, ...]]:
     """Return the columns that were read, the names of the others, and remarks on how they were read."""
-    taken = {one.index for one in found.values()}
+    taken = {column.index for column in used.values()}
     columns = tuple(
-        ReadColumn(name, one.index + 1, table.names[one.index], one.unit, one.assumed)
-        for name, one in found.items()
+        ReadColumn(name, column.index + 1, table.names[column.index], column.unit, column.assumed)
+        for name, column in used.items()
     )
     unused = tuple(name for i, name in enumerate(table.names) if name and i not in taken)
-    said = [*table.remarks, *(text for one in found.values() for text in one.remarks)]
-    said += factor_remarks(table, taken)
-    if "time" not in found and not source.is_untimed:
-        said += untaken_time(table, taken)
-        said += rate_remarks(table) if source.sample_rate is None and source.rate is None else []
-    return columns, unused, tuple(Repair("columns", text) for text in said)
+    remarks = [*table.remarks, *(text for column in used.values() for text in column.remarks)]
+    remarks += factor_remarks(table, taken)
+    if "time" not in used and not source.is_untimed:
+        remarks += untaken_time(table, taken)
+        remarks += rate_remarks(table) if source.sample_rate is None and source.rate is None else []
+    return columns, unused, tuple(Repair("columns", text) for text in remarks)
 
 
-def _used(recording: Recording, source: Source) -> Recording:
+def _used_cycles(recording: Recording, source: Source) -> Recording:
     """Return the cycles that are compared: the ones that the case names, without the conditioning cycles."""
     cycles = source.cycles
     if source.conditioning:
@@ -165,8 +167,8 @@ def _used(recording: Recording, source: Source) -> Recording:
         if source.conditioning >= last:
             what = f"conditioning = {source.conditioning}, but the recording has {last} cycle{'s' if last > 1 else ''}"
             raise source.refused(what, "leave at least one cycle to compare")
-        named = source.cycles or range(source.conditioning + 1, last + 1)
-        cycles = tuple(cycle for cycle in named if cycle > source.conditioning)
+        requested = source.cycles or range(source.conditioning + 1, last + 1)
+        cycles = tuple(cycle for cycle in requested if cycle > source.conditioning)
         if not cycles:
             what = f"conditioning = {source.conditioning} leaves none of the cycles that are to be used"
             raise source.refused(what)
@@ -222,10 +224,12 @@ def read_program(
         time = increasing(table, stamps)
     elif source.sample_rate is not None:
         time = np.arange(len(moved.values)) / source.sample_rate
-    there: dict[str, Column] = {quantity: moved}
+    read_columns: dict[str, Column] = {quantity: moved}
     if stamps is not None:
-        there["time"] = stamps
-    return RecordedProgram(source.label, mode.name, time, moved.values, *_used_columns(table, there, source))
+        read_columns["time"] = stamps
+    return RecordedProgram(
+        source.label, mode.name, time, moved.values, *_used_columns(table, read_columns, source)
+    )
 
 
 def _mode(source: Source) -> Mode:
@@ -239,12 +243,12 @@ def _enough(
     table: Table, source: Source, mode: Mode, fewest: int, quantity: Quantity = "displacement"
 ) -> Column:
     """Return the column of a quantity, or refuse it if it has too few points."""
-    found = column(table, source, mode, quantity)
-    assert found is not None
-    if len(found.values) < fewest:
-        what = f"has only {len(found.values)} point{'s' if len(found.values) > 1 else ''}"
+    channel = column(table, source, mode, quantity)
+    assert channel is not None
+    if len(channel.values) < fewest:
+        what = f"has only {len(channel.values)} point{'s' if len(channel.values) > 1 else ''}"
         raise table.refused(what, f"at least {fewest}")
-    return found
+    return channel
 
 
 def _refuse_still(table: Table, moved: Column, forced: Column | None = None, timed: bool = False) -> None:

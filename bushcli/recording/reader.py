@@ -101,11 +101,11 @@ def unit_of(values: Any) -> str:
 
 def numbered(names: Sequence[str]) -> list[str]:
     """Return names, repeated ones with a number appended: ``raster``, ``raster 2``."""
-    found: list[str] = []
+    unique: list[str] = []
     for name in names:
         count, candidate = 1, name
-        while candidate in found:
+        while candidate in unique:
             count += 1
             candidate = f"{name} {count}"
-        found.append(candidate)
-    return found
+        unique.append(candidate)
+    return unique

@@ -26,7 +26,7 @@ _FEWEST = 3
 
 def own_rows(table: Table, source: Source) -> Table:
     """Return the rows of a table that belong to a recording by `Source.rows`."""
-    kept = np.ones(len(table), dtype=bool)
+    mask = np.ones(len(table), dtype=bool)
     for name, value in source.rows.items():
         index = chosen_index(table, int(name) if name.isdigit() else name)
         texts, number = _texts(table, index), to_float(str(value), table.decimal)
@@ -35,10 +35,10 @@ def own_rows(table: Table, source: Source) -> Table:
             shown_value = f"{value:g}" if isinstance(value, float) else value
             shown = ", ".join(list(dict.fromkeys(texts))[:8])
             raise table.refused(f"{table.label(index)} has no row with {shown_value}", f"it has {shown}")
-        kept &= fits
-    if not kept.any():
+        mask &= fits
+    if not mask.any():
         raise table.refused("has no row with all values of `rows`", "values that stand in one row")
-    return table if kept.all() else table.of_rows(np.flatnonzero(kept))
+    return table if mask.all() else table.of_rows(np.flatnonzero(mask))
 
 
 def refuse_several(table: Table, stamps: Column | None) -> None:
@@ -50,8 +50,8 @@ def refuse_several(table: Table, stamps: Column | None) -> None:
         blocks = [(label, len(list(group))) for label, group in groupby(_texts(table, index))]
         labels = list(dict.fromkeys(label for label, _ in blocks))
         begins = np.cumsum([count for _, count in blocks])[:-1]
-        again = stamps is None or bool((np.diff(stamps.values)[begins - 1] <= 0.0).any())
-        if 1 < len(labels) == len(blocks) <= len(table) / _FEWEST and again:
+        restarts = stamps is None or bool((np.diff(stamps.values)[begins - 1] <= 0.0).any())
+        if 1 < len(labels) == len(blocks) <= len(table) / _FEWEST and restarts:
             shown = ", ".join(labels[:4]) + (", ..." if len(labels) > 4 else "")
             what = f"{table.label(index)} names {len(labels)} recordings one below the other ({shown})"
             key = name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else f'"{name}"'

@@ -32,13 +32,13 @@ _WORDS = ("the motion", "the reactions")
 
 def named_in(table: Table) -> dict[str, int]:
     """Return the columns, from 0, that have names of motions or reactions, by "ux" to "mz"."""
-    found: dict[str, int] = {}
+    columns: dict[str, int] = {}
     for index, name in enumerate(table.names):
         first = re.split(r"[\s_\[\(/]", name.strip().casefold(), maxsplit=1)[0]
-        for known, aliases in _ALIASES.items():
-            if first in aliases and known not in found:
-                found[known] = index
-    return found
+        for key, aliases in _ALIASES.items():
+            if first in aliases and key not in columns:
+                columns[key] = index
+    return columns
 
 
 def six_table(source: Source, chosen: Mapping[str, str], tables: TableCache) -> Table:
@@ -46,11 +46,11 @@ def six_table(source: Source, chosen: Mapping[str, str], tables: TableCache) -> 
     axial = modes()["axial"]
     table = opened(source, list(chosen.values()), tables)
     if isinstance(table, FileContents):
-        every = {name for one in table.tables for name in _columns(one, chosen)}
+        names = {name for part in table.tables for name in _columns(part, chosen)}
         needed = NeededColumns(
             "all motions and reactions",
             "motions = {ux = ...}, by name; names such as time_s, ux_mm, fx_N are found",
-            lambda one: bool(every) and every == _columns(one, chosen).keys(),
+            lambda part: bool(names) and names == _columns(part, chosen).keys(),
             lambda together: _on_one_raster(source, together, chosen),
         )
         table = only_table(source, axial, table, needed)
@@ -64,9 +64,9 @@ def six_table(source: Source, chosen: Mapping[str, str], tables: TableCache) -> 
 def _columns(table: Table, chosen: Mapping[str, str]) -> dict[str, int]:
     """Return the columns, from 0, of a table that the case file names or that have the name of a motion or reaction."""
     names = [heading(name).name for name in table.names]
-    known = {key: heading(text).name for key, text in chosen.items()}
-    own = {key: names.index(name) for key, name in known.items() if name in names}
-    return {key: index for key, index in named_in(table).items() if key not in known} | own
+    headings = {key: heading(text).name for key, text in chosen.items()}
+    indices = {key: names.index(name) for key, name in headings.items() if name in names}
+    return {key: index for key, index in named_in(table).items() if key not in headings} | indices
 
 
 def _on_one_raster(source: Source, tables: Sequence[Table], chosen: Mapping[str, str]) -> Table | None:
@@ -84,7 +84,7 @@ def _on_one_raster(source: Source, tables: Sequence[Table], chosen: Mapping[str,
         what += listed([part.table.part for part in forced])
         expected = "export them with one common raster; forces are not interpolated"
         raise source.refused(what, expected)
-    (own,) = forced
+    (raster,) = forced
     keys = [key for part in parts for key in _columns(part.table, chosen)]
     for key in keys:
         if keys.count(key) > 1:
@@ -94,10 +94,10 @@ def _on_one_raster(source: Source, tables: Sequence[Table], chosen: Mapping[str,
     moved = [
         RasterColumns(part.table, (index,), part.stamps)
         for part in parts
-        if part is not own
+        if part is not raster
         for index in part.columns
     ]
-    return interpolated(own, moved, source, _WORDS)
+    return interpolated(raster, moved, source, _WORDS)
 
 
 Array = NDArray[np.float64]
@@ -123,17 +123,17 @@ def columns_of(
         The file cannot be read, names no motion, or lacks a column that is given.
     """
     table = six_table(source, chosen(motions, forces), tables)
-    found: dict[str, str | int] = {key: index + 1 for key, index in named_in(table).items()}
-    own = {k: v for k, v in found.items() if k in MOTIONS} if motions is None else dict(motions)
-    theirs = {k: v for k, v in found.items() if k in REACTIONS} if forces is None else dict(forces)
-    if not own:
+    columns: dict[str, str | int] = {key: index + 1 for key, index in named_in(table).items()}
+    of_motions = {k: v for k, v in columns.items() if k in MOTIONS} if motions is None else dict(motions)
+    of_forces = {k: v for k, v in columns.items() if k in REACTIONS} if forces is None else dict(forces)
+    if not of_motions:
         listed = ", ".join(name for name in table.names if name)[:300]
         what = f"has no column of a motion; its columns are {listed}" if listed else "has no header"
         raise source.refused(what, "ux_mm ... rz_deg; or choose columns: motions = {ux = ...}")
-    for name in theirs.values():
+    for name in of_forces.values():
         # Reactions whose motion stays zero are not read later.
         chosen_index(table, name)
-    return own, theirs
+    return of_motions, of_forces
 
 
 def chosen(motions: Columns | None, forces: Columns | None) -> dict[str, str]:
@@ -154,10 +154,10 @@ def motion_columns(table: Table, source: Source, six: SixColumns) -> dict[int, C
     for k, name in enumerate(MOTIONS):
         if name not in six.motions:
             continue
-        one = replace(source, columns={"displacement": six.motions[name]}, units={})
-        found = column(table, one, modes()[PAIR_MODES[k]], "displacement")
-        assert found is not None
-        columns[k] = found
+        single = replace(source, columns={"displacement": six.motions[name]}, units={})
+        motion = column(table, single, modes()[PAIR_MODES[k]], "displacement")
+        assert motion is not None
+        columns[k] = motion
     return columns
 
 
@@ -180,15 +180,15 @@ def read_motions(source: Source, six: SixColumns, tables: TableCache) -> tuple[A
     """
     table = six_table(source, six.chosen, tables)
     poses: Array = np.zeros((0, 6))
-    for k, found in motion_columns(table, source, six).items():
+    for k, motion in motion_columns(table, source, six).items():
         if not len(poses):
-            poses = np.zeros((len(found.values), 6))
-        poses[:, k] = found.values
+            poses = np.zeros((len(motion.values), 6))
+        poses[:, k] = motion.values
     stamps = column(table, source, modes()["axial"], "time")
     time = None if stamps is None else stamps.values
     if time is not None:
-        kept = np.concatenate([[True], (np.diff(time) != 0.0) | (np.diff(poses, axis=0) != 0.0).any(axis=1)])
-        time, poses = time[kept], poses[kept]
+        mask = np.concatenate([[True], (np.diff(time) != 0.0) | (np.diff(poses, axis=0) != 0.0).any(axis=1)])
+        time, poses = time[mask], poses[mask]
         if np.any(np.diff(time) <= 0.0):
             row = int(np.argmax(np.diff(time) <= 0.0)) + 1
             what = f"the time does not increase, {time[row]:g} s follows {time[row - 1]:g} s"

@@ -45,7 +45,7 @@ class TableCache:
         from bushcli.recording.text_file import read_table
 
         how = (source.delimiter, source.decimal, single)
-        return self._kept(source.file, how, lambda: read_table(source.file, *how))
+        return self._contents(source.file, how, lambda: read_table(source.file, *how))
 
     def tables(self, path: Path, format_name: str, wanted: Collection[str | int]) -> FileContents:
         """Return the tables of a binary file.
@@ -65,23 +65,23 @@ class TableCache:
         """
         from bushcli.recording.isolated import read_tables
 
-        return self._kept(path, (format_name, *wanted), lambda: read_tables(path, format_name, wanted))
+        return self._contents(path, (format_name, *wanted), lambda: read_tables(path, format_name, wanted))
 
     def clear(self) -> None:
         """Forget all tables: nothing is read any more."""
         self._found.clear()
 
-    def _kept(self, path: Path, how: tuple[object, ...], read: Callable[[], Contents]) -> Contents:
+    def _contents(self, path: Path, how: tuple[object, ...], read: Callable[[], Contents]) -> Contents:
         """Return what is kept of the present contents of a file, or else what is read."""
         # What changes when the contents of the file change.
         key: tuple[object, ...] = (str(path), *how)
         if path.exists():
             of = path.stat()
             key = (str(path.absolute()), of.st_ino, of.st_mtime_ns, of.st_size, *how)
-        found = self._found.get(key)
-        if found is None:
-            found = self._found[key] = read()
+        contents = self._found.get(key)
+        if contents is None:
+            contents = self._found[key] = read()
         self._found.move_to_end(key)
-        while sum(one.size for one in self._found.values()) > MOST_NUMBERS:
+        while sum(contents.size for contents in self._found.values()) > MOST_NUMBERS:
             self._found.popitem(last=False)
-        return cast("Contents", found)
+        return cast("Contents", contents)

@@ -76,29 +76,29 @@ def read_table(
         When the file cannot be read, has no table of numbers, or has a line that does not fit.
     """
     text, given = decoded(path), _Given(delimiter, decimal, single)
-    begin, found = end_of_head(text), None
-    if begin:
+    end, table = end_of_head(text), None
+    if end:
         try:
-            body = [line for line in lines_of(path, text[:begin]) if not line.comment]
+            body = [line for line in lines_of(path, text[:end]) if not line.comment]
             form = Form.of_head(body, *_dialect(path, body, given))
         except RecordingError:
             form = None
-        lines, runs = ([], []) if form is None else sifted(path, text, begin, form)
-        found = _table(path, lines, runs, given) if runs else None
-    if found is None:
-        found = _table(path, lines_of(path, text), [], given)
-    assert found is not None
-    return found
+        lines, runs = ([], []) if form is None else sifted(path, text, end, form)
+        table = _table(path, lines, runs, given) if runs else None
+    if table is None:
+        table = _table(path, lines_of(path, text), [], given)
+    assert table is not None
+    return table
 
 
 def _table(path: Path, lines: list[Line], runs: list[AlikeRows], given: _Given) -> TextTable | None:
     """Return the table of a text from its lines but for those of runs; None where only all lines together tell more."""
     body = [line for line in lines if not line.comment]
-    alone = _of_one_column(body, given) if given.single else None
-    dialect = alone or _dialect(path, body, given)
+    single = _of_one_column(body, given) if given.single else None
+    dialect = single or _dialect(path, body, given)
     sheet = Sheet(path, lines, body, [split_line(line.text, dialect.delimiter) for line in body], dialect)
-    said = _without_thousands(sheet.split, dialect.decimal)
-    sheet, width, repeats, reordered = _rows(sheet, 1 if alone else 2)
+    remarks = _without_thousands(sheet.split, dialect.decimal)
+    sheet, width, repeats, reordered = _rows(sheet, 1 if single else 2)
     rows = sheet.split[sheet.start :]
     grouped = None
     if given.decimal is None and (dialect.decimal == "," or dialect.delimiter in ";\t"):
@@ -120,33 +120,33 @@ def _table(path: Path, lines: list[Line], runs: list[AlikeRows], given: _Given) 
         )
         place = f"line {commented[0]}{' and others' if several else ''}"
         repeats.append(f"{rows_are} left out as comments ({place})")
-    found = _with_header(sheet, width, len(rows[0]), (*said, *repeats))
+    table = _with_header(sheet, width, len(rows[0]), (*remarks, *repeats))
     if grouped is not None:
         # The decimal sign of each number could as well be a thousands separator.
         row, column = grouped
-        shown, sign = found.text(row, column), dialect.decimal
+        shown, sign = table.text(row, column), dialect.decimal
         plain = shown.replace(sign, "")
         either = f"{shown} may be {shown.replace(',', '.')} or {plain}"
         what = f"column {column + 1}: {either}, and no other number shows which"
         other = f"if it is a decimal {'comma' if sign == ',' else 'point'}; else write {plain}"
-        raise found.refused(what, f'decimal = "{sign}" in the table of the case file, {other}', row)
+        raise table.refused(what, f'decimal = "{sign}" in the table of the case file, {other}', row)
     parts: list[SplitRows | AlikeRows] = []
-    at, numbers = 0, [line.number for line in body[sheet.start :]]
+    start, numbers = 0, [line.number for line in body[sheet.start :]]
     for run in runs:
-        upto = bisect(numbers, run.at)
-        parts += [SplitRows(rows[at:upto], numbers[at:upto]), run]
-        at = upto
-    return replace(found, parts=(*parts, SplitRows(rows[at:], numbers[at:])))
+        stop = bisect(numbers, run.at)
+        parts += [SplitRows(rows[start:stop], numbers[start:stop]), run]
+        start = stop
+    return replace(table, parts=(*parts, SplitRows(rows[start:], numbers[start:])))
 
 
-def _with_header(sheet: Sheet, width: int, most: int, said: tuple[str, ...], part: str = "") -> TextTable:
+def _with_header(sheet: Sheet, width: int, most: int, remarks: tuple[str, ...], part: str = "") -> TextTable:
     """Return the table of a sheet; last columns that have a name, but no value in any row, are among the columns."""
     delimiter = sheet.dialect.delimiter
     above = (trimmed(split_line(line.uncommented, delimiter)) for line in sheet.above)
-    named = (len(f) for f in above if width < len(f) <= most and named_columns(f) >= 2)
-    top = header(sheet, max(named, default=width))
+    widths = (len(f) for f in above if width < len(f) <= most and named_columns(f) >= 2)
+    top = header(sheet, max(widths, default=width))
     numbers = [line.number for line in sheet.body[sheet.start :]]
-    known = set(numbers)
+    row_numbers = set(numbers)
     inside = (line for line in sheet.lines if numbers[0] < line.number < numbers[-1])
     return TextTable(
         path=sheet.path,
@@ -157,8 +157,8 @@ def _with_header(sheet: Sheet, width: int, most: int, said: tuple[str, ...], par
         preamble=top.preamble,
         parts=(SplitRows(sheet.split[sheet.start :], numbers),),
         decimal=sheet.dialect.decimal,
-        remarks=said,
-        between=tuple((line.number, line.uncommented) for line in inside if line.number not in known),
+        remarks=remarks,
+        between=tuple((line.number, line.uncommented) for line in inside if line.number not in row_numbers),
     )
 
 
@@ -171,21 +171,21 @@ def table_of_fields(path: Path, part: str, cells: Sequence[tuple[int, Sequence[s
             body.append(line)
             split.append(list(fields))
         lines.append(line)
-    found = []
+    counts = []
     for least, sign in ((2, "."), (2, ","), (1, "."), (1, ",")):
-        like = [_is_row(fields, sign, least) for fields in split]
+        are_rows = [_is_row(fields, sign, least) for fields in split]
         # Where single numbers count, all lines below the first must be such.
-        if any(like) and (least > 1 or (sum(like) > 1 and all(like[like.index(True) :]))):
-            found.append((least, sum(like), sign))
-    fewest, _, decimal = max(found, key=lambda one: one[:2], default=(0, 0, "."))
+        if any(are_rows) and (least > 1 or (sum(are_rows) > 1 and all(are_rows[are_rows.index(True) :]))):
+            counts.append((least, sum(are_rows), sign))
+    fewest, _, decimal = max(counts, key=lambda count: count[:2], default=(0, 0, "."))
     if not fewest:
         what, expected = "has no table with two columns of numbers", ""
         if any(field.startswith("=") for fields in split for field in fields):
             what, expected = f"{what}: its formulas have no values", CALCULATE
         raise RecordingError(Problem(f"{path} ({part})" if part else str(path), what, "", expected))
     sheet = Sheet(path, lines, body, split, Dialect("\t", decimal))
-    sheet, width, said, _ = _rows(sheet, fewest)
-    return _with_header(sheet, width, MOST_COLUMNS, tuple(said), part)
+    sheet, width, remarks, _ = _rows(sheet, fewest)
+    return _with_header(sheet, width, MOST_COLUMNS, tuple(remarks), part)
 
 
 def _rows(sheet: Sheet, fewest: int) -> tuple[Sheet, int, list[str], bool]:
@@ -195,24 +195,24 @@ def _rows(sheet: Sheet, fewest: int) -> tuple[Sheet, int, list[str], bool]:
     each cycle, are removed.
     """
     body, split, decimal = sheet.body, sheet.split, sheet.dialect.decimal
-    like = [_is_row(fields, decimal, fewest) for fields in split]
-    rows = [fields for fields, row in zip(split, like, strict=True) if row]
+    are_rows = [_is_row(fields, decimal, fewest) for fields in split]
+    rows = [fields for fields, row in zip(split, are_rows, strict=True) if row]
     raw = Counter(map(len, rows)).most_common(1)[0][0]
     filled = Counter(len(trimmed(fields)) for fields in rows).most_common(1)[0][0]
-    fits = [row and raw == len(f) for f, row in zip(split, like, strict=True)]
+    fits = [row and raw == len(f) for f, row in zip(split, are_rows, strict=True)]
     starts = (i for i, fit in enumerate(fits) if fit and (i + 1 == len(fits) or fits[i + 1]))
     start = next(starts, None)
     if start is None:
         raise RecordingError(Problem(str(sheet.path), "has no two consecutive rows of numbers"))
     sheet = replace(sheet, start=start)
     reordered = in_one_order(sheet)
-    said = [*reordered, *_without_text_below(sheet)]
+    remarks = [*reordered, *_without_text_below(sheet)]
     below = list(enumerate(split[start:], start=start))
     wrong = [i for i, fields in below if len(fields) != raw and len(trimmed(fields)) != filled]
     # A header has as many fields as the rows have.
     full = [i for i, fields in below if len(fields) == raw and fields[-1][:1].isalpha()]
     texts = [i for i in full if not numbers_in(split[i], decimal)]
-    repeated = _repeated(body, split, start, sorted({*wrong, *texts}), filled)
+    repeated = _repeated_lines(body, split, start, sorted({*wrong, *texts}), filled)
     for i in wrong:
         if i not in repeated:
             fields = len(trimmed(split[i]))
@@ -223,14 +223,14 @@ def _rows(sheet: Sheet, fewest: int) -> tuple[Sheet, int, list[str], bool]:
     if repeated:
         head, tail = body[repeated[0]].number, body[repeated[-1]].number
         span = f"{len(repeated)} lines that repeat the header are left out (lines {head} to {tail})"
-        said.insert(0, span if tail > head else f"line {head} repeats the header and is left out")
+        remarks.insert(0, span if tail > head else f"line {head} repeats the header and is left out")
         for i in reversed(repeated):
             del body[i], split[i]
     width = max(len(trimmed(fields)) for fields in split[start:])
     if width > MOST_COLUMNS:
         remedy = f"at most {MOST_COLUMNS}: leave out those not needed"
         raise RecordingError(Problem(str(sheet.path), f"has {width} columns", "", remedy))
-    return sheet, width, said, bool(reordered)
+    return sheet, width, remarks, bool(reordered)
 
 
 def _without_text_below(sheet: Sheet) -> list[str]:
@@ -250,12 +250,12 @@ def _without_text_below(sheet: Sheet) -> list[str]:
     if not below:
         return []
     place = f'line {below[0].number}: "{below[0].text.strip()[:SHOWN]}"'
-    one = f"the text below the table is left out ({place})"
+    single = f"the text below the table is left out ({place})"
     several = f"{len(below)} lines of text below the table are left out (the first is {place})"
-    return [one if len(below) == 1 else several]
+    return [single if len(below) == 1 else several]
 
 
-def _repeated(
+def _repeated_lines(
     body: Sequence[Line], split: Sequence[list[str]], start: int, among: Sequence[int], width: int
 ) -> list[int]:
     """Return which lines below the first row repeat those above it: whole groups of them, names included.
@@ -266,32 +266,32 @@ def _repeated(
     texts = [line.text.strip() for line in body[:start]]
     head = {text for text, fields in zip(texts, split, strict=False) if len(trimmed(fields)) == width}
     labels = {_NUMBERS.sub("#", text) for text in texts if text not in head}
-    found: list[int] = []
+    repeated: list[int] = []
     for group in (list(run) for _, run in groupby(enumerate(among), lambda pair: pair[1] - pair[0])):
         lines = [i for _, i in group]
-        again = [body[i].text.strip() for i in lines]
-        full = [text for text, i in zip(again, lines, strict=True) if len(trimmed(split[i])) == width]
-        known = all(text in head or _NUMBERS.sub("#", text) in labels for text in again)
-        if full and known and all(text in head for text in full):
-            found += lines
-    return found
+        repeats = [body[i].text.strip() for i in lines]
+        full_rows = [text for text, i in zip(repeats, lines, strict=True) if len(trimmed(split[i])) == width]
+        are_repeated = all(text in head or _NUMBERS.sub("#", text) in labels for text in repeats)
+        if full_rows and are_repeated and all(text in head for text in full_rows):
+            repeated += lines
+    return repeated
 
 
 def _without_thousands(split: Sequence[list[str]], decimal: str) -> list[str]:
     """Remove thousands separators from the columns that certainly have them, and return remarks about it."""
-    said = []
+    remarks = []
     for column in range(max(map(len, split), default=0)):
         fields = [row[column] if column < len(row) else "" for row in split]
-        found = ungrouped(fields, decimal)
-        for row, plain in found.items():
+        numbers = ungrouped(fields, decimal)
+        for row, plain in numbers.items():
             split[row][column] = plain
-        if found:
-            row, plain = next(iter(found.items()))
-            said.append(
-                f"column {column + 1}: thousands separators are removed from {len(found)} numbers: "
+        if numbers:
+            row, plain = next(iter(numbers.items()))
+            remarks.append(
+                f"column {column + 1}: thousands separators are removed from {len(numbers)} numbers: "
                 f"{fields[row]} is read as {plain}"
             )
-    return said
+    return remarks
 
 
 def _is_row(fields: list[str], decimal: str, fewest: int = 2) -> bool:
@@ -307,12 +307,14 @@ def _of_one_column(body: Sequence[Line], given: _Given) -> Dialect | None:
         split = [
             split_line(line.text, given.delimiter or (";" if ";" in line.text else "\t")) for line in body
         ]
-        like = [_is_row(fields, sign, 1) for fields in split]
-        first = like.index(True) if any(like) else len(like)
+        are_rows = [_is_row(fields, sign, 1) for fields in split]
+        first = are_rows.index(True) if any(are_rows) else len(are_rows)
         # Most lines, so that a line that does not fit is named.
-        most = sum(like) >= 2 and 2 * sum(like) >= len(like) - first
-        named = first > 0 and "," not in body[first - 1].text
-        sure = named or given.delimiter or given.decimal or not any("," in line.text for line in body[first:])
+        most = sum(are_rows) >= 2 and 2 * sum(are_rows) >= len(are_rows) - first
+        has_name = first > 0 and "," not in body[first - 1].text
+        sure = (
+            has_name or given.delimiter or given.decimal or not any("," in line.text for line in body[first:])
+        )
         if most and sure:
             return Dialect(given.delimiter or (";" if any(";" in line.text for line in body) else "\t"), sign)
     return None

@@ -68,8 +68,8 @@ def sampling_of(properties: Mapping[str, Any]) -> Sampling | None:
     begin = None if times is None else times.begin
     known = begin is not None and begin.nanoseconds != _NEVER
     # Files count it in UTC.
-    found = Sampling(Instant(UTC, begin.nanoseconds) if begin and known else None, first, max(step, 0.0))
-    return None if found == Sampling(None, 0.0, 0.0) else found
+    sampling = Sampling(Instant(UTC, begin.nanoseconds) if begin and known else None, first, max(step, 0.0))
+    return None if sampling == Sampling(None, 0.0, 0.0) else sampling
 
 
 def parts_by_clock(group: str, channels: Sequence[WaveChannel]) -> Iterator[FilePart]:
@@ -78,56 +78,67 @@ def parts_by_clock(group: str, channels: Sequence[WaveChannel]) -> Iterator[File
     A channel without an interval is beside those of its length with one: if these have the same clock, and the channel
     no other start, a remark says that it is taken to have it too. If they have several, it is a part of its own.
     """
-    found: list[tuple[Sampling | None, list[WaveChannel]]] = []
+    parts: list[tuple[Sampling | None, list[WaveChannel]]] = []
     lengths = dict.fromkeys(channel.samples for channel in channels if channel.samples)
     for samples in lengths:
-        alike = [channel for channel in channels if channel.samples == samples]
-        full = {channel.sampling for channel in alike if channel.sampling and channel.sampling.step}
+        same_length = [channel for channel in channels if channel.samples == samples]
+        samplings_with_step = {
+            channel.sampling for channel in same_length if channel.sampling and channel.sampling.step
+        }
         # One without an interval may only repeat the start of the only clock with one.
-        start = replace(*full, step=0.0) if len(full) == 1 else None
-        own = [None if channel.sampling == start else channel.sampling for channel in alike]
-        clocks = list(dict.fromkeys(filter(None, own)))
+        start = replace(*samplings_with_step, step=0.0) if len(samplings_with_step) == 1 else None
+        samplings = [None if channel.sampling == start else channel.sampling for channel in same_length]
+        clocks = list(dict.fromkeys(filter(None, samplings)))
         if len(clocks) < 2:
-            found.append((next(iter(clocks), None), alike))
+            parts.append((next(iter(clocks), None), same_length))
             continue
         stated = [
-            (clock, [one for one, mine in zip(alike, own, strict=True) if mine == clock])
+            (
+                clock,
+                [
+                    channel
+                    for channel, sampling in zip(same_length, samplings, strict=True)
+                    if sampling == clock
+                ],
+            )
             for clock in (*clocks, None)
         ]
-        found += [(clock, members) for clock, members in stated if members]
+        parts += [(clock, members) for clock, members in stated if members]
     names = [group]
-    if len(found) > 1:
+    if len(parts) > 1:
         # Several parts of a length are distinguished by their channels.
-        sizes = [members[0].samples for _, members in found]
+        sizes = [members[0].samples for _, members in parts]
         names = [
-            f"{group}, {samples} samples" if sizes.count(samples) == 1 else f"{group}, {_listed(members)}"
-            for samples, (_, members) in zip(sizes, found, strict=True)
+            f"{group}, {samples} samples"
+            if sizes.count(samples) == 1
+            else f"{group}, {_channel_names(members)}"
+            for samples, (_, members) in zip(sizes, parts, strict=True)
         ]
-    for name, (sampling, members) in zip(numbered(names), found, strict=True):
+    for name, (sampling, members) in zip(numbered(names), parts, strict=True):
         yield _part(name, sampling, members)
 
 
-def _listed(channels: Sequence[WaveChannel]) -> str:
+def _channel_names(channels: Sequence[WaveChannel]) -> str:
     return ", ".join(channel.name for channel in channels[:5])[:80]
 
 
 def _part(name: str, sampling: Sampling | None, members: Sequence[WaveChannel]) -> FilePart:
-    names, units = [one.name for one in members], [one.unit for one in members]
+    names, units = [channel.name for channel in members], [channel.unit for channel in members]
     samples = members[0].samples
     # A channel of times is more exact than an interval.
     if (
         sampling is None
         or not sampling.step
-        or any(one.is_time or match_quality(one.name, "time") for one in members)
+        or any(channel.is_time or match_quality(channel.name, "time") for channel in members)
     ):
         return FilePart(name, names, units, samples, lambda i: members[i].load())
     time = sampling.first + sampling.step * np.arange(samples)
-    without = [one for one in members if one.sampling is None or not one.sampling.step]
+    without = [channel for channel in members if channel.sampling is None or not channel.sampling.step]
     remarks = []
     if without:
         remarks.append(
-            f"no sampling interval is stated of {_listed(without)}; as many samples as the other channels of the group "
-            f"are read at their times, every {sampling.step:.6g} s"
+            f"no sampling interval is stated of {_channel_names(without)}; as many samples as the other channels of "
+            f"the group are read at their times, every {sampling.step:.6g} s"
         )
     return FilePart(
         name,

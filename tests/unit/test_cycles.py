@@ -92,7 +92,7 @@ def test_a_cycle_after_others_that_are_left_out_sets_out_from_its_own_first_samp
     path = Curve("axial", q, 100.0 * q, late)
     found = [replace(b, cycle={1: 2, 2: 6}[b.cycle]) for b in segment(q, late)]
     assert [b.kind for b in found] == ["loading", "unloading"] * 2
-    first, second = cycles_along(path, path.force, found=found)
+    first, second = cycles_along(path, path.force, segments=found)
     assert (first.number, second.number) == (2, 6)
     assert first.rate == pytest.approx(0.1)
     assert second.rate == pytest.approx(0.1)

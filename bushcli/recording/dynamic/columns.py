@@ -70,13 +70,13 @@ class ColumnGroup:
 
 def is_dynamic(table: Table, source: DynamicSource) -> bool:
     """Whether a table has columns of which K' and K'' may be made."""
-    return any(key in MEASURED for key in (*source.columns, *(one.quantity for one in meanings(table))))
+    return any(key in MEASURED for key in (*source.columns, *(column.quantity for column in meanings(table))))
 
 
 def meanings(table: Table) -> list[ColumnName]:
     """Return the meaning of each column; a condition in the row of units, or in a row above, is one of its columns."""
-    found, width = [], len(table.names)
-    over: dict[int, str] = {}
+    columns, width = [], len(table.names)
+    titles: dict[int, str] = {}
     above: dict[int, tuple[Stated, ...]] = {}
     # A row of lengths above the names may have been taken for one of units. What a line has for a column, a quantity,
     # ``Kdyn [N/mm]`` above ``0 N``, ``500 N``, or a condition, holds until the next one of the line.
@@ -84,22 +84,26 @@ def meanings(table: Table) -> list[ColumnName]:
         lines = [fields for fields in _fields(text) if 1 < len(fields) <= width]
         for fields in lines:
             if any(meaning(field).quantity in MEASURED for field in fields if field):
-                over |= {i: title for i, title in enumerate(_carried(fields, width)) if title}
-        known = next((row for fields in lines if len(row := _conditions_in(fields)) > 1), {})
+                titles |= {i: title for i, title in enumerate(_carry_fields(fields, width)) if title}
+        conditions_of_row = next((row for fields in lines if len(row := _conditions_in(fields)) > 1), {})
         last: Stated | None = None
         for i in range(width):
-            last = known.get(i, last)
+            last = conditions_of_row.get(i, last)
             if last is not None:
                 above[i] = (*above.get(i, ()), last)
     # Above conditions a name in merged cells holds until the next one.
-    for i, name in enumerate(_carried(table.names, width) if above else table.names):
-        own = condition_of(name)
-        said = meaning(
-            over.get(i, name) if own else name, "" if condition_of(table.units[i]) else table.units[i]
+    for i, name in enumerate(_carry_fields(table.names, width) if above else table.names):
+        condition = condition_of(name)
+        column = meaning(
+            titles.get(i, name) if condition else name, "" if condition_of(table.units[i]) else table.units[i]
         )
-        conditions = (*said.conditions, *((own,) if own and i in over else ()), *above.get(i, ()))
-        found.append(replace(said, conditions=conditions))
-    return found
+        conditions = (
+            *column.conditions,
+            *((condition,) if condition and i in titles else ()),
+            *above.get(i, ()),
+        )
+        columns.append(replace(column, conditions=conditions))
+    return columns
 
 
 def _fields(text: str) -> list[list[str]]:
@@ -107,7 +111,7 @@ def _fields(text: str) -> list[list[str]]:
     return [[field.strip() for field in text.split(delimiter)] for delimiter in ";\t,|"]
 
 
-def _carried(fields: Sequence[str], width: int) -> list[str]:
+def _carry_fields(fields: Sequence[str], width: int) -> list[str]:
     """Return the fields of a row, each of which holds until the next one."""
     carried: list[str] = []
     for i in range(width):
@@ -118,26 +122,30 @@ def _carried(fields: Sequence[str], width: int) -> list[str]:
 def _conditions_in(fields: Sequence[str]) -> dict[int, Stated]:
     """Return the conditions in a row, by column: ``0 N;500 N``, or ``Preload [N];0;500``, whose label has the unit."""
     label = meaning(fields[0]) if fields and fields[0] else ColumnName("")
-    said = label.quantity if label.quantity in CONDITIONS else ""
-    found: dict[int, Stated] = {}
+    quantity = label.quantity if label.quantity in CONDITIONS else ""
+    conditions: dict[int, Stated] = {}
     for i, field in enumerate(fields):
-        one = condition_of(field) if field else None
-        if one is not None:
-            found[i] = replace(one, quantity=said) if said and one.quantity == ACROSS else one
-        elif i and field and said and label.unit is not None:
+        condition = condition_of(field) if field else None
+        if condition is not None:
+            conditions[i] = (
+                replace(condition, quantity=quantity)
+                if quantity and condition.quantity == ACROSS
+                else condition
+            )
+        elif i and field and quantity and label.unit is not None:
             number = next((to_float(field, sign) for sign in ".," if is_number(field, sign)), math.nan)
             if not math.isfinite(number):
                 return {}
-            found[i] = Stated(said, number, label.unit, label.peak)
-    return found
+            conditions[i] = Stated(quantity, number, label.unit, label.peak)
+    return conditions
 
 
 def with_names_above(table: Table) -> Table:
     """Return a table whose names are units, as ``Hz;Ns/mm``, with the line above them as its names."""
     unnamed = table.preamble and all(read_unit(name) for name in table.names if name)
     for fields in _fields(table.preamble[-1][1]) if unnamed else ():
-        found = {meaning(field).quantity for field in fields}
-        if len(fields) == len(table.names) and "frequency" in found and found & set(MEASURED):
+        quantities = {meaning(field).quantity for field in fields}
+        if len(fields) == len(table.names) and "frequency" in quantities and quantities & set(MEASURED):
             table = replace(table, names=tuple(fields), units=table.names, preamble=table.preamble[:-1])
             break
     return table
@@ -154,55 +162,58 @@ def with_conditions_above(table: Table) -> Table:
     fields = [table.text(0, i).strip() for i in range(width)]
     if is_number(fields[0], table.decimal) or len(_conditions_in(fields)) < 2:
         return table
-    units, preamble = _carried(table.units, width), (*table.preamble, (table.line(0), ";".join(fields)))
+    units, preamble = _carry_fields(table.units, width), (*table.preamble, (table.line(0), ";".join(fields)))
     return replace(table.of_rows(np.arange(1, len(table))), units=tuple(units), preamble=preamble)
 
 
 def groups(table: Table, source: DynamicSource, mode: Mode) -> list[ColumnGroup]:
     """Return the groups of columns of a table: one, or one for each condition that the columns' names have."""
-    found = meanings(table)
+    names = meanings(table)
     chosen = {key: chosen_index(table, column) for key, column in source.columns.items()}
     for key, index in chosen.items():
-        found[index] = replace(found[index], quantity=key)
-    for i, one in enumerate(found):
-        if one.quantity in chosen and chosen[one.quantity] != i:
-            found[i] = replace(one, quantity="")
-    for i, one in enumerate(found):
-        if one.quantity and any(c.quantity == ACROSS for c in one.conditions):
+        names[index] = replace(names[index], quantity=key)
+    for i, name in enumerate(names):
+        if name.quantity in chosen and chosen[name.quantity] != i:
+            names[i] = replace(name, quantity="")
+    for i, name in enumerate(names):
+        if name.quantity and any(condition.quantity == ACROSS for condition in name.conditions):
             if source.across is None:
                 what = "the columns' names have a length or a strain; it may be the amplitude or the preload"
                 raise table.refused(what, 'across = "amplitude" or "preload" in the recording\'s table')
-            known = (
-                replace(c, quantity=source.across) if c.quantity == ACROSS else c for c in one.conditions
+            conditions_of_name = (
+                replace(condition, quantity=source.across) if condition.quantity == ACROSS else condition
+                for condition in name.conditions
             )
-            found[i] = replace(one, conditions=tuple(known))
+            names[i] = replace(name, conditions=tuple(conditions_of_name))
     conditioned: dict[tuple[tuple[str, float], ...], list[int]] = {}
-    for i, one in enumerate(found):
-        if one.quantity:
-            values = sorted((c.quantity, c.value) for c in one.conditions)
+    for i, name in enumerate(names):
+        if name.quantity:
+            values = sorted((condition.quantity, condition.value) for condition in name.conditions)
             conditioned.setdefault(tuple(values), []).append(i)
     shared = conditioned.pop((), [])
-    if not any(found[i].quantity in MEASURED for columns in conditioned.values() for i in columns):
-        shared, conditioned = [i for i, one in enumerate(found) if one.quantity], {(): []}
-    made = []
+    if not any(names[i].quantity in MEASURED for columns in conditioned.values() for i in columns):
+        shared, conditioned = [i for i, name in enumerate(names) if name.quantity], {(): []}
+    column_groups = []
     for columns in conditioned.values():
-        own = {found[i].quantity for i in columns}
-        taken = [*columns, *(i for i in shared if found[i].quantity not in own)]
-        conditions = {c.quantity: c for i in columns or shared for c in found[i].conditions}
-        made.append(ColumnGroup(_unique(table, taken, found, mode), conditions))
-    return made
+        quantities = {names[i].quantity for i in columns}
+        members = [*columns, *(i for i in shared if names[i].quantity not in quantities)]
+        conditions = {
+            condition.quantity: condition for i in columns or shared for condition in names[i].conditions
+        }
+        column_groups.append(ColumnGroup(_unique(table, members, names, mode), conditions))
+    return column_groups
 
 
 def _unique(
-    table: Table, columns: Sequence[int], found: Sequence[ColumnName], mode: Mode
+    table: Table, columns: Sequence[int], names: Sequence[ColumnName], mode: Mode
 ) -> dict[str, tuple[int, ColumnName]]:
     """Return one column for each quantity: not a set value beside the measured one, not a unit of another specimen."""
-    own: dict[str, tuple[int, ColumnName]] = {}
-    for quantity, count in Counter(found[i].quantity for i in columns).items():
-        among = [i for i in columns if found[i].quantity == quantity]
+    unique: dict[str, tuple[int, ColumnName]] = {}
+    for quantity, count in Counter(names[i].quantity for i in columns).items():
+        among = [i for i in columns if names[i].quantity == quantity]
         if count > 1:
             kinds = suited_kinds(quantity, mode)
-            suited = [i for i in among if (unit := found[i].unit) is None or unit.kind in kinds]
+            suited = [i for i in among if (unit := names[i].unit) is None or unit.kind in kinds]
             words = {i: set(re.split(r"[\W_]+", table.names[i].lower())) - _OWN_WORDS for i in among}
             measured = [i for i in suited or among if not any(map(is_foreign, words[i]))]
             among = measured or suited or among
@@ -212,8 +223,8 @@ def _unique(
             what = f"{several} could each be the {quantity.replace('_', ' ')}"
             expected = f"name one, or give its number: columns = {{{quantity} = ...}} in the case file"
             raise table.refused(what, expected)
-        own[quantity] = (among[0], found[among[0]])
-    return own
+        unique[quantity] = (among[0], names[among[0]])
+    return unique
 
 
 def suited_kinds(quantity: str, mode: Mode) -> frozenset[str]:
@@ -228,15 +239,15 @@ def suited_kinds(quantity: str, mode: Mode) -> frozenset[str]:
 
 
 def numbers(
-    table: Table, index: int, said: ColumnName, quantity: str, source: DynamicSource, mode: Mode
+    table: Table, index: int, column: ColumnName, quantity: str, source: DynamicSource, mode: Mode
 ) -> tuple[Array, str]:
     """Return a column in internal units, and a remark where its unit was understood from its values."""
     values = table.numbers(index)
     remark, key = "", quantity if quantity != "modulus" else "stiffness"
     given = source.units.get(key)
-    unit = said.unit if given is None else read_unit(given)
+    unit = column.unit if given is None else read_unit(given)
     kinds = suited_kinds(quantity, mode)
-    proposed = next(_PROPOSED[one] for one in (quantity, *sorted(kinds, reverse=True)) if one in _PROPOSED)
+    proposed = next(_PROPOSED[kind] for kind in (quantity, *sorted(kinds, reverse=True)) if kind in _PROPOSED)
     remedy = f"units = {{{key} = {proposed[0]}}} or {proposed[1]} in the recording's table of the case file"
     if given is not None and unit is None:
         what = f"{table.label(index)}: {given!r} is not a unit of the {quantity.replace('_', ' ')}"
@@ -251,7 +262,7 @@ def numbers(
         raise table.refused(what, remedy)
     if unit.kind not in kinds:
         article = "an" if unit.kind[0] in "aeiou" else "a"
-        where = f"{table.label(index)}: {said.written or given} is a unit of {article} {unit.kind}"
+        where = f"{table.label(index)}: {column.written or given} is a unit of {article} {unit.kind}"
         what = f"{where}, and the {quantity.replace('_', ' ')} in mode {mode.name} is not one"
         expected = f"columns = {{{key} = ...}}, if another column is meant"
         if unit.kind == "stress":
@@ -262,18 +273,24 @@ def numbers(
 
 def above(table: Table) -> dict[str, Stated]:
     """Return the conditions that the lines above a table state for all its rows, by quantity."""
-    found = [one for _, text in table.preamble if (one := stated(text, table.decimal)) is not None]
-    return {one.quantity: one for one in found}
+    conditions = [
+        condition for _, text in table.preamble if (condition := stated(text, table.decimal)) is not None
+    ]
+    return {condition.quantity: condition for condition in conditions}
 
 
 def between(table: Table, quantity: str) -> list[tuple[int, Stated]]:
     """Return the conditions of a quantity that lines between the rows state for the rows below, with their lines."""
-    found = ((line, stated(text, table.decimal)) for line, text in table.between)
-    return [(line, one) for line, one in found if one is not None and one.quantity == quantity]
+    conditions = ((line, stated(text, table.decimal)) for line, text in table.between)
+    return [
+        (line, condition)
+        for line, condition in conditions
+        if condition is not None and condition.quantity == quantity
+    ]
 
 
 def with_values(table: Table, group: ColumnGroup) -> Table:
     """Return the rows of a table in which a group of columns has values."""
-    columns = [i for i, one in group.columns.values() if one.quantity in MEASURED or one.conditions]
-    kept = [row for row in range(len(table)) if any(table.text(row, i) for i in columns)]
-    return table if len(kept) == len(table) else table.of_rows(np.array(kept, dtype=np.int_))
+    columns = [i for i, column in group.columns.values() if column.quantity in MEASURED or column.conditions]
+    rows = [row for row in range(len(table)) if any(table.text(row, i) for i in columns)]
+    return table if len(rows) == len(table) else table.of_rows(np.array(rows, dtype=np.int_))

@@ -83,20 +83,20 @@ def bursts(time: Array, displacement: Array) -> list[tuple[float, float, float]]
     )
     ranges = np.abs(np.diff(displacement[turns]))
     halves = np.diff(crossings)
-    found, first = [], 0
+    stretches, first = [], 0
     for last in range(1, len(halves) + 1):
-        alike = last < len(halves) and (
+        is_periodic = last < len(halves) and (
             abs(halves[last] / np.median(halves[first:last]) - 1.0) < _ALIKE
             and abs(ranges[last + 1] / np.median(ranges[first : last + 1]) - 1.0) < _ALIKE
         )
-        if alike:
+        if is_periodic:
             continue
         count = last - first
         if count >= 2 * _FEWEST_PERIODS - 1:
-            begin, end = crossings[first], crossings[last]
-            found.append((float(begin), float(end), 0.5 * count / float(end - begin)))
+            start, end = crossings[first], crossings[last]
+            stretches.append((float(start), float(end), 0.5 * count / float(end - start)))
         first = last
-    return found
+    return stretches
 
 
 def _crossing(time: Array, values: Array, a: int, b: int, level: float) -> float:
@@ -119,31 +119,34 @@ def harmonics(
     inside = (time >= begin + left_out / frequency) & (time <= end)
     if np.count_nonzero(inside) < 8:
         return None
-    frequency = _refined(time[inside], displacement[inside], frequency)
+    frequency = _refine_frequency(time[inside], displacement[inside], frequency)
     start = begin + left_out / frequency
     periods = math.floor((end - start) * frequency + 1e-6)
     if periods < 1:
         return None
     used = (time >= start) & (time < start + periods / frequency)
-    t, q, big = time[used], displacement[used], force[used]
+    t, q, forces = time[used], displacement[used], force[used]
     most = int(min(_HARMONICS, 0.4 * len(t) / periods))
     if most < 1 or len(t) < 2 * most + 6:
         return None
     design = _design(t, frequency, most, 3 if periods >= 4 else 1)
-    one, moved_error = _fitted(design, q)
-    two, force_error = _fitted(design, big)
-    first = [complex(c[0], -c[1]) for c in (one, two)]
-    stiffness = first[1] / first[0]
-    error = math.hypot(force_error, abs(stiffness) * moved_error) / abs(first[0])
+    motion, moved_error = _fit_harmonics(design, q)
+    response, force_error = _fit_harmonics(design, forces)
+    fundamental = [complex(c[0], -c[1]) for c in (motion, response)]
+    stiffness = fundamental[1] / fundamental[0]
+    error = math.hypot(force_error, abs(stiffness) * moved_error) / abs(fundamental[0])
     third = [
         math.hypot(*c[4:6]) / abs(f) if most >= 3 else math.nan
-        for c, f in zip((one, two), first, strict=True)
+        for c, f in zip((motion, response), fundamental, strict=True)
     ]
     waves = design[:, : 2 * most]
-    mean = (float(np.mean(q - waves @ one[: 2 * most])), float(np.mean(big - waves @ two[: 2 * most])))
+    mean = (
+        float(np.mean(q - waves @ motion[: 2 * most])),
+        float(np.mean(forces - waves @ response[: 2 * most])),
+    )
     return Harmonics(
         frequency,
-        abs(first[0]),
+        abs(fundamental[0]),
         stiffness,
         error,
         third[1],
@@ -161,32 +164,32 @@ def _design(time: Array, frequency: float, most: int, drift: int) -> Array:
     return np.column_stack([*waves, *(scaled**k for k in range(drift + 1))])
 
 
-def _fitted(design: Array, values: Array) -> tuple[Array, float]:
+def _fit_harmonics(design: Array, values: Array) -> tuple[Array, float]:
     """Return the coefficients, and the standard error of the first harmonic's parts from the residual.
 
     Neighbouring residuals of a fast logger are correlated: the error counts as many independent samples as an
     autoregression of first order has.
     """
-    found = np.asarray(np.linalg.lstsq(design, values, rcond=None)[0], dtype=np.float64)
-    residual = values - design @ found
+    coefficients = np.asarray(np.linalg.lstsq(design, values, rcond=None)[0], dtype=np.float64)
+    residual = values - design @ coefficients
     free = max(len(values) - design.shape[1], 1)
     variance = float(residual @ residual) / free
     lag = float(residual[1:] @ residual[:-1]) / max(float(residual @ residual), 1e-300)
-    alike = (1.0 + min(max(lag, 0.0), 0.999)) / (1.0 - min(max(lag, 0.0), 0.999))
-    return found, math.sqrt(variance * alike * 2.0 / len(values))
+    inflation = (1.0 + min(max(lag, 0.0), 0.999)) / (1.0 - min(max(lag, 0.0), 0.999))
+    return coefficients, math.sqrt(variance * inflation * 2.0 / len(values))
 
 
-def _refined(time: Array, values: Array, frequency: float) -> float:
+def _refine_frequency(time: Array, values: Array, frequency: float) -> float:
     """Return the frequency whose harmonics fit the displacement best, by Gauss-Newton's method."""
     most = int(min(3, max(1, 0.4 * len(time) / max((time[-1] - time[0]) * frequency, 1.0))))
     length = float(time[-1] - time[0])
     for _ in range(20):
         design = _design(time, frequency, most, 1)
-        found, *_ = np.linalg.lstsq(design, values, rcond=None)
+        coefficients, *_ = np.linalg.lstsq(design, values, rcond=None)
         phase = 2.0 * np.pi * frequency * (time - time[0])
         slope = np.zeros_like(time)
         for k in range(1, most + 1):
-            a, b = found[2 * k - 2 : 2 * k]
+            a, b = coefficients[2 * k - 2 : 2 * k]
             slope += k * 2.0 * np.pi * (time - time[0]) * (b * np.cos(k * phase) - a * np.sin(k * phase))
         both, *_ = np.linalg.lstsq(np.column_stack([design, slope]), values, rcond=None)
         step = float(both[-1])

@@ -23,12 +23,12 @@ from cases.mode import modes
 def read_loops(source: DynamicSource, plain: Source, tables: TableCache) -> list[TablePart]:
     """Return the rows that the sine bursts of a file give."""
     mode = modes()[source.mode]
-    own = {key: value for key, value in source.columns.items() if key in LOOP_COLUMNS}
+    columns = {key: value for key, value in source.columns.items() if key in LOOP_COLUMNS}
     units = {key: value for key, value in source.units.items() if key in LOOP_COLUMNS}
     try:
-        record = read_recording(replace(plain, columns=own, units=units), tables)  # type: ignore[arg-type]
+        record = read_recording(replace(plain, columns=columns, units=units), tables)  # type: ignore[arg-type]
     except RecordingError as error:
-        if own:
+        if columns:
             raise
         what = "is no table of dynamic stiffness (frequency, and two of |K*|, K', K'', loss angle, tan delta, damping)"
         what += f"; and as loops of time, displacement and force it cannot be read: {error}"
@@ -41,41 +41,41 @@ def read_loops(source: DynamicSource, plain: Source, tables: TableCache) -> list
         raise plain.refused(what, "columns = {time = ...} in the case file")
     time, moved, force = record.time, record.displacement, record.force
     fitted = [
-        one for burst in bursts(time, moved) if (one := harmonics(time, moved, force, burst)) is not None
+        fit for burst in bursts(time, moved) if (fit := harmonics(time, moved, force, burst)) is not None
     ]
-    sines = [one for one in fitted if not one.third_motion > LARGEST_THIRD]
+    sines = [fit for fit in fitted if not fit.third_motion > LARGEST_THIRD]
     if not sines:
         what = f"has {'no sine, but other periodic motions' if fitted else 'no burst of at least three equal periods'}"
         expected = (
             "bursts of constant frequency and amplitude; a sweep of frequency, or a triangle, gives no K*"
         )
         raise plain.refused(what, expected)
-    said = [
+    remarks = [
         f"{plain.file.name}: {len(sines)} sine bursts give a row each, by a fit of harmonics to whole periods"
     ]
     if len(fitted) > len(sines):
-        said.append(
+        remarks.append(
             f"{plain.file.name}: {len(fitted) - len(sines)} periodic motions that are no sine are left out"
         )
     temperature = source.temperature
     if temperature is None:
-        table = opened(plain, list(own.values()), tables)
+        table = opened(plain, list(columns.values()), tables)
         stated = above(table).get("temperature") if isinstance(table, Table) else None
         temperature = np.nan if stated is None else stated.value
-    complex_ = np.array([one.stiffness for one in sines])
+    complex_ = np.array([sine.stiffness for sine in sines])
     arrays = {
-        "frequency": np.array([one.frequency for one in sines]),
+        "frequency": np.array([sine.frequency for sine in sines]),
         "storage": complex_.real,
         "loss": complex_.imag,
-        "amplitude": np.array([one.amplitude for one in sines]),
-        "preload": np.array([one.mean[0] for one in sines]),
-        "preload_force": np.array([one.mean[1] for one in sines]),
+        "amplitude": np.array([sine.amplitude for sine in sines]),
+        "preload": np.array([sine.mean[0] for sine in sines]),
+        "preload_force": np.array([sine.mean[1] for sine in sines]),
         "temperature": np.full(len(sines), temperature),
-        "storage_error": np.array([one.error for one in sines]),
-        "loss_error": np.array([one.error for one in sines]),
-        "third_harmonic": np.array([one.third for one in sines]),
+        "storage_error": np.array([sine.error for sine in sines]),
+        "loss_error": np.array([sine.error for sine in sines]),
+        "third_harmonic": np.array([sine.third for sine in sines]),
     }
-    places = tuple(f"{plain.file}, {one.span[0]:.4g} to {one.span[1]:.4g} s" for one in sines)
+    places = tuple(f"{plain.file}, {sine.span[0]:.4g} to {sine.span[1]:.4g} s" for sine in sines)
     refuse_rows(
         complex_.real <= 0.0,
         places,
@@ -83,4 +83,4 @@ def read_loops(source: DynamicSource, plain: Source, tables: TableCache) -> list
         "put the sign of the force right in the file; or the fixture's inertia is larger than the stiffness",
     )
     modulus: Literal["E", "G", ""] = "" if mode.specimen == "bushing" else "G" if mode.sheared else "E"
-    return [TablePart(arrays, places, tuple(said), modulus)]
+    return [TablePart(arrays, places, tuple(remarks), modulus)]

@@ -189,60 +189,60 @@ def meaning(name: str, unit: str = "") -> ColumnName:
     """Return the meaning of the name of a column."""
     conditions = tuple(map(_condition, _CONDITION.finditer(name)))
 
-    def kept(found: re.Match[str]) -> str:
+    def condition_word(match: re.Match[str]) -> str:
         # Of a condition its word is kept if it is the column's, "Kdyn 500 N", not the number's, "preload 5 N".
-        key = (found["key"] or "").lower()
+        key = (match["key"] or "").lower()
         own = _quantity(key, None) in CONDITIONS or key in ("a", "at", "bei")
-        return " " if own else f" {found['key'] or ''} "
+        return " " if own else f" {match['key'] or ''} "
 
-    text, written, known = next(_apart(_CONDITION.sub(kept, name)))
+    text, written, unit_of_name = next(_apart(_CONDITION.sub(condition_word, name)))
     if unit.strip() and (row := read_unit(unit)) is not None:
-        written, known = unit, row
+        written, unit_of_name = unit, row
     plain = text.replace("_", " ")
     modulus: Literal["E", "G", ""] = "G" if _SHEAR.search(plain) else "E" if _TENSILE.search(plain) else ""
     text = _MAGNITUDE.sub(r" \1 complex ", text)
     text = _PRIMED.sub(lambda m: f" {m[1]} {_SIGNED.get(m[2], 'storage')} ", text)
     words = _words(text)
-    quantity = "stiffness" if _OWN.fullmatch(name.strip()) else _quantity(words, known)
-    quantity = quantity or _quantity(" ".join(_DOUBLE.sub(" ", _PEAK.sub(" ", words)).split()), known)
-    if not quantity and known is not None:
+    quantity = "stiffness" if _OWN.fullmatch(name.strip()) else _quantity(words, unit_of_name)
+    quantity = quantity or _quantity(" ".join(_DOUBLE.sub(" ", _PEAK.sub(" ", words)).split()), unit_of_name)
+    if not quantity and unit_of_name is not None:
         # The unit of these is enough, whatever the name of the column.
         sure = ("frequency", "temperature", "damping")
-        quantity = next((one for one in sure if known.kind in KINDS[one]), "")
+        quantity = next((candidate for candidate in sure if unit_of_name.kind in KINDS[candidate]), "")
     if quantity in ("storage", "loss") and _ERRORS.search(words):
         quantity += "_error"
     elif quantity and _ERRORS.search(words):
         quantity = ""
-    if known is not None and quantity and known.kind not in KINDS[quantity]:
+    if unit_of_name is not None and quantity and unit_of_name.kind not in KINDS[quantity]:
         # A preload in N is one of force.
-        if known.kind in KINDS["preload_force"]:
+        if unit_of_name.kind in KINDS["preload_force"]:
             quantity = {"preload": "preload_force", "amplitude": ""}.get(quantity, quantity)
-        elif quantity == "modulus" and known.kind in KINDS["damping"]:
+        elif quantity == "modulus" and unit_of_name.kind in KINDS["damping"]:
             quantity = "damping"
     peak = _peak(words) if quantity == "amplitude" else ""
-    return ColumnName(quantity, known, written, peak, modulus, conditions)
+    return ColumnName(quantity, unit_of_name, written, peak, modulus, conditions)
 
 
 def stated(line: str, decimal: str = "") -> Stated | None:
     """Return the condition that a line above a table states, ``Preload: 500 N``, ``Frequency;10;Hz``; or None."""
-    found = _STATED.match(line)
-    if found is None:
+    match = _STATED.match(line)
+    if match is None:
         return None
-    said = meaning(found["key"], found["unit"])
-    if said.quantity not in CONDITIONS or said.unit is None:
+    column = meaning(match["key"], match["unit"])
+    if column.quantity not in CONDITIONS or column.unit is None:
         return None
     # "(peak)" behind the number is said of it, unless there is more, such as another range.
-    behind = _words(re.split(r"[:=;\t]", found["rest"])[0])
-    peak = said.peak if _PEAK.sub(" ", _DOUBLE.sub(" ", behind)).split() else _peak(behind) or said.peak
-    if "±" in found["number"] or "/" in found["number"]:
+    behind = _words(re.split(r"[:=;\t]", match["rest"])[0])
+    peak = column.peak if _PEAK.sub(" ", _DOUBLE.sub(" ", behind)).split() else _peak(behind) or column.peak
+    if "±" in match["number"] or "/" in match["number"]:
         peak = "peak"
-    return Stated(said.quantity, _number(found["number"], decimal), said.unit, peak)
+    return Stated(column.quantity, _number(match["number"], decimal), column.unit, peak)
 
 
 def condition_of(text: str) -> Stated | None:
     """Return the condition that a whole text is, ``0.1 mm``, ``Preload 500 N``; None for other texts."""
-    found = _CONDITION.fullmatch(text.strip())
-    return None if found is None else _condition(found)
+    match = _CONDITION.fullmatch(text.strip())
+    return None if match is None else _condition(match)
 
 
 def _words(text: str) -> str:
@@ -269,20 +269,24 @@ def _number(text: str, decimal: str = "") -> float:
     return float(re.sub(r"[.,]", "", whole) + (f".{part}" if part else ""))
 
 
-def _condition(found: re.Match[str]) -> Stated:
-    unit = read_unit(found["unit"])
+def _condition(match: re.Match[str]) -> Stated:
+    unit = read_unit(match["unit"])
     assert unit is not None  # the pattern has known units only
-    key = (found["key"] or "").lower()
-    peak: Peak = "peak" if found["sign"] in ("±", "+/-") else ""
-    if found["pp"]:
-        peak = "double" if _peak(found["pp"]) == "double" else "peak"
-    number = _number(found["number"]) * (-1.0 if found["sign"] == "-" else 1.0)
-    named = _quantity(key, unit) if len(key) > 2 else ""
-    quantity = "preload" if named == "preload" else ACROSS
-    if peak or named == "amplitude" or key == "a":
+    key = (match["key"] or "").lower()
+    peak: Peak = "peak" if match["sign"] in ("±", "+/-") else ""
+    if match["pp"]:
+        peak = "double" if _peak(match["pp"]) == "double" else "peak"
+    number = _number(match["number"]) * (-1.0 if match["sign"] == "-" else 1.0)
+    word = _quantity(key, unit) if len(key) > 2 else ""
+    quantity = "preload" if word == "preload" else ACROSS
+    if peak or word == "amplitude" or key == "a":
         quantity = "amplitude"
     # The unit of these is enough.
-    sure = [one for one in ("frequency", "temperature", "preload_force") if unit.kind in KINDS[one]]
+    sure = [
+        candidate
+        for candidate in ("frequency", "temperature", "preload_force")
+        if unit.kind in KINDS[candidate]
+    ]
     return Stated(sure[0], number, unit) if sure else Stated(quantity, number, unit, peak)
 
 
@@ -292,19 +296,19 @@ def _apart(text: str) -> Iterator[tuple[str, str, DynamicUnit | None]]:
     The last one has no unit.
     """
     brackets = re.compile(r"[\[({<]([^\[\](){}<>]*)[\])}>]")
-    for found in reversed(list(brackets.finditer(text))):
-        inside = _BESIDE.sub(" ", found[1]).strip(" ,;")
-        if (known := read_unit(inside)) is not None:
-            said = " ".join(_BESIDE.findall(found[1]))
-            yield f"{text[: found.start()]} {said} {text[found.end() :]}", inside, known
+    for match in reversed(list(brackets.finditer(text))):
+        inside = _BESIDE.sub(" ", match[1]).strip(" ,;")
+        if (unit := read_unit(inside)) is not None:
+            sign = " ".join(_BESIDE.findall(match[1]))
+            yield f"{text[: match.start()]} {sign} {text[match.end() :]}", inside, unit
     bare = brackets.sub(r" \1 ", text)
     per = re.sub(r"(?<=[^\W_])[\s_]+per[\s_]+(?=[^\W_])", "/", bare)
-    for found in re.finditer(r"[\s_,;/]+(?:in\s+)?(±|\+/-)?", per):
-        tail = per[found.end() :].strip(" _,;/")
-        known = read_unit(tail) if tail and found.start() else None
+    for match in re.finditer(r"[\s_,;/]+(?:in\s+)?(±|\+/-)?", per):
+        tail = per[match.end() :].strip(" _,;/")
+        unit = read_unit(tail) if tail and match.start() else None
         # The dash of "E - modulus" is no unit, and neither is the number of "K 1".
-        if known is not None and tail not in ("1", "-", "--"):
-            yield per[: found.start()] + " " + (found[1] or ""), tail, known
+        if unit is not None and tail not in ("1", "-", "--"):
+            yield per[: match.start()] + " " + (match[1] or ""), tail, unit
     yield bare, "", None
 
 

@@ -89,13 +89,13 @@ def read_dynamic(source: DynamicSource, tables: TableCache | None = None) -> Dyn
         lambda row: f"a temperature of {temperature[row]:.4g} degrees C is below absolute zero",
         'units = {temperature = "°C"} or "K"',
     )
-    found = {part.modulus for part in parts} - {""}
-    if len(found) > 1:
+    moduli = {part.modulus for part in parts} - {""}
+    if len(moduli) > 1:
         what = "some files have a modulus E and others a modulus G"
         raise RecordingError(Problem(str(source.files[0]), what, "", "one recording for each"))
     quantity: Quantity = "stiffness"
     if mode.specimen == "coupon":
-        quantity = source.quantity or ("G" if "G" in found else "E")
+        quantity = source.quantity or ("G" if "G" in moduli else "E")
     remarks = tuple(dict.fromkeys(text for part in parts for text in part.remarks))
     return DynamicTable(
         name=source.label,
@@ -121,26 +121,26 @@ def _parts(file: Path, source: DynamicSource, mode: Mode, tables: TableCache) ->
     )
     if set(source.columns) & {"time", "displacement", "force"}:
         return read_loops(source, plain, tables)
-    found = opened(plain, [name for name in source.columns.values() if isinstance(name, str)], tables)
-    every = [found] if isinstance(found, Table) else list(found.tables)
-    every = [with_conditions_above(with_names_above(table)) for table in every]
-    fitting = [table for table in every if is_dynamic(table, source)]
+    contents = opened(plain, [name for name in source.columns.values() if isinstance(name, str)], tables)
+    tables_of_file = [contents] if isinstance(contents, Table) else list(contents.tables)
+    tables_of_file = [with_conditions_above(with_names_above(table)) for table in tables_of_file]
+    fitting = [table for table in tables_of_file if is_dynamic(table, source)]
     if not fitting:
         return read_loops(source, plain, tables)
     parts: list[TablePart] = []
     for table in fitting:
         # A column of conditions alone, such as the mean of all, is no group.
         measured = [group for group in groups(table, source, mode) if set(MEASURED) & set(group.columns)]
-        made = [_part(with_values(table, group), group, source, mode) for group in measured]
+        group_parts = [_part(with_values(table, group), group, source, mode) for group in measured]
         taken = {index for group in measured for index, _ in group.columns.values()}
         unused = [name for i, name in enumerate(table.names) if name and i not in taken]
         if unused:
-            said = f"columns that are not used: {', '.join(unused)}"
-            made[0] = replace(made[0], remarks=(*made[0].remarks, said))
-        parts += made
+            remark = f"columns that are not used: {', '.join(unused)}"
+            group_parts[0] = replace(group_parts[0], remarks=(*group_parts[0].remarks, remark))
+        parts += group_parts
     if len(fitting) > 1:
-        said = f"{file.name}: {len(fitting)} sheets or groups are read together: {listed([t.part for t in fitting])}"
-        parts[0] = replace(parts[0], remarks=(said, *parts[0].remarks))
+        remark = f"{file.name}: {len(fitting)} sheets or groups are read together: {listed([t.part for t in fitting])}"
+        parts[0] = replace(parts[0], remarks=(remark, *parts[0].remarks))
     return parts
 
 
@@ -152,9 +152,9 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
     arrays: dict[str, Array] = {}
     # All that is asked is asked at once.
     asked: list[Problem] = []
-    for quantity, (index, said) in group.columns.items():
+    for quantity, (index, column) in group.columns.items():
         try:
-            arrays[quantity], remark = numbers(table, index, said, quantity, source, mode)
+            arrays[quantity], remark = numbers(table, index, column, quantity, source, mode)
             remarks += [remark] if remark else []
         except RecordingError as error:
             asked += error.problems
@@ -167,10 +167,10 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
         raise RecordingError(*asked)
     for quantity in CONDITIONS:
         if quantity not in arrays:
-            arrays[quantity] = np.full(len(table), _stated(table, quantity, stated, source, mode))
-            for line, one in between(table, quantity) if quantity not in group.conditions else ():
+            arrays[quantity] = np.full(len(table), _stated_value(table, quantity, stated, source, mode))
+            for line, condition in between(table, quantity) if quantity not in group.conditions else ():
                 below = np.array([table.line(row) > line for row in range(len(table))])
-                arrays[quantity][below] = _stated(table, quantity, {quantity: one}, source, mode)
+                arrays[quantity][below] = _stated_value(table, quantity, {quantity: condition}, source, mode)
     arrays["amplitude"] = np.abs(arrays["amplitude"]) * (0.5 if peak == "double" else 1.0)
     places = tuple(table.place(row) for row in range(len(table)))
     # Moduli may come from shifts along temperature, which reach any frequency.
@@ -203,42 +203,41 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
     unknown = np.full(len(table), np.nan)
     arrays |= {"storage": storage, "loss": loss, "third_harmonic": unknown}
     arrays = {key: arrays.get(key, unknown) for key in _ARRAYS}
-    moduli = {said.modulus for quantity, (_, said) in group.columns.items() if quantity in MEASURED} - {""}
+    moduli = {name.modulus for quantity, (_, name) in group.columns.items() if quantity in MEASURED} - {""}
     modulus: Literal["E", "G", ""] = next(iter(moduli)) if len(moduli) == 1 else ""
     return TablePart(arrays, places, (*remarks, *said_of), modulus)
 
 
-def _stated(
+def _stated_value(
     table: Table, quantity: str, stated: Mapping[str, Stated], source: DynamicSource, mode: Mode
 ) -> float:
     """Return a condition of all rows, as the case file or else the file states it, in internal units; or nan."""
     given = getattr(source, quantity)
-    found = stated.get(quantity) if given is None else None
-    if found is not None and found.unit.kind not in suited_kinds(quantity, mode):
-        what = f"states a {quantity.replace('_', ' ')} in a unit of a {found.unit.kind}, which mode {mode.name} has not"
+    condition = stated.get(quantity) if given is None else None
+    if condition is not None and condition.unit.kind not in suited_kinds(quantity, mode):
+        unit = f"a unit of a {condition.unit.kind}, which mode {mode.name} has not"
+        what = f"states a {quantity.replace('_', ' ')} in {unit}"
         raise table.refused(what, f"{quantity} = ... in the recording's table of the case file")
-    return found.value if found is not None else math.nan if given is None else float(given)
+    return condition.value if condition is not None else math.nan if given is None else float(given)
 
 
 def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source: DynamicSource) -> str:
     """Return whether the file's amplitude is the peak or the double amplitude; ask for it where nothing says it."""
     if "amplitude" in group.columns:
-        index, said = group.columns["amplitude"]
-        named, label = said.peak, table.label(index)
+        index, column = group.columns["amplitude"]
+        stated_peak, label = column.peak, table.label(index)
     elif source.amplitude is None and "amplitude" in stated:
-        named, label = stated["amplitude"].peak, "the amplitude that the file states"
+        stated_peak, label = stated["amplitude"].peak, "the amplitude that the file states"
     else:
-        named, label = source.amplitude_is or "peak", ""
-    if source.amplitude_is is not None and named and named != source.amplitude_is:
-        what = (
-            f'{label} is the {named} amplitude, and the case file has amplitude_is = "{source.amplitude_is}"'
-        )
+        stated_peak, label = source.amplitude_is or "peak", ""
+    if source.amplitude_is is not None and stated_peak and stated_peak != source.amplitude_is:
+        what = f'{label} is the {stated_peak} amplitude, and the case file has amplitude_is = "{source.amplitude_is}"'
         raise table.refused(what, "leave amplitude_is out, or name another column")
-    found = source.amplitude_is or named
-    if not found:
+    peak = source.amplitude_is or stated_peak
+    if not peak:
         what = (
             f"{label} may be the peak (half of the travel of a cycle) or the double amplitude (peak to peak)"
         )
         expected = 'amplitude_is = "peak" or "double" in the recording\'s table of the case file'
         raise table.refused(what, expected)
-    return found
+    return peak

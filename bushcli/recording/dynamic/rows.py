@@ -73,7 +73,7 @@ class RecordedTable(Recording):
         """Largest preload or amplitude, mm or rad, and the force that the largest stiffness has there, N or N mm."""
         stiffness = float(self.table.stiffness.max())
         largest = [
-            float(np.nan_to_num(np.abs(one)).max()) for one in (self.displacement, self.table.amplitude)
+            float(np.nan_to_num(np.abs(values)).max()) for values in (self.displacement, self.table.amplitude)
         ]
         travel = max(largest) or 1.0
         return travel, stiffness * travel
@@ -86,8 +86,8 @@ class RecordedTable(Recording):
     @property
     def has_amplitudes(self) -> bool:
         """Whether rows of different amplitudes can be compared."""
-        known = self.table.amplitude[~np.isnan(self.table.amplitude)]
-        return bool(len(known) and known.max() > SPREAD * known.min())
+        amplitudes = self.table.amplitude[~np.isnan(self.table.amplitude)]
+        return bool(len(amplitudes) and amplitudes.max() > SPREAD * amplitudes.min())
 
     @property
     def times(self) -> tuple[float, float]:
@@ -137,7 +137,7 @@ class RecordedTable(Recording):
                 rows
             )
             count += pieces
-        return [int(one) for one in np.tile(number, 2)]
+        return [int(piece) for piece in np.tile(number, 2)]
 
     def curves(self) -> list[tuple[NDArray[np.intp], Array]]:
         """Return the rows of each curve, and their places along it: logarithms of frequency or amplitude."""
@@ -155,12 +155,12 @@ def recorded_table(table: DynamicTable, faulty: NDArray[np.bool_] | None = None)
     faulty : (n,) array of bool, optional
         Rows that do not count.
     """
-    found, count = _scatter(table, np.ones(len(table), dtype=bool) if faulty is None else ~faulty)
+    scatter, count = _scatter(table, np.ones(len(table), dtype=bool) if faulty is None else ~faulty)
     usual, least = np.array([MAGNITUDE, ANGLE]), np.array(_LEAST)
-    known = found > 0.0
+    measured = scatter > 0.0
     # Both are estimates of a logarithm.
-    logs = np.where(known, np.log(np.where(known, found, 1.0)), 0.0) * count + np.log(usual) * _USUAL
-    size = np.maximum(np.exp(logs / (np.where(known, count, 0.0) + _USUAL)), least)
+    logs = np.where(measured, np.log(np.where(measured, scatter, 1.0)), 0.0) * count + np.log(usual) * _USUAL
+    size = np.maximum(np.exp(logs / (np.where(measured, count, 0.0) + _USUAL)), least)
     errors = np.repeat(size[:, None], len(table), axis=1)
     cosine, sine = np.cos(table.loss_angle), np.sin(table.loss_angle)
     along = np.hypot(cosine * table.storage_error, sine * table.loss_error)
@@ -184,15 +184,15 @@ def recorded_table(table: DynamicTable, faulty: NDArray[np.bool_] | None = None)
 
 def _scatter(table: DynamicTable, used: NDArray[np.bool_]) -> tuple[Array, float]:
     """Return the scatter (2,) of ln |K*| and loss angle about smooth curves, zero if unknown; degrees of freedom."""
-    over = table.along
+    place = table.along
     values = np.column_stack([np.log(table.stiffness), table.loss_angle])
     squares: list[Array] = []
     for rows in table.conditions():
-        rows = rows[used[rows] & np.isfinite(over[rows])]
-        rows = rows[np.argsort(over[rows], kind="stable")]
+        rows = rows[used[rows] & np.isfinite(place[rows])]
+        rows = rows[np.argsort(place[rows], kind="stable")]
         for i in range(len(rows) - _ROWS + 1):
             near = rows[i : i + _ROWS]
-            x = over[near] - over[near].mean()
+            x = place[near] - place[near].mean()
             if np.diff(x).min() <= 1e-9:
                 continue
             # The combination of these rows that a cubic does not change, of unit noise.

@@ -78,9 +78,9 @@ def complex_stiffness(columns: StiffnessColumns) -> tuple[Array, Array, tuple[st
         values["loss_angle"] = 0.5 * np.pi - values["loss_angle"]
     remarks: list[str] = []
     if "modulus" in values:
-        named, said = _named(columns, values)
-        values[named] = values.pop("modulus")
-        remarks += said
+        key, readings = _quantity_of_modulus(columns, values)
+        values[key] = values.pop("modulus")
+        remarks += readings
     _refuse_impossible(columns, values)
     pair = next((pair for pair in _PAIRS if set(pair) <= set(values)), None)
     if pair is None and "damping" in values:
@@ -91,9 +91,9 @@ def complex_stiffness(columns: StiffnessColumns) -> tuple[Array, Array, tuple[st
         what = f"K' and K'' need two of |K*|, K', K'', loss angle, tan delta and damping; there is {have}"
         expected = "columns = {storage = ..., loss = ...} in the case file, if others are meant"
         raise columns.table.refused(what, expected)
-    one, two = values[pair[0]], values[pair[1]]
-    two = np.tan(two) if pair[1] == "loss_angle" else two
-    storage, loss = _SOLVED[pair[0], pair[1].replace("loss_angle", "tan_delta")](one, two)
+    first, second = values[pair[0]], values[pair[1]]
+    second = np.tan(second) if pair[1] == "loss_angle" else second
+    storage, loss = _SOLVED[pair[0], pair[1].replace("loss_angle", "tan_delta")](first, second)
     _refuse_contradictions(columns, values, storage, loss, pair)
     if columns.loss_angle_is is None and {"loss_angle", "tan_delta"} & set(pair):
         angle = np.arctan2(loss, storage)
@@ -106,24 +106,24 @@ def complex_stiffness(columns: StiffnessColumns) -> tuple[Array, Array, tuple[st
     return storage, loss, tuple(remarks)
 
 
-def _named(columns: StiffnessColumns, values: Mapping[str, Array]) -> tuple[str, list[str]]:
+def _quantity_of_modulus(columns: StiffnessColumns, values: Mapping[str, Array]) -> tuple[str, list[str]]:
     """Return whether a column that is called stiffness or modulus is |K*| or K', by the others or the case file."""
     label = columns.labels["modulus"]
     if columns.stiffness_is is not None:
         return {"magnitude": "stiffness", "storage": "storage"}[columns.stiffness_is], []
     if "storage" in values or "stiffness" in values:
-        named = "stiffness" if "storage" in values else "storage"
-        return named, [
-            f"{label} is read as {'|K*|' if named == 'stiffness' else chr(75) + chr(39)}: the other one is given too"
+        quantity = "stiffness" if "storage" in values else "storage"
+        return quantity, [
+            f"{label} is read as {'|K*|' if quantity == 'stiffness' else chr(75) + chr(39)}: the other one is given too"
         ]
     tangent = np.tan(values["loss_angle"]) if "loss_angle" in values else values.get("tan_delta")
     if "loss" in values and tangent is not None:
-        one, loss = values["modulus"], values["loss"]
+        modulus, loss = values["modulus"], values["loss"]
         misfit = {
-            "stiffness": np.abs(one * np.sin(np.arctan(tangent)) - loss),
-            "storage": np.abs(one * tangent - loss),
+            "stiffness": np.abs(modulus * np.sin(np.arctan(tangent)) - loss),
+            "storage": np.abs(modulus * tangent - loss),
         }
-        error = {key: float(np.sqrt(np.mean((value / one) ** 2))) for key, value in misfit.items()}
+        error = {key: float(np.sqrt(np.mean((value / modulus) ** 2))) for key, value in misfit.items()}
         best, other = sorted(error, key=lambda key: error[key])
         # With a small loss angle both are the same within their digits, and it makes no difference.
         if error[best] < _TOLERANCE and (error[other] > 3.0 * error[best] or error[other] < 1e-3):
@@ -160,15 +160,15 @@ def _refuse_impossible(columns: StiffnessColumns, values: Mapping[str, Array]) -
     ):
         if key not in values:
             continue
-        own, label = values[key], f"{columns.labels.get(key, symbol)}: {symbol}"
+        column, label = values[key], f"{columns.labels.get(key, symbol)}: {symbol}"
         remedy = "rubber resists and dissipates; delete the row"
         if key == "storage":
             remedy += ", or correct the force by the inertia of the fixture: K' + m omega^2"
         elif key != "stiffness":
             remedy += ", or change the sign of the column, if the rig counts the loss negative"
-        bad = own <= 0.0 if key in ("stiffness", "storage") else own < 0.0
-        said = f"{label} = {own[np.argmax(bad)]:.4g} is not possible"
-        refuse_rows(bad, columns.places, said, remedy, more=True)
+        bad = column <= 0.0 if key in ("stiffness", "storage") else column < 0.0
+        problem = f"{label} = {column[np.argmax(bad)]:.4g} is not possible"
+        refuse_rows(bad, columns.places, problem, remedy, more=True)
 
 
 def _refuse_contradictions(
@@ -191,22 +191,24 @@ def _refuse_contradictions(
         "loss": (loss, size),
         "loss_angle": (np.arctan2(loss, storage), np.ones(len(size))),
         "tan_delta": (loss / storage, 1.0 + (loss / storage) ** 2),
-        "damping": tuple(one / (2.0 * np.pi * columns.frequency) for one in (loss, size)),
+        "damping": tuple(stiffness / (2.0 * np.pi * columns.frequency) for stiffness in (loss, size)),
     }
-    for key, (own, scale) in given.items():
+    for key, (computed, scale) in given.items():
         if key not in values or key in pair:
             continue
         stated = values[key]
-        bad = np.abs(own - stated) > _TOLERANCE * np.abs(scale)
+        bad = np.abs(computed - stated) > _TOLERANCE * np.abs(scale)
         row = int(np.argmax(bad))
-        shown = [np.degrees(v[row]) if key == "loss_angle" else v[row] for v in (own, stated)]
+        shown = [np.degrees(v[row]) if key == "loss_angle" else v[row] for v in (computed, stated)]
         others = " and ".join(pair).replace("_", " ")
-        said = f"{columns.labels.get(key, key)} is {shown[1]:.4g}, and {others} give {shown[0]:.4g}"
+        what = f"{columns.labels.get(key, key)} is {shown[1]:.4g}, and {others} give {shown[0]:.4g}"
         remedy = f"correct or delete the rows; or columns = {{{key} = ...}}, if another column is meant"
         near = 2.0 * _TOLERANCE * np.maximum(np.abs(stated), 1e-12)
         explained = _hypotheses(key, stated, storage, loss, columns.frequency) if np.mean(bad) > 0.5 else {}
-        causes = (cause for cause, one in explained.items() if np.all((np.abs(one - stated) <= near)[bad]))
-        refuse_rows(bad, columns.places, said, next(causes, remedy), more=True)
+        causes = (
+            cause for cause, values in explained.items() if np.all((np.abs(values - stated) <= near)[bad])
+        )
+        refuse_rows(bad, columns.places, what, next(causes, remedy), more=True)
 
 
 _EXCHANGED = "K' and K'' are exchanged: columns = {storage = ..., loss = ...}"
@@ -240,9 +242,9 @@ def _hypotheses(key: str, given: Array, storage: Array, loss: Array, frequency: 
             "the column of K' has |K*|: columns = {stiffness = ...}": np.tan(as_magnitude),
         }
     if key == "damping":
-        own = loss / (2.0 * np.pi * frequency)
+        damping = loss / (2.0 * np.pi * frequency)
         return {
-            'the frequency is in rad/s: units = {frequency = "rad/s"}': 2.0 * np.pi * own,
-            'the damping is in N s/m: units = {damping = "N s/m"}': 1e3 * own,
+            'the frequency is in rad/s: units = {frequency = "rad/s"}': 2.0 * np.pi * damping,
+            'the damping is in N s/m: units = {damping = "N s/m"}': 1e3 * damping,
         }
     return {"the column of |K*| has K': columns = {storage = ...}": storage} if key == "stiffness" else {}

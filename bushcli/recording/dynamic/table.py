@@ -85,17 +85,17 @@ class DynamicTable:
         """Loss angle (n,), rad."""
         return np.arctan2(self.loss, self.storage)
 
-    def rows(self, kept: NDArray[np.bool_] | NDArray[np.intp]) -> DynamicTable:
+    def rows(self, index: NDArray[np.bool_] | NDArray[np.intp]) -> DynamicTable:
         """Return a table of some of the rows.
 
         Parameters
         ----------
-        kept : (n,) array of bool, or array of int
+        index : (n,) array of bool, or array of int
             Mask or indices of the rows.
         """
-        values = {one.name: getattr(self, one.name) for one in fields(self)}
-        values |= {key: value[kept] for key, value in values.items() if isinstance(value, np.ndarray)}
-        values["places"] = tuple(np.array(self.places, dtype=object)[kept]) if self.places else ()
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        values |= {key: value[index] for key, value in values.items() if isinstance(value, np.ndarray)}
+        values["places"] = tuple(np.array(self.places, dtype=object)[index]) if self.places else ()
         return DynamicTable(**values)
 
     def conditions(self) -> list[NDArray[np.intp]]:
@@ -104,13 +104,13 @@ class DynamicTable:
         A frequency sweep is a curve over frequency at one amplitude, an amplitude sweep one over amplitude at one
         frequency; the rows of either are in the order of the file.
         """
-        over = "frequency" if self.over_frequency else "amplitude"
-        kept = [
+        abscissa = "frequency" if self.over_frequency else "amplitude"
+        conditions = [
             key
             for key in ("frequency", "amplitude", "preload", "preload_force", "temperature")
-            if key != over
+            if key != abscissa
         ]
-        keys = np.column_stack([_level(key, getattr(self, key)) for key in kept])
+        keys = np.column_stack([_level(key, getattr(self, key)) for key in conditions])
         _, number = np.unique(keys, axis=0, return_inverse=True)
         number = number.ravel()
         first = sorted(range(number.max() + 1), key=lambda k: int(np.argmax(number == k)))
@@ -140,9 +140,9 @@ def _level(key: str, values: Array) -> Array:
     order = np.argsort(values[~unknown], kind="stable")
     known = values[~unknown][order]
     wide = np.diff(known) > (_KELVINS if key == "temperature" else _SHARE * np.abs(known[1:]))
-    level = np.full(len(values), -1.0)
-    level[np.flatnonzero(~unknown)[order]] = np.concatenate([[0.0], np.cumsum(wide)])[: len(known)]
-    return level
+    levels = np.full(len(values), -1.0)
+    levels[np.flatnonzero(~unknown)[order]] = np.concatenate([[0.0], np.cumsum(wide)])[: len(known)]
+    return levels
 
 
 def refuse_rows(
@@ -156,8 +156,8 @@ def refuse_rows(
     if bad.any():
         row, count = int(np.argmax(bad)), int(np.count_nonzero(bad)) - 1
         rest = f", and likewise in {count} more row{'s' if count > 1 else ''}" if more and count else ""
-        said = what if isinstance(what, str) else what(row)
-        raise RecordingError(Problem(places[row], said + rest, "", remedy))
+        text = what if isinstance(what, str) else what(row)
+        raise RecordingError(Problem(places[row], text + rest, "", remedy))
 
 
 @dataclass(frozen=True)

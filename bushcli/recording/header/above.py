@@ -148,7 +148,7 @@ def stated_units(table: Table, wanted: WantedColumn, explicit: bool = False) -> 
 
     A number before a unit makes it a value, such as the range of a sensor, and no statement.
     """
-    found: list[tuple[int, Unit]] = []
+    statements: list[tuple[int, Unit]] = []
     for number, line in table.preamble:
         if explicit and not (_UNITS.search(line[:LONGEST_LINE]) or _VALUES.match(line)):
             continue
@@ -158,9 +158,9 @@ def stated_units(table: Table, wanted: WantedColumn, explicit: bool = False) -> 
         pairs = [f"{name} [{unit.strip()}]" for name, unit in pairwise(parts) if tabulated_unit(unit)]
         listed = _own((find_unit(part, wanted.measured) for part in _parts(_listing(text) or "")), wanted)
         ways = (pairs, [text], re.split(r"[;\t|]", text), parts)
-        named = (_own([_said(part, wanted) for part in way], wanted) for way in ways)
-        found += [(number, unit) for unit in listed or next(filter(None, named), [])]
-    return found
+        by_name = (_own([_unit_of_part(part, wanted) for part in way], wanted) for way in ways)
+        statements += [(number, unit) for unit in listed or next(filter(None, by_name), [])]
+    return statements
 
 
 def _plain(text: str) -> str:
@@ -220,10 +220,10 @@ def _parts(text: str) -> list[str]:
     return [part for part in parts if part]
 
 
-def _said(part: str, wanted: WantedColumn) -> Unit | None:
+def _unit_of_part(part: str, wanted: WantedColumn) -> Unit | None:
     """Return the unit of a quantity that a part of a line states, such as "Kraft in daN" or "forces are in kN"."""
-    said = ((head.written or head.doubtful) for head in _heads(part) if wanted.quality(head))
-    units = _own((find_unit(texts[0], wanted.measured) for texts in said if len(texts) == 1), wanted)
+    written = ((head.written or head.doubtful) for head in _heads(part) if wanted.quality(head))
+    units = _own((find_unit(texts[0], wanted.measured) for texts in written if len(texts) == 1), wanted)
     return units[0] if units else None
 
 
@@ -242,23 +242,25 @@ def _heads(part: str) -> list[Heading]:
 
 def stated_system(table: Table) -> tuple[int, str] | None:
     """Return the line above a table, its number and words, that names a system of units: "Units: Imperial"; or None."""
-    found = (
+    matches = (
         (number, form.search(text[:LONGEST_LINE])) for number, text in table.preamble for form in _SYSTEMS
     )
-    return next(((number, match[1]) for number, match in found if match), None)
+    return next(((number, match[1]) for number, match in matches if match), None)
 
 
-def stated_unknown(one: NamedColumn) -> tuple[int, str] | None:
+def stated_unknown(column: NamedColumn) -> tuple[int, str] | None:
     """Return the line above a table, its number and words, that states an unknown or unsuitable unit; or None."""
-    lines = ((number, _plain(text)) for number, text in one.table.preamble)
+    lines = ((number, _plain(text)) for number, text in column.table.preamble)
     plain = ((number, text) for number, text in lines if not any(form.search(text) for form in _SYSTEMS))
-    said = ((number, _unknown_of(text, one.wanted) or _unknown_listed(text, one)) for number, text in plain)
-    return next(((number, text[:SHOWN]) for number, text in said if text), None)
+    statements = (
+        (number, _unknown_of(text, column.wanted) or _unknown_listed(text, column)) for number, text in plain
+    )
+    return next(((number, text[:SHOWN]) for number, text in statements if text), None)
 
 
-def _unknown_listed(plain: str, one: NamedColumn) -> str:
+def _unknown_listed(plain: str, column: NamedColumn) -> str:
     """Return what a line lists as units without names, "Units: foo", "Values in V", and what is none of the test."""
-    mode, measured = one.wanted.mode, one.wanted.measured
+    mode, measured = column.wanted.mode, column.wanted.measured
     of_mode = {measured, *(dimension(q, mode.specimen, mode.rotational) for q in _QUANTITIES)}
 
     def is_own(part: str) -> bool:
@@ -269,15 +271,15 @@ def _unknown_listed(plain: str, one: NamedColumn) -> str:
     if label and not any(map(_is_named, _ENDS.split(plain[label.end() :]))):
         parts = [part for part in _parts(_listing(plain) or "") if not part.isdigit()]
         unknown = [part for part in parts if not is_unit(part)]
-        foreign = [part for part in parts if not is_own(part)] if one.wanted.quantity != "time" else []
+        foreign = [part for part in parts if not is_own(part)] if column.wanted.quantity != "time" else []
         # No unit in the list is one of the quantity: of one for each column it is the column's own that is wrong.
-        by_column = len(parts) == len(one.table.names) > 1
-        return parts[one.index] if by_column else " ".join(unknown or foreign)
+        by_column = len(parts) == len(column.table.names) > 1
+        return parts[column.index] if by_column else " ".join(unknown or foreign)
     parts = _parts(_without_words(plain[values.end() :])) if values and not label else []
     single = len(parts) == 1 and not is_unit(parts[0])
     short = single and len(parts[0]) <= _SHORT and parts[0].isalpha()
-    named = 0 < len(parts) <= _MOST and all(find_unit(part, measured) for part in parts)
-    wrong = short or (single and _ALL.match(plain)) or (named and not any(map(is_own, parts)))
+    are_units = 0 < len(parts) <= _MOST and all(find_unit(part, measured) for part in parts)
+    wrong = short or (single and _ALL.match(plain)) or (are_units and not any(map(is_own, parts)))
     return " ".join(parts) if wrong else ""
 
 
@@ -291,23 +293,23 @@ def _unknown_of(plain: str, wanted: WantedColumn) -> str:
     if of_quantity and _UNITS.search(of_quantity[1]) and names(of_quantity[1]):
         return of_quantity[2].strip()
     label = _LABEL.match(plain)
-    found = []
+    unknown = []
     for part in _ENDS.split(plain[label.end() :] if label else plain):
         pair = (_IS_UNIT if label else _IN_UNIT).fullmatch(part)
         if pair and names(pair[1]):
             sure = label or " " not in pair[2] or any(map(tabulated_unit, pair[2].split()))
-            found += [pair[2]] if sure else []
+            unknown += [pair[2]] if sure else []
         for head in _heads(part):
             # "Force: 25 kN" is a value, and a name with words beside it is a sentence.
-            said = [text for text in head.written if label or not text[:1].isdigit() or certain_unit(text)]
-            found += said[:1] if wanted.quality(head) >= 3 and ":" not in part else []
-    return found[0] if found else ""
+            texts = [text for text in head.written if label or not text[:1].isdigit() or certain_unit(text)]
+            unknown += texts[:1] if wanted.quality(head) >= 3 and ":" not in part else []
+    return unknown[0] if unknown else ""
 
 
 def _is_named(part: str) -> bool:
     """Whether a part of a list has the name of a quantity: "Force=N" in "units: Time=s, Force=N"."""
-    named = any(head.quality(kind) for head in _heads(part) for kind in WORDS)
-    return named and len(part) > 1 and not is_unit(part)
+    is_quantity = any(head.quality(kind) for head in _heads(part) for kind in WORDS)
+    return is_quantity and len(part) > 1 and not is_unit(part)
 
 
 @dataclass(frozen=True)
@@ -331,46 +333,46 @@ class StatedFactor:
         """Whether the line lists a factor of a column."""
         return bool(self.by_column) and self.by_column[index] not in (None, 1.0)
 
-    def concerns(self, one: NamedColumn) -> bool:
+    def concerns(self, column: NamedColumn) -> bool:
         """Whether the line certainly speaks of a column that is read."""
         # What the line may be about, without the words of the factor and its numbers: "Force" of "Force scale: 2".
         plain = re.sub(r"\b(?:in|en)\s+(?:\w+s\b|\d+|tausend|hundert).*", " ", self.text)
         words = _ABOUT_FACTOR.sub(" ", _NUMBER.sub(" ", _CALLED.sub(" ", plain))).split()
         singular = (word.removesuffix("s") if len(word) > 4 else word for word in words)
-        named = any(one.wanted.quality(heading(" ".join(said))) >= 2 for said in (words, singular))
+        is_mentioned = any(
+            column.wanted.quality(heading(" ".join(phrase))) >= 2 for phrase in (words, singular)
+        )
         every = _EVERY.search(self.text) is not None
-        spoken = one.wanted.quantity != "time" if every else named
-        return self.is_of(one.index) if self.by_column else spoken
+        spoken = column.wanted.quantity != "time" if every else is_mentioned
+        return self.is_of(column.index) if self.by_column else spoken
 
 
-def refuse_factor(one: NamedColumn, source: Source) -> None:
+def refuse_factor(column: NamedColumn, source: Source) -> None:
     """Refuse a column of which a line above the table states a factor."""
-    for stated in stated_factors(one.table):
-        if stated.concerns(one) and not _CONTAINED.search(stated.text):
-            what = (
-                f'"{stated.text[:SHOWN]}" states a factor of {one.label}; the numbers may contain it already'
-            )
-            unit = one.table.units[one.index] or next(iter(one.head.written), "") or "..."
-            decided = f'units = {{{one.wanted.quantity} = "{unit}"}} in the table of the case file'
+    for stated in stated_factors(column.table):
+        if stated.concerns(column) and not _CONTAINED.search(stated.text):
+            what = f'"{stated.text[:SHOWN]}" states a factor of {column.label}; the numbers may contain it already'
+            unit = column.table.units[column.index] or next(iter(column.head.written), "") or "..."
+            decided = f'units = {{{column.wanted.quantity} = "{unit}"}} in the table of the case file'
             # A path of six motions has no such key.
             decided = decided if source.six is None else "delete the line"
             expected = f"{decided} if they do; otherwise multiply them in the file"
-            raise RecordingError(Problem(f"{one.table.path}:{stated.line}", what, "", expected))
+            raise RecordingError(Problem(f"{column.table.path}:{stated.line}", what, "", expected))
 
 
 def factor_remarks(table: Table, taken: Collection[int]) -> list[str]:
     """Return a remark about each line that states a factor of a column that was read, or that does not say of which."""
     return [
-        f'line {one.line} states a factor ("{one.text[:SHOWN]}"), which was not applied: if the numbers '
+        f'line {factor.line} states a factor ("{factor.text[:SHOWN]}"), which was not applied: if the numbers '
         "of the table still have to be multiplied by it, change them in the file"
-        for one in stated_factors(table)
-        if not one.by_column or any(map(one.is_of, taken))
+        for factor in stated_factors(table)
+        if not factor.by_column or any(map(factor.is_of, taken))
     ]
 
 
 def stated_factors(table: Table) -> list[StatedFactor]:
     """Return the lines above a table that state a factor other than 1."""
-    found = []
+    factors = []
     for number, text in table.preamble:
         text = text[:LONGEST_LINE].strip()
         called = _CALLED.search(text)
@@ -384,14 +386,14 @@ def stated_factors(table: Table) -> list[StatedFactor]:
             verb = called[0].lower().startswith(("multipl", "divid")) or "multiplizier" in called[0].lower()
             bare = _NUMBER if verb or re.search(r"\s(?:of|von)\s*$", called[0]) else _BARE
             numbers = bare.findall(text if verb else text[called.start() :].lstrip("xX×* "))
-        if worded or any(number_of(one) != 1.0 for one in numbers) or set(row) - {None, 1.0}:
-            found.append(StatedFactor(number, text, row))
-    return found
+        if worded or any(number_of(number) != 1.0 for number in numbers) or set(row) - {None, 1.0}:
+            factors.append(StatedFactor(number, text, row))
+    return factors
 
 
 def _row(text: str, width: int) -> tuple[float | None, ...]:
     """Return the factor of each column of a table from a line with a label and a number for each; empty for others."""
-    found: list[tuple[float | None, ...]] = []
+    rows: list[tuple[float | None, ...]] = []
     for delimiter in (r"[;\t|]", ",", r"\s+"):
         label, *fields = [field.strip() for field in re.split(delimiter, text)]
         values = [number_of(field) if re.fullmatch(_N, field) else None for field in fields]
@@ -399,13 +401,13 @@ def _row(text: str, width: int) -> tuple[float | None, ...]:
         whole = all(value is not None or not field for value, field in zip(values, fields, strict=True))
         several = count >= 2 or (count == 1 and delimiter == r"[;\t|]" and len(fields) > 1)
         if several and label and whole and len(values) in (width - 1, width):
-            found.append((*[None] * (width - len(values)), *values))
-    return found[0] if found else ()
+            rows.append((*[None] * (width - len(values)), *values))
+    return rows[0] if rows else ()
 
 
 def rate_remarks(table: Table) -> list[str]:
     """Return a remark about the sampling rates, in Hz, that the lines above a table without a time state."""
-    found = []
+    rates = []
     for number, text in table.preamble:
         for match in _STATEMENT.finditer(text[:LONGEST_LINE]):
             unit = (match["inside"] or match["behind"]).strip()
@@ -415,12 +417,12 @@ def rate_remarks(table: Table) -> list[str]:
             factor = seconds if match["step"] else _HERTZ.get(unit.lower(), 0.0)
             value = number_of(match["value"]) * factor
             if value > 0.0:
-                found.append((1.0 / value if match["step"] else value, number, text.strip()[:SHOWN]))
-    if any(abs(hertz / found[0][0] - 1.0) > _SAME for hertz, _, _ in found):
-        texts = ", ".join(f'line {line} "{text}"' for _, line, text in found)
+                rates.append((1.0 / value if match["step"] else value, number, text.strip()[:SHOWN]))
+    if any(abs(hertz / rates[0][0] - 1.0) > _SAME for hertz, _, _ in rates):
+        texts = ", ".join(f'line {line} "{text}"' for _, line, text in rates)
         return [f"sampling rates that contradict are stated above the table, and not used ({texts})"]
     return [
         f'line {line} states a sampling rate ("{text}"), which is not used: '
         f"give sample_rate = {hertz:g} if the rows of the table have it"
-        for hertz, line, text in found[:1]
+        for hertz, line, text in rates[:1]
     ]

@@ -56,72 +56,72 @@ class KnownUnit:
     assumed: bool = False
 
 
-def unit_of(one: NamedColumn) -> KnownUnit:
+def unit_of(column: NamedColumn) -> KnownUnit:
     """Return the unit that the case or the file gives for a column, or the default one where neither does."""
-    wanted = one.wanted
+    wanted = column.wanted
     if wanted.given:
         unit = scaled_unit(wanted.given, wanted.measured)
         if unit is None or unit.measured != wanted.measured:
-            raise one.refused(f': "{wanted.given}" is not a unit of {KIND[wanted.measured]}')
+            raise column.refused(f': "{wanted.given}" is not a unit of {KIND[wanted.measured]}')
         return KnownUnit(unit)
-    units = [*_written(one), *_units_beside(one)] or list(_doubtful(one))
+    units = [*_written_units(column), *_units_beside(column)] or list(_doubtful(column))
     if any(abs(unit.factor - units[0].factor) > 1e-9 * units[0].factor for unit in units):
-        raise one.refused(f" is in {' and in '.join(dict.fromkeys(unit.name for unit in units))}")
+        raise column.refused(f" is in {' and in '.join(dict.fromkeys(unit.name for unit in units))}")
     if not units:
         # The name says whether it is a strain or a stretch.
-        measured, plain = one.wanted.measured, one.head.without(one.wanted.allowed)
+        measured, plain = column.wanted.measured, column.head.without(column.wanted.allowed)
         special = ("shear", "volume strain")
-        is_strain = one.wanted.mode.sheared or any(
-            one.head.quality(kind) for kind in special if kind in one.wanted.kinds
+        is_strain = column.wanted.mode.sheared or any(
+            column.head.quality(kind) for kind in special if kind in column.wanted.kinds
         )
         is_strain |= not plain.quality("stretch") and plain.quality("strain") > 0
         name = "strain" if measured == "strain" and is_strain else _DEFAULT_UNIT[measured]
-        return _unit_above(one) or KnownUnit(
+        return _unit_above(column) or KnownUnit(
             Unit(measured, name, UNITS[measured][name]), assumed=measured != "strain"
         )
     others = (
-        f"{one.label}: line {line} states {unit.name}, the header {units[0].name}, which is used"
-        for line, unit in stated_units(one.table, wanted, explicit=True)
+        f"{column.label}: line {line} states {unit.name}, the header {units[0].name}, which is used"
+        for line, unit in stated_units(column.table, wanted, explicit=True)
         if unit.factor != units[0].factor
     )
     return KnownUnit(units[0], tuple(others)[:1])
 
 
-def _written(one: NamedColumn) -> Iterator[Unit]:
+def _written_units(column: NamedColumn) -> Iterator[Unit]:
     """Yield the units in the name of a column and in the row of units."""
-    plain = one.head.without(one.wanted.allowed)
+    plain = column.head.without(column.wanted.allowed)
     is_stretch = plain.quality("stretch") > plain.quality("strain")
-    for text in one.written:
+    for text in column.written:
         # The J of "Volume ratio (J)" is its symbol, and no joule.
-        none = plain_unit(text) in SYMBOLS and one.wanted.is_special(one.head)
-        if one.wanted.measured == "strain":
+        none = plain_unit(text) in SYMBOLS and column.wanted.is_special(column.head)
+        if column.wanted.measured == "strain":
             # A ratio of lengths in the name of a stretch is no strain: "Stretch [mm/mm]".
             unit = tabulated_unit(text)
             none |= plain_unit(text) in NO_UNIT or (is_stretch and unit is not None and unit.name == "strain")
         if not none:
-            yield _read(one, text)
+            yield _unit_of_text(column, text)
 
 
-def _units_beside(one: NamedColumn) -> Iterator[Unit]:
+def _units_beside(column: NamedColumn) -> Iterator[Unit]:
     """Yield the unit in the column behind another one, ``12.5;N``, or in a column "Force unit" anywhere.
 
     A column of texts without a name of its own, or called "Unit", stands where units stand: what it holds is the unit,
     or the file is refused. In a column with another name, ``Phase``, a constant text counts if it is surely a unit.
     """
-    table, measured = one.table, one.wanted.measured
-    for at, name in enumerate(table.names if isinstance(table, TextTable) else ()):
+    table, measured = column.table, column.wanted.measured
+    for index, name in enumerate(table.names if isinstance(table, TextTable) else ()):
         words = set(heading(name).words) or set(plain_name(name).split())
         rest = [word for word in plain_name(name).split() if word not in _UNIT_NAMES]
-        named = len(rest) < len(plain_name(name).split())
-        own = named and " ".join(rest) == plain_name(one.head.name)
-        behind = at == one.index + 1 and not (named and rest and not own)
-        first = table.text(0, at)
+        is_unit_column = len(rest) < len(plain_name(name).split())
+        is_named_after = is_unit_column and " ".join(rest) == plain_name(column.head.name)
+        behind = index == column.index + 1 and not (is_unit_column and rest and not is_named_after)
+        first = table.text(0, index)
         texts = _TEXT.match(first) is not None or certain_unit(first)
-        if not (own or behind) or not texts or first.lower() in _STATES:
+        if not (is_named_after or behind) or not texts or first.lower() in _STATES:
             continue
-        fields = [table.text(row, at) for row in range(len(table))]
+        fields = [table.text(row, index) for row in range(len(table))]
         written = list(dict.fromkeys(field for field in fields if field))
-        stands = own or named or not words
+        stands = is_named_after or is_unit_column or not words
         sure = len(written) == 1 and len(plain_unit(written[0])) > 1 and certain_unit(written[0])
         known = [find_unit(text, measured) for text in written[: _MOST_UNITS + 1]]
         is_own = all(unit is not None and unit.measured == measured for unit in known)
@@ -129,38 +129,41 @@ def _units_beside(one: NamedColumn) -> Iterator[Unit]:
             continue  # "h" in a column "Phase" is no unit of the force before it
         if len(written) > 1 or "" in fields:
             row = next(i for i, field in enumerate(fields) if field != fields[0])
-            what = f'{one.label}: the unit behind it is "{fields[0][:SHOWN]}" at first and "{fields[row][:SHOWN]}" here'
-            expected = f'one unit; or units = {{{one.wanted.quantity} = "..."}} in the table of the case file'
+            units = f'"{fields[0][:SHOWN]}" at first and "{fields[row][:SHOWN]}" here'
+            what = f"{column.label}: the unit behind it is {units}"
+            expected = (
+                f'one unit; or units = {{{column.wanted.quantity} = "..."}} in the table of the case file'
+            )
             raise table.refused(what, expected, row)
-        yield _read(one, written[0])
+        yield _unit_of_text(column, written[0])
 
 
-def _unit_above(one: NamedColumn) -> KnownUnit | None:
+def _unit_above(column: NamedColumn) -> KnownUnit | None:
     """Return the unit that the lines above the table state for a column without one; None if they state none."""
-    table, wanted = one.table, one.wanted
+    table, wanted = column.table, column.wanted
     stated = stated_units(table, wanted)
     system = None if wanted.measured in ("time", "angle", "strain") else stated_system(table)
-    unknown = None if stated or system else stated_unknown(one)
-    said = ""
+    unknown = None if stated or system else stated_unknown(column)
+    reason = ""
     if len({unit.factor for _, unit in stated}) > 1:
         several = " and ".join(dict.fromkeys(f"{unit.name} (line {line})" for line, unit in stated))
-        said = f"the lines above the table state {several}"
+        reason = f"the lines above the table state {several}"
     elif system and not stated:
-        said = f"line {system[0]} states the system of units: {system[1]}"
+        reason = f"line {system[0]} states the system of units: {system[1]}"
     elif unknown:
-        said = f'what line {unknown[0]} states is not a unit of {KIND[wanted.measured]}: "{unknown[1]}"'
-    if said:
-        raise one.refused(f" has no unit, and {said}")
+        reason = f'what line {unknown[0]} states is not a unit of {KIND[wanted.measured]}: "{unknown[1]}"'
+    if reason:
+        raise column.refused(f" has no unit, and {reason}")
     read = (
-        KnownUnit(unit, (f"{one.label} is read in {unit.name}, which line {line} states",))
+        KnownUnit(unit, (f"{column.label} is read in {unit.name}, which line {line} states",))
         for line, unit in stated
     )
     return next(read, None)
 
 
-def _read(one: NamedColumn, text: str) -> Unit:
+def _unit_of_text(column: NamedColumn, text: str) -> Unit:
     """Return the unit that a text names, or refuse the text."""
-    measured = one.wanted.measured
+    measured = column.wanted.measured
     unit = find_unit(text, measured)
     if unit is None:
         shown = f': "{text}" is not a known unit'
@@ -170,26 +173,26 @@ def _read(one: NamedColumn, text: str) -> Unit:
             shown = " says that it has no unit"
         elif text.startswith(FACTOR):
             shown = f': the factor "{text.removeprefix(FACTOR).strip()}" is not applied'
-        elif is_bare and one.table.names[one.index].count(text):
+        elif is_bare and column.table.names[column.index].count(text):
             shown = f': "{text}" may be a factor, the range of the sensor, or the number of a channel'
         elif number and find_unit(text[number.end() :], measured) is not None:
             shown = f': "{text}" may be the range of the sensor, or a factor and the unit'
-        raise one.refused(shown, slip(text, measured))
+        raise column.refused(shown, slip(text, measured))
     if unit.measured != measured:
         # As written: "Force [KG]" is in KG.
         bare = plain_unit(text)
         name = bare if bare.lower() == unit.name.lower() else unit.name
-        what = f" is in {name}, but mode {one.wanted.mode.name} needs a {KIND[measured]}"
-        raise one.refused(what, instead=_SIZES.get((measured, unit.measured), ""))
+        what = f" is in {name}, but mode {column.wanted.mode.name} needs a {KIND[measured]}"
+        raise column.refused(what, instead=_SIZES.get((measured, unit.measured), ""))
     return unit
 
 
-def _doubtful(one: NamedColumn) -> Iterator[Unit]:
+def _doubtful(column: NamedColumn) -> Iterator[Unit]:
     """Yield the units that unknown words of a name mean, or refuse a word that may be a unit.
 
     That is a short word, one that is a unit of another quantity, or one that stands where units stand.
     """
-    wanted, head = one.wanted, one.head
+    wanted, head = column.wanted, column.head
     symbols = SYMBOLS | {name for kind in wanted.kinds for name in SPECIAL.get(kind, ())}
     for word in head.doubtful:
         symbol = (word in SYMBOLS or word.lower() in symbols) and wanted.is_special(head)
@@ -201,4 +204,4 @@ def _doubtful(one: NamedColumn) -> Iterator[Unit]:
         if unit is not None and unit.measured == wanted.measured:
             yield unit
         elif either or word == head.at_end or unit or len(word) <= _LONGEST_UNIT or word[:1].isdigit():
-            raise one.refused(f': it is not clear whether "{word}" is a unit')
+            raise column.refused(f': it is not clear whether "{word}" is a unit')

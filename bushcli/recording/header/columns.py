@@ -97,67 +97,69 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
     wanted = WantedColumn.of(source, mode, quantity)
     chosen = source.columns.get(quantity)
     timed = quantity == "time"
-    index, remarks = (None, ()) if timed and source.is_untimed else _found(table, wanted, chosen)
+    index, remarks = (None, ()) if timed and source.is_untimed else _index_of(table, wanted, chosen)
     # Times of day need no unit; what "Time [hh:mm:ss]" has in brackets is their form.
     clock = table.clock(index, source.units.get("time", "")) if timed and index is not None else None
     if clock is not None and index is not None:
         return Column(index, clock.seconds, "s", remarks, begin=clock.begin)
     if index is None:
         return None
-    one = NamedColumn(table, index, wanted)
-    form, meant = meaning_of(one, source, chosen is not None)
+    header_column = NamedColumn(table, index, wanted)
+    form, meant = meaning_of(header_column, source, chosen is not None)
     if form == "true" or chosen is not None:
-        one = replace(one, wanted=replace(wanted, allowed=wanted.allowed | EITHER_TRUE))
-    known = unit_of(one)
+        header_column = replace(header_column, wanted=replace(wanted, allowed=wanted.allowed | EITHER_TRUE))
+    read = unit_of(header_column)
     if not wanted.given:
-        refuse_factor(one, source)
+        refuse_factor(header_column, source)
     numbers = table.numbers(index, source.accept)
-    remarks = (*remarks, *meant, *known.remarks, *ranges_of(one, numbers, known.assumed))
-    values = numbers * known.unit.factor
+    remarks = (*remarks, *meant, *read.remarks, *ranges_of(header_column, numbers, read.assumed))
+    values = numbers * read.unit.factor
     if mode.specimen == "coupon" and not timed:
-        refuse_compression(one, source, values)
-    if timed and known.assumed:
-        refuse_date(one, values)
+        refuse_compression(header_column, source, values)
+    if timed and read.assumed:
+        refuse_date(header_column, values)
     if wanted.measured == "strain" and not wanted.given:
-        refuse_other_strain(one, known.unit, values)
-    if wanted.measured == "strain" and known.unit.name == "stretch":
+        refuse_other_strain(header_column, read.unit, values)
+    if wanted.measured == "strain" and read.unit.name == "stretch":
         if (values <= 0).any():
             row = int(np.argmax(values <= 0))
-            what = f"{one.label}: a stretch of {table.text(row, index)} is impossible"
+            what = f"{header_column.label}: a stretch of {table.text(row, index)} is impossible"
             raise table.refused(
                 what, 'if it is a strain, give units = {displacement = "strain"} or "percent"', row
             )
         values = values - 1.0
     values = -values if quantity in (source.reverse or ()) else values
-    return Column(
-        index, values, known.unit.name, remarks, known.assumed, table.origin if timed else None, form
-    )
+    return Column(index, values, read.unit.name, remarks, read.assumed, table.origin if timed else None, form)
 
 
 def found_index(table: Table, source: Source, mode: Mode, quantity: Quantity) -> int:
     """Return the column of a displacement or force, from 0; see `column`."""
-    index, _ = _found(table, WantedColumn.of(source, mode, quantity), source.columns.get(quantity))
+    index, _ = _index_of(table, WantedColumn.of(source, mode, quantity), source.columns.get(quantity))
     assert index is not None  # a quantity that is missing is refused
     return index
 
 
-def _found(
+def _index_of(
     table: Table, wanted: WantedColumn, chosen: str | int | None
 ) -> tuple[int | None, tuple[str, ...]]:
     """Return the column of a quantity and remarks about it; None for a time that the file lacks."""
     best = candidates(table, wanted) if chosen is None else [chosen_index(table, chosen)]
     # The names are right, but their units belong to another quantity: a force in kg, a time in m.
-    alike = [
-        one for one in columns_as(table, wanted) if one.index not in best and wanted.quality(one.head) >= 3
+    doubtful = [
+        column
+        for column in columns_as(table, wanted)
+        if column.index not in best and wanted.quality(column.head) >= 3
     ]
-    said: tuple[str, ...] = ()
-    if not best and wanted.given and len(alike) == 1:
-        best = [alike[0].index]
-    elif not best and not alike:
+    remarks: tuple[str, ...] = ()
+    if not best and wanted.given and len(doubtful) == 1:
+        best = [doubtful[0].index]
+    elif not best and not doubtful:
         best = by_unit(table, wanted)
-        said = tuple(f"{table.label(i)} is read as the {wanted.quantity} because of its unit" for i in best)
+        remarks = tuple(
+            f"{table.label(i)} is read as the {wanted.quantity} because of its unit" for i in best
+        )
     if len(best) > 1 and identical(table, best, wanted):
-        said = (f"{' and '.join(map(table.label, best))} are identical; one of them is used",)
+        remarks = (f"{' and '.join(map(table.label, best))} are identical; one of them is used",)
     elif len(best) > 1:
         expected = f"name one, or give its number: columns = {{{wanted.quantity} = ...}} in the case file"
         if wanted.quantity == "time":
@@ -168,44 +170,46 @@ def _found(
         several = " and ".join(map(table.label, best[:8]))
         raise table.refused(f"{several} could each be the {wanted.quantity}", expected)
     elif not best and wanted.quantity == "time":
-        for one in alike[:1]:
-            unit_of(one)
+        for column in doubtful[:1]:
+            unit_of(column)
         clocks = [i for i in range(len(table.names)) if table.clock(i) is not None]
         best = clocks if len(clocks) == 1 else []
     elif not best:
-        raise _missing(table, wanted, alike)
-    return best[0] if best else None, said
+        raise _missing(table, wanted, doubtful)
+    return best[0] if best else None, remarks
 
 
-def _missing(table: Table, wanted: WantedColumn, alike: list[NamedColumn]) -> RecordingError:
+def _missing(table: Table, wanted: WantedColumn, doubtful: list[NamedColumn]) -> RecordingError:
     """Return the error about a column that the table lacks; raise that about the unit of one with its name."""
     mode, measured = wanted.mode, wanted.measured
     heads = [heading(name) for name in table.names if name]
     extreme = [head for head in heads if set(head.words) & EXTREME_WORDS]
     here = "rotation" if mode.rotational else "translation"
-    said = []
+    remedies = []
     if any(head.without(EXTREME_WORDS).quality(measured) for head in extreme):
-        said = ["are its rows the extremes of cycles? The samples of whole cycles are needed"]
+        remedies = ["are its rows the extremes of cycles? The samples of whole cycles are needed"]
     elif mode.specimen == "coupon":
         true = TRUE["stress" if measured == "stress" else "strain"]
         raw, key = _RAW.get(measured, ("", ""))
         if any(head.without(true).quality(measured) and set(head.words) & true for head in heads):
-            said = [f'if it is a true {measured}, give {measured} = "true"']
+            remedies = [f'if it is a true {measured}, give {measured} = "true"']
         elif raw and any(head.quality(raw) for head in heads):
-            said = [f"the file has a {KIND[raw]}: give {key} of the specimen in mm"]
+            remedies = [f"the file has a {KIND[raw]}: give {key} of the specimen in mm"]
     else:
-        said = [
+        remedies = [
             f"is this a recording of mode {modes}?"
             for specimen, kind, modes in _OTHER_MODES
             if specimen != here and any(match_quality(name, kind) >= 3 for name in table.names if name)
         ]
-    other = said[0] if said else ""
+    other = remedies[0] if remedies else ""
     if not other:
-        for one in alike[:1]:
-            unit_of(one)
+        for column in doubtful[:1]:
+            unit_of(column)
     listed = ", ".join(filter(None, table.names))
-    named = (_SHEARED if wanted.mode.sheared else _EXPECTED).get(wanted.measured, _EXPECTED[wanted.measured])
-    what = f"no column {named}, which mode {wanted.mode.name} needs"
+    expected_name = (_SHEARED if wanted.mode.sheared else _EXPECTED).get(
+        wanted.measured, _EXPECTED[wanted.measured]
+    )
+    what = f"no column {expected_name}, which mode {wanted.mode.name} needs"
     if listed:
         what += f"; there are {listed[:300]}"
     else:
@@ -227,18 +231,20 @@ def _missing(table: Table, wanted: WantedColumn, alike: list[NamedColumn]) -> Re
 
 def untaken_time(table: Table, taken: Collection[int]) -> list[str]:
     """Return a remark about each column that may be the time of a file of which none was taken as such."""
-    found = []
+    remarks = []
     for i, name in enumerate(table.names):
         # A name may be nothing but a unit: "ms".
         head = heading(name)
         units = [tabulated_unit(text) for text in (name, *head.written, table.units[i])]
-        named = _TIMES.search(name) is not None
-        if i not in taken and (named or any(unit is not None and unit.measured == "time" for unit in units)):
-            found.append(
+        is_time = _TIMES.search(name) is not None
+        if i not in taken and (
+            is_time or any(unit is not None and unit.measured == "time" for unit in units)
+        ):
+            remarks.append(
                 f"{table.label(i)} was not taken as the time; if it is, columns = {{time = {i + 1}}} "
                 "in the case file"
             )
-    return found
+    return remarks
 
 
 def chosen_index(table: Table, chosen: str | int) -> int:

@@ -78,51 +78,51 @@ def header(sheet: Sheet, width: int) -> Header:
             units, place = tuple(_without_label(fields)), line.number
             continue
         if is_known and units != empty:
-            units = _merged(sheet, rows, line.number, units)
+            units = _merge_units(sheet, rows, line.number, units)
             continue
-        _no_data(sheet, [one for one in passed if one.number > line.number])
+        _no_data(sheet, [row for row in passed if row.number > line.number])
         # The sign may begin a comment or be the unit of the first column.
         first = fields[0]
-        known = units[0] or first.startswith("%") or heading(first).written
-        if line.text.lstrip().startswith("%") and not known and match_quality(first, "strain"):
+        is_unit = units[0] or first.startswith("%") or heading(first).written
+        if line.text.lstrip().startswith("%") and not is_unit and match_quality(first, "strain"):
             what = f'"% {first[:SHOWN]}": the % may begin a comment or be the unit of the strain'
             raise sheet.refused(line.number, what, f'"# {first[:SHOWN]}" or "{first[:SHOWN]} [%]"')
         if units == empty:
             units, place = _units_above(fields, further) or (units, place)
-        units = _merged(sheet, rows, place, units)
+        units = _merge_units(sheet, rows, place, units)
         _refuse_other_names(sheet, fields, units, further)
-        preamble = tuple((one.number, one.uncommented) for one in above if one.number < line.number)
+        preamble = tuple((row.number, row.uncommented) for row in above if row.number < line.number)
         # A name in cells that are merged over two rows stands in the upper one.
         upper = further[0][1] if further and further[0][0].number == line.number - 1 else fields
         fields = [name or merged for name, merged in zip(fields, upper, strict=True)]
         return Header(tuple(fields), units, place or line.number, preamble)
-    units = _merged(sheet, rows, place, units)
+    units = _merge_units(sheet, rows, place, units)
     lost = [
         line for line in above if not line.comment and len(trimmed(split_line(line.text, delimiter))) == width
     ]
     _no_data(sheet, [line for line in lost if numbers_in(split_line(line.text, delimiter), decimal)])
-    return Header(empty, units, place, tuple((one.number, one.uncommented) for one in above))
+    return Header(empty, units, place, tuple((row.number, row.uncommented) for row in above))
 
 
-def _merged(
+def _merge_units(
     sheet: Sheet, rows: Mapping[int, Sequence[str]], number: int, units: tuple[str, ...]
 ) -> tuple[str, ...]:
     """Return the units of a header, those of its other rows of known units included."""
     merged = list(units)
     for column in range(len(units) if number in rows and len(rows) > 1 else 0):
-        said: dict[tuple[str, float | str], tuple[str, int]] = {}
+        texts: dict[tuple[str, float | str], tuple[str, int]] = {}
         for line, fields in sorted(rows.items()):
             bare = plain_unit(fields[column])
             if bare not in NO_UNIT:
                 unit = tabulated_unit(bare)
                 key = ("", bare) if unit is None else (unit.measured, unit.factor)
-                said.setdefault(key, (bare, line))
-        if len(said) > 1:
-            (one, first), (other, second) = list(said.values())[:2]
-            what = f"column {column + 1} is in {one} by line {first} and in {other} by line {second}"
+                texts.setdefault(key, (bare, line))
+        if len(texts) > 1:
+            (upper, first), (lower, second) = list(texts.values())[:2]
+            what = f"column {column + 1} is in {upper} by line {first} and in {lower} by line {second}"
             raise sheet.refused(second, what, "one row of units: delete the other one")
-        if said and plain_unit(units[column]) in NO_UNIT:
-            merged[column] = next(iter(said.values()))[0]
+        if texts and plain_unit(units[column]) in NO_UNIT:
+            merged[column] = next(iter(texts.values()))[0]
     return tuple(merged)
 
 
@@ -130,17 +130,17 @@ def _units_above(
     names: Sequence[str], above: Sequence[tuple[Line, list[str]]]
 ) -> tuple[tuple[str, ...], int] | None:
     """Return the row of units above the names, and its line; None if there is none."""
-    own = [[tabulated_unit(text) for text in heading(name).written] for name in names]
-    found = []
+    units = [[tabulated_unit(text) for text in heading(name).written] for name in names]
+    rows = []
     for line, row in above:
         bare = _without_label(row)
         # Where the names have units too, a row with other words is one of units if it repeats a unit or adds one.
-        fits = not any(own) or any(
-            certain_unit(field) and (not said or tabulated_unit(field) in said)
-            for field, said in zip(bare, own, strict=True)
+        fits = not any(units) or any(
+            certain_unit(field) and (not written or tabulated_unit(field) in written)
+            for field, written in zip(bare, units, strict=True)
         )
-        found += [(tuple(bare), line.number)] if is_units_row(row) or (fits and _are_units_above(row)) else []
-    return found[0] if found else None
+        rows += [(tuple(bare), line.number)] if is_units_row(row) or (fits and _are_units_above(row)) else []
+    return rows[0] if rows else None
 
 
 def _refuse_other_names(
@@ -151,12 +151,12 @@ def _refuse_other_names(
         if named_columns(fields) < len([field for field in fields if field]):
             continue
         for column, field in enumerate(fields):
-            said = [
+            pair = [
                 [unit for text in texts if (unit := tabulated_unit(text)) is not None]
                 for texts in (heading(field).written, (*heading(names[column]).written, units[column]))
             ]
-            if all(said) and said[0][0].factor != said[1][0].factor:
-                what = f"column {column + 1} is in {said[0][0].name} here and in {said[1][0].name} by the lines below"
+            if all(pair) and pair[0][0].factor != pair[1][0].factor:
+                what = f"column {column + 1} is in {pair[0][0].name} here and in {pair[1][0].name} by the lines below"
                 raise sheet.refused(line.number, what, "one row of names with units")
 
 
@@ -239,18 +239,18 @@ def in_one_order(sheet: Sheet) -> list[str]:
     index = {body[i].number: i for i in range(start, last) if not numbers_in(split[i], decimal)}
     between = (line for line in sheet.lines if first < line.number < body[last].number)
     order: list[int] = []
-    said: list[str] = []
+    remarks: list[str] = []
     changed: list[tuple[int, list[int]]] = []
     headers: set[int] = set()
-    named = False
+    below_names = False
     for line in (line for line in between if line.comment or line.number in index):
         i = index.get(line.number)
         cells = trimmed(split_line(line.uncommented.strip(), delimiter) if i is None else split[i])
         # A comment with a number, or with another number of fields, is a row or a remark.
         fits = i is not None or (len(cells) == len(names) and not numbers_in(cells, decimal))
         has_names = fits and named_columns(cells) >= 2
-        is_header = has_names or (fits and _is_units(cells, named))
-        named = has_names
+        is_header = has_names or (fits and _is_units(cells, below_names))
+        below_names = has_names
         if not is_header:
             continue
         if has_names:
@@ -261,10 +261,10 @@ def in_one_order(sheet: Sheet) -> list[str]:
             order = list(range(len(names))) if same else [cells.index(name) for name in names]
             changed.append((line.number, order))
             if order != sorted(order):
-                said.append(
+                remarks.append(
                     f"the columns from line {line.number} on are put into the order of the first header"
                 )
-        elif len(cells) != len(order or names) or _ordered(cells, order) != units:
+        elif len(cells) != len(order or names) or _put_in_order(cells, order) != units:
             what = f'"{" ".join(cells)}" below the first rows: other units than above them'
             raise sheet.refused(line.number, what, _APART)
         if i is not None:
@@ -274,8 +274,8 @@ def in_one_order(sheet: Sheet) -> list[str]:
     for (begin, order), (end, _) in pairwise([*changed, (body[-1].number + 1, [])]):
         for i in range(start, len(body)) if order != sorted(order) else ():
             if begin < body[i].number < end and i not in headers:
-                split[i] = _ordered(split[i], order)
-    return said
+                split[i] = _put_in_order(split[i], order)
+    return remarks
 
 
 def _first_header(lines: Iterable[Line], delimiter: str) -> tuple[list[str], list[str], dict[bool, str]]:
@@ -283,22 +283,22 @@ def _first_header(lines: Iterable[Line], delimiter: str) -> tuple[list[str], lis
     names: list[str] = []
     units: list[str] = []
     text: dict[bool, str] = {}
-    named = False
+    below_names = False
     for line in lines:
         cells = trimmed(split_line(line.uncommented.strip(), delimiter))
         has_names = named_columns(cells) >= 2
-        if has_names or _is_units(cells, named):
+        if has_names or _is_units(cells, below_names):
             names, units = (cells, units) if has_names else (names, cells)
             text[has_names] = line.text
-        named = has_names
+        below_names = has_names
     return names, units, text
 
 
-def _is_units(cells: list[str], named: bool) -> bool:
+def _is_units(cells: list[str], below_names: bool) -> bool:
     """Whether a line holds units; below names, where columns may have units of any quantity, one known is enough."""
-    return bool(cells) and (is_units_row(cells) or (named and any(map(certain_unit, cells))))
+    return bool(cells) and (is_units_row(cells) or (below_names and any(map(certain_unit, cells))))
 
 
-def _ordered(fields: list[str], order: list[int]) -> list[str]:
+def _put_in_order(fields: list[str], order: list[int]) -> list[str]:
     """Return the fields in an order, those behind its columns unchanged; as they are if there are too few."""
     return [fields[k] for k in order] + fields[len(order) :] if len(fields) >= len(order) else fields

@@ -106,8 +106,8 @@ class NamedColumn:
         """Its units as written in its name and in the row of units."""
         row = self.table.units[self.index]
         has_row = plain_unit(row) != ""
-        named = self.head.written and heading(self.table.names[self.index], has_row).written
-        return (*named, row) if has_row else named
+        texts = self.head.written and heading(self.table.names[self.index], has_row).written
+        return (*texts, row) if has_row else texts
 
     @property
     def units(self) -> list[Unit | None]:
@@ -127,9 +127,9 @@ class NamedColumn:
         units = [
             u for text, u in zip(self.written, self.units, strict=True) if not (special and text in SYMBOLS)
         ]
-        own = {wanted.mode.name} | ({"axial"} if wanted.mode.name in _ALONG else set())
+        directions = {wanted.mode.name} | ({"axial"} if wanted.mode.name in _ALONG else set())
         quality = wanted.quality(self.head)
-        if words & modes().keys() and own.isdisjoint(words):
+        if words & modes().keys() and directions.isdisjoint(words):
             # A volumetric strain is none of a uniaxial test; what a rig calls axial may be radial to the bushing.
             quality = min(quality, 0 if wanted.mode.specimen == "coupon" else 1)
         foreign = any(unit is not None and unit.measured != wanted.measured for unit in units)
@@ -163,12 +163,12 @@ def has_columns(table: Table, source: Source, mode: Mode, quantities: Sequence[Q
     for quantity in quantities:
         wanted, chosen = WantedColumn.of(source, mode, quantity), source.columns.get(quantity)
         if chosen is None:
-            there = bool(candidates(table, wanted) or by_unit(table, wanted))
+            is_there = bool(candidates(table, wanted) or by_unit(table, wanted))
         elif isinstance(chosen, int):
-            there = chosen <= len(table.names)
+            is_there = chosen <= len(table.names)
         else:
-            there = heading(chosen).name in {heading(name).name for name in table.names}
-        if not there:
+            is_there = heading(chosen).name in {heading(name).name for name in table.names}
+        if not is_there:
             return False
     return True
 
@@ -181,26 +181,26 @@ def candidates(table: Table, wanted: WantedColumn) -> list[int]:
     table : Table
     wanted : WantedColumn
     """
-    every = columns_as(table, wanted)
-    rank = [one.rank for one in every]
+    columns = columns_as(table, wanted)
+    rank = [column.rank for column in columns]
     if not any(table.names):
         # A row of units alone identifies a column if it is unambiguous.
         units = map(tabulated_unit, table.units)
         rank = [int(unit is not None and unit.measured == wanted.measured) for unit in units]
-    best = [one for one, quality in zip(every, rank, strict=True) if quality == max(rank) > 0]
+    best = [column for column, quality in zip(columns, rank, strict=True) if quality == max(rank) > 0]
     # Beside "Force [N]", a column "Force [a.u.]" or "2*Force [N]" is not meant.
-    if any(one.is_understood for one in best):
-        best = [one for one in best if one.is_understood or not one.written or len(best) == 1]
+    if any(column.is_understood for column in best):
+        best = [column for column in best if column.is_understood or not column.written or len(best) == 1]
     # Beside "Axial Force", the mode decides which force is meant.
-    own = [one.index for one in best if wanted.mode.name in one.head.words]
-    neutral = [one.index for one in best if modes().keys().isdisjoint(one.head.words)]
-    every_best = [one.index for one in best]
-    return (own or neutral or every_best) if len(best) > 1 else every_best
+    of_mode = [column.index for column in best if wanted.mode.name in column.head.words]
+    neutral = [column.index for column in best if modes().keys().isdisjoint(column.head.words)]
+    every_best = [column.index for column in best]
+    return (of_mode or neutral or every_best) if len(best) > 1 else every_best
 
 
 def named_as(table: Table, wanted: WantedColumn) -> list[int]:
     """Return all columns, from 0, whose names may mean a quantity, however surely."""
-    return [one.index for one in columns_as(table, wanted) if one.rank]
+    return [column.index for column in columns_as(table, wanted) if column.rank]
 
 
 def by_unit(table: Table, wanted: WantedColumn) -> list[int]:
@@ -215,26 +215,28 @@ def by_unit(table: Table, wanted: WantedColumn) -> list[int]:
     """
     stretching = _STRETCHING | ({"shear"} if wanted.mode.sheared else set())
 
-    def fits(one: NamedColumn) -> bool:
-        names = [unit and unit.name for unit in one.units]
+    def fits(column: NamedColumn) -> bool:
+        names = [unit and unit.name for unit in column.units]
         if wanted.measured == "strain":
-            return names == ["percent"] and not stretching.isdisjoint(one.head.words)
-        own = all(unit is not None and unit.measured == wanted.measured for unit in one.units)
-        return bool(names) and own and one.head.is_unnamed
+            return names == ["percent"] and not stretching.isdisjoint(column.head.words)
+        are_suited = all(unit is not None and unit.measured == wanted.measured for unit in column.units)
+        return bool(names) and are_suited and column.head.is_unnamed
 
-    return [one.index for one in columns_as(table, wanted) if fits(one)] if any(table.names) else []
+    return [column.index for column in columns_as(table, wanted) if fits(column)] if any(table.names) else []
 
 
 def identical(table: Table, columns: Sequence[int], wanted: WantedColumn) -> bool:
     """Whether several columns hold the same numbers in the same units."""
 
     def units(index: int) -> tuple[object, ...]:
-        one = NamedColumn(table, index, wanted)
-        known = zip(one.written, one.units, strict=True)
-        return tuple((unit.measured, unit.factor) if unit else text for text, unit in known)
+        column = NamedColumn(table, index, wanted)
+        pairs = zip(column.written, column.units, strict=True)
+        return tuple((unit.measured, unit.factor) if unit else text for text, unit in pairs)
 
     try:
         numbers = [table.numbers(index, wanted.accept) for index in columns]
     except RecordingError:
         return False
-    return len(set(map(units, columns))) == 1 and all(np.array_equal(numbers[0], one) for one in numbers[1:])
+    return len(set(map(units, columns))) == 1 and all(
+        np.array_equal(numbers[0], values) for values in numbers[1:]
+    )

@@ -38,121 +38,127 @@ _COMPRESSIVE = ("compress", "druck", "stauch", "kompress", "schiacc", "écras")
 _TENSILE = ("tens", "zug", "pull", "trac", "traz")
 
 
-def meaning_of(one: NamedColumn, source: Source, chosen: bool) -> tuple[str, tuple[str, ...]]:
+def meaning_of(column: NamedColumn, source: Source, chosen: bool) -> tuple[str, tuple[str, ...]]:
     """Return the form of a coupon's column, a value of `Specimen.strain` or `Specimen.stress`, and remarks."""
-    wanted, mode, words = one.wanted, one.wanted.mode, set(one.head.words)
+    wanted, mode, words = column.wanted, column.wanted.mode, set(column.head.words)
     key = "strain" if wanted.quantity == "displacement" else "stress"
     form = source.specimen.strain if key == "strain" else source.specimen.stress
     if not wanted.given and form is None:
-        _refuse_other(one, key, chosen)
-    said: tuple[str, ...] = ()
+        _refuse_other(column, key, chosen)
+    remarks: tuple[str, ...] = ()
     volumetric = mode.needs_compressibility
-    found: str = form or "engineering"
+    measure: str = form or "engineering"
     if mode.specimen != "coupon" or wanted.quantity == "time":
-        found = "engineering"
+        measure = "engineering"
     elif wanted.measured not in ("strain", "stress"):
         # A travel over a length, a force over an area; under a piston in a cylinder, change of volume and true stress.
-        found = {"strain": "volume", "stress": "true"}[key] if volumetric else "engineering"
+        measure = {"strain": "volume", "stress": "true"}[key] if volumetric else "engineering"
     elif form is None:
         # The first stress of Piola and Kirchhoff is the nominal one.
-        first = any(text in one.head.name for text in ("1st", "first"))
-        if (words & _UNCONVERTED[key]) - ({"kirchhoff", "pk"} if first else set()):
-            what = f"{one.label} is not an engineering {key} by its name, and not a true one"
-            raise one.table.refused(what, f"choose another column, or give {_stated(one, key)}")
+        is_first = any(text in column.head.name for text in ("1st", "first"))
+        if (words & _UNCONVERTED[key]) - ({"kirchhoff", "pk"} if is_first else set()):
+            what = f"{column.label} is not an engineering {key} by its name, and not a true one"
+            raise column.table.refused(
+                what, f"choose another column, or give {_possible_values(column, key)}"
+            )
         # Shear stress and amount of shear are the same in the deformed and the undeformed body.
         same = wanted.given == "stretch" or mode.sheared
         true = not same and not words.isdisjoint(TRUE[key])
-        found = "true" if true else "engineering"
+        measure = "true" if true else "engineering"
         if volumetric and not same:
             if key == "strain":
                 kinds = ("volume ratio", "volume strain")
-                volume = bool(_VOLUME & words) or any(map(one.head.quality, kinds))
-                is_unnamed = chosen and not wanted.quality(one.head)
-                nominal = bool(_NOMINAL & words) and not one.head.quality("stretch")
+                volume = bool(_VOLUME & words) or any(map(column.head.quality, kinds))
+                is_unnamed = chosen and not wanted.quality(column.head)
+                nominal = bool(_NOMINAL & words) and not column.head.quality("stretch")
                 if true or (not volume and (is_unnamed or nominal)):
-                    what = f"{one.label} may be the change of volume or that of a length: the mode is {mode.name}"
-                    raise one.table.refused(what, f"give {_stated(one, 'strain')}")
-                linear = not volume and bool(one.head.quality("stretch") or {"linear", "axial"} & words)
-                found = "engineering" if linear else "volume"
+                    what = f"{column.label} may be the change of volume or that of a length: the mode is {mode.name}"
+                    raise column.table.refused(what, f"give {_possible_values(column, 'strain')}")
+                linear = not volume and bool(column.head.quality("stretch") or {"linear", "axial"} & words)
+                measure = "engineering" if linear else "volume"
                 if not volume and not linear:
-                    read = f"{one.label} is read as the change of volume, J - 1"
-                    said = (f'{read}; strain = "engineering" if it is that of a length',)
+                    read = f"{column.label} is read as the change of volume, J - 1"
+                    remarks = (f'{read}; strain = "engineering" if it is that of a length',)
             else:
-                pressure, nominal = one.head.quality("pressure"), bool(_NOMINAL & words)
-                found = "pressure" if pressure else "engineering" if nominal else "true"
+                pressure, nominal = column.head.quality("pressure"), bool(_NOMINAL & words)
+                measure = "pressure" if pressure else "engineering" if nominal else "true"
                 if not (true or pressure or nominal or "hydrostatic" in words):
-                    read = f"{one.label} is read as the hydrostatic stress, tension positive"
-                    said = (f'{read}; stress = "engineering" if it is nominal',)
-    return found, said
+                    read = f"{column.label} is read as the hydrostatic stress, tension positive"
+                    remarks = (f'{read}; stress = "engineering" if it is nominal',)
+    return measure, remarks
 
 
-def _stated(one: NamedColumn, key: str) -> str:
+def _possible_values(column: NamedColumn, key: str) -> str:
     """Return the values of `strain` or `stress` that the case file can give, as a text."""
-    own = {"strain": "volume", "stress": "pressure"}[key] if one.wanted.mode.needs_compressibility else "true"
-    return f'{key} = "engineering" or "{own}" in the table of the case file'
+    measure = (
+        {"strain": "volume", "stress": "pressure"}[key]
+        if column.wanted.mode.needs_compressibility
+        else "true"
+    )
+    return f'{key} = "engineering" or "{measure}" in the table of the case file'
 
 
-def _refuse_other(one: NamedColumn, key: str, chosen: bool) -> None:
+def _refuse_other(column: NamedColumn, key: str, chosen: bool) -> None:
     """Refuse a column whose name is that of another quantity: of another test, or chosen, without a unit."""
-    wanted, head = one.wanted, one.head.without(EITHER_TRUE)
+    wanted, head = column.wanted, column.head.without(EITHER_TRUE)
     special = [kind for kind in SPECIAL if kind not in wanted.kinds and head.quality(kind) >= 3]
     # A name of one letter, "p" or "J", means something in the test of its own mode only.
     if wanted.measured not in ("strain", "stress") or len(head.name) == 1:
         special = []
     # A unit of another quantity is refused where units are read; one of this quantity says what the column is.
-    says = not chosen or wanted.quality(head) or one.written
+    says = not chosen or wanted.quality(head) or column.written
     plain = [] if says else [kind for kind in WORDS if head.quality(kind) >= 3]
-    found = next((kind for kind in (*special, *plain) if kind != wanted.measured), "")
-    if found:
+    other = next((kind for kind in (*special, *plain) if kind != wanted.measured), "")
+    if other:
         size, coupon = {"length": "gauge_length", "force": "area"}, wanted.mode.specimen == "coupon"
-        what = f"{one.label} is a {KIND.get(found, found)} by its name, and the {KIND[wanted.measured]} is needed"
+        what = f"{column.label} is a {KIND.get(other, other)} by its name, and the {KIND[wanted.measured]} is needed"
         remedy = f'units = {{{wanted.quantity} = "..."}} if it is one'
-        if found in SPECIAL:
-            mode = "simple_shear" if found.startswith("shear") else "volumetric"
+        if other in SPECIAL:
+            mode = "simple_shear" if other.startswith("shear") else "volumetric"
             remedy = f'mode = "{mode}" if the test is one, or {key} = "engineering" if the column is one'
-        elif coupon and found in size and wanted.measured in ("strain", "stress"):
-            remedy = f"give {size[found]} of the specimen in mm{'2' if found == 'force' else ''}, or {remedy}"
+        elif coupon and other in size and wanted.measured in ("strain", "stress"):
+            remedy = f"give {size[other]} of the specimen in mm{'2' if other == 'force' else ''}, or {remedy}"
         elif coupon and wanted.measured in size:
             remedy = f"leave out {size[wanted.measured]}, or {remedy}"
-        raise one.table.refused(what, f"choose another column; {remedy}")
+        raise column.table.refused(what, f"choose another column; {remedy}")
 
 
-def refuse_date(one: NamedColumn, time: Array) -> None:
+def refuse_date(column: NamedColumn, time: Array) -> None:
     """Refuse a time without a unit whose numbers are dates: days since 1900 as in Excel, or milliseconds since 1970."""
     first, steps = float(time[0]), np.abs(np.diff(time))
     step = float(np.median(steps)) if len(steps) else 0.0
     is_day = _DAYS[0] < first < _DAYS[1] and 0.0 < step < _LONGEST_DAYS and first % 1.0 != 0.0
     if is_day or first > _MILLISECONDS:
         kind = "days since 1900" if is_day else "milliseconds since 1970"
-        what = f"{one.label}: {one.table.text(0, one.index)} looks like a date in {kind}, not like seconds"
+        what = f"{column.label}: {column.table.text(0, column.index)} looks like a date in {kind}, not like seconds"
         expected = 'write the time in s, or give units = {time = "s"} in the table of the case file if it is'
-        raise one.table.refused(what, expected, 0)
+        raise column.table.refused(what, expected, 0)
 
 
-def ranges_of(one: NamedColumn, numbers: Array, assumed: bool) -> list[str]:
+def ranges_of(column: NamedColumn, numbers: Array, assumed: bool) -> list[str]:
     """Return a remark about each range in the name of a column, such as the ±25 of ``Displacement ±25``."""
-    said = []
-    for text in one.head.ranges:
+    remarks = []
+    for text in column.head.ranges:
         row = int(np.argmax(np.abs(numbers)))
         if assumed and abs(float(numbers[row])) > _OVERLOAD * largest(text):
-            number = one.table.text(row, one.index)
-            what = f'{one.label}: {number} is beyond the range "{text}", and no unit is given'
-            expected = f'units = {{{one.wanted.quantity} = "..."}} in the table of the case file'
-            raise one.table.refused(what, expected, row)
-        said.append(f'{one.label}: "{text}" is taken for the range of the sensor, and not applied')
-    return said
+            number = column.table.text(row, column.index)
+            what = f'{column.label}: {number} is beyond the range "{text}", and no unit is given'
+            expected = f'units = {{{column.wanted.quantity} = "..."}} in the table of the case file'
+            raise column.table.refused(what, expected, row)
+        remarks.append(f'{column.label}: "{text}" is taken for the range of the sensor, and not applied')
+    return remarks
 
 
-def refuse_other_strain(one: NamedColumn, read: Unit, values: Array) -> None:
+def refuse_other_strain(column: NamedColumn, read: Unit, values: Array) -> None:
     """Refuse a strain that begins like a stretch, and a stretch that begins like a strain: a coupon begins at rest."""
     first, is_strain = float(values[0]), read.name == "strain"
     if (is_strain and abs(first - 1.0) < _AT_REST and values.min() > 1.0 - _AT_REST) or (
         read.name == "stretch" and abs(first) < _AT_REST and first != 0.0
     ):
-        other, begin = "stretch" if is_strain else "strain", one.table.text(0, one.index)
-        what = f"{one.label} is read as a {read.name}, and begins with {begin} as a {other} does"
+        other, value = "stretch" if is_strain else "strain", column.table.text(0, column.index)
+        what = f"{column.label} is read as a {read.name}, and begins with {value} as a {other} does"
         expected = f'units = {{displacement = "{other}"}} in the table of the case file, or "{read.name}" if it is one'
-        raise one.table.refused(what, expected, 0)
+        raise column.table.refused(what, expected, 0)
 
 
 def says_compression(name: str) -> bool:
@@ -162,7 +168,7 @@ def says_compression(name: str) -> bool:
     return any(word.startswith(_COMPRESSIVE) for word in words) and not tensile
 
 
-def refuse_compression(one: NamedColumn, source: Source, values: Array) -> None:
+def refuse_compression(column: NamedColumn, source: Source, values: Array) -> None:
     """Refuse a compressive strain or stress that is counted as positive: it would be read as tension.
 
     The name of the column says that it is compressive, or that of the file, of its sheet or of the channel. In shear
@@ -170,16 +176,18 @@ def refuse_compression(one: NamedColumn, source: Source, values: Array) -> None:
     """
     names = {
         source.file.stem: "the name of the file",
-        one.table.part: "its sheet",
+        column.table.part: "its sheet",
         source.name: "the name of the channel",
     }
-    by_column = any(word.startswith(_COMPRESSIVE) for word in one.head.words)
+    by_column = any(word.startswith(_COMPRESSIVE) for word in column.head.words)
     telling = [f"{of} says compression" for name, of in names.items() if says_compression(name)]
-    signed = source.reverse is not None or one.wanted.mode.sheared or one.wanted.mode.needs_compressibility
+    signed = (
+        source.reverse is not None or column.wanted.mode.sheared or column.wanted.mode.needs_compressibility
+    )
     # A stretch in compression is below 1: it has its sign already.
     if (by_column or telling) and not signed and values.max() > abs(values.min()):
-        says = f"{one.label} is compressive" if by_column else telling[0]
-        its = "its values" if by_column else f"the values of {one.label}"
+        says = f"{column.label} is compressive" if by_column else telling[0]
+        its = "its values" if by_column else f"the values of {column.label}"
         what = f"{says}, and {its} are positive: they would be read as tension"
         expected = 'reverse = ["displacement", "force"] in the table of the case file, or reverse = [] if it is tension'
-        raise one.table.refused(what, expected)
+        raise column.table.refused(what, expected)

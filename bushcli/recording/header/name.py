@@ -203,7 +203,7 @@ def named_columns(fields: Sequence[str]) -> int:
 
 def is_units_row(fields: Sequence[str]) -> bool:
     """Whether a line above a table holds units only, such as ``s;mm;N`` or ``[-] [MPa]``."""
-    known = any(map(certain_unit, fields))
+    has_unit = any(map(certain_unit, fields))
     # To exclude "t;F;s", all fields must be known units; in brackets, unknown units are permitted.
     plain = all(certain_unit(field) or plain_unit(field) in NO_UNIT for field in fields)
     bracketed = all(
@@ -211,7 +211,7 @@ def is_units_row(fields: Sequence[str]) -> bool:
         and (field.startswith(("[", "(")) or field.endswith(("]", ")")))
         for field in fields
     )
-    return known and (plain or bracketed)
+    return has_unit and (plain or bracketed)
 
 
 @lru_cache(maxsize=8192)
@@ -220,14 +220,16 @@ def heading(text: str, has_unit: bool = False) -> Heading:
     text = text.strip() if len(text.strip()) <= _LONGEST_NAME else ""
     text = text.replace("∆", "Δ")  # the sign for a difference, and the Greek letter
     text = _INNER.sub(r"\1\2", _CAMEL.sub(" ", text))
-    text = _NUMBERED.sub(lambda found: f"{found[0]} " if names_quantity(found[0]) else found[0], text)
-    bracketed = [in_groups(found) for found in _BRACKETS.finditer(text)]
+    text = _NUMBERED.sub(lambda match: f"{match[0]} " if names_quantity(match[0]) else match[0], text)
+    bracketed = [in_groups(match) for match in _BRACKETS.finditer(text)]
     # "[in kN]"; "[in lbf]" may also be a moment.
-    bracketed = [_INSIDE.sub("", one) if tabulated_unit(_INSIDE.sub("", one)) else one for one in bracketed]
+    bracketed = [
+        _INSIDE.sub("", inside) if tabulated_unit(_INSIDE.sub("", inside)) else inside for inside in bracketed
+    ]
     rest = _BRACKETS.sub(" ", text)
     timed = any(word in WORDS["time"] for word in plain_name(rest).split())
-    known = [tabulated_unit(inside) is not None for inside in bracketed]
-    has_unit = has_unit or any(known) or (bool(bracketed) and next(units_within(rest, timed))[1] != "")
+    are_units = [tabulated_unit(inside) is not None for inside in bracketed]
+    has_unit = has_unit or any(are_units) or (bool(bracketed) and next(units_within(rest, timed))[1] != "")
     # [1] is no remark, but the unit of a number without one. "Load (Dynacell) [kN]" has a remark; "Load [kN] [klx]" may
     # have two units.
     remarks = [
@@ -235,22 +237,24 @@ def heading(text: str, has_unit: bool = False) -> Heading:
         for i, inside in enumerate(bracketed)
         if "[1]" not in text
         and _is_remark(inside, rest, timed, has_unit)
-        and not (any(known[:i]) and _ONE_WORD.fullmatch(inside) and not known_word(re.sub(r"\W", "", inside)))
+        and not (
+            any(are_units[:i]) and _ONE_WORD.fullmatch(inside) and not known_word(re.sub(r"\W", "", inside))
+        )
     ]
     written = [inside for inside in bracketed if inside.strip() and inside not in remarks]
     inch = None if bracketed else _INCH.search(rest)
     if inch:
         rest, written = rest[: inch.start()], ["in"]
     if not written:
-        named, unit = next(units_within(rest.rstrip(" ?"), timed))
+        name, unit = next(units_within(rest.rstrip(" ?"), timed))
         if unit:
             doubt = "?" if rest.rstrip().endswith("?") else ""
-            rest, written = re.sub(r"\s+in\s*$", "", named), [unit + doubt]
+            rest, written = re.sub(r"\s+in\s*$", "", name), [unit + doubt]
     rest, written = with_second_unit(rest, written, timed)
     bare = RANGE.sub(" ", rest)
     scaled = factor_in(bare) or prefix_of(rest, written, bool(bracketed))
     written += [f"{FACTOR} {scaled}"] if scaled else []
-    ranges = [one for part in (rest, *bracketed) for one in ranges_in(part)]
+    ranges = [text for part in (rest, *bracketed) for text in ranges_in(part)]
     shown = [word for part in (bare, *remarks) for word in re.split(r"[\W_]+", part) if word]
     doubtful: list[str] = []
     if not written:
@@ -264,10 +268,10 @@ def heading(text: str, has_unit: bool = False) -> Heading:
         shown = [word for word in shown if word.lower() not in ("min", "std")]
     end = _AFTER_SIGN.search(rest)
     # A formula of a quantity: ``abs(Force)``, ``-Force``, ``Force^2``, ``1/Displacement``.
-    over, _, under = rest.partition("/")
-    first, second = kinds_of(over), kinds_of(under)
+    numerator, _, denominator = rest.partition("/")
+    first, second = kinds_of(numerator), kinds_of(denominator)
     formula = (
-        any(kinds_of(in_groups(found)) for found in _FUNCTION.finditer(text))
+        any(kinds_of(in_groups(match)) for match in _FUNCTION.finditer(text))
         or _SIGNED.match(text)
         or _POWER.search(rest)
         or (first and second.intersection(_DIVISORS) and not first & second)
@@ -289,31 +293,31 @@ def _is_remark(inside: str, rest: str, timed: bool, has_unit: bool) -> bool:
     letter = single if len(single) == 1 and single.isalpha() else ""
     # A name that stands in brackets as a whole, as Simulink writes: "<Force>".
     kinds = kinds_of(plain_name(rest) or ("" if len(bare) == 1 else inside))
-    own = {word for kind in kinds for known in WORDS[kind] for word in known.split()}
-    own |= {"eng", "nom"} if kinds & {"stress", "strain"} else set()
-    told = []
+    vocabulary = {word for kind in kinds for known in WORDS[kind] for word in known.split()}
+    vocabulary |= {"eng", "nom"} if kinds & {"stress", "strain"} else set()
+    known_words = []
     for i, numbered in enumerate(words):
         word = numbered.rstrip("0123456789")
-        known = word in REMARKS or word in own or (is_foreign(word) and word not in COUNTED_WORDS)
+        is_known = word in REMARKS or word in vocabulary or (is_foreign(word) and word not in COUNTED_WORDS)
         # "Strain 1" is the name of a channel; Time [sample] counts samples.
         channel = word != numbered or (i + 1 < len(words) and words[i + 1].isdigit())
-        named = channel and any(word in names for names in WORDS.values())
-        told += (
+        is_quantity = channel and any(word in names for names in WORDS.values())
+        known_words += (
             [numbered]
-            if not _fills(numbered) and (known or named) and not (timed and word == "sample")
+            if not _fills(numbered) and (is_known or is_quantity) and not (timed and word == "sample")
             else []
         )
     # Beside a known unit a text is a remark if it is no unit itself, has none, and is no factor. A number with a unit
     # is a range or a rate: "Load cell (25 kN) [kN]", "Force (LP 100 Hz) [N]"; the fs of "fs = 1 kHz" is no unit.
     ranged = _WITH_UNIT.sub(" ", inside)
-    said = [word for word in re.split(r"[\s,;:=]+", ranged) if len(re.sub(r"[\W\d_]", "", word)) > 1]
-    says = said or (ranged != inside and re.search(r"[^\W\d_]", inside))
-    units = (find_unit(word, kind) for word in said if not known_word(word) for kind in ("force", "length"))
+    spoken = [word for word in re.split(r"[\s,;:=]+", ranged) if len(re.sub(r"[\W\d_]", "", word)) > 1]
+    says = spoken or (ranged != inside and re.search(r"[^\W\d_]", inside))
+    units = (find_unit(word, kind) for word in spoken if not known_word(word) for kind in ("force", "length"))
     is_unit = has_unit and (
         not says
         or tabulated_unit(inside) is not None
         or factor_in(inside)
-        or any(tabulated_unit(word) or {word.lower()} & {*AMBIGUOUS, *_ABOUT_UNITS} for word in said)
+        or any(tabulated_unit(word) or {word.lower()} & {*AMBIGUOUS, *_ABOUT_UNITS} for word in spoken)
         or any(unit is not None and unit.measured != "time" for unit in units)
     )
     beside = has_unit and (_MARK.fullmatch(bare) or not is_unit)
@@ -333,7 +337,7 @@ def _is_remark(inside: str, rest: str, timed: bool, has_unit: bool) -> bool:
         (letter, letter in "xyz" or any(letter in WORDS[kind] for kind in kinds)),
         (any(kind in kinds and form.fullmatch(inside) for kind, form in _RATIOS.items()), True),
         (single.isdigit(), _CHANNEL.fullmatch(single) and not POWER.fullmatch(single)),
-        (True, told and all(word in told or _fills(word) for word in words)),
+        (True, known_words and all(word in known_words or _fills(word) for word in words)),
     )
     return next(bool(answer) for holds, answer in rules if holds)
 

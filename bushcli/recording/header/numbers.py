@@ -65,19 +65,19 @@ def largest(text: str) -> float:
 
 def factor_in(name: str) -> str:
     """Return the factor that the name of a column contains, as written, or an empty text; a factor of 1 is none."""
-    found = [match[0] for form in (_TENS, _WORDED, _PREFIX) if (match := form.search(name))]
-    found += [
+    factors = [match[0] for form in (_TENS, _WORDED, _PREFIX) if (match := form.search(name))]
+    factors += [
         match[0]
         for match in _TIMES.finditer(name)
         if not (match[0].startswith("/") and _TYPE.search(name[: match.start()]))
         and number_of(in_groups(match)) != 1.0
     ]
-    return found[0].strip() if found else ""
+    return factors[0].strip() if factors else ""
 
 
 def ranges_in(text: str) -> list[str]:
     """Return the ranges, as written, that a text gives with a sign and without a unit: ``±25``."""
-    return [found[0].strip() for found in RANGE.finditer(text)]
+    return [match[0].strip() for match in RANGE.finditer(text)]
 
 
 def loose_numbers(name: str) -> list[str]:
@@ -85,17 +85,17 @@ def loose_numbers(name: str) -> list[str]:
 
     A number behind a word such as "channel", and a whole number of one or two digits, is the number of a channel.
     """
-    found, name = [], RANGE.sub(" ", name)
+    numbers, name = [], RANGE.sub(" ", name)
     for match in _ALONE.finditer(name):
         before, digits = _BEFORE.search(name[: match.start()]), match[0]
         whole = digits.isdigit()
         counts = (before is not None and before[1].lower() in _COUNTING) or (digits[0] == "0" and whole)
         large = whole and (int(digits) >= _LARGE or POWER.fullmatch(digits) is not None)
         if not counts and (large or (not whole and number_of(digits) != 1.0)):
-            found.append(digits)
-    return found
+            numbers.append(digits)
+    return numbers
 
 
-def in_groups(found: re.Match[str]) -> str:
+def in_groups(match: re.Match[str]) -> str:
     """Return the text of the only group of a match that took part in it."""
-    return next(text for text in found.groups() if text is not None)
+    return next(text for text in match.groups() if text is not None)

@@ -255,7 +255,7 @@ _EXACT = {
     prefix + spelling: _Size(_POWERS[measured], factor * _PREFIXES.get(prefix, 1.0))
     for measured, factor, prefixes, spellings in _TABLE
     for spelling in spellings.split()
-    for prefix in ("", *prefixes.split(), *(_ALSO[one] for one in prefixes.split() if one in _ALSO))
+    for prefix in ("", *prefixes.split(), *(_ALSO[key] for key in prefixes.split() if key in _ALSO))
 }
 _FOLDED: dict[str, set[_Size]] = {}
 for _spelling, _one in _EXACT.items():
@@ -273,9 +273,9 @@ def tabulated_unit(text: str, measured: str = "") -> Unit | None:
     """Return a unit that a text means wherever it stands, without pint; None for any other text."""
     bare = plain_unit(text)
     bare = "%" if bare.startswith("%") else bare  # "%-ext": percent by extensometer
-    known = bare.lower() not in _LOOSE and bare not in AMBIGUOUS
-    found = _read(bare, measured) if known else None
-    return None if found is None or found.measured == OTHER else found
+    is_listed = bare.lower() not in _LOOSE and bare not in AMBIGUOUS
+    unit = _parse_unit(bare, measured) if is_listed else None
+    return None if unit is None or unit.measured == OTHER else unit
 
 
 def find_unit(text: str, measured: str) -> Unit | None:
@@ -290,33 +290,33 @@ def find_unit(text: str, measured: str) -> Unit | None:
     """
     bare = plain_unit(text)
     bare = "%" if bare.startswith("%") else bare
-    found = None
+    unit = None
     if measured != "time" and re.search(r"\w[\s*·.]s\W*$", text):
         pass  # "N s" is an impulse; without its blank it would be a plural
     elif bare in UNITS[measured]:
-        found = Unit(measured, bare, UNITS[measured][bare])
+        unit = Unit(measured, bare, UNITS[measured][bare])
     elif bare not in AMBIGUOUS:
-        found = _read(bare, measured)
+        unit = _parse_unit(bare, measured)
         counted = _COUNTED_UNIT.match(bare) if measured in ("force", "angle", "moment") else None
-        if found is None and counted:
-            unit = find_unit(bare[counted.end() :], measured)
-            found = unit and replace(unit, name=bare, factor=COUNTED[counted[1].lower()] * unit.factor)
-        elif found is None and bare in _FOREIGN:
-            found = Unit(OTHER, bare, 0.0)
-        elif found is None and bare.lower() not in AMBIGUOUS:
-            found = _foreign(bare) or (_foreign(bare.lower()) if bare.isupper() else None)
-    return found
+        if unit is None and counted:
+            base = find_unit(bare[counted.end() :], measured)
+            unit = base and replace(base, name=bare, factor=COUNTED[counted[1].lower()] * base.factor)
+        elif unit is None and bare in _FOREIGN:
+            unit = Unit(OTHER, bare, 0.0)
+        elif unit is None and bare.lower() not in AMBIGUOUS:
+            unit = _foreign(bare) or (_foreign(bare.lower()) if bare.isupper() else None)
+    return unit
 
 
 def certain_unit(text: str) -> bool:
     """Whether a text is surely a unit, also of another quantity, ``N/s``, or with a number before it, ``0.1 N``."""
     bare = plain_unit(text)
-    found = _SCALED.fullmatch(text)
+    match = _SCALED.fullmatch(text)
     return bool(
         tabulated_unit(text)
         or bare in _ELSEWHERE
-        or (len(bare) > 1 and bare.lower() not in _LOOSE and _read(bare, ""))
-        or (found and tabulated_unit(found["unit"]))
+        or (len(bare) > 1 and bare.lower() not in _LOOSE and _parse_unit(bare, ""))
+        or (match and tabulated_unit(match["unit"]))
     )
 
 
@@ -339,11 +339,11 @@ def scaled_unit(text: str, measured: str) -> Unit | None:
     measured : str
         A key of `bushcli.recording.source.UNITS`.
     """
-    found = _SCALED.fullmatch(text)
-    unit = find_unit(found["unit"] if found else text, measured)
-    if found is None or unit is None or not unit.factor:
+    match = _SCALED.fullmatch(text)
+    unit = find_unit(match["unit"] if match else text, measured)
+    if match is None or unit is None or not unit.factor:
         return unit
-    over, under, power, plain = (found[key] for key in ("over", "under", "power", "plain"))
+    over, under, power, plain = (match[key] for key in ("over", "under", "power", "plain"))
     number = 10.0 ** int(power) if power else float((plain or over).replace(",", "."))
     number /= float(under.replace(",", ".")) if under else 1.0
     return replace(unit, name=text.strip(), factor=number * unit.factor) if 0.0 < number < math.inf else None
@@ -357,14 +357,14 @@ def read_unit(text: str) -> DynamicUnit | None:
     if bare and not bare[0].isdigit():
         spaced = _IMPULSE.sub(lambda m: f"{m[1]}*{m[2] + '*' if m[2] else ''}s", inside)
         size = _size(plain_unit(re.sub(r"(?<=[^\W_])\s+(?=[^\W_])", "*", spaced)), "")
-    found = DynamicUnit(_KINDS[size.powers], size.factor) if size and size.powers in _KINDS else None
+    unit = DynamicUnit(_KINDS[size.powers], size.factor) if size and size.powers in _KINDS else None
     if low in _FREQUENCIES:
-        found = DynamicUnit("frequency", _FREQUENCIES[low])
+        unit = DynamicUnit("frequency", _FREQUENCIES[low])
     elif low in _TEMPERATURES:
-        found = DynamicUnit("temperature", *_TEMPERATURES[low])
+        unit = DynamicUnit("temperature", *_TEMPERATURES[low])
     elif bare in ("1", "-", "--"):
-        found = DynamicUnit("strain", 1.0)
-    return found
+        unit = DynamicUnit("strain", 1.0)
+    return unit
 
 
 def slip(text: str, measured: str) -> str:
@@ -374,7 +374,7 @@ def slip(text: str, measured: str) -> str:
     return names[0] if len(names) == 1 else ""
 
 
-def _read(bare: str, measured: str) -> Unit | None:
+def _parse_unit(bare: str, measured: str) -> Unit | None:
     """Return the unit that a text without blanks means by the grammar; None if a part of it is not understood."""
     size = _size(bare, measured)
     of = _MEASURED.get(size.powers, OTHER) if size else ""
@@ -384,10 +384,8 @@ def _read(bare: str, measured: str) -> Unit | None:
         size and of == "strain" and "/" in bare and size.factor == 1.0 and not re.fullmatch(r"(\w+)/\1", bare)
     )
     name = _NAMES.get((of, float(f"{factor:.12g}")))
-    found = (
-        Unit(of, bare, 0.0 if of == OTHER else factor) if name is None else Unit(of, name, UNITS[of][name])
-    )
-    return found if size and low <= size.factor <= high and not ratio else None
+    unit = Unit(of, bare, 0.0 if of == OTHER else factor) if name is None else Unit(of, name, UNITS[of][name])
+    return unit if size and low <= size.factor <= high and not ratio else None
 
 
 def _size(bare: str, measured: str) -> _Size | None:
@@ -396,30 +394,30 @@ def _size(bare: str, measured: str) -> _Size | None:
     text = re.sub(r"(?:-?\(|[-_])(f|force)$", r"\1", text, flags=re.IGNORECASE)  # kg-f, kg(f), pound-force
     text = _SQUARE.sub(r"\g<1>2", _HYPHEN.sub("", text))
     size: _Size | None = _ONE
-    at, power, goes_on = 0, 1, True
+    position, power, goes_on = 0, 1, True
     while size is not None and goes_on:
-        factor = _FACTOR.match(text, at)
-        one = _word(factor[1], measured) if factor else None
-        size = size.times(one, power * int(factor[2] or 1)) if factor and one else None
-        at = factor.end() if factor else at
-        sign = _OPERATOR.match(text, at)
+        factor = _FACTOR.match(text, position)
+        word = _word(factor[1], measured) if factor else None
+        size = size.times(word, power * int(factor[2] or 1)) if factor and word else None
+        position = factor.end() if factor else position
+        sign = _OPERATOR.match(text, position)
         goes_on = sign is not None
-        power, at = (-1 if sign[0] == "/" else 1, sign.end()) if sign else (power, at)
-    return _word(bare, measured) or (size if at == len(text) else None)
+        power, position = (-1 if sign[0] == "/" else 1, sign.end()) if sign else (power, position)
+    return _word(bare, measured) or (size if position == len(text) else None)
 
 
 @functools.lru_cache(maxsize=4096)
 def _word(word: str, measured: str) -> _Size | None:
     """Return the size of one word: a unit with or without prefix, or a force and a length, ``ftlb``."""
-    found = _single(word, measured)
-    for cut in range(1, len(word) if found is None else 0):
-        one, two = _single(word[:cut], measured), _single(word[cut:], measured)
-        kinds = [_MEASURED.get(size.powers) if size else None for size in (one, two)]
+    whole = _single(word, measured)
+    for cut in range(1, len(word) if whole is None else 0):
+        first, second = _single(word[:cut], measured), _single(word[cut:], measured)
+        kinds = [_MEASURED.get(size.powers) if size else None for size in (first, second)]
         # "mN" is a millinewton; a length comes first before pounds, ounces and kiloponds only.
         before = word[cut:].lower() in ("lb", "lbs", "lbf", "oz", "ozf", "kp", "kgf", "kip", "kips")
-        if one and two and (kinds == ["force", "length"] or (before and kinds == ["length", "force"])):
-            return one.times(two)
-    return found
+        if first and second and (kinds == ["force", "length"] or (before and kinds == ["length", "force"])):
+            return first.times(second)
+    return whole
 
 
 def _single(word: str, measured: str) -> _Size | None:

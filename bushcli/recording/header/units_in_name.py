@@ -50,8 +50,8 @@ def _units_at_end(text: str, timed: bool) -> Iterator[tuple[str, str]]:
     tokens = [token for token in re.split(r"[_\s,;|=]+", text) if token]
     for count in (2, 1):
         unit, before = "".join(tokens[-count:]), tokens[:-count]
-        found = tabulated_unit(unit) if before else None
-        if found is None or (count == 2 and found.measured != "moment"):
+        known = tabulated_unit(unit) if before else None
+        if known is None or (count == 2 and known.measured != "moment"):
             continue
         # "Force in lbf" is no moment; "min" is the smallest value, or doubtful.
         force = count == 2 and tokens[-2] == "in" and "force" in kinds_of(" ".join(before))
@@ -64,9 +64,9 @@ def _units_at_end(text: str, timed: bool) -> Iterator[tuple[str, str]]:
     joined = re.fullmatch(r"(\S.*?)\s+in\s+(\S+)", text.strip())
     if joined and not _names_something(joined[2]):
         yield joined[1], joined[2]
-    apart = re.fullmatch(r"(.+)[-.]([^-.\s]+)", text.strip())
-    if apart and _is_unit(apart[2]):
-        yield apart[1], apart[2]
+    match = re.fullmatch(r"(.+)[-.]([^-.\s]+)", text.strip())
+    if match and _is_unit(match[2]):
+        yield match[1], match[2]
     yield text, ""
 
 
@@ -74,11 +74,11 @@ def with_second_unit(rest: str, written: list[str], timed: bool) -> tuple[str, l
     """Return a name without the second unit that stands before a first one, and both: ``Travel mm (in)``."""
     first = tabulated_unit(written[0]) if len(written) == 1 else None
     # The first m of "Travel m m" is a prefix.
-    apart = first and _prefix_apart(re.findall(r"[^\W_]+", rest), written[0])
-    before, unit = next(_units_at_end(rest, timed)) if first and not apart else (rest, "")
+    prefix = first and _prefix_apart(re.findall(r"[^\W_]+", rest), written[0])
+    before, unit = next(_units_at_end(rest, timed)) if first and not prefix else (rest, "")
     second = tabulated_unit(unit) if unit and unit.lower() != "in" else None
-    two = first and second and second.measured == first.measured
-    return (re.sub(r"\s+in\s*$", "", before), [*written, unit]) if two else (rest, written)
+    are_two = first and second and second.measured == first.measured
+    return (re.sub(r"\s+in\s*$", "", before), [*written, unit]) if are_two else (rest, written)
 
 
 def inner_units(shown: list[str], rest: str) -> tuple[list[str], list[str]]:
@@ -94,10 +94,10 @@ def inner_units(shown: list[str], rest: str) -> tuple[list[str], list[str]]:
     ranges = [i for i in units if _is_range(shown[:i], rest)]
     written = [f"{shown[i - 1]} {shown[i]}" if i in ranges else shown[i] for i in units]
     for i in units:
-        apart = _prefix_apart(shown[:i], shown[i]) or _prefix_apart(shown[i + 1 :][:1], shown[i])
-        written += [f"{FACTOR} {apart}"] if apart else []
-    gone = {*units, *(i - 1 for i in ranges)}
-    return [word for i, word in enumerate(shown) if i not in gone], written
+        prefix = _prefix_apart(shown[:i], shown[i]) or _prefix_apart(shown[i + 1 :][:1], shown[i])
+        written += [f"{FACTOR} {prefix}"] if prefix else []
+    removed = {*units, *(i - 1 for i in ranges)}
+    return [word for i, word in enumerate(shown) if i not in removed], written
 
 
 def numbers_or_doubts(shown: Sequence[str], rest: str, has_unit: bool) -> tuple[list[str], list[str]]:
@@ -110,15 +110,15 @@ def numbers_or_doubts(shown: Sequence[str], rest: str, has_unit: bool) -> tuple[
     doubtful += ["in"] * ("_in_" in rest.lower() or _INCH_FIRST.match(rest) is not None)
     numbers: list[str] = []
     for word in doubtful:
-        at = shown.index(word) if word in shown else 0
+        index = shown.index(word) if word in shown else 0
         glued = re.fullmatch(r"\d+(?:[.,]\d+)?([^\W\d_]+)", word)
-        if _is_range(shown[:at], rest) and any(find_unit(word, kind) for kind in ("force", "length")):
-            numbers.append(f"{shown[at - 1]} {word}")
+        if _is_range(shown[:index], rest) and any(find_unit(word, kind) for kind in ("force", "length")):
+            numbers.append(f"{shown[index - 1]} {word}")
         elif glued and tabulated_unit(glued[1]) is not None and not has_unit:
             numbers.append(word)
-    alone = not has_unit and all(word.isdigit() for word in doubtful)
-    numbers += loose_numbers(rest) if alone and not numbers else []
-    return numbers[:1], [] if numbers or alone else doubtful
+    only_digits = not has_unit and all(word.isdigit() for word in doubtful)
+    numbers += loose_numbers(rest) if only_digits and not numbers else []
+    return numbers[:1], [] if numbers or only_digits else doubtful
 
 
 def prefix_of(rest: str, written: Sequence[str], bracketed: bool) -> str:
@@ -130,11 +130,11 @@ def prefix_of(rest: str, written: Sequence[str], bracketed: bool) -> str:
 
 def _prefix_apart(words: Sequence[str], unit: str) -> str:
     """Return the prefix that a blank or a sign separates from its unit, ``Force k N``, or an empty text."""
-    last, found = words[-1] if words else "", tabulated_unit(unit)
-    joined = tabulated_unit(last + unit) if last and found else None
-    scaled = found and joined and joined.measured == found.measured and joined.factor != found.factor
+    last, known = words[-1] if words else "", tabulated_unit(unit)
+    joined = tabulated_unit(last + unit) if last and known else None
+    scaled = known and joined and joined.measured == known.measured and joined.factor != known.factor
     # M is the symbol of a moment.
-    short = found and len(last) <= 2 and not (last == "M" and found.measured == "moment")
+    short = known and len(last) <= 2 and not (last == "M" and known.measured == "moment")
     return last if last.lower() in COUNTED or (short and (last == "k" or scaled)) else ""
 
 
@@ -149,9 +149,9 @@ def _is_range(words: Sequence[str], text: str) -> bool:
 
 def _are_units(parts: Sequence[str]) -> bool:
     """Whether the parts of a text are factors of a unit: one of them is known, and none is a word of a name."""
-    known = [tabulated_unit(part.rstrip("²³")) is not None for part in parts]
-    words = (part for part, unit in zip(parts, known, strict=True) if not unit and not part.isdigit())
-    return any(known) and not any(map(known_word, words))
+    are_units = [tabulated_unit(part.rstrip("²³")) is not None for part in parts]
+    words = (part for part, unit in zip(parts, are_units, strict=True) if not unit and not part.isdigit())
+    return any(are_units) and not any(map(known_word, words))
 
 
 def _is_unit(text: str) -> bool:

@@ -198,8 +198,8 @@ def is_foreign(word: str) -> bool:
 
 def is_code(word: str) -> bool:
     """Whether a word is the name of a device or channel, such as MX840B, LC2, U10M, and no unit with a number."""
-    found = _CODE.fullmatch(word)
-    return found is not None and not _UNITS.fullmatch(found[1] or "")
+    match = _CODE.fullmatch(word)
+    return match is not None and not _UNITS.fullmatch(match[1] or "")
 
 
 def names_quantity(word: str) -> bool:
@@ -254,7 +254,9 @@ def name_quality(name: str, kind: str) -> int:
         name = " ".join(words)
         # "extension ratio" contains a word for a length but is a stretch; any other ratio is none.
         phrase = any(" " in word and f" {word} " in f" {name} " for word in known)
-        other = ("ratio" in words and not phrase) or any(name in WORDS[one] for one in WORDS if one != kind)
+        other = ("ratio" in words and not phrase) or any(
+            name in WORDS[another] for another in WORDS if another != kind
+        )
         longest = max((end for end in ALL_ENDINGS if name.endswith(end)), key=len, default="")
         compound = longest in ENDINGS.get(kind, ()) and not name.startswith(FOREIGN_BEGINNINGS)
         rules = (

@@ -29,16 +29,16 @@ def opened(path: Path) -> Iterator[Sequence[FilePart]]:
     import h5py
 
     with h5py.File(path, "r") as file:
-        found: list[Any] = []
+        items: list[Any] = []
 
         def collect(name: str, item: Any) -> bool | None:
-            found.append(item)
+            items.append(item)
             # True ends the visit.
-            return True if len(found) >= _MOST else None
+            return True if len(items) >= _MOST else None
 
         file.visititems(collect)
         parts, vectors = list[FilePart](), dict[str, list[WaveChannel]]()
-        for data in (item for item in found if isinstance(item, h5py.Dataset)):
+        for data in (item for item in items if isinstance(item, h5py.Dataset)):
             if data.shape is None or data.is_virtual or data.external:
                 continue
             shape = tuple(size for size in data.shape if size != 1)

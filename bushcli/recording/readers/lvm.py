@@ -66,26 +66,26 @@ def opened(path: Path) -> Iterator[Sequence[FilePart]]:
     if not segments:
         raise ValueError("holds no segment with channels")
     # The first clock of a segment continues that of the segment before.
-    joined = [_joined(one) for one in zip(*segments, strict=False)]
-    if len({len(one) for one in segments}) == 1 and None not in joined:
-        named = [("", one) for one in joined if one is not None]
+    joined = [_join_segments(clocks) for clocks in zip(*segments, strict=False)]
+    if len({len(clocks) for clocks in segments}) == 1 and None not in joined:
+        labelled = [("", clock) for clock in joined if clock is not None]
     else:
-        named = [(f"segment {i + 1}", one) for i, clocks in enumerate(segments) for one in clocks]
-    labels = [label for label, _ in named]
+        labelled = [(f"segment {i + 1}", clock) for i, clocks in enumerate(segments) for clock in clocks]
+    labels = [label for label, _ in labelled]
     names = [
-        label if labels.count(label) == 1 else ", ".join(filter(None, (label, *one.names)))[:80]
-        for label, one in named
+        label if labels.count(label) == 1 else ", ".join(filter(None, (label, *clock.names)))[:80]
+        for label, clock in labelled
     ]
     parts = []
-    for name, (_, one) in zip(numbered(names), named, strict=True):
-        columns, origin = [one.x, *one.values], one.origin
-        titles = ["time" if one.x_unit == "s" else "x", *one.names]
-        if one.begin is not None and one.x_unit == "s":
-            since = one.begin - _ZERO_DATE
+    for name, (_, clock) in zip(numbered(names), labelled, strict=True):
+        columns, origin = [clock.x, *clock.values], clock.origin
+        titles = ["time" if clock.x_unit == "s" else "x", *clock.names]
+        if clock.begin is not None and clock.x_unit == "s":
+            since = clock.begin - _ZERO_DATE
             nanoseconds = (since.days * 86_400 + since.seconds) * 10**9 + since.microseconds * 1000
             origin = Instant("date", nanoseconds)
-        units = [one.x_unit, *one.units]
-        parts.append(FilePart(name, titles, units, len(one.x), columns.__getitem__, origin=origin))
+        units = [clock.x_unit, *clock.units]
+        parts.append(FilePart(name, titles, units, len(clock.x), columns.__getitem__, origin=origin))
     yield parts
 
 
@@ -103,25 +103,25 @@ def _segments(lines: Sequence[str]) -> Iterator[list[_Segment]]:
     if columns not in ("no", "one", "multi") or decimal not in (".", ","):
         raise ValueError(f"X_Columns = {columns[:20]} with Decimal_Separator = {decimal[:5]} is not read")
     absolute = "".join(file.get("time_pref", ())[:1]).lower() == "absolute"
-    begin = ends[0] + 1
+    start = ends[0] + 1
     for i, end in enumerate(ends[1:], start=1):
         # The next segment's header begins after the last row of this one, at its line "Channels".
         last = ends[i + 1] if i + 1 < len(ends) else len(lines)
         stop = next((n for n in range(end + 1, last) if lines[n].startswith("Channels")), len(lines))
-        head = _header(lines[begin:end], separator)
+        head = _header(lines[start:end], separator)
         yield _segment(lines, end + 1, stop, head, _Form(separator, decimal, columns, absolute))
-        begin = stop
+        start = stop
 
 
 def _header(lines: Sequence[str], separator: str) -> Mapping[str, list[str]]:
     """Return the fields of each keyword, in lower case; special blocks are left out."""
-    found, special = dict[str, list[str]](), False
+    head, special = dict[str, list[str]](), False
     for line in lines:
         special = (special or line.startswith(_SPECIAL[0])) and not line.startswith(_SPECIAL[1])
         if line.strip() and not special and not line.startswith(_SPECIAL[1]):
             keyword, *fields = (field.strip() for field in line.split(separator))
-            found[keyword.lower()] = fields
-    return found
+            head[keyword.lower()] = fields
+    return head
 
 
 class _Form(NamedTuple):
@@ -142,14 +142,14 @@ def _segment(
         raise ValueError(f"Channels: {number:g} are too many")
     count, multi = int(number), form.columns == "multi"
     body = [(n + 1, lines[n].split(form.separator)) for n in range(start, stop) if lines[n].strip()]
-    at = range(1, 2 * count, 2) if multi else range(1, count + 1)
+    columns = range(1, 2 * count, 2) if multi else range(1, count + 1)
     titles = body.pop(0)[1] if body else []
-    if count < 1 or not body or len(titles) <= at[-1]:
+    if count < 1 or not body or len(titles) <= columns[-1]:
         raise ValueError(f"line {start + 1}: there are no names and values of {count} channels")
     units = [*head.get("y_unit_label", []), *[""] * count]
     clocks: dict[tuple[object, ...], list[int]] = {}
     x: list[Array] = []
-    for i, place in enumerate(at):
+    for i, place in enumerate(columns):
         last = max(
             (i + 1 for i, (_, row) in enumerate(body) if place < len(row) and row[place].strip()), default=0
         )
@@ -161,11 +161,11 @@ def _segment(
         clocks.setdefault(key, []).append(i)
     return [
         _Segment(
-            tuple(titles[at[i]].strip() for i in members),
+            tuple(titles[columns[i]].strip() for i in members),
             tuple(units[i] for i in members),
             x[members[0]],
             _x_unit(head, members[0]),
-            np.array([_column(body[: len(x[i])], at[i], form.decimal) for i in members]),
+            np.array([_column(body[: len(x[i])], columns[i], form.decimal) for i in members]),
             None if form.absolute else _begin(head, members[0]),
             _ZERO if form.absolute else None,
         )
@@ -174,7 +174,11 @@ def _segment(
 
 
 def _x_values(
-    body: Sequence[tuple[int, list[str]]], head: Mapping[str, list[str]], channel: int, at: int, form: _Form
+    body: Sequence[tuple[int, list[str]]],
+    head: Mapping[str, list[str]],
+    channel: int,
+    column: int,
+    form: _Form,
 ) -> Array:
     """Return the x values (n,) of a channel."""
     stated = [_field(head, key, i) for i in (0, channel) for key in ("x0", "delta_x")]
@@ -185,7 +189,7 @@ def _x_values(
                 f"X0 = {first:g} and Delta_X = {step:g} of channel {channel + 1} give no finite times"
             )
         return np.asarray(first + step * np.arange(len(body)))
-    return _column(body, at, form.decimal)
+    return _column(body, column, form.decimal)
 
 
 def _x_unit(head: Mapping[str, list[str]], channel: int) -> str:
@@ -221,30 +225,31 @@ def _begin(head: Mapping[str, list[str]], channel: int) -> datetime | None:
     whole, _, fraction = written.partition(" ")[2].partition(".")
     for date in _DATES:
         try:
-            found = datetime.strptime(f"{written.partition(' ')[0]} {whole}", f"{date} %H:%M:%S")
+            begin = datetime.strptime(f"{written.partition(' ')[0]} {whole}", f"{date} %H:%M:%S")
         except ValueError:
             continue
-        return found.replace(microsecond=round(1e6 * float(f"0.{fraction[:6] or 0}")) % 1_000_000)
+        return begin.replace(microsecond=round(1e6 * float(f"0.{fraction[:6] or 0}")) % 1_000_000)
     return None
 
 
-def _joined(segments: Sequence[_Segment]) -> _Segment | None:
+def _join_segments(segments: Sequence[_Segment]) -> _Segment | None:
     """Return segments with the same channels as one table if their times increase; else None."""
     first = segments[0]
     if any(
-        (one.names, one.units, one.x_unit) != (first.names, first.units, first.x_unit) for one in segments
+        (segment.names, segment.units, segment.x_unit) != (first.names, first.units, first.x_unit)
+        for segment in segments
     ):
         return None
     shifts = [0.0] * len(segments)
     if any(a.x[-1] >= b.x[0] for a, b in pairwise(segments)):
         # The x values of each segment count from its own begin.
-        if first.x_unit != "s" or any(one.begin is None for one in segments):
+        if first.x_unit != "s" or any(segment.begin is None for segment in segments):
             return None
-        shifts = [(one.begin - first.begin).total_seconds() for one in segments]  # type: ignore[operator]
-    x = np.concatenate([one.x + shift for one, shift in zip(segments, shifts, strict=True)])
+        shifts = [(segment.begin - first.begin).total_seconds() for segment in segments]  # type: ignore[operator]
+    x = np.concatenate([segment.x + shift for segment, shift in zip(segments, shifts, strict=True)])
     if (np.diff(x) <= 0).any() and len(segments) > 1:
         return None
-    values = np.concatenate([one.values for one in segments], axis=1)
+    values = np.concatenate([segment.values for segment in segments], axis=1)
     return replace(first, x=x, values=values)
 
 

@@ -25,14 +25,14 @@ def opened(path: Path) -> Iterator[Sequence[FilePart]]:
 
     # Given a name, the library would judge the file by its suffix.
     with path.open("rb") as stream, MDF(stream) as file:
-        found = [(i, group) for i, group in enumerate(file.groups) if group.channel_group.cycles_nr]
+        groups = [(i, group) for i, group in enumerate(file.groups) if group.channel_group.cycles_nr]
         names = []
-        for i, group in found:
+        for i, group in groups:
             source = getattr(group.channel_group, "acq_source", None)
             name = getattr(group.channel_group, "acq_name", "") or (source.name if source else "") or ""
             names.append(name.strip() or f"group {i + 1}")
         parts = []
-        for (i, group), name in zip(found, numbered(names), strict=True):
+        for (i, group), name in zip(groups, numbered(names), strict=True):
             master = file.masters_db.get(i)
             titles = [channel.name for channel in group.channels]
             units = [file.get_channel_unit(group=i, index=k) or "" for k in range(len(titles))]

@@ -30,8 +30,8 @@ def opened(path: Path) -> Iterator[Sequence[FilePart]]:
         common = stated if isinstance(stated, dict) else {}
         units = []
         for field in schema:
-            own = field.metadata or {}
-            unit = unit_of(own.get(b"unit") or own.get(b"units") or common.get(field.name))
+            metadata = field.metadata or {}
+            unit = unit_of(metadata.get(b"unit") or metadata.get(b"units") or common.get(field.name))
             if str(field.type).startswith(("timestamp", "duration")):
                 unit = UTC if getattr(field.type, "tz", None) else "s"  # `Table.clock` converts the stamps
             units.append(unit)

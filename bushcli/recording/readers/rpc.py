@@ -97,8 +97,8 @@ def _header(path: Path) -> Mapping[str, str]:
 
 
 def _records(content: bytes) -> Iterator[tuple[str, str]]:
-    for at in range(0, len(content) - _RECORD + 1, _RECORD):
-        record = content[at : at + _RECORD]
+    for offset in range(0, len(content) - _RECORD + 1, _RECORD):
+        record = content[offset : offset + _RECORD]
         keyword, value = record[:_KEYWORD], record[_KEYWORD:]
         texts = [part.split(b"\0")[0].decode("cp1252", "replace").strip() for part in (keyword, value)]
         if texts[0]:

@@ -23,12 +23,12 @@ def opened(path: Path) -> Iterator[Sequence[FilePart]]:
         parts: list[FilePart] = []
         for group in file.groups():
             channels = []
-            for one in group.channels():
-                dated = one.dtype.kind in "mM"  # in UTC
-                unit = next((text for key in _UNITS if (text := unit_of(one.properties.get(key)))), "")
-                sampling = None if dated else sampling_of(one.properties)
-                unit, load = UTC if dated else unit, partial(one.__getitem__, slice(None))
-                channels.append(WaveChannel(one.name, unit, len(one), dated, load, sampling))
+            for channel in group.channels():
+                dated = channel.dtype.kind in "mM"  # in UTC
+                unit = next((text for key in _UNITS if (text := unit_of(channel.properties.get(key)))), "")
+                sampling = None if dated else sampling_of(channel.properties)
+                unit, load = UTC if dated else unit, partial(channel.__getitem__, slice(None))
+                channels.append(WaveChannel(channel.name, unit, len(channel), dated, load, sampling))
             parts += parts_by_clock(group.name, channels)
         yield parts
 

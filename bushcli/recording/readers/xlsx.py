@@ -54,21 +54,21 @@ def opened(path: Path) -> Iterator[Sequence[FilePart]]:
 
 def _with_formulas(parts: Sequence[FilePart], written: Any) -> list[FilePart]:
     """Return sheets with the formulas whose values are missing: a program that does not calculate wrote the file."""
-    found = []
+    sheets = []
     for part in parts:
         sheet = written[part.name]
         sheet.reset_dimensions()
-        known, cells = dict(part.cells or ()), []
-        last = max(known) + _GAP
+        rows, cells = dict(part.cells or ()), []
+        last = max(rows) + _GAP
         for number, row in enumerate(
             sheet.iter_rows(values_only=True, max_col=_WIDEST, max_row=last), start=1
         ):
-            texts = [str(one) if isinstance(one, str) and one.startswith("=") else "" for one in row]
-            fields = [one or text for one, text in zip_longest(known.get(number, ()), texts, fillvalue="")]
+            texts = [str(cell) if isinstance(cell, str) and cell.startswith("=") else "" for cell in row]
+            fields = [field or text for field, text in zip_longest(rows.get(number, ()), texts, fillvalue="")]
             cells += [(number, fields)] if any(fields) else []
-        width = max(_filled(fields) for _, fields in cells)
-        found.append(replace(part, cells=[(n, (f + [""] * width)[:width]) for n, f in cells]))
-    return found
+        width = max(_filled_width(fields) for _, fields in cells)
+        sheets.append(replace(part, cells=[(n, (f + [""] * width)[:width]) for n, f in cells]))
+    return sheets
 
 
 def _sheets(book: Any) -> list[FilePart]:
@@ -80,7 +80,7 @@ def _sheets(book: Any) -> list[FilePart]:
         empty, stamps, percent = 0, dict[int, _Stamps](), set[int]()
         for number, row in enumerate(sheet.iter_rows(max_col=_WIDEST), start=1):
             fields = [_field(cell, column, stamps, percent) for column, cell in enumerate(row)]
-            left -= 1 + _filled(fields)
+            left -= 1 + _filled_width(fields)
             if left < 0:
                 raise ValueError(f"has more than {_MOST_CELLS / 1e6:g} million cells")
             if any(fields):
@@ -89,7 +89,7 @@ def _sheets(book: Any) -> list[FilePart]:
             elif (empty := empty + 1) > _GAP:
                 break
         if cells:
-            width = max(_filled(fields) for _, fields in cells)
+            width = max(_filled_width(fields) for _, fields in cells)
             padded = [(n, (f + [""] * width)[:width]) for n, f in cells]
             for column in percent:
                 # The header of a column whose numbers are shown in percent has the unit, or gets it.
@@ -97,7 +97,7 @@ def _sheets(book: Any) -> list[FilePart]:
                 texts = [fields for _, fields in rows if fields[column]]
                 if texts and not any(_SAYS_PERCENT.search(fields[column]) for fields in texts):
                     texts[-1][column] += " [%]"
-            dates = [(column, one.count, one.instant) for column, one in stamps.items()]
+            dates = [(column, stamp.count, stamp.instant) for column, stamp in stamps.items()]
             parts.append(FilePart(sheet.title, cells=padded, dates=dates))
     return parts
 
@@ -106,7 +106,7 @@ class _Stamps:
     """The first date or time of day in a column, and how many there are."""
 
     def __init__(self, value: datetime.datetime | datetime.time) -> None:
-        self.first, self.count = _dated(value), 0
+        self.first, self.count = _date_of(value), 0
         since = self.first - datetime.datetime(1970, 1, 1)
         nanoseconds = (since.days * 86_400 + since.seconds) * 10**9 + since.microseconds * 1000
         self.instant = Instant("time of day" if isinstance(value, datetime.time) else "date", nanoseconds)
@@ -114,17 +114,17 @@ class _Stamps:
     def seconds(self, value: datetime.datetime | datetime.time) -> float:
         """Count a date or a time of day; return the seconds since the first."""
         self.count += 1
-        return (_dated(value) - self.first).total_seconds()
+        return (_date_of(value) - self.first).total_seconds()
 
 
-def _dated(value: datetime.datetime | datetime.time) -> datetime.datetime:
+def _date_of(value: datetime.datetime | datetime.time) -> datetime.datetime:
     """Return a date, or a time of day on the first day of 1970."""
     if isinstance(value, datetime.datetime):
         return value
     return datetime.datetime.combine(datetime.date(1970, 1, 1), value)
 
 
-def _filled(fields: Sequence[str]) -> int:
+def _filled_width(fields: Sequence[str]) -> int:
     return max((i + 1 for i, field in enumerate(fields) if field), default=0)
 
 

@@ -44,7 +44,7 @@ class _Node:
         """Return the first chunk at a path of names, or None."""
         node: _Node | None = self
         for name in path.split("/"):
-            node = next((one for one in node.inside if one.name == name), None) if node else None
+            node = next((child for child in node.inside if child.name == name), None) if node else None
         return node
 
     def every(self, name: str) -> Iterator[_Node]:
@@ -89,42 +89,42 @@ def opened(path: Path) -> Iterator[Sequence[FilePart]]:
     }
     blocks = [node for node in root.every("SingleGroupDataBlock") if node.get("DataChannels")]
     count = len(blocks)
-    found = []
+    specimens = []
     for context in root.every("ParameterListe"):
         for parameter in context.inside:
             texts = _value(parameter, "QS_TextPar") if _value(parameter, "ID") == _SPECIMEN else None
             if isinstance(texts, (list, tuple)) and texts and str(texts[0]).strip():
-                found.append(str(texts[0]).strip())
-    labels = numbered(found if len(found) == count else [f"specimen {i + 1}" for i in range(count)])
+                specimens.append(str(texts[0]).strip())
+    labels = numbered(specimens if len(specimens) == count else [f"specimen {i + 1}" for i in range(count)])
     yield [part for block, name in zip(blocks, labels, strict=True) for part in _parts(block, name, names)]
 
 
 def _value(node: _Node, path: str) -> Any:
-    found = node.get(path)
-    return None if found is None else found.value
+    child = node.get(path)
+    return None if child is None else child.value
 
 
 def _parts(block: _Node, name: str, names: dict[Any, Any]) -> Iterator[FilePart]:
-    channels = [one for one in block.get("DataChannels").inside if one.get("DataArray")]  # type: ignore[union-attr]
+    channels = [channel for channel in block.get("DataChannels").inside if channel.get("DataArray")]  # type: ignore[union-attr]
     arrays = [np.asarray(_value(channel, "DataArray"), dtype=float).reshape(-1) for channel in channels]
     titles = [str(names.get(_value(channel, "TrsChannelId")) or "") for channel in channels]
     lengths = dict.fromkeys(len(values) for values in arrays if len(values))
     for samples in lengths:
-        at = [i for i, values in enumerate(arrays) if len(values) == samples]
+        indices = [i for i, values in enumerate(arrays) if len(values) == samples]
         part = name if len(lengths) == 1 else f"{name}, {samples} samples"
-        units = ["" if heading(titles[i]).written else UNKNOWN for i in at]
-        taken = [arrays[i] for i in at]
-        yield FilePart(part, [titles[i] for i in at], units, samples, taken.__getitem__)
+        units = ["" if heading(titles[i]).written else UNKNOWN for i in indices]
+        columns = [arrays[i] for i in indices]
+        yield FilePart(part, [titles[i] for i in indices], units, samples, columns.__getitem__)
 
 
 def recognises(head: bytes, suffix: str) -> bool:
     """Whether what a file packs begins like a zs2 file; a packed file that is damaged is one by its suffix."""
     packed = head.startswith(b"\x1f\x8b")
     try:
-        begin = zlib.decompressobj(wbits=31).decompress(head, 4) if packed else b""
+        magic = zlib.decompressobj(wbits=31).decompress(head, 4) if packed else b""
     except zlib.error:
-        begin = _MARK if suffix == ".zs2" else b""
-    return begin == _MARK
+        magic = _MARK if suffix == ".zs2" else b""
+    return magic == _MARK
 
 
 READER = Reader(name="a Zwick file (zs2)", recognises=recognises, opened=opened, library="zs2decode")

@@ -117,10 +117,12 @@ def _short(fields: Sequence[str], form: str) -> Array | None:
         unit = 1.0
     if unit is None or len(stamps) < len(fields):
         return None
-    numbers = np.array([60.0 * int(one["first"]) + float(one["second"].replace(",", ".")) for one in stamps])
+    numbers = np.array(
+        [60.0 * int(match["first"]) + float(match["second"].replace(",", ".")) for match in stamps]
+    )
     # Two digits of minutes begin again after an hour, those of hours after a day.
-    again = np.concatenate([[0.0], np.cumsum(np.diff(numbers) < -0.5 * _ROUND[unit])])
-    return np.asarray(unit * (numbers - numbers[0] + _ROUND[unit] * again))
+    rounds = np.concatenate([[0.0], np.cumsum(np.diff(numbers) < -0.5 * _ROUND[unit])])
+    return np.asarray(unit * (numbers - numbers[0] + _ROUND[unit] * rounds))
 
 
 def _days(dates: Sequence[str], seconds: Array) -> tuple[Array | None, str]:
@@ -130,8 +132,8 @@ def _days(dates: Sequence[str], seconds: Array) -> tuple[Array | None, str]:
         return np.concatenate([[0.0], np.cumsum(np.diff(seconds) < -0.5 * _DAY)]), "time of day"
     for form in _DATES:
         try:
-            known = {text: datetime.strptime(text, form).date() for text in set(dates)}
+            days = {text: datetime.strptime(text, form).date() for text in set(dates)}
         except ValueError:
             continue
-        return np.array([float(known[text].toordinal() - _EPOCH) for text in dates]), "date"
+        return np.array([float(days[text].toordinal() - _EPOCH) for text in dates]), "date"
     return (np.zeros(len(dates)), dates[0]) if len(set(dates)) == 1 else (None, "")

@@ -91,7 +91,7 @@ def text_of(content: bytes) -> str:
 
 def _is_chinese(content: bytes) -> bool:
     """Whether the bytes beyond 127 are pairs, most of which begin like common Chinese characters."""
-    runs = [found[0] for found in islice(_BEYOND.finditer(content), _MOST_RUNS)]
+    runs = [match[0] for match in islice(_BEYOND.finditer(content), _MOST_RUNS)]
     pairs = [run[i] for run in runs for i in range(0, len(run), 2)]
     if not pairs or any(len(run) % 2 for run in runs):
         return False

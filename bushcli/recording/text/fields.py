@@ -61,8 +61,8 @@ def is_number(field: str, decimal: str) -> bool:
 
 def only_numbers(fields: Sequence[str], decimal: str) -> bool:
     """Whether each field is a number or empty."""
-    together = "\n".join(fields)
-    return together.count("\n") < max(len(fields), 1) and _NUMBERS[decimal].fullmatch(together) is not None
+    text = "\n".join(fields)
+    return text.count("\n") < max(len(fields), 1) and _NUMBERS[decimal].fullmatch(text) is not None
 
 
 def to_float(field: str, decimal: str) -> float:
@@ -76,8 +76,8 @@ def to_float(field: str, decimal: str) -> float:
 
 def is_grouped(field: str, decimal: str) -> bool:
     """Whether a field can only be a number with thousands separators: ``1.234,5``, but not ``1.234``."""
-    found = _GROUPED[decimal].fullmatch(field)
-    return found is not None and (decimal in field or found["by"] not in ".," or field.count(found["by"]) > 1)
+    match = _GROUPED[decimal].fullmatch(field)
+    return match is not None and (decimal in field or match["by"] not in ".," or field.count(match["by"]) > 1)
 
 
 def is_thousands(field: str, sign: str) -> bool:
@@ -92,11 +92,11 @@ def ungrouped(fields: Sequence[str], decimal: str) -> dict[int, str]:
     in the others too.
     """
     # Most columns have no such sign at all: one look at all fields costs a fiftieth of one at each.
-    together = "".join(fields)
-    signed = any(sign in together for sign in _GROUPS[decimal])
+    text = "".join(fields)
+    signed = any(sign in text for sign in _GROUPS[decimal])
     proved = signed and any(is_grouped(field, decimal) for field in fields)
-    found = ((i, _GROUPED[decimal].fullmatch(field)) for i, field in enumerate(fields if proved else ()))
-    return {i: match[0].replace(match["by"], "") for i, match in found if match is not None}
+    matches = ((i, _GROUPED[decimal].fullmatch(field)) for i, field in enumerate(fields if proved else ()))
+    return {i: match[0].replace(match["by"], "") for i, match in matches if match is not None}
 
 
 def says_missing(field: str) -> bool:
@@ -137,11 +137,11 @@ def sentinel(values: Array, written: Callable[[int], str], accepted: Collection[
     low, high = others.min(), others.max()
     span = max(high - low, 1e-12 * max(abs(low), abs(high)), 1e-300)
     far = (values < low - _FAR * span) | (values > high + _FAR * span)
-    at = np.flatnonzero(~codes)
+    plain_rows = np.flatnonzero(~codes)
     if len(others) >= _DENSE:
-        place = np.searchsorted(at, np.arange(len(values)))
+        place = np.searchsorted(plain_rows, np.arange(len(values)))
         before, after = others[np.maximum(place - 1, 0)], others[np.minimum(place, len(others) - 1)]
         jump = np.minimum(np.abs(values - before), np.abs(values - after))
         far |= (jump > _JUMP * span) & ((values > before) == (values > after))
-    found = np.flatnonzero(codes & far)
-    return int(found[0]) if len(found) else None
+    rows = np.flatnonzero(codes & far)
+    return int(rows[0]) if len(rows) else None

@@ -82,16 +82,16 @@ class Sheet:
 
 def lines_of(path: Path, text: str, first: int = 1) -> list[Line]:
     """Return the lines of a text that are not empty."""
-    lines, physical, at = list[Line](), text.split("\n"), 0
-    while at < len(physical):
-        line, number = physical[at], at + first
-        at += 1
+    lines, physical, index = list[Line](), text.split("\n"), 0
+    while index < len(physical):
+        line, number = physical[index], index + first
+        index += 1
         if line.count('"') % 2 and _OPEN.search(line):
             # A line break within quotation marks, as in a cell of Excel, is a blank.
-            for end in range(at, min(at + _BREAKS, len(physical))):
-                whole = " ".join([line, *physical[at : end + 1]])
+            for end in range(index, min(index + _BREAKS, len(physical))):
+                whole = " ".join([line, *physical[index : end + 1]])
                 if whole.count('"') % 2 == 0 and _CLOSED.search(physical[end]):
-                    line, at = whole, end + 1
+                    line, index = whole, end + 1
                     break
         if len(line) > LONGEST_LINE:
             what = f"has {len(line)} characters"

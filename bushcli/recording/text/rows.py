@@ -44,7 +44,9 @@ class Form:
             return None
         width = filled.pop()
         columns = list(zip(*(fields[:width] for fields in rows), strict=True))
-        numeric = tuple(all(re.fullmatch(NUMBER[decimal], text, re.ASCII) for text in one) for one in columns)
+        numeric = tuple(
+            all(re.fullmatch(NUMBER[decimal], text, re.ASCII) for text in column) for column in columns
+        )
         for texts, plain in zip(columns, numeric, strict=True):
             if not plain and any(is_grouped(text, decimal) or is_number(text, decimal) for text in texts):
                 return None
@@ -66,9 +68,9 @@ class Form:
         fields = between.join(number if plain else text for plain in self.numeric)
         end = rf"(?:{between}[ ]*+){{{self.empty}}}" if self.empty else ""
         end += "[ \t]*+" if self.delimiter == " " else ""
-        begin = r"[ \t]*+" if self.delimiter == " " else ""
+        lead = r"[ \t]*+" if self.delimiter == " " else ""
         comment = "" if self.numeric[0] else rf"(?!\s*+(?:{'|'.join(map(re.escape, COMMENTS))}))"
-        return re.compile(rf"(?:{comment}{begin}{fields}{end}\n)*+", re.ASCII)
+        return re.compile(rf"(?:{comment}{lead}{fields}{end}\n)*+", re.ASCII)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,16 +144,16 @@ class AlikeRows:
 
     def written(self, row: int, column: int) -> str:
         """Return a field; an empty text where the row has fewer."""
-        begin = self.begin if row == 0 else int(self._ends[row - 1]) + 1
-        fields = split_line(self.whole[begin : int(self._ends[row])], self.form.delimiter)
+        start = self.begin if row == 0 else int(self._ends[row - 1]) + 1
+        fields = split_line(self.whole[start : int(self._ends[row])], self.form.delimiter)
         return fields[column] if column < len(fields) else ""
 
     def _pieces(self) -> Iterator[str]:
-        at = self.begin
-        while at < self.end:
-            end = self.whole.rfind("\n", at, min(at + _PIECE, self.end)) + 1
-            yield self.whole[at:end]
-            at = end
+        position = self.begin
+        while position < self.end:
+            end = self.whole.rfind("\n", position, min(position + _PIECE, self.end)) + 1
+            yield self.whole[position:end]
+            position = end
 
     def texts(self, column: int) -> list[str]:
         """Return the fields of a column."""
@@ -164,20 +166,20 @@ class AlikeRows:
         """Return the fields of a column as numbers (n,), nan where they are none, and whether all are numbers."""
         if column >= len(self.form.numeric) or not self.form.numeric[column]:
             return np.full(len(self), np.nan), False
-        found = []
+        numbers = []
         for piece in self._pieces():
             # What stands in other columns is not parsed.
             text = piece.replace("D", "e").replace("d", "e").replace('"', "")
             lines = (text.replace(",", ".") if self.form.decimal == "," else text).split("\n")[:-1]
             delimiter = None if self.form.delimiter == " " else self.form.delimiter
-            found.append(np.loadtxt(lines, usecols=column, delimiter=delimiter, comments=None, ndmin=1))
-        return np.concatenate(found), True
+            numbers.append(np.loadtxt(lines, usecols=column, delimiter=delimiter, comments=None, ndmin=1))
+        return np.concatenate(numbers), True
 
     def of_rows(self, rows: Index) -> AlikeRows | SplitRows:
         """Return some rows, by their indices (n,) from 0; consecutive ones remain a run."""
         if len(rows) and rows[-1] - rows[0] == len(rows) - 1:
-            begin = self.begin if rows[0] == 0 else int(self._ends[rows[0] - 1]) + 1
-            return replace(self, begin=begin, end=int(self._ends[rows[-1]]) + 1, at=self.at + int(rows[0]))
+            start = self.begin if rows[0] == 0 else int(self._ends[rows[0] - 1]) + 1
+            return replace(self, begin=start, end=int(self._ends[rows[-1]]) + 1, at=self.at + int(rows[0]))
         width = len(self.form.numeric)
         return SplitRows(
             [[self.written(i, k) for k in range(width)] for i in rows], [self.line(int(i)) for i in rows]
@@ -186,27 +188,27 @@ class AlikeRows:
 
 def end_of_head(text: str) -> int:
     """Return where the line behind the head of a long text begins; 0 in a text that has no room for a run."""
-    at = 0
+    position = 0
     for _ in range(HEAD):
-        at = text.find("\n", at) + 1
-        if not at:
+        position = text.find("\n", position) + 1
+        if not position:
             return 0
-    return at if text.count("\n", at) > HEAD else 0
+    return position if text.count("\n", position) > HEAD else 0
 
 
 def sifted(path: Path, text: str, begin: int, form: Form) -> tuple[list[Line], list[AlikeRows]]:
     """Return the runs of a form behind a head, and all other lines; the last line of a run is one of these."""
     lines: list[Line] = []
     runs: list[AlikeRows] = []
-    rest, number, at = 0, 1, begin
-    while at < len(text):
-        found = form.lines.match(text, at)
-        end = found.end() if found else at
-        if end > at and (count := text.count("\n", at, end)) > HEAD:
-            lines += lines_of(path, text[rest:at], number)
-            number += text.count("\n", rest, at)
-            rest = text.rfind("\n", at, end - 1) + 1
-            runs.append(AlikeRows(text, at, rest, number, form))
+    rest, number, position = 0, 1, begin
+    while position < len(text):
+        match = form.lines.match(text, position)
+        end = match.end() if match else position
+        if end > position and (count := text.count("\n", position, end)) > HEAD:
+            lines += lines_of(path, text[rest:position], number)
+            number += text.count("\n", rest, position)
+            rest = text.rfind("\n", position, end - 1) + 1
+            runs.append(AlikeRows(text, position, rest, number, form))
             number += count - 1
-        at = (text.find("\n", end) + 1) or len(text)
+        position = (text.find("\n", end) + 1) or len(text)
     return [*lines, *lines_of(path, text[rest:], number)], runs

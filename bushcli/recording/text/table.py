@@ -223,7 +223,9 @@ class ArrayTable(Table):
 
     def of_rows(self, rows: Index) -> ArrayTable:
         """Return the table of some samples; see `Table.of_rows`."""
-        return replace(self, columns=tuple(None if one is None else one[rows] for one in self.columns))
+        return replace(
+            self, columns=tuple(None if column is None else column[rows] for column in self.columns)
+        )
 
     def clock(self, column: int, form: str = "") -> ClockTimes | None:
         """Return a column of dates or durations as seconds since the first; see `Table.clock`."""
@@ -271,19 +273,19 @@ class TextTable(Table):
 
     def line(self, row: int) -> int:
         """Return the line number of a row (from 0)."""
-        part, at = self._part(row)
-        return part.line(at)
+        part, index = self._part(row)
+        return part.line(index)
 
     def text(self, row: int, column: int) -> str:
         """Return a field as written in the file."""
-        part, at = self._part(row)
-        return part.written(at, column)
+        part, index = self._part(row)
+        return part.written(index, column)
 
     def numbers(self, column: int, accepted: Collection[float] = ()) -> NDArray[np.float64]:
         """Return a column as numbers; see `Table.numbers`."""
-        found = [part.parsed(column, self.decimal) for part in self.parts]
-        values = np.concatenate([numbers for numbers, _ in found])
-        if not all(whole for _, whole in found) or not np.all(np.abs(values) <= LARGEST):
+        pieces = [part.parsed(column, self.decimal) for part in self.parts]
+        values = np.concatenate([numbers for numbers, _ in pieces])
+        if not all(whole for _, whole in pieces) or not np.all(np.abs(values) <= LARGEST):
             self._refuse(column, values)
         code = sentinel(values, lambda row: self.text(row, column), accepted)
         if code is not None:
@@ -293,9 +295,9 @@ class TextTable(Table):
     def of_rows(self, rows: Index) -> TextTable:
         """Return the table of some rows; see `Table.of_rows`."""
         ends = np.cumsum([0, *map(len, self.parts)])
-        own = (rows[(rows >= at) & (rows < end)] - at for at, end in pairwise(ends))
+        indices = (rows[(rows >= start) & (rows < end)] - start for start, end in pairwise(ends))
         return replace(
-            self, parts=tuple(part.of_rows(index) for part, index in zip(self.parts, own, strict=True))
+            self, parts=tuple(part.of_rows(index) for part, index in zip(self.parts, indices, strict=True))
         )
 
     def _refuse(self, column: int, values: NDArray[np.float64]) -> None:

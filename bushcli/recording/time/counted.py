@@ -40,15 +40,15 @@ def counted(table: Table, rows: Index, recording: Recording) -> tuple[int, Index
     """
     for index, name in enumerate(table.names):
         words = [part for word in heading(name).words for part in re.split(r"[\s._\-#:]+", word) if part]
-        named = [word for word in words if _CYCLE.fullmatch(word)]
-        if not named or not all(word in named or _BESIDE.fullmatch(word) for word in words):
+        counters = [word for word in words if _CYCLE.fullmatch(word)]
+        if not counters or not all(word in counters or _BESIDE.fullmatch(word) for word in words):
             continue
         try:
             count = np.floor(table.numbers(index))
         except RecordingError:
             # Whole numbers behind a word: "Zyklus 3".
-            found = [_NAMED.fullmatch(table.text(row, index)) for row in range(len(table))]
-            count = np.array([float(one[1]) for one in found if one is not None])
+            matches = [_NAMED.fullmatch(table.text(row, index)) for row in range(len(table))]
+            count = np.array([float(match[1]) for match in matches if match is not None])
         numbers = _numbers(count[rows], recording) if len(count) == len(table) else None
         if numbers is not None:
             return index, numbers
@@ -58,17 +58,17 @@ def counted(table: Table, rows: Index, recording: Recording) -> tuple[int, Index
 def _numbers(count: Array, recording: Recording) -> Index | None:
     """Return the numbers from 1 of the cycles (n,) that a column (n,) delimits; None if it counts something else."""
     starts = [0, *(np.flatnonzero(np.diff(count)) + 1), len(count)]
-    cut = [slice(a, b) for a, b in pairwise(starts)]
-    displacement, by_motion = recording.displacement, recording.segments[-1].cycle if len(cut) > 1 else 0
-    if len(cut) < 2 or len(cut) > 2 * by_motion + 2:
+    slices = [slice(a, b) for a, b in pairwise(starts)]
+    displacement, by_motion = recording.displacement, recording.segments[-1].cycle if len(slices) > 1 else 0
+    if len(slices) < 2 or len(slices) > 2 * by_motion + 2:
         return None
-    parts = [displacement[max(one.start - 1, 0) : one.stop] for one in cut]
+    parts = [displacement[max(part.start - 1, 0) : part.stop] for part in slices]
     turns = [bool(abs(q[-1] - q[0]) < (1.0 - _BACK) * np.ptp(q)) for q in parts]
-    if not turns[0] and len(cut) > 1:
-        cut[:2], turns[:2] = [slice(0, cut[1].stop)], [turns[1]]
-    last = float(np.ptp(displacement[cut[-1]])) if len(cut) > 1 else 0.0
-    if len(cut) > 1 and not turns[-1] and last < 0.9 * float(np.ptp(displacement[cut[-2]])):
-        cut[-2:], turns[-2:] = [slice(cut[-2].start, len(count))], [turns[-2]]
-    if np.mean(turns) < _TURNING or by_motion > _ONE * len(cut):
+    if not turns[0] and len(slices) > 1:
+        slices[:2], turns[:2] = [slice(0, slices[1].stop)], [turns[1]]
+    last = float(np.ptp(displacement[slices[-1]])) if len(slices) > 1 else 0.0
+    if len(slices) > 1 and not turns[-1] and last < 0.9 * float(np.ptp(displacement[slices[-2]])):
+        slices[-2:], turns[-2:] = [slice(slices[-2].start, len(count))], [turns[-2]]
+    if np.mean(turns) < _TURNING or by_motion > _ONE * len(slices):
         return None
-    return np.repeat(np.arange(1, len(cut) + 1), [one.stop - one.start for one in cut])
+    return np.repeat(np.arange(1, len(slices) + 1), [part.stop - part.start for part in slices])

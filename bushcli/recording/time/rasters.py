@@ -130,75 +130,75 @@ class JoinedTable(Table):
 
 def joined(tables: Sequence[Table], source: Source, mode: Mode) -> list[Table]:
     """Return tables, those with equal time stamps as one: some loggers write a group for each channel."""
-    alike: list[list[RasterColumns]] = []
-    apart = list(tables[_MOST_COMPARED:])
+    groups: list[list[RasterColumns]] = []
+    separate = list(tables[_MOST_COMPARED:])
     for table in tables[:_MOST_COMPARED]:
         try:
-            one = stamped(table, (), source, mode)
+            raster = stamped(table, (), source, mode)
         except RecordingError:
-            one = None  # it is said where the table is needed
-        if one is None:
-            apart.append(table)
+            raster = None  # it is said where the table is needed
+        if raster is None:
+            separate.append(table)
             continue
-        same = next((group for group in alike if _same_clock(group[0], one, False)), None)
+        same = next((group for group in groups if _same_clock(group[0], raster, False)), None)
         if same is None:
-            alike.append([one])
+            groups.append([raster])
         else:
-            same.append(one)
-    found: list[Table] = []
-    for group in alike:
+            same.append(raster)
+    tables_by_clock: list[Table] = []
+    for group in groups:
         first = group[0].table
         if len(group) == 1:
-            found.append(first)
+            tables_by_clock.append(first)
             continue
         places = [
-            (one.table, index)
-            for i, one in enumerate(group)
-            for index in range(len(one.table.names))
-            if i == 0 or index != one.stamps.index
+            (raster.table, index)
+            for i, raster in enumerate(group)
+            for index in range(len(raster.table.names))
+            if i == 0 or index != raster.stamps.index
         ]
         together = JoinedTable(
             path=first.path,
             names=tuple(table.names[index] for table, index in places),
             units=tuple(table.units[index] for table, index in places),
-            part=" + ".join(one.table.part for one in group)[:200],
+            part=" + ".join(raster.table.part for raster in group)[:200],
             preamble=first.preamble,
             origin=first.origin,
-            remarks=tuple(dict.fromkeys(text for one in group for text in one.table.remarks)),
+            remarks=tuple(dict.fromkeys(text for raster in group for text in raster.table.remarks)),
             places=tuple(places),
         )
-        found.append(together)
-    return found + apart
+        tables_by_clock.append(together)
+    return tables_by_clock + separate
 
 
 def stamped(table: Table, columns: Sequence[int], source: Source, mode: Mode) -> RasterColumns | None:
     """Return columns with the time stamps of their table; None if it has none."""
     chosen = source.columns.get("time")
     if isinstance(chosen, int) or (chosen is not None and not has_columns(table, source, mode, ["time"])):
-        source = replace(source, columns={key: one for key, one in source.columns.items() if key != "time"})
+        source = replace(source, columns={key: name for key, name in source.columns.items() if key != "time"})
     stamps = column(table, source, mode, "time")
     return None if stamps is None else RasterColumns(table, tuple(columns), stamps)
 
 
-def _shift(one: RasterColumns, other: RasterColumns, together: bool) -> float | None:
+def _shift(raster: RasterColumns, other: RasterColumns, together: bool) -> float | None:
     """Return the offset, s, that brings another clock's stamps to the same origin; None if it is not known."""
-    a, b = one.stamps.begin, other.stamps.begin
+    a, b = raster.stamps.begin, other.stamps.begin
     if a is not None and b is not None:
         return (b.nanoseconds - a.nanoseconds) / 1e9 if a.reference == b.reference else None
-    if a is None and b is None and (together or min(one.time[0], other.time[0]) > _EPOCH):
+    if a is None and b is None and (together or min(raster.time[0], other.time[0]) > _EPOCH):
         return 0.0
     return None
 
 
-def _same_clock(one: RasterColumns, other: RasterColumns, together: bool) -> bool:
+def _same_clock(raster: RasterColumns, other: RasterColumns, together: bool) -> bool:
     """Whether the stamps are equal; see `_shift`. Where no instants can be compared, they count from the first."""
-    if len(one.time) != len(other.time):
+    if len(raster.time) != len(other.time):
         return False
-    shift = _shift(one, other, together)
-    if shift is None and one.stamps.begin is not None and other.stamps.begin is not None:
+    shift = _shift(raster, other, together)
+    if shift is None and raster.stamps.begin is not None and other.stamps.begin is not None:
         return False
-    interval = float(np.median(np.abs(np.diff(one.time)))) if len(one.time) > 1 else 0.0
-    return bool(np.abs(one.time - (other.time + (shift or 0.0))).max(initial=0.0) <= _EQUAL * interval)
+    interval = float(np.median(np.abs(np.diff(raster.time)))) if len(raster.time) > 1 else 0.0
+    return bool(np.abs(raster.time - (other.time + (shift or 0.0))).max(initial=0.0) <= _EQUAL * interval)
 
 
 def on_one_raster(tables: Iterable[Table], source: Source, mode: Mode) -> Table | None:
@@ -225,12 +225,12 @@ def _only(tables: Sequence[Table], source: Source, mode: Mode, quantity: Quantit
         key = f'columns = {{{quantity} = "..."}} in the case file'
         raise source.refused(what, f"name the channel that is meant: {key}")
     table, chosen = having[0], source.columns.get(quantity)
-    named = [i for i, name in enumerate(table.names) if name == chosen]
-    found = stamped(table, named or candidates(table, wanted) or by_unit(table, wanted), source, mode)
-    if found is None:
+    indices = [i for i, name in enumerate(table.names) if name == chosen]
+    raster = stamped(table, indices or candidates(table, wanted) or by_unit(table, wanted), source, mode)
+    if raster is None:
         what = f'the {quantity} is in group "{table.part}", which has no time, apart from the other channels'
         raise source.refused(what, f"{_RASTER}, or with a time in each group")
-    return found
+    return raster
 
 
 def own_clocks(
@@ -248,36 +248,36 @@ def own_clocks(
     clocks = clock_columns(table, source, mode)
     if len(clocks) < 2 or not (forced or moved):
         return table
-    every = []
+    rasters = []
     # The time of a channel is the last in front of it, or the next where the time stands behind.
     behind = clocks[0] > 0 and clocks[-1] == len(table.names) - 1
     for index in (*forced, *moved):
-        there = [at for at in clocks if (at > index if behind else at < index)]
-        if index in clocks or not there:
+        beside = [clock for clock in clocks if (clock > index if behind else clock < index)]
+        if index in clocks or not beside:
             return table
-        every.append(_with_clock(table, index, there[0 if behind else -1], source, mode))
-    own, travels = every[0], every[len(forced) :]
+        rasters.append(_with_clock(table, index, beside[0 if behind else -1], source, mode))
+    reference, travels = rasters[0], rasters[len(forced) :]
     chosen = None if source.is_untimed else source.columns.get("time")
     if chosen is not None:
-        every.append(_with_clock(table, own.columns[0], chosen_index(table, chosen), source, mode))
-    if all(_same_clock(own, one, True) for one in every):
-        others = {i for i in clocks if i != own.stamps.index} if chosen is None else set()
+        rasters.append(_with_clock(table, reference.columns[0], chosen_index(table, chosen), source, mode))
+    if all(_same_clock(reference, raster, True) for raster in rasters):
+        others = {i for i in clocks if i != reference.stamps.index} if chosen is None else set()
         names = tuple("" if i in others else name for i, name in enumerate(table.names))
-        return replace(_first_rows(table, len(own.time)), names=names)
-    if any((one.stamps.begin is None) != (own.stamps.begin is None) for one in every):
+        return replace(_first_rows(table, len(reference.time)), names=names)
+    if any((raster.stamps.begin is None) != (reference.stamps.begin is None) for raster in rasters):
         return table  # one is a date and the other is not: a logger's two ways to write the time of a row
     if chosen is not None:
-        labels = " and ".join(dict.fromkeys(table.label(one.stamps.index) for one in every))
+        labels = " and ".join(dict.fromkeys(table.label(raster.stamps.index) for raster in rasters))
         what = f"{labels} are different times, and each channel has the one that stands beside it"
         expected = (
             "leave `time` out of `columns`, and each channel is read with its own time; or delete the "
             "column that is not a time of these channels"
         )
         raise table.refused(what, expected)
-    if not all(_same_clock(own, one, True) for one in every[: len(forced)]):
+    if not all(_same_clock(reference, raster, True) for raster in rasters[: len(forced)]):
         what = f"{words[1]} have different columns of time"
         raise table.refused(what, "forces are not interpolated: " + _RASTER)
-    return interpolated(replace(own, columns=tuple(forced)), travels, source, words, together=True)
+    return interpolated(replace(reference, columns=tuple(forced)), travels, source, words, together=True)
 
 
 def clock_columns(table: Table, source: Source, mode: Mode) -> list[int]:
@@ -290,23 +290,23 @@ def clock_columns(table: Table, source: Source, mode: Mode) -> list[int]:
     mode : Mode
     """
     wanted, head = WantedColumn.of(source, mode, "time"), _first_rows(table, min(len(table), _HEAD))
-    found = named_as(table, wanted) or by_unit(table, wanted)
-    clocks = sorted({*found, *(i for i in range(len(table.names)) if head.clock(i) is not None)})
+    columns = named_as(table, wanted) or by_unit(table, wanted)
+    clocks = sorted({*columns, *(i for i in range(len(table.names)) if head.clock(i) is not None)})
     return clocks if all(b - a > 1 for a, b in pairwise(clocks)) else []
 
 
-def _with_clock(table: Table, index: int, at: int, source: Source, mode: Mode) -> RasterColumns:
+def _with_clock(table: Table, index: int, clock: int, source: Source, mode: Mode) -> RasterColumns:
     """Return a column with its column of time, to the last row that has one: a slower channel has fewer rows."""
     count = len(table)
     if isinstance(table, ArrayTable):
-        values = table.columns[at]
+        values = table.columns[clock]
         if values is not None and values.dtype.kind in "fmM":
             filled = ~np.isnat(values) if values.dtype.kind in "mM" else ~np.isnan(values)
             count = int(np.flatnonzero(filled).max(initial=-1)) + 1
     else:
-        count = max((row + 1 for row in range(len(table)) if table.text(row, at)), default=0)
+        count = max((row + 1 for row in range(len(table)) if table.text(row, clock)), default=0)
     cut = _first_rows(table, count)
-    stamps = column(cut, replace(source, columns={"time": at + 1}), mode, "time")
+    stamps = column(cut, replace(source, columns={"time": clock + 1}), mode, "time")
     assert stamps is not None
     return RasterColumns(cut, (index,), stamps)
 
@@ -323,40 +323,38 @@ def interpolated(
     together: bool = False,
 ) -> ArrayTable:
     """Return a table of the force, and of the travel at its stamps."""
-    forced, moved, known, gaps = _common_stamps(forced, moved, source, together)
-    table, at = forced.table, forced.time[known]
+    forced, moved, rows, gaps = _common_stamps(forced, moved, source, together)
+    table, times = forced.table, forced.time[rows]
     # The stamps are in the unit of the file, or durations for dates.
     values: dict[int, NDArray[np.generic]] = {
-        forced.stamps.index: table.numbers(forced.stamps.index)[known]
+        forced.stamps.index: table.numbers(forced.stamps.index)[rows]
         if table.clock(forced.stamps.index) is None
-        else np.asarray(np.rint(1e9 * at).astype("m8[ns]"))
+        else np.asarray(np.rint(1e9 * times).astype("m8[ns]"))
     }
     for index in forced.columns:
-        values[index] = table.numbers(index, source.accept)[known]
+        values[index] = table.numbers(index, source.accept)[rows]
     columns = [values.get(i) for i in range(len(table.names))]
     # Of the other columns the rows are not those of the force.
-    names = ["" if one is None else name for name, one in zip(table.names, columns, strict=True)]
+    names = ["" if values is None else name for name, values in zip(table.names, columns, strict=True)]
     units = list(table.units)
-    for one in moved:
-        for index in one.columns:
-            travel = np.interp(at, one.time, one.table.numbers(index, source.accept))
+    for motion in moved:
+        for index in motion.columns:
+            travel = np.interp(times, motion.time, motion.table.numbers(index, source.accept))
             if together:
-                columns[index], names[index] = travel, one.table.names[index]
+                columns[index], names[index] = travel, motion.table.names[index]
                 continue
             columns.append(travel)
-            names.append(one.table.names[index])
-            units.append(one.table.units[index])
-    parts = dict.fromkeys(one.table.part for one in (forced, *moved))
-    said = [text for one in (forced, *moved) for text in one.table.remarks]
-    text = (
-        f"{words[0]}, in {' and '.join(dict.fromkeys(one.raster for one in moved))}, is interpolated at the "
-    )
+            names.append(motion.table.names[index])
+            units.append(motion.table.units[index])
+    parts = dict.fromkeys(raster.table.part for raster in (forced, *moved))
+    remarks = [text for raster in (forced, *moved) for text in raster.table.remarks]
+    text = f"{words[0]}, in {' and '.join(dict.fromkeys(motion.raster for motion in moved))}, is interpolated at the "
     text += f"{len(forced.time)} time stamps of {words[1]}, in {forced.raster}"
-    if not known.all():
+    if not rows.all():
         where = "before its beginning or after its end"
         where += f", or in its {gaps} gap{'s' if gaps > 1 else ''}" if gaps else ""
-        text += f"; {np.count_nonzero(~known)} of them, {where}, are left out"
-    said.append(text)
+        text += f"; {np.count_nonzero(~rows)} of them, {where}, are left out"
+    remarks.append(text)
     return ArrayTable(
         path=source.file,
         names=tuple(names),
@@ -366,7 +364,7 @@ def interpolated(
         preamble=table.preamble,
         header_line=table.header_line,
         origin=table.origin,
-        remarks=tuple(dict.fromkeys(said)),
+        remarks=tuple(dict.fromkeys(remarks)),
     )
 
 
@@ -376,35 +374,37 @@ def _common_stamps(
     """Return the force, and the travels with stamps that count from the same instant; where all travels are known, (n,)
     by stamp of the force; and the number of gaps of the travels.
     """
-    every, found, gaps = list[RasterColumns](), list[RasterColumns](), 0
-    for one in (forced, *moved):
-        if (np.diff(one.time) < 0.0).any():
-            row = int(np.argmax(np.diff(one.time) < 0.0)) + 1
-            what = f"the time runs backwards, {one.time[row]:g} s follows {one.time[row - 1]:g} s"
-            raise one.table.refused(what, _RASTER, row)
+    rasters, motions, gaps = list[RasterColumns](), list[RasterColumns](), 0
+    for raster in (forced, *moved):
+        if (np.diff(raster.time) < 0.0).any():
+            row = int(np.argmax(np.diff(raster.time) < 0.0)) + 1
+            what = f"the time runs backwards, {raster.time[row]:g} s follows {raster.time[row - 1]:g} s"
+            raise raster.table.refused(what, _RASTER, row)
         # Stamps with too few digits get equal intervals.
-        even = even_stamps(one.time)
-        every.append(one if even is None else replace(one, stamps=replace(one.stamps, values=even)))
-    forced, *moved = every
-    known = np.ones(len(forced.time), dtype=bool)
-    for one in moved:
-        shift = _shift(forced, one, together)
+        even = even_stamps(raster.time)
+        rasters.append(
+            raster if even is None else replace(raster, stamps=replace(raster.stamps, values=even))
+        )
+    forced, *moved = rasters
+    rows = np.ones(len(forced.time), dtype=bool)
+    for raster in moved:
+        shift = _shift(forced, raster, together)
         if shift is None:
-            what = f"{forced.name} and {one.name} have different time stamps"
+            what = f"{forced.name} and {raster.name} have different time stamps"
             what += ", and the file does not say that they count from the same instant"
             raise source.refused(what, f"{_RASTER}, or with dates")
-        one = replace(one, stamps=replace(one.stamps, values=one.time + shift))
-        known &= (forced.time >= one.time[0]) & (forced.time <= one.time[-1]) & (len(one.time) > 1)
-        values = one.table.numbers(one.columns[0], source.accept)
-        intervals = np.diff(one.time)
+        raster = replace(raster, stamps=replace(raster.stamps, values=raster.time + shift))
+        rows &= (forced.time >= raster.time[0]) & (forced.time <= raster.time[-1]) & (len(raster.time) > 1)
+        values = raster.table.numbers(raster.columns[0], source.accept)
+        intervals = np.diff(raster.time)
         paused = np.abs(np.diff(values)) > _MOVED * np.ptp(values)
         paused &= intervals > _PAUSE * np.median(intervals) if len(intervals) else False
         for gap in np.flatnonzero(paused):
-            known &= (forced.time <= one.time[gap]) | (forced.time >= one.time[gap + 1])
+            rows &= (forced.time <= raster.time[gap]) | (forced.time >= raster.time[gap + 1])
         gaps += np.count_nonzero(paused)
-        found.append(one)
-    if np.count_nonzero(known) < 2:
-        spans = " and ".join(dict.fromkeys(one.span for one in (forced, *found)))
+        motions.append(raster)
+    if np.count_nonzero(rows) < 2:
+        spans = " and ".join(dict.fromkeys(raster.span for raster in (forced, *motions)))
         what = f"{spans} do not overlap in time"
         raise source.refused(what, "were they recorded in the same run?")
-    return forced, found, known, gaps
+    return forced, motions, rows, gaps

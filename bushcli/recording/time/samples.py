@@ -63,10 +63,10 @@ class Samples:
     repeated: tuple[int, ...] = ()
     repairs: tuple[Repair, ...] = ()
 
-    def only(self, kept: Mask, *repairs: Repair) -> Samples:
+    def only(self, mask: Mask, *repairs: Repair) -> Samples:
         """Return some of the samples (n,)."""
-        time = None if self.time is None else self.time[kept]
-        return replace(self, rows=self.rows[kept], time=time, repairs=(*self.repairs, *repairs))
+        time = None if self.time is None else self.time[mask]
+        return replace(self, rows=self.rows[mask], time=time, repairs=(*self.repairs, *repairs))
 
 
 def timed(
@@ -75,28 +75,28 @@ def timed(
     """Return the samples with their times, repaired or computed as the case specifies."""
     if stamps is None:
         time, text = _missing_time(source, table, moved.values)
-        said = (Repair("columns", text),) if text else ()
-        found = Samples(np.arange(len(moved.values)), time, repairs=said)
+        repairs = (Repair("columns", text),) if text else ()
+        samples = Samples(np.arange(len(moved.values)), time, repairs=repairs)
     else:
         for key in ("sample_rate", "rate"):
             if getattr(source, key) is not None:
                 what = f"{key} has no meaning: {table.label(stamps.index)} gives the time"
                 raise table.refused(what, f"delete {key} from the case file")
-        kept: Mask = np.ones(len(table), dtype=bool)
-        every = (stamps.values, moved.values, forced.values)
-        kept[1:] = np.logical_or.reduce([one[1:] != one[:-1] for one in every])
-        time, kept, text = _repaired(table, stamps, kept)
-        if kept.sum() < fewest:
-            raise table.refused(f"has only {kept.sum()} different rows", f"at least {fewest}")
-        said = (Repair("time", text),) if text else ()
-        found = Samples(np.flatnonzero(kept), time, tuple(map(int, np.flatnonzero(~kept))), said)
-    for one, other in ((forced, moved), (moved, forced)):
-        new = _updates(one.values[found.rows], other.values[found.rows])
+        mask: Mask = np.ones(len(table), dtype=bool)
+        channels = (stamps.values, moved.values, forced.values)
+        mask[1:] = np.logical_or.reduce([values[1:] != values[:-1] for values in channels])
+        time, mask, text = _repair_times(table, stamps, mask)
+        if mask.sum() < fewest:
+            raise table.refused(f"has only {mask.sum()} different rows", f"at least {fewest}")
+        repairs = (Repair("time", text),) if text else ()
+        samples = Samples(np.flatnonzero(mask), time, tuple(map(int, np.flatnonzero(~mask))), repairs)
+    for channel, other in ((forced, moved), (moved, forced)):
+        new = _updates(channel.values[samples.rows], other.values[samples.rows])
         if not new.all() and new.sum() >= fewest:
-            text = f"{table.label(one.index)} is updated only every {len(new) / new.sum():.3g} rows; the "
+            text = f"{table.label(channel.index)} is updated only every {len(new) / new.sum():.3g} rows; the "
             text += f"{int((~new).sum())} of {len(new)} rows between, which repeat it, are left out"
-            return found.only(new, Repair("stuck", text))
-    return found
+            return samples.only(new, Repair("stuck", text))
+    return samples
 
 
 def _updates(values: Array, other: Array) -> Mask:
@@ -104,20 +104,20 @@ def _updates(values: Array, other: Array) -> Mask:
     changes = np.flatnonzero(np.diff(values) != 0.0) + 1
     runs = np.diff(changes)
     stride = int(np.bincount(runs).argmax()) if len(changes) >= _FEWEST else 1
-    found = (
+    is_slower = (
         stride > 1
         and np.mean(runs == stride) >= _MOST_K
         and np.mean(runs % stride == 0) >= _MULTIPLE
         and np.median(np.abs(np.diff(values)[changes - 1])) >= _STEPS * np.diff(np.unique(values)).min()
         and np.mean([np.ptp(other[a:b]) > 0.0 for a, b in pairwise(changes)]) >= _GOES_ON
     )
-    stride = stride if found else 1
+    stride = stride if is_slower else 1
     return np.asarray(np.arange(len(values)) % stride == np.bincount(changes % stride, minlength=1).argmax())
 
 
-def _repaired(table: Table, stamps: Column, kept: Mask) -> tuple[Array, Mask, str]:
+def _repair_times(table: Table, stamps: Column, mask: Mask) -> tuple[Array, Mask, str]:
     """Return the times of the samples that are kept, s, which of the rows (n,) these are, and what was repaired."""
-    time, label, text = stamps.values[kept], table.label(stamps.index), ""
+    time, label, text = stamps.values[mask], table.label(stamps.index), ""
     if (np.diff(time) <= 0).any():
         even = even_stamps(stamps.values)
         single = _with_single(time) if even is None else None
@@ -129,7 +129,7 @@ def _repaired(table: Table, stamps: Column, kept: Mask) -> tuple[Array, Mask, st
                 f"with too few digits; equal intervals of {even[1] - even[0]:.6g} s agree with all of them "
                 "and are used instead"
             )
-            time, kept = even, np.ones_like(kept)
+            time, mask = even, np.ones_like(mask)
         elif single is not None:
             count = int(np.count_nonzero(single != time))
             broken = (
@@ -141,8 +141,8 @@ def _repaired(table: Table, stamps: Column, kept: Mask) -> tuple[Array, Mask, st
             text = f"{label}: {broken} the equal intervals of the samples {are} interpolated"
             time = single
         else:
-            raise _refused(table, stamps.index, stamps.values, ~kept)
-    return time, kept, text
+            raise _time_error(table, stamps.index, stamps.values, ~mask)
+    return time, mask, text
 
 
 def even_stamps(stamps: Array) -> Array | None:
@@ -154,12 +154,12 @@ def even_stamps(stamps: Array) -> Array | None:
         return None
     digit = float(steps[steps > 0].min())
     n = np.arange(len(stamps), dtype=float)
-    slope, begin = np.polynomial.polynomial.polyfit(n[first], stamps[first], 1)[::-1]
-    even = begin + slope * n
-    off = np.abs(even - stamps - 0.5 * (even - stamps).max() - 0.5 * (even - stamps).min()).max()
+    slope, intercept = np.polynomial.polynomial.polyfit(n[first], stamps[first], 1)[::-1]
+    even = intercept + slope * n
+    deviation = np.abs(even - stamps - 0.5 * (even - stamps).max() - 0.5 * (even - stamps).min()).max()
     # With fewer than two samples per stamp, an inserted row looks the same.
-    found = 0.0 < slope <= 0.5 * digit and off <= 1.02 * 0.5 * (digit + slope)
-    return even - even[0] + stamps[0] if found else None
+    is_even = 0.0 < slope <= 0.5 * digit and deviation <= 1.02 * 0.5 * (digit + slope)
+    return even - even[0] + stamps[0] if is_even else None
 
 
 def _with_single(time: Array) -> Array | None:
@@ -171,16 +171,16 @@ def _with_single(time: Array) -> Array | None:
     before, after = padded[:-2], padded[2:]
     alone = np.abs(after - before - 2 * interval) <= 2 * _EQUAL * interval
     alone &= ~((before < time) & (time < after))
-    at = np.flatnonzero(np.diff(time) <= 0)
+    rows = np.flatnonzero(np.diff(time) <= 0)
     bad = np.zeros(len(time), dtype=bool)
-    bad[np.where(alone[at], at, at + 1)] = True
+    bad[np.where(alone[rows], rows, rows + 1)] = True
     mended = time.copy()
-    if interval > 0 and (alone[at] | alone[at + 1]).all() and bad.mean() <= _MOST_WRONG:
+    if interval > 0 and (alone[rows] | alone[rows + 1]).all() and bad.mean() <= _MOST_WRONG:
         mended[bad] = np.interp(n[bad], n[~bad], time[~bad])
     return mended if (np.diff(mended) > 0).all() else None
 
 
-def _refused(table: Table, index: int, time: Array, repeated: Mask) -> RecordingError:
+def _time_error(table: Table, index: int, time: Array, repeated: Mask) -> RecordingError:
     """Return the error for a time that does not increase."""
     wrong = np.flatnonzero((np.diff(time) <= 0) & ~repeated[1:])
     row = int(wrong[0]) + 1
@@ -202,7 +202,7 @@ def _refused(table: Table, index: int, time: Array, repeated: Mask) -> Recording
 def increasing(table: Table, stamps: Column) -> Array:
     """Return the times of a program, (n,), s; a program is written by the user, so nothing is repaired."""
     if (np.diff(stamps.values) <= 0).any():
-        raise _refused(table, stamps.index, stamps.values, np.zeros(len(stamps.values), dtype=bool))
+        raise _time_error(table, stamps.index, stamps.values, np.zeros(len(stamps.values), dtype=bool))
     return stamps.values
 
 
@@ -220,11 +220,9 @@ def _missing_time(source: Source, table: Table, displacement: Array) -> tuple[Ar
             what = "rate: the displacement does not move, so the time cannot be computed from the speed"
             raise table.refused(what, "give sample_rate, samples per second", row)
         ends = [0, *(branch.stop - 1 for branch in segment(displacement))]
-        way = float(np.abs(np.diff(displacement[ends])).sum())
-        if steps.sum() > (1.0 + _MOST_NOISE) * way:
-            what = (
-                f"rate: noise makes the travelled path {steps.sum() / way:.3g} times as long as its program"
-            )
+        travel = float(np.abs(np.diff(displacement[ends])).sum())
+        if steps.sum() > (1.0 + _MOST_NOISE) * travel:
+            what = f"rate: noise makes the travelled path {steps.sum() / travel:.3g} times as long as its program"
             raise table.refused(what, "give sample_rate, samples per second")
         time = np.concatenate([[0.0], np.cumsum(steps)]) / source.rate
         text = (
