@@ -127,21 +127,21 @@ def reduce(
     InputError
         A force law of this kind cannot express an effect, or the bushing cannot be simulated that far.
     """
-    for one in case.effects:
-        if one.effect.acts == "rubber" and one.effect.in_force_law is None:
-            what = f"a force law with memory cannot express the effect {one.effect.name}"
-            remedy = f"use --without {one.effect.name} for a force law without it"
+    for active in case.effects:
+        if active.effect.acts == "rubber" and active.effect.in_force_law is None:
+            what = f"a force law with memory cannot express the effect {active.effect.name}"
+            remedy = f"use --without {active.effect.name} for a force law without it"
             raise InputError(Problem("--to fmu", what, "", remedy))
-    found = []
+    laws = []
     for name, mode, low, high in channels:
         try:
-            found.append(_Bushing(case, name, mode, progress).reduced(low, high))
+            laws.append(_Bushing(case, name, mode, progress).reduced(low, high))
         except NotConverged as failure:
             what = f"{name}: no equilibrium on the way to {max(abs(low), abs(high)):.4g} ({failure.reason})"
             raise InputError(
                 Problem(case.path.name, what, "", "give a smaller amplitude in [[load_cases]]")
             ) from None
-    return tuple(found)
+    return tuple(laws)
 
 
 class _Bushing:
@@ -149,13 +149,15 @@ class _Bushing:
 
     def __init__(self, case: Case, name: str, mode: str, progress: Progress | None) -> None:
         self.case, self.name, self.mode, self.progress = case, name, mode, progress
-        active = [one for one in acting(case.effects, name, mode) if one.effect.acts != "rig"]
-        active = [one for one in active if not one.is_off]
+        active = [effect for effect in acting(case.effects, name, mode) if effect.effect.acts != "rig"]
+        active = [effect for effect in active if not effect.is_off]
         #: Effects that are states of the force law, by state.
         self.states = {
-            one.effect.in_force_law: one for one in active if one.effect.in_force_law not in (None, "curve")
+            effect.effect.in_force_law: effect
+            for effect in active
+            if effect.effect.in_force_law not in (None, "curve")
         }
-        self.others = [one for one in active if one.effect.in_force_law in (None, "curve")]
+        self.others = [effect for effect in active if effect.effect.in_force_law in (None, "curve")]
 
     def force(self, q: Array, time: Array | None, memory: Sequence[ActiveEffect] = ()) -> Array:
         """Return the force along a path."""
@@ -188,9 +190,12 @@ class _Bushing:
         """Return the force law between two displacements."""
         from scipy.interpolate import CubicSpline
 
-        kept, *_ = self._values("set") or (0.0,)
+        permanent_set, *_ = self._values("set") or (0.0,)
         # Largest distances of the rubber from its set position, after the largest displacement to the other side.
-        grid = _grid(low * (1.0 - kept) - kept * high, high * (1.0 - kept) - kept * low)
+        grid = _grid(
+            low * (1.0 - permanent_set) - permanent_set * high,
+            high * (1.0 - permanent_set) - permanent_set * low,
+        )
         static, _ = self._there_and_back(grid)
         data: dict[str, Any] = {"displacement": grid, "maxwell": [], "sliders": []}
         viscous, friction, mullins = (self.states.get(part) for part in ("maxwell", "sliders", "softening"))
@@ -202,8 +207,8 @@ class _Bushing:
             # A branch that does not relax and has the law's initial shear modulus.
             branch = effect_in_force_law("maxwell")
             ones = {p.name: 1.0 for p in branch.parameters if not p.optional}
-            one = in_state([ActiveEffect(branch, ones)], unrelaxed=True)
-            unrelaxed, solved = self._there_and_back(grid, one)
+            saturated = in_state([ActiveEffect(branch, ones)], unrelaxed=True)
+            unrelaxed, solved = self._there_and_back(grid, saturated)
             elastic = unrelaxed - static
             clock = self._clock(grid, solved)
         data["maxwell"] = [[g, tau] for g, tau in series]
@@ -215,9 +220,9 @@ class _Bushing:
         data = {
             key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in data.items()
         }
-        data |= {"clock": clock, "set": kept, "warming": warming}
+        data |= {"clock": clock, "set": permanent_set, "warming": warming}
         times = [tau for _, tau in (*series, *clock.get("maxwell", ()))] + warming[1:]
-        program = _program(low, high, times, grows=mullins is not None or kept > 0.0)
+        program = _program(low, high, times, grows=mullins is not None or permanent_set > 0.0)
         simulated = self.force(program[:, 1], program[:, 0], list(self.states.values()))
         sines = self._sines(data, low, high, 10.0 * max(times)) if clock else ()
         return Reduced(self.name, self.mode, data, program, simulated, follow(data, program), sines)
@@ -262,14 +267,14 @@ class _Bushing:
             volume = points.weight.ravel()
         return {
             **{name: float(value) for name, value in clock.parameters.items()},
-            "maxwell": [[float(one.parameters[key]) for key in ("g", "tau")] for one in paced],
+            "maxwell": [[float(effect.parameters[key]) for key in ("g", "tau")] for effect in paced],
             "classes": strain_classes(grid, path, volume),
         }
 
     def _values(self, part: ForceLawPart) -> list[float]:
         """Return the values of the effect that is a state of the force law; empty without it."""
-        one = self.states.get(part)
-        return [] if one is None else [float(one.values[p.name]) for p in one.parameters]
+        effect = self.states.get(part)
+        return [] if effect is None else [float(effect.values[p.name]) for p in effect.parameters]
 
     def _there_and_back(
         self, grid: Array, memory: Sequence[ActiveEffect] = ()
@@ -281,8 +286,8 @@ class _Bushing:
             if len(q) < 2:
                 continue
             solved.append(self._simulated(q, _second(len(q)), memory, keep_states=bool(memory)))
-            found = solved[-1][1].force
-            force[side] = found if grid[side][-1] > 0.0 else found[::-1]
+            reaction = solved[-1][1].force
+            force[side] = reaction if grid[side][-1] > 0.0 else reaction[::-1]
         return force, solved
 
     def _sliders(
@@ -350,5 +355,5 @@ def _program(low: float, high: float, times: Sequence[float], grows: bool) -> Ar
     for (t0, q0), (t1, q1) in pairwise(corners):
         # linspace ends at the corner itself: one that is missed by rounding would be a motion before a hold.
         rows += list(zip(np.linspace(t0, t1, 11)[1:], np.linspace(q0, q1, 11)[1:], strict=True))
-    found = np.array(rows)
-    return found * np.array([unit, 1.0])
+    program = np.array(rows)
+    return program * np.array([unit, 1.0])

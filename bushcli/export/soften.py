@@ -54,8 +54,8 @@ def softening(force: Simulate, mullins: ActiveEffect, grid: Array, virgin: Array
         back = sign * largest * share[::-1]
         # On the other side only up to the bushing's largest displacement there.
         back = back[sign * back >= -other * (1.0 + 1e-9)]
-        there = np.linspace(0.0, sign * largest, _THERE, endpoint=False)
-        q = np.concatenate([there, back])
+        loading = np.linspace(0.0, sign * largest, _THERE, endpoint=False)
+        q = np.concatenate([loading, back])
         simulated = force(q, np.linspace(0.0, 1.0, len(q), dtype=np.float64), [mullins])[_THERE:]
         lost = first(back) - simulated
         lost[0] = 0.0  # at the turning point

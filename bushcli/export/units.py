@@ -72,8 +72,8 @@ class UnitSystem:
 
 SYSTEMS: Mapping[str, UnitSystem] = MappingProxyType(
     {
-        one.name: one
-        for one in (
+        system.name: system
+        for system in (
             UnitSystem("N-mm-s", 1.0, 1e-3, 1.0, "N", "mm", "s", "MPa", "t/mm3"),
             UnitSystem("SI", 1.0, 1.0, 1.0, "N", "m", "s", "Pa", "kg/m3"),
             UnitSystem("kN-mm-ms", 1e3, 1e-3, 1e-3, "kN", "mm", "ms", "GPa", "kg/mm3"),

@@ -124,7 +124,11 @@ class Writer:
             The message names the nearest form, or the programs that have it.
         """
         having = {
-            known: [one.name for one in all_writers().values() if known in one.forms and one.kind == "card"]
+            known: [
+                writer.name
+                for writer in all_writers().values()
+                if known in writer.forms and writer.kind == "card"
+            ]
             for known in (TIME_PRONY, FREQUENCY_PRONY, FREQUENCY_TABULAR)
         }
         if form not in having:
@@ -148,10 +152,10 @@ class Writer:
         InputError
             With one sentence for each feature that the program cannot express.
         """
-        found: list[Problem] = []
+        problems: list[Problem] = []
 
         def refuse(what: str, remedy: str) -> None:
-            found.append(Problem(f"--to {self.name}", what, "", remedy))
+            problems.append(Problem(f"--to {self.name}", what, "", remedy))
 
         if form != TIME_PRONY and not rubber.series:
             named = effect_in_force_law("maxwell").name
@@ -186,8 +190,8 @@ class Writer:
                 f"{self.title} cannot express an exactly incompressible rubber",
                 "a finite bulk modulus: --set material.bulk_modulus=2000",
             )
-        if found:
-            raise InputError(*found)
+        if problems:
+            raise InputError(*problems)
 
     def text(self, order: Order) -> bytes:
         """Return the whole file: comments on its contents and the differences, then the program's data."""
@@ -195,11 +199,11 @@ class Writer:
         if isinstance(written, bytes):
             return written
         begin, end = self.comment
-        said = [one_line(line) for line in _preamble(self, order)]
+        preamble = [one_line(line) for line in _preamble(self, order)]
         if end:
             # In XML a comment must not contain two hyphens.
-            said = [re.sub("-(?=-)", "- ", line) for line in said]
-        lines = [f"{begin} {line}{end}" for line in said] if begin else []
+            preamble = [re.sub("-(?=-)", "- ", line) for line in preamble]
+        lines = [f"{begin} {line}{end}" for line in preamble] if begin else []
         # XML begins with its declaration, before any comment.
         declaration, rest = written.split("\n", 1) if written.startswith("<?xml") else ("", written)
         parts = [declaration] if declaration else []
@@ -215,15 +219,15 @@ def one_line(text: str) -> str:
     return printable(" ".join(text.split()))
 
 
-def _preamble(one: Writer, order: Order) -> list[str]:
+def _preamble(writer: Writer, order: Order) -> list[str]:
     units = order.units
     lines = [
-        f"{one.title}, written by bushcli {__version__}",
+        f"{writer.title}, written by bushcli {__version__}",
         f"from {order.where}: {order.title}",
         f"units: {units.force_name}, {units.length_name}, {units.time_name}"
-        + (f"; stress {units.stress_name}, density {units.density_name}" if one.kind == "card" else ""),
+        + (f"; stress {units.stress_name}, density {units.density_name}" if writer.kind == "card" else ""),
     ]
-    rubber = order.rubber if one.kind == "card" else None
+    rubber = order.rubber if writer.kind == "card" else None
     if rubber is not None:
         values = ", ".join(f"{name} {value:.8g}" for name, value in rubber.parameters.items())
         bulk = "incompressible" if rubber.bulk_modulus == float("inf") else f"{rubber.bulk_modulus:.8g} MPa"
@@ -241,18 +245,20 @@ def _preamble(one: Writer, order: Order) -> list[str]:
             lines.append(
                 f"not in this card, because it is not a property of the rubber: {', '.join(rubber.beside)}"
             )
-    return lines + list(one.remarks)
+    return lines + list(writer.remarks)
 
 
 @cache
 def all_writers() -> Mapping[str, Writer]:
     """All writers found in ``bushcli/export/writers``, by name, in alphabetical order."""
     package = importlib.import_module("bushcli.export.writers")
-    found = (
+    writers = (
         importlib.import_module(f"{package.__name__}.{m.name}").WRITER
         for m in pkgutil.iter_modules(package.__path__)
     )
-    return MappingProxyType({one.name: one for one in sorted(found, key=lambda one: one.name)})
+    return MappingProxyType(
+        {writer.name: writer for writer in sorted(writers, key=lambda writer: writer.name)}
+    )
 
 
 def writer_for(name: str) -> Writer:
