@@ -98,18 +98,21 @@ class Builder:
             if table.dynamic
         ]
         recordings, specimens, coupons = (
-            tuple(_at(one, one.temperature, temperature) for one in self._sources(data, key, of, material))
+            tuple(
+                _at(source, source.temperature, temperature)
+                for source in self._sources(data, key, of, material)
+            )
             for key, of in (("recordings", shape), ("specimens", shape), ("coupons", None))
         )
-        tables = self._dynamic(data, shape, material, [one.label for one in (*recordings, *coupons)])
+        tables = self._dynamic(data, shape, material, [source.label for source in (*recordings, *coupons)])
         measured: tuple[Source | DynamicSource, ...] = (*recordings, *tables)
-        load_cases, tests = named(prescribed, [one.label for one in measured]), named(vibrating, ())
+        load_cases, tests = named(prescribed, [channel.label for channel in measured]), named(vibrating, ())
         active = self._effects(data, load_cases, tests, measured, coupons, shape)
         if self.findings or shape is None or mesh is None or material is None:
             return None
         options = MeshOptions(mesh.elements_across, mesh.elements_along, mesh.elements_around)
         used: tuple[Load | Source, ...] = (*load_cases, *tests, *recordings, *specimens)
-        self.findings += mesh_size(shape, options, [one.mode for one in used])
+        self.findings += mesh_size(shape, options, [channel.mode for channel in used])
         if self.findings:
             return None
         return Case(
@@ -189,9 +192,9 @@ class Builder:
         except ValidationError as error:
             self.findings += explain(error, model, ("geometry",), f'[geometry] with shape "{name}"')
             return None
-        found = list(checks.dimensions(shape))
-        self.findings += found
-        return None if found else shape
+        findings = list(checks.dimensions(shape))
+        self.findings += findings
+        return None if findings else shape
 
     def _material(self, data: dict[str, Any]) -> Material | None:
         if "material" not in data:
@@ -209,9 +212,9 @@ class Builder:
         density = DENSITY * table.density
         if table.hardness is not None:
             others = [name for name in ("parameters", "terms") if getattr(table, name)]
-            found = list(checks.hardness(table.hardness, others, bool(data.get("coupons"))))
-            self.findings += found
-            if found:
+            findings = list(checks.hardness(table.hardness, others, bool(data.get("coupons"))))
+            self.findings += findings
+            if findings:
                 return None
             return replace(from_hardness(table.law, table.hardness, table.bulk_modulus), density=density)
         material = Material(table.law, table.bulk_modulus, dict(table.parameters), table.terms, density)
@@ -233,21 +236,21 @@ class Builder:
             shape.specimen if shape else modes()[name].specimen if name in modes() else "bushing"
         )
         bulk_modulus = material.bulk_modulus if material else None
-        found = list(checks.mode(keys, name, specimen, type(shape).name if shape else None, bulk_modulus))
-        self.findings += found
-        return not found
+        findings = list(checks.mode(keys, name, specimen, type(shape).name if shape else None, bulk_modulus))
+        self.findings += findings
+        return not findings
 
     def _load_case(
         self, table: LoadCaseTable, keys: Keys, shape: Shape | None, material: Material | None
     ) -> LoadCase | None:
-        given = [key for key in PROGRAMS if getattr(table, key) is not None]
-        if len(given) != 1:
-            what = f"{dotted(keys)} has " + (" and ".join(given) if given else "no program")
-            at = (*keys, given[-1]) if given else keys
+        programs = [key for key in PROGRAMS if getattr(table, key) is not None]
+        if len(programs) != 1:
+            what = f"{dotted(keys)} has " + (" and ".join(programs) if programs else "no program")
+            at = (*keys, programs[-1]) if programs else keys
             self.findings.append(Finding(at, what, expected=f"give one of {', '.join(PROGRAMS)}"))
-        if not self._mode(keys, table.mode, shape, None, material) or len(given) != 1:
+        if not self._mode(keys, table.mode, shape, None, material) or len(programs) != 1:
             return None
-        key, by_force = (*keys, given[0]), given[0].startswith("force")
+        key, by_force = (*keys, programs[0]), programs[0].startswith("force")
         if by_force and (modes()[table.mode].specimen == "coupon" or modes()[table.mode].follow is not None):
             what = f"{dotted(key)}: mode {shown(table.mode)} is loaded by a displacement"
             self.findings.append(
@@ -255,9 +258,9 @@ class Builder:
             )
             return None
         if motion_path.is_meant(table):
-            found, findings = motion_path.load_case(table, keys, shape, self._validated)
+            path_case, findings = motion_path.load_case(table, keys, shape, self._validated)
             self.findings += findings
-            return found
+            return path_case
         name = table.force_file if by_force else table.file
         if name is not None:
             if table.rate is not None:
@@ -279,7 +282,7 @@ class Builder:
         rate = None if table.rate is None else unit * table.rate
         load_case = LoadCase(table.mode, path, rate, by_force=by_force, steps=table.steps)
         if any(a == b for a, b in pairwise(path)):
-            what = f"{dotted(key)} = {shown(getattr(table, given[0]))} stands still"
+            what = f"{dotted(key)} = {shown(getattr(table, programs[0]))} stands still"
             self.findings.append(
                 Finding(
                     key, what, expected="consecutive points must differ; write a hold as a file with times"
@@ -296,9 +299,9 @@ class Builder:
             return None
         from bushcli.case import vibrations  # few cases have a dynamic test
 
-        found, findings = vibrations.test(table, keys, shape, self._validated)
+        vibration_test, findings = vibrations.test(table, keys, shape, self._validated)
         self.findings += findings
-        return found
+        return vibration_test
 
     def _sources(
         self, data: dict[str, Any], section: str, shape: Shape | None, material: Material | None
@@ -323,7 +326,7 @@ class Builder:
         self, data: dict[str, Any], shape: Shape | None, material: Material | None, taken: Sequence[str]
     ) -> tuple[DynamicSource, ...]:
         """Return the tables of dynamic stiffness, of the bushing and of coupons."""
-        found: list[DynamicSource] = []
+        dynamic_sources: list[DynamicSource] = []
         for section, specimen in (("recordings", None), ("coupons", "coupon")):
             tables = list(self._list(data, section, DynamicRecordingTable, KIND))
             if not tables:
@@ -335,9 +338,9 @@ class Builder:
             def known(keys: Keys, mode: str, specimen: str | None = specimen) -> bool:
                 return self._mode(keys, mode, shape, specimen, material)
 
-            names = [*taken, *(one.label for one in found)]
-            found += sources(tables, builder.files, known, names, self.findings)
-        return tuple(found)
+            names = [*taken, *(source.label for source in dynamic_sources)]
+            dynamic_sources += sources(tables, builder.files, known, names, self.findings)
+        return tuple(dynamic_sources)
 
     def _temperature(self, data: dict[str, Any]) -> float | None:
         """Return the temperature of the case, degrees C."""
@@ -403,9 +406,9 @@ class Builder:
         ]
         taken = {channel.name for channel in channels}
         channels += [
-            effects.DeclaredChannel(one.label, one.mode, temperature=_known(one), coupon=True)
-            for one in coupons
-            if one.label not in taken
+            effects.DeclaredChannel(coupon.label, coupon.mode, temperature=_known(coupon), coupon=True)
+            for coupon in coupons
+            if coupon.label not in taken
         ]
         active, findings = effects.build(tables, channels, shape)
         self.findings += findings
@@ -415,9 +418,9 @@ class Builder:
 S = TypeVar("S", LoadCase | None, DynamicTest | None, Source)
 
 
-def _at(one: S, own: float | None, of_case: float | None) -> S:
+def _at(source: S, own: float | None, of_case: float | None) -> S:
     """Return a load case or a source with its own temperature, or with that of the case."""
-    return one if one is None else replace(one, temperature=of_case if own is None else own)
+    return source if source is None else replace(source, temperature=of_case if own is None else own)
 
 
 def _known(source: Source) -> float | None:

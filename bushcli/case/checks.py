@@ -191,8 +191,8 @@ def mode(
         yield unknown_name((*keys, "mode"), name, fitting, "mode")
     elif known.specimen != specimen:
         owner = f'shape "{shape}"' if shape else f"[[{keys[0]}]]"
-        here = f"{dotted((*keys, 'mode'))} = {shown(name)}"
-        what = f"{here} is a mode of a {known.specimen}, but {owner} is a {specimen}"
+        setting = f"{dotted((*keys, 'mode'))} = {shown(name)}"
+        what = f"{setting} is a mode of a {known.specimen}, but {owner} is a {specimen}"
         yield Finding((*keys, "mode"), what, expected=", ".join(fitting))
     elif (
         known.needs_compressibility
@@ -230,11 +230,11 @@ def travel(keys: Keys, mode: str, path: Sequence[float], shape: Shape) -> Iterat
         what = f"{dotted(keys)} = {min(path):g} compresses the specimen to zero length"
         yield Finding(keys, what, expected="stretch - 1, above -1")
     if kind.specimen == "bushing":
-        along, turned = (0.0, amplitude) if kind.rotational else (amplitude, 0.0)
-        yield from too_far(keys, shape, kind.sideways * amplitude, along, turned)
+        along, angle = (0.0, amplitude) if kind.rotational else (amplitude, 0.0)
+        yield from too_far(keys, shape, kind.sideways * amplitude, along, angle)
 
 
-def too_far(keys: Keys, shape: Shape | None, across: float, along: float, turned: float) -> Iterator[Finding]:
+def too_far(keys: Keys, shape: Shape | None, across: float, along: float, angle: float) -> Iterator[Finding]:
     """Yield the first reason for which a sleeve cannot move so far.
 
     Parameters
@@ -242,7 +242,7 @@ def too_far(keys: Keys, shape: Shape | None, across: float, along: float, turned
     keys : Keys
         Place of the path in the case file.
     shape : Shape
-    across, along, turned : float
+    across, along, angle : float
         Largest displacement across the axis and in any direction of a single motion, mm; largest angle, rad.
     """
     if shape is None:
@@ -255,6 +255,6 @@ def too_far(keys: Keys, shape: Shape | None, across: float, along: float, turned
         what = f"{dotted(keys)} = {along:g} is {along / annulus.thickness:.0f} times the rubber's thickness"
         most = MOST_SHEAR * annulus.thickness
         yield Finding(keys, what, expected=f"at most {most:g} mm: beyond that rubber tears")
-    elif turned > math.pi:
-        what = f"{dotted(keys)} = {math.degrees(turned):g} turns the sleeve by more than 180 degrees"
+    elif angle > math.pi:
+        what = f"{dotted(keys)} = {math.degrees(angle):g} turns the sleeve by more than 180 degrees"
         yield Finding(keys, what, expected="an angle in degrees, at most 180")

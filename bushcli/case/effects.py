@@ -73,7 +73,7 @@ def build(
             findings.append(Finding((*keys, "name"), what, expected=wanted))
             continue
         findings += _channels(effect, table, keys, channels)
-        warm = {one.name: one.temperature for one in channels if one.temperature is not None}
+        warm = {channel.name: channel.temperature for channel in channels if channel.temperature is not None}
         plain = ActiveEffect(effect, channels=names, temperatures=warm if effect.needs_temperature else {})
         on = [channel for channel in channels if plain.acts_on(channel.name, channel.mode, channel.kind)]
         rotational = any(modes()[channel.mode].rotational for channel in on)
@@ -107,28 +107,26 @@ def _channels(
             )
             what = f"{dotted(at)} = {shown(name)}: {effect.name} does not act on {on_what}"
             yield Finding(at, what, expected=expected)
-    on = [one for one in having if one.name in (table.channels or [])]
+    on = [channel for channel in having if channel.name in (table.channels or [])]
     if table.channels is None:
-        on = [one for one in having if not one.coupon] or having
+        on = [channel for channel in having if not channel.coupon] or having
     if table.channels is None and not on:
-        there = (
+        present = (
             ", ".join(dict.fromkeys(channel.mode for channel in channels)) or "no recording and no load case"
         )
-        what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} acts on nothing in this case, which has {there}"
+        what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} acts on nothing in this case, which has {present}"
         yield Finding((*keys, "name"), what, expected=expected)
-    turned = [channel for channel in on if modes()[channel.mode].rotational]
-    if turned and len(turned) < len(on) and any(unit(p, True) != p.unit for p in effect.parameters):
-        straight = next(channel for channel in on if channel not in turned)
-        what = (
-            f"{dotted(keys)}: {effect.name} acts on {straight.name} in mm and on {turned[0].name} in degrees"
-        )
+    rotational = [channel for channel in on if modes()[channel.mode].rotational]
+    if rotational and len(rotational) < len(on) and any(unit(p, True) != p.unit for p in effect.parameters):
+        straight = next(channel for channel in on if channel not in rotational)
+        what = f"{dotted(keys)}: {effect.name} acts on {straight.name} in mm and on {rotational[0].name} in degrees"
         yield Finding((*keys, "channels"), what, expected="list channels of one kind only: channels = [...]")
     for channel in on if effect.needs_time else []:
         if channel.untimed:
             at = (*keys, "name")
             what = f"{dotted(at)} = {shown(effect.name)} needs time, but {dotted(channel.untimed)} has none"
             yield Finding(at, what, expected="give it a rate, or leave it out of channels = [...]")
-    lacking = [one.name for one in on if effect.needs_temperature and one.temperature is None]
+    lacking = [channel.name for channel in on if effect.needs_temperature and channel.temperature is None]
     if lacking:
         at = (*keys, "name")
         what = f"{dotted(at)} = {shown(effect.name)} needs a temperature, which {', '.join(lacking)} "
@@ -150,7 +148,7 @@ def _values(
     ]
     # A choice or a reference cannot be identified: if the case does not give one, the default is used.
     chosen = {p.name: p.start for p in effect.parameters if p.of_mesh and not p.scan}
-    for name, given in table.parameters.items():
+    for name, raw in table.parameters.items():
         at = (*keys, "parameters", name)
         parameter = own.get(name) or reciprocal.get(name)
         if parameter is None:
@@ -162,22 +160,22 @@ def _values(
             expected = ", ".join(p.name for p in effect.parameters if _used(p, effect, table))
             findings.append(Finding(at, what, expected=f'{expected}; or {words} = "{parameter.under}"'))
         elif parameter.choices:
-            if given in parameter.choices:
-                chosen[name] = float(parameter.choices.index(str(given)))
+            if raw in parameter.choices:
+                chosen[name] = float(parameter.choices.index(str(raw)))
             else:
-                findings.append(unknown_name(at, given, parameter.choices, f"choice of {name}"))
-        elif isinstance(given, str):
-            findings.append(Finding(at, f"{dotted(at)} = {shown(given)} is not a number"))
+                findings.append(unknown_name(at, raw, parameter.choices, f"choice of {name}"))
+        elif isinstance(raw, str):
+            findings.append(Finding(at, f"{dotted(at)} = {shown(raw)} is not a number"))
         elif parameter.name in values:
             what = f"{dotted(at)} is given twice: {parameter.name} is 1/{parameter.reciprocal[0]}"  # type: ignore[index]
             findings.append(Finding(at, what, expected="give one of them"))
         else:
             inverted = name not in own
-            value = (1.0 / given if given else math.inf) if inverted else inside(parameter, given, rotational)
+            value = (1.0 / raw if raw else math.inf) if inverted else inside(parameter, raw, rotational)
             values[parameter.name] = value
             low, high = parameter.bounds(shape)
             if not parameter.admits(value) or not low <= value <= high:
-                what = f"{dotted(at)} = {shown(given)} is out of bounds"
+                what = f"{dotted(at)} = {shown(raw)} is out of bounds"
                 findings.append(Finding(at, what, expected=_bounds(parameter, inverted, rotational, shape)))
     return chosen | values, findings
 

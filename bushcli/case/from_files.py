@@ -107,8 +107,8 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
     coupons = [entry for entry in entries if entry not in bushing]
     # A length in mm, in proportion to the travel of the recordings.
     travels = [
-        8.0 if modes()[one.source.mode].rotational else float(abs(one.recording.displacement).max())
-        for one in bushing
+        8.0 if modes()[entry.source.mode].rotational else float(abs(entry.recording.displacement).max())
+        for entry in bushing
     ]
     reach = max((min(max(travel, 2.0), 50.0) for travel in travels), default=8.0)
     head = _HEAD.format(
@@ -130,9 +130,11 @@ def _written(file: Path, folder: Path) -> str:
 
 def _names(entries: Sequence[_Entry]) -> list[str]:
     """Return the names of channels: that of the file if the mode occurs more than once, else an empty one."""
-    found = [entry.source.mode for entry in entries]
+    entry_modes = [entry.source.mode for entry in entries]
     stems = numbered([entry.source.file.stem for entry in entries])
-    return [stem if found.count(mode) > 1 else "" for mode, stem in zip(found, stems, strict=True)]
+    return [
+        stem if entry_modes.count(mode) > 1 else "" for mode, stem in zip(entry_modes, stems, strict=True)
+    ]
 
 
 def _entry(file: Path, tables: TableCache) -> _Entry:
@@ -156,9 +158,9 @@ def _entry(file: Path, tables: TableCache) -> _Entry:
             own = modes()[kind[0]]
             # Those of the same specimen, with the same kind of displacement.
             alike = [
-                one.name
-                for one in modes().values()
-                if one.words and (one.specimen, one.rotational) == (own.specimen, own.rotational)
+                mode.name
+                for mode in modes().values()
+                if mode.words and (mode.specimen, mode.rotational) == (own.specimen, own.rotational)
             ]
             possible = named if len(named) > 1 else kind if len(kind) > 1 else alike
             others = ", ".join(mode for mode in possible if mode != guessed)
@@ -168,7 +170,7 @@ def _entry(file: Path, tables: TableCache) -> _Entry:
             if guessed is None or others:
                 remarks = (what, *remarks)
             return _Entry(source, recording, remarks)
-    raise min(errors, key=lambda one: one[0])[1]
+    raise min(errors, key=lambda error: error[0])[1]
 
 
 def _path(file: Path, tables: TableCache) -> _Entry | None:
@@ -252,8 +254,8 @@ def _ways(source: Source, machine: bool, tables: TableCache) -> Iterator[tuple[S
 def _fitting(source: Source, tables: TableCache) -> list[Table]:
     """Return the tables of a file that have a displacement and a force of the mode."""
     name = format_of(source.file)
-    found = list(tables.tables(source.file, name, ()).tables) if name else [read_table(source.file)]
-    return [t for t in found if has_columns(t, source, modes()[source.mode], ("displacement", "force"))]
+    candidates = list(tables.tables(source.file, name, ()).tables) if name else [read_table(source.file)]
+    return [t for t in candidates if has_columns(t, source, modes()[source.mode], ("displacement", "force"))]
 
 
 def _with_choices(source: Source, tables: TableCache) -> tuple[Source, tuple[str, ...]]:

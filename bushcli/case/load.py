@@ -178,10 +178,10 @@ def _wanted() -> str:
 def _syntax(path: Path, text: str, message: str) -> Problem:
     """Return a TOML error with ``file:line:column`` and the line that it is in."""
     words, _, place = message.rpartition(" (at ")
-    found = re.match(r"line (\d+), column (\d+)", place)
+    match = re.match(r"line (\d+), column (\d+)", place)
     lines = text.rstrip().split("\n")
     # "at end of document" gives no place.
-    line, column = (int(found[1]), int(found[2])) if found else (len(lines), len(lines[-1]) + 1)
+    line, column = (int(match[1]), int(match[2])) if match else (len(lines), len(lines[-1]) + 1)
     context = lines[line - 1].strip() if line <= len(lines) else ""
     where = f"{path}:{line}:{column}"
     what = f"is not valid TOML: {words or message}"
@@ -211,9 +211,9 @@ def _problems(findings: Sequence[Finding], path: Path, overrides: Sequence[Overr
     """Return the findings as problems, one per key, each with the file or the override that it comes from."""
     # A radius that is missing because its diameter is given is said once.
     seen: set[Keys] = {
-        (*one.keys[:-1], str(one.keys[-1]).replace("diameter", "radius"))
-        for one in findings
-        if one.keys and "half the diameter" in one.expected
+        (*finding.keys[:-1], str(finding.keys[-1]).replace("diameter", "radius"))
+        for finding in findings
+        if finding.keys and "half the diameter" in finding.expected
     }
     problems = []
     for finding in findings:
@@ -224,7 +224,7 @@ def _problems(findings: Sequence[Finding], path: Path, overrides: Sequence[Overr
         where = owner.where if owner else str(path)
         problems.append(Problem(where, finding.what, finding.nearest, finding.expected))
         if len(problems) == MOST_PROBLEMS:
-            left = len({one.keys for one in findings}) - len(seen)
+            left = len({finding.keys for finding in findings}) - len(seen)
             problems += [Problem(str(path), f"has {left} more problems")] if left else []
             break
     changed = next((o for o in overrides if o.keys == ("material", "law")), None)

@@ -55,8 +55,8 @@ def load_case(
     path = validated(raw, at, PathTable, "[load_cases.path]")
     if path is None:
         return None, wrong
-    found, findings = prescribed(path, at, shape)
-    return None if found is None else PathLoadCase(table.mode, steps=table.steps, six=found), wrong + findings
+    six, findings = prescribed(path, at, shape)
+    return None if six is None else PathLoadCase(table.mode, steps=table.steps, six=six), wrong + findings
 
 
 def prescribed(table: PathTable, keys: Keys, shape: Shape | None) -> tuple[SixPath | None, list[Finding]]:
@@ -66,17 +66,19 @@ def prescribed(table: PathTable, keys: Keys, shape: Shape | None) -> tuple[SixPa
     motion, load = np.zeros((2, len(time), 6))
     named = set(table.free or ())
     unit = np.repeat([1.0, math.pi / 180.0], 3)
-    given = {name: values for name in (*MOTIONS, *REACTIONS) if (values := getattr(table, name)) is not None}
+    columns = {
+        name: values for name in (*MOTIONS, *REACTIONS) if (values := getattr(table, name)) is not None
+    }
     for k, (name, force) in enumerate(zip(MOTIONS, REACTIONS, strict=True)):
         twice = [f'"{name}" in {dotted((*keys, "free"))}'] if name in named else []
-        twice += [dotted((*keys, key)) for key in (name, force) if key in given]
+        twice += [dotted((*keys, key)) for key in (name, force) if key in columns]
         if len(twice) > 1:
             expected = "one of them: a motion is prescribed, or its force is, or it is free of force"
             what = f"{' and '.join(twice)} are given"
-            findings.append(Finding((*keys, name if name in given else force), what, expected=expected))
-        motion[:, k] = unit[k] * _at_knots(given.get(name), (*keys, name), len(time), findings)
-        load[:, k] = _at_knots(given.get(force), (*keys, force), len(time), findings)
-    free = tuple(k for k in range(6) if MOTIONS[k] in named or REACTIONS[k] in given)
+            findings.append(Finding((*keys, name if name in columns else force), what, expected=expected))
+        motion[:, k] = unit[k] * _at_knots(columns.get(name), (*keys, name), len(time), findings)
+        load[:, k] = _at_knots(columns.get(force), (*keys, force), len(time), findings)
+    free = tuple(k for k in range(6) if MOTIONS[k] in named or REACTIONS[k] in columns)
     if np.any(np.diff(time) <= 0.0) or time[0] != 0.0:
         at, what = (*keys, "time"), "does not begin at 0" if time[0] != 0.0 else "does not increase"
         findings.append(Finding(at, f"{dotted(at)} {what}", expected="increasing times in s, from 0"))
@@ -142,7 +144,7 @@ def channels(
         what = f"{dotted(keys)} has no reaction along a motion in which the sleeve moves"
         pairs = ", ".join(f"{force} with {motion}" for motion, force in zip(MOTIONS, REACTIONS, strict=True))
         return [], [Finding((*keys, "file"), what, expected=f"columns such as ux_mm and fx_N: {pairs}")]
-    found = []
+    sources = []
     for k in paired:
         name = f"{source.label}.{REACTIONS[k]}"
         if name in taken:
@@ -151,13 +153,13 @@ def channels(
         columns = {"displacement": motions[MOTIONS[k]], "force": forces[REACTIONS[k]]}
         if "time" in source.columns:
             columns["time"] = source.columns["time"]
-        found.append(replace(source, mode=PAIR_MODES[k], name=name, columns=columns, six=whole))  # type: ignore[arg-type]
-    return found, []
+        sources.append(replace(source, mode=PAIR_MODES[k], name=name, columns=columns, six=whole))  # type: ignore[arg-type]
+    return sources, []
 
 
 def _refused(table: RecordingTable, keys: Keys) -> list[Finding]:
     """Return findings for keys that a recorded path does not take, and for names of no known motion or reaction."""
-    found = []
+    findings = []
     for key in ("displacement", "force"):
         for section in ("columns", "units"):
             if getattr(getattr(table, section), key) is not None:
@@ -165,18 +167,18 @@ def _refused(table: RecordingTable, keys: Keys) -> list[Finding]:
                 expected = (
                     "motions = {ux = ...} and forces = {fx = ...}, with units in the header: ux_mm, mz_Nmm"
                 )
-                found.append(Finding(at, f"{dotted(at)} has no meaning for mode path", expected=expected))
+                findings.append(Finding(at, f"{dotted(at)} has no meaning for mode path", expected=expected))
     for key in ("reverse", "cycles"):
         if getattr(table, key) is not None:
-            found.append(Finding((*keys, key), f"{dotted((*keys, key))} has no meaning for mode path"))
+            findings.append(Finding((*keys, key), f"{dotted((*keys, key))} has no meaning for mode path"))
     named: tuple[tuple[str, Mapping[str, object] | None, tuple[str, ...]], ...] = (
         ("motions", table.motions, MOTIONS),
         ("forces", table.forces, REACTIONS),
     )
     for key, names, known in named:
-        found += [
+        findings += [
             unknown_name((*keys, key, name), name, known, key[:-1])
             for name in names or ()
             if name not in known
         ]
-    return found
+    return findings

@@ -76,12 +76,12 @@ def apply(data: dict[str, Any], texts: Sequence[str]) -> tuple[dict[str, Any], l
         if not equals or not keys:
             raise CaseError(Problem(_where(text), "is not KEY=VALUE", expected="e.g. geometry.length=38"))
         keys, added = _by_name(data, keys, text)
-        given: Any = value.strip()
+        content: Any = value.strip()
         with suppress(ValueError, RecursionError):
-            table = tomllib.loads(f"value = {given}")
+            table = tomllib.loads(f"value = {content}")
             # A line break in the text could smuggle in further keys.
-            given = table["value"] if len(table) == 1 else given
-        created = _put(data, keys, given, _where(text))
+            content = table["value"] if len(table) == 1 else content
+        created = _put(data, keys, content, _where(text))
         done.append(Override(text, keys, added or created))
     return data, done
 
@@ -113,12 +113,12 @@ def _by_name(data: dict[str, Any], keys: Keys, text: str) -> tuple[Keys, Keys]:
     name, rig = effect_name(name), rig_of(name)
     named = [i for i, entry in enumerate(entries) if isinstance(entry, dict) and entry.get("name") == name]
     channels = {i: found if isinstance(found := entries[i].get("channels"), list) else [] for i in named}
-    there = [i for i in named if not rig or not channels[i] or rig in channels[i]]
-    if len(there) == 1:
-        return ("effects", there[0], *rest), ()
+    matching = [i for i in named if not rig or not channels[i] or rig in channels[i]]
+    if len(matching) == 1:
+        return ("effects", matching[0], *rest), ()
     if named:
         known = ", ".join(f"effects.{name}@{few[0]}" for few in channels.values() if few)
-        what = f"several effects are called {name}" if there else f"no {name} has the channel {rig}"
+        what = f"several effects are called {name}" if matching else f"no {name} has the channel {rig}"
         raise CaseError(Problem(_where(text), what, expected=known))
     added: Keys = ("effects", len(entries)) if "effects" in data else ("effects",)
     data["effects"] = [*entries, {"name": name, **({"channels": [rig]} if rig else {})}]

@@ -43,19 +43,22 @@ def rebuilt_case(shown: dict[str, Any], folder: Path) -> Case:
     case = builder.case(data, path)
     if case is None:
         raise CaseError(
-            *(Problem(str(folder), one.what, one.nearest, one.expected) for one in builder.findings)
+            *(
+                Problem(str(folder), finding.what, finding.nearest, finding.expected)
+                for finding in builder.findings
+            )
         )
     return case
 
 
-def read_result(file: Path, given: Path | None = None) -> dict[str, Any]:
+def read_result(file: Path, shown_path: Path | None = None) -> dict[str, Any]:
     """Return the result of a command on a case.
 
     Parameters
     ----------
     file : Path
         The result, result.json.
-    given : Path, optional
+    shown_path : Path, optional
         Folder that the user named, for the message where the result is missing.
 
     Raises
@@ -68,7 +71,7 @@ def read_result(file: Path, given: Path | None = None) -> dict[str, Any]:
     except FileNotFoundError:
         what = "is a folder without result.json"
         expected = "a case file, or a folder written with -o"
-        raise InputError(Problem(str(given or file), what, "", expected)) from None
+        raise InputError(Problem(str(shown_path or file), what, "", expected)) from None
     except (OSError, ValueError, RecursionError, TooLarge) as error:
         reason = getattr(error, "strerror", None) or "it is not JSON written by bushcli"
         raise InputError(Problem(str(file), f"cannot be read: {reason}")) from None
@@ -83,7 +86,7 @@ def found_case(path: Path, folder: Path) -> Path:
     if path.is_absolute() or path.exists():
         return path
     above = (parent / path for parent in folder.resolve().parents)
-    return next((one for one in above if one.exists()), path)
+    return next((candidate for candidate in above if candidate.exists()), path)
 
 
 def _given(value: Any) -> Any:

@@ -75,10 +75,10 @@ def turning(
     """
     rotational = [(name, mode) for name, mode in channels if modes()[mode].rotational]
     return {
-        one.full_name(p): p
-        for one in active
-        for p in one.parameters
-        if p.unit != _rotational(p)[0] and any(one.acts_on(name, mode, None) for name, mode in rotational)
+        effect.full_name(p): p
+        for effect in active
+        for p in effect.parameters
+        if p.unit != _rotational(p)[0] and any(effect.acts_on(name, mode, None) for name, mode in rotational)
     }
 
 

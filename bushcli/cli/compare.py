@@ -34,13 +34,13 @@ def compare(run: Run, before: tuple[Path, ...]) -> int:
         raise InputError(Problem(str(paths[-1]), "is given twice", "", "two or more results or cases"))
     # The shortest names that tell the paths apart: their last parts, as many as it takes.
     parts, count = [path.resolve().parts for path in whole], 1
-    while len({one[-count:] for one in parts}) < len(parts):
+    while len({part[-count:] for part in parts}) < len(parts):
         count += 1
-    names = ["/".join(one[-count:]) for one in parts]
-    found = [_item(run, path, name) for path, name in zip(paths, names, strict=True)]
+    names = ["/".join(part[-count:]) for part in parts]
+    results = [_item(run, path, name) for path, name in zip(paths, names, strict=True)]
     if run.output is not None:
-        run.prepare(run.output, found[0][1])
-    result = compared([item for item, _ in found])
+        run.prepare(run.output, results[0][1])
+    result = compared([item for item, _ in results])
     run.deliver(result)
     return DONE
 

@@ -106,7 +106,7 @@ def diagnose(
             listen(together=False)
         try:
             with run.timed("diagnose"):
-                found = find(
+                diagnosis = find(
                     case,
                     model=model,
                     effects=names or None,
@@ -126,20 +126,20 @@ def diagnose(
                 count = len(list(journal.glob(f"*{SUFFIX}")))
                 say_what_is_saved(error, run.output, f"{count} result{'s' * (count != 1)}")
             raise
-        run.deliver(found)
-        ended = {condition.name for condition in found.conditions}
+        run.deliver(diagnosis)
+        ended = {condition.name for condition in diagnosis.conditions}
         if "interrupted" in ended:
             return INTERRUPTED
         if "not_converged" in ended:
             return NOT_CONVERGED
-        return NEGATIVE if strict and found.verdict != "explained" else DONE
+        return NEGATIVE if strict and diagnosis.verdict != "explained" else DONE
 
 
 def _progress(run: Run, budget: float | None = None) -> Callable[[str, str, str], None] | None:
     """Return a function that prints a line per step on stderr: seconds spent and left, stage, effect, misfit."""
     if run.quiet or not is_first_rank():
         return None
-    begin, last = time.perf_counter(), ""
+    start, last = time.perf_counter(), ""
 
     def line(stage: str, what: str, text: str) -> None:
         nonlocal last
@@ -148,8 +148,8 @@ def _progress(run: Run, budget: float | None = None) -> Callable[[str, str, str]
             if known:
                 return
             text = ""
-        spent = time.perf_counter() - begin
-        left = "" if budget is None else f"{max(0.0, budget - spent):5.0f} s left  "
-        run.say(f"  {spent:5.0f} s  {left}{stage:10s} {what:30s} {text}".rstrip())
+        spent = time.perf_counter() - start
+        remaining = "" if budget is None else f"{max(0.0, budget - spent):5.0f} s left  "
+        run.say(f"  {spent:5.0f} s  {remaining}{stage:10s} {what:30s} {text}".rstrip())
 
     return line

@@ -105,9 +105,9 @@ def export(
         source = replace(source, case=replace(source.case, material=fitted.material))
     order = Order(source.case.title, source.where, units, form=form)
     if chosen.kind == "card":
-        found = rubber_of(source.case.material, source.case.effects)
-        chosen.check(found, form)
-        order = replace(order, rubber=replace(found, density=density or found.density))
+        material = rubber_of(source.case.material, source.case.effects)
+        chosen.check(material, form)
+        order = replace(order, rubber=replace(material, density=density or material.density))
     else:
         # Curves and matrices that the source lacks are simulated.
         with run.timed("solve"), march_progress(run) as progress:
@@ -131,18 +131,18 @@ def _said(bushing: BushingData | None) -> list[str]:
     """Return what a vehicle model leaves out, and how far a force law is from the bushing, a line per channel."""
     if bushing is None:
         return []
-    said = list(bushing.remarks)
-    for one in bushing.law.channels if bushing.law is not None else ():
-        said.append(
-            f"{one.name}: the force law deviates by {one.rms_percent:.2g} % of the force range (rms; at most "
-            f"{one.peak_percent:.2g} %) from a simulation that was not used to fit it"
+    remarks = list(bushing.remarks)
+    for channel in bushing.law.channels if bushing.law is not None else ():
+        remarks.append(
+            f"{channel.name}: the force law deviates by {channel.rms_percent:.2g} % of the force range (rms; at most "
+            f"{channel.peak_percent:.2g} %) from a simulation that was not used to fit it"
         )
-        if one.sines:
+        if channel.sines:
             stiffness, angle = (
-                max(map(abs, errors)) for errors in zip(*(s.errors for s in one.sines), strict=True)
+                max(map(abs, errors)) for errors in zip(*(s.errors for s in channel.sines), strict=True)
             )
-            said.append(
-                f"{one.name}: its dynamic stiffness deviates by at most {stiffness:.2g} %, its loss angle by "
-                f"{angle:.2g} degrees, from {len(one.sines)} vibrations along time, up to all of the travel"
+            remarks.append(
+                f"{channel.name}: its dynamic stiffness deviates by at most {stiffness:.2g} %, its loss angle by "
+                f"{angle:.2g} degrees, from {len(channel.sines)} vibrations along time, up to all of the travel"
             )
-    return said
+    return remarks

@@ -81,18 +81,20 @@ def fit(
         spectra, problems = fit_tables(case, run.tables)
     if problems and not spectra and not case.coupons:
         # The only tables of the case have no spectrum: what prevents it is the answer.
-        raise InputError(*(Problem(case.path.name, one.message, "", one.remedy) for one in problems))
+        raise InputError(
+            *(Problem(case.path.name, condition.message, "", condition.remedy) for condition in problems)
+        )
     if branch is not None:
         case = replace(case, coupons=tuple(replace(source, branch=branch) for source in case.coupons))
-    found = None
+    coupon_fit = None
     if case.coupons or not spectra:
-        found = fit_to_coupons(run, case, model, weighting, names_in(held_out), names_in(fixed))
-        found = replace(found, conditions=(*found.conditions, *problems))
+        coupon_fit = fit_to_coupons(run, case, model, weighting, names_in(held_out), names_in(fixed))
+        coupon_fit = replace(coupon_fit, conditions=(*coupon_fit.conditions, *problems))
         problems = ()
-    run.deliver(FitResult(case, found, spectra, problems))
-    if found is None:
+    run.deliver(FitResult(case, coupon_fit, spectra, problems))
+    if coupon_fit is None:
         return NEGATIVE if strict and problems else DONE
-    return verdict_code(found.conditions, found.converged, strict and bool(found.conditions))
+    return verdict_code(coupon_fit.conditions, coupon_fit.converged, strict and bool(coupon_fit.conditions))
 
 
 def fit_to_coupons(

@@ -132,14 +132,14 @@ class Run:
         failure: BaseException | None = None
         if self.output is not None and is_first_rank():
             hold()
-        found = report.as_json(result)
-        found["timings_s"] = {**self.timings(), **found["timings_s"]}
+        document = report.as_json(result)
+        document["timings_s"] = {**self.timings(), **document["timings_s"]}
         if self.output is not None and is_first_rank():
             from bushcli.report.writers.files import write
             from bushcli.report.writers.folder import QUESTION, NotDrawn
 
             try:
-                answer = {**found, QUESTION: self.question}
+                answer = {**document, QUESTION: self.question}
                 files = report.as_files(result)
                 written = write(self.output, answer, files, lambda: report.as_document(result))
                 self._say_where(self.output, written[0].parent)
@@ -155,7 +155,7 @@ class Run:
                 failure = error
         if self.shows:
             self.show(report.as_document(result))
-        self.emit(found)
+        self.emit(document)
         if failure is not None:
             raise failure
 
@@ -165,9 +165,9 @@ class Run:
             return
         from bushcli.report.writers.folder import earlier_result
 
-        kept = (earlier_result(output) or {}).get("command", "")
+        earlier_command = (earlier_result(output) or {}).get("command", "")
         _complain(
-            f"interrupted before the end: {output} keeps the finished result of `bushcli {kept}`; "
+            f"interrupted before the end: {output} keeps the finished result of `bushcli {earlier_command}`; "
             f"the unfinished one is in {place}"
         )
 
@@ -307,7 +307,7 @@ def on_a_case(
 
 def verdict_code(conditions: Iterable[Condition], converged: bool, negative: bool) -> int:
     """Return the code of an identification: interrupted, not converged, or whether its verdict is negative."""
-    if any(one.name == "interrupted" for one in conditions):
+    if any(condition.name == "interrupted" for condition in conditions):
         # mpirun ends all ranks as soon as one has ended with this code, and the first one may still be writing.
         wait_for_ranks()
         return INTERRUPTED

@@ -101,11 +101,11 @@ def pool(workers: int | None, scheduler: str | None) -> Iterator[Pool | None]:
         with ranks() as executor:
             yield None if executor is None else Pool(executor, several - 1)
     elif scheduler:
-        with dask(scheduler) as found:
-            yield found
+        with dask(scheduler) as started:
+            yield started
     else:
-        with processes(workers or len(os.sched_getaffinity(0))) as found:
-            yield found
+        with processes(workers or len(os.sched_getaffinity(0))) as started:
+            yield started
 
 
 @contextmanager
@@ -124,8 +124,8 @@ def elsewhere(several: bool, scheduler: str | None) -> Iterator[Executor | None]
         with ranks() as executor:
             yield executor
     elif scheduler:
-        with dask(scheduler) as found:
-            yield found.executor
+        with dask(scheduler) as cluster:
+            yield cluster.executor
     else:
         yield None
 
@@ -147,10 +147,10 @@ class PositiveNumber(click.FloatRange):
         click.BadParameter
             It is not a finite number above zero.
         """
-        found = float(super().convert(value, param, ctx))
-        if not math.isfinite(found):
+        number = float(super().convert(value, param, ctx))
+        if not math.isfinite(number):
             self.fail(f"{value} is not a finite number.", param, ctx)
-        return found
+        return number
 
 
 def names_in(options: Sequence[str]) -> tuple[str, ...]:

@@ -42,7 +42,7 @@ def _page(output: Path) -> Path:
         return page.absolute()
     if not output.exists():
         raise InputError(Problem(str(output), "does not exist", "", "the folder that was given with -o"))
-    below = sorted(str(found.parent) for found in output.glob(f"*/{REPORT}")) if output.is_dir() else []
+    below = sorted(str(page.parent) for page in output.glob(f"*/{REPORT}")) if output.is_dir() else []
     what = f"has no {REPORT}" if output.is_dir() else "is not a page"
     raise InputError(
         Problem(str(output), what, "", ", ".join(below[:5]) or "a folder that was given with -o")

@@ -77,18 +77,18 @@ def bushing_path(active: Sequence[ActiveEffect], travel: Travel, columns: Sequen
     """
     changes = _changes(active, columns)
     q = Signal(travel.displacement, np.zeros((len(travel.displacement), len(columns))))
-    for change, given in changes:
-        if change.zero in given:
-            q = q + given[change.zero]
-    for change, given in changes:
+    for change, parameters in changes:
+        if change.zero in parameters:
+            q = q + parameters[change.zero]
+    for change, parameters in changes:
         if change.drive is not None:
-            q = change.drive(q, given)
+            q = change.drive(q, parameters)
     return q
 
 
 def is_zeroed(active: Sequence[ActiveEffect]) -> bool:
     """Whether the rig was set to zero under a preload, which the path then has to begin with."""
-    return any(change.zero in given for change, given in _changes(active, ()))
+    return any(change.zero in parameters for change, parameters in _changes(active, ()))
 
 
 def extension(active: Sequence[ActiveEffect], force: Signal, columns: Sequence[str]) -> Signal:
@@ -104,9 +104,9 @@ def extension(active: Sequence[ActiveEffect], force: Signal, columns: Sequence[s
         Full names of the P parameters, in the order of the derivatives.
     """
     total = Signal(np.zeros_like(force.value), np.zeros_like(force.slope))
-    for change, given in _changes(active, columns):
+    for change, parameters in _changes(active, columns):
         if change.spring is not None:
-            total = total + change.spring(force, given)
+            total = total + change.spring(force, parameters)
     return total
 
 
@@ -120,8 +120,8 @@ def has_springs(active: Sequence[ActiveEffect], columns: Sequence[str]) -> bool:
     columns : sequence of str
         Full names of the parameters by which derivatives are wanted.
     """
-    found = extension(active, Signal(np.ones(1), np.zeros((1, len(columns)))), columns)
-    return bool(np.any(found.value) or np.any(found.slope))
+    elongation = extension(active, Signal(np.ones(1), np.zeros((1, len(columns)))), columns)
+    return bool(np.any(elongation.value) or np.any(elongation.slope))
 
 
 def parallel(
@@ -147,9 +147,9 @@ def parallel(
     time : (n,) array or None
         Seconds since the start of the recording.
     """
-    for change, given in _changes(active, columns):
+    for change, parameters in _changes(active, columns):
         if change.parallel is not None:
-            force = change.parallel(q, force, time, given)
+            force = change.parallel(q, force, time, parameters)
     return force
 
 
@@ -201,9 +201,9 @@ def reading(
 def _lag(active: Sequence[ActiveEffect], columns: Sequence[str]) -> Signal:
     """Return the time by which the force is logged late, s."""
     lag = Signal(np.zeros(()), np.zeros(len(columns)))
-    for change, given in _changes(active, columns):
+    for change, parameters in _changes(active, columns):
         if change.clock is not None:
-            lag = lag + given[change.clock]
+            lag = lag + parameters[change.clock]
     return lag
 
 
@@ -211,9 +211,9 @@ def _read(
     active: Sequence[ActiveEffect], columns: Sequence[str], force: Signal, elapsed: Array | None
 ) -> Signal:
     """Return what the load cell reads of a force, at times since the recording began (s)."""
-    for change, given in _changes(active, columns):
+    for change, parameters in _changes(active, columns):
         if change.read is not None:
-            force = change.read(force, elapsed, given)
+            force = change.read(force, elapsed, parameters)
     return force
 
 
@@ -251,11 +251,11 @@ def sampled(
     return _read(active, columns, Signal(matrix @ force.value, slope), times - times[0])
 
 
-def has_slope(one: ActiveEffect) -> bool:
+def has_slope(active: ActiveEffect) -> bool:
     """Whether an effect of the rig is smooth about any preload: with free play the force depends on the amplitude."""
-    ((change, given),) = _changes((one,), (_SLOPE,))
+    ((change, parameters),) = _changes((active,), (_SLOPE,))
     at_rest = Signal(np.zeros(1), np.ones((1, 1)))
-    return change.drive is None or bool(change.drive(at_rest, given).slope[0, 0] == 1.0)
+    return change.drive is None or bool(change.drive(at_rest, parameters).slope[0, 0] == 1.0)
 
 
 @dataclass(frozen=True)
@@ -324,33 +324,37 @@ def vibrating(
     at_rest = Signal(np.full(3, q), np.zeros((3, len(local))))
     stop, carried = _rate(beside, q, held), beside(at_rest).sampled(np.array([1]))
     spring = _rate(lambda load: extension(active, load, local), float(carried.value[0]), carried.slope[0, 1:])
-    both = stiffness + stop.value
-    soft = 1.0 / (1.0 + spring.value * both)
-    found = RigStiffness(
-        soft * both,
+    parallel_stiffness = stiffness + stop.value
+    soft = 1.0 / (1.0 + spring.value * parallel_stiffness)
+    measured = RigStiffness(
+        soft * parallel_stiffness,
         soft**2,
-        np.outer(soft**2, stop.slope) - np.outer((soft * both) ** 2, spring.slope),
+        np.outer(soft**2, stop.slope) - np.outer((soft * parallel_stiffness) ** 2, spring.slope),
     )
-    for change, given in changes:
+    for change, parameters in changes:
         if change.vibrate is not None:
-            factor, added = change.vibrate(omega, given)
-            found = found.scaled(Signal(factor.value, factor.slope[:, 1:]))
-            found = replace(found, value=found.value + added.value, slope=found.slope + added.slope[:, 1:])
-    for change, given in changes:
+            factor, added = change.vibrate(omega, parameters)
+            measured = measured.scaled(Signal(factor.value, factor.slope[:, 1:]))
+            measured = replace(
+                measured, value=measured.value + added.value, slope=measured.slope + added.slope[:, 1:]
+            )
+    for change, parameters in changes:
         if change.clock is not None:
-            late = np.exp(-1j * omega * given[change.clock].value)
-            found = found.scaled(Signal(late, (-1j * omega * late)[:, None] * given[change.clock].slope[1:]))
+            late = np.exp(-1j * omega * parameters[change.clock].value)
+            measured = measured.scaled(
+                Signal(late, (-1j * omega * late)[:, None] * parameters[change.clock].slope[1:])
+            )
     gain = _rate(lambda load: _read(active, local, load, np.zeros(3)), float(carried.value[0]), held)
     whole = np.ones(len(omega))
-    return found.scaled(Signal(gain.value * whole, np.tile(gain.slope, (len(whole), 1))))
+    return measured.scaled(Signal(gain.value * whole, np.tile(gain.slope, (len(whole), 1))))
 
 
 def _rate(change: Callable[[Signal], Signal], at: float, by: Array) -> Signal:
     """Return the slope of a change of a signal at a value, and its derivatives (P,) by the parameters."""
     step = _NEAR * max(abs(at), 1.0)
     columns = np.column_stack([np.ones(3), np.tile(by, (3, 1))])
-    found = change(Signal(at + step * np.array([-1.0, 0.0, 1.0]), columns)).slope
-    return Signal(found[1, 0], np.asarray((found[2, 1:] - found[0, 1:]) / (2.0 * step), dtype=np.float64))
+    slopes = change(Signal(at + step * np.array([-1.0, 0.0, 1.0]), columns)).slope
+    return Signal(slopes[1, 0], np.asarray((slopes[2, 1:] - slopes[0, 1:]) / (2.0 * step), dtype=np.float64))
 
 
 def elastic_response(
@@ -415,22 +419,26 @@ def counted(force: Signal) -> Signal:
 def _changes(active: Sequence[ActiveEffect], columns: Sequence[str]) -> list[tuple[RigChange, Given]]:
     """Return the changes of the rig in their order, each with its parameters."""
     ordered = sorted(
-        active, key=lambda one: (0 if one.effect.rig is None else one.effect.rig.order, one.name)
+        active, key=lambda effect: (0 if effect.effect.rig is None else effect.effect.rig.order, effect.name)
     )
-    return [(one.effect.rig, _given(one, columns)) for one in ordered if one.effect.rig is not None]
+    return [
+        (effect.effect.rig, _given(effect, columns)) for effect in ordered if effect.effect.rig is not None
+    ]
 
 
-def _given(one: ActiveEffect, columns: Sequence[str]) -> Given:
-    lacking = [one.full_name(p) for p in one.parameters if p.name not in one.values and not p.choices]
+def _given(active: ActiveEffect, columns: Sequence[str]) -> Given:
+    lacking = [
+        active.full_name(p) for p in active.parameters if p.name not in active.values and not p.choices
+    ]
     if lacking:
         raise ValueError(f"no value for {', '.join(lacking)}")
     return {
         p.name: Signal(
-            np.array(float(one.values[p.name])),
-            np.array([float(column == one.full_name(p)) for column in columns]),
+            np.array(float(active.values[p.name])),
+            np.array([float(column == active.full_name(p)) for column in columns]),
         )
-        for p in one.parameters
-        if p.name in one.values
+        for p in active.parameters
+        if p.name in active.values
     }
 
 

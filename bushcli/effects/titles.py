@@ -29,5 +29,5 @@ def phrase(name: str) -> str:
 def within(words: str) -> str:
     """Return the title of an effect as part of a sentence: "internal friction", but "Mullins softening"."""
     first = words.split(maxsplit=1)[0] if words else ""
-    people = {one.title.split()[0] for one in effects().values() if one.of_a_person}
+    people = {effect.title.split()[0] for effect in effects().values() if effect.of_a_person}
     return words if first in people or not first[1:].islower() else words[:1].lower() + words[1:]

@@ -251,7 +251,7 @@ def refine_start(
         return
     with processes(min(task.workers, len(given))) as own, TemporaryDirectory() as folder:
         # Ctrl-C does not reach the processes: a file tells them to end with the best so far.
-        stop, work = Path(folder) / "stop", with_cache(_refined_there, cache, here=False)
+        stop, work = Path(folder) / "stop", with_cache(_refined_there, cache, in_process=False)
         futures = [own.executor.submit(work, task, i, assignment, stop) for i, assignment in enumerate(given)]
         left = list(futures)
         try:

@@ -63,9 +63,9 @@ def examine() -> Examination:
                 Condition(f"no_{name}", f"{name} ({purpose}) cannot be imported: {error}", _SET_UP)
             )
     problems += untried_dolfinx(_version(modules["dolfinx"])) if "dolfinx" in modules else ()
-    for found in (_blas(modules), _mpi(modules), _compiler(), _cache(), _threads()):
-        facts |= found.facts
-        problems += found.problems
+    for part in (_blas(modules), _mpi(modules), _compiler(), _cache(), _threads()):
+        facts |= part.facts
+        problems += part.problems
     return Examination(facts, tuple(problems))
 
 

@@ -85,12 +85,12 @@ class SimulatedChannel:
 def prescribed(case: Case, load: LoadCase, tables: TableCache) -> SimulatedChannel:
     """Return the channel of a load case."""
     program = load.program(tables)
-    active = tuple(one.started() for one in acting(case.effects, load.label, load.mode))
+    active = tuple(effect.started() for effect in acting(case.effects, load.label, load.mode))
     drive = with_all_beside(active, program.time) if load.by_force else None
 
     def followed(model: FiniteElementModel, keep: bool, report: StepProgress) -> History:
-        found = march(model, program, keep_states=keep, progress=report, drive=drive)
-        return found if drive is None else drive.carrying(found)
+        history = march(model, program, keep_states=keep, progress=report, drive=drive)
+        return history if drive is None else drive.carrying(history)
 
     return SimulatedChannel(
         load.label,
@@ -107,7 +107,11 @@ def prescribed(case: Case, load: LoadCase, tables: TableCache) -> SimulatedChann
 
 def with_all_beside(active: Sequence[ActiveEffect], time: Array | None = None) -> PrescribedForce:
     """Return a prescribed force that the bushing carries together with all that stands beside it."""
-    beside = [one for one in active if one.effect.rig is not None and one.effect.rig.parallel is not None]
+    beside = [
+        effect
+        for effect in active
+        if effect.effect.rig is not None and effect.effect.rig.parallel is not None
+    ]
     if not beside:
         return PrescribedForce()
     began = 0.0 if time is None else float(time[0])
@@ -126,8 +130,8 @@ def recorded(case: Case, recording: Recording) -> SimulatedChannel:
     Without memory in the rubber, one solve over the range serves every cycle; if the curve is odd, one side of it.
     """
     low, high = min(0.0, float(recording.displacement.min())), max(0.0, float(recording.displacement.max()))
-    odd = is_odd(case.geometry, modes()[recording.mode])
-    if odd:
+    symmetric = is_odd(case.geometry, modes()[recording.mode])
+    if symmetric:
         low, high = (0.0, max(high, -low)) if high >= -low else (low, 0.0)
     targets = even_targets(low, high, RECORDED)
     furthest = high if high >= -low else low
@@ -163,7 +167,7 @@ def channels_to_simulate(
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
     check_travel(case, recordings, faults)
     channels = [prescribed(case, load, measured.tables) for load in case.load_cases]
-    channels += [recorded(case, one) for one in recordings]
-    for channel in [one for one in channels if not one.by_force]:
+    channels += [recorded(case, recording) for recording in recordings]
+    for channel in [channel for channel in channels if not channel.by_force]:
         check_play(case, channel.name, channel.mode, channel.displacement)
     return channels, faults

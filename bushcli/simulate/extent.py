@@ -91,11 +91,13 @@ def of_test(test: DynamicTest) -> Extent:
 def measured(case: Case) -> list[Extent]:
     """Return the temperatures of the tests of a case, whose files are not read."""
     sources = (*case.recordings, *case.coupons)
-    return [Extent(one.mode, (one.temperature,)) for one in sources if one.temperature is not None]
+    return [
+        Extent(source.mode, (source.temperature,)) for source in sources if source.temperature is not None
+    ]
 
 
 def outside(
-    name: str, asked: Extent, known: Iterable[Extent], active: Sequence[ActiveEffect]
+    name: str, extent: Extent, known: Iterable[Extent], active: Sequence[ActiveEffect]
 ) -> list[Condition]:
     """Return a condition if a prediction lies outside of what was measured.
 
@@ -103,20 +105,20 @@ def outside(
     ----------
     name : str
         Name of the channel that is predicted.
-    asked : Extent
+    extent : Extent
     known : iterable of Extent
         Of the tests.
     active : sequence of ActiveEffect
         Effects of the channel: a temperature counts where one needs it, the rest where one has a memory.
     """
     known = list(known)
-    heated = any(one.effect.needs_temperature for one in active)
-    remembers = any(one.effect.has_memory for one in active)
+    heated = any(effect.effect.needs_temperature for effect in active)
+    remembers = any(effect.effect.has_memory for effect in active)
     # Frequencies are the rubber's, rates and amplitudes those of a mode.
-    alike = [one if one.mode == asked.mode else Extent("", frequency=one.frequency) for one in known]
-    there = [replace(one, temperature=()) for one in alike] if remembers else []
-    there += [Extent("", one.temperature) for one in known] if heated else []
-    beyond = list(_beyond(asked, there))
+    alike = [other if other.mode == extent.mode else Extent("", frequency=other.frequency) for other in known]
+    comparable = [replace(other, temperature=()) for other in alike] if remembers else []
+    comparable += [Extent("", other.temperature) for other in known] if heated else []
+    beyond = list(_beyond(extent, comparable))
     if not beyond:
         return []
     what = f"{name} is predicted outside of what was measured: {'; '.join(beyond)}"
@@ -127,10 +129,10 @@ def outside(
     ]
 
 
-def _beyond(asked: Extent, known: Sequence[Extent]) -> Iterator[str]:
-    turned = modes()[asked.mode].rotational
-    unit, factor = ("degrees", np.degrees(1.0)) if turned else ("mm", 1.0)
-    if modes()[asked.mode].specimen == "coupon":
+def _beyond(extent: Extent, known: Sequence[Extent]) -> Iterator[str]:
+    rotational = modes()[extent.mode].rotational
+    unit, factor = ("degrees", np.degrees(1.0)) if rotational else ("mm", 1.0)
+    if modes()[extent.mode].specimen == "coupon":
         unit = "strain"
     for key, words, of, scale in (
         ("temperature", "degrees C", "", 1.0),
@@ -138,8 +140,8 @@ def _beyond(asked: Extent, known: Sequence[Extent]) -> Iterator[str]:
         ("frequency", "Hz", "", 1.0),
         ("amplitude", unit, "up to ", factor),
     ):
-        wanted = scale * np.array(getattr(asked, key), dtype=float)
-        values = scale * np.array([v for one in known for v in getattr(one, key)], dtype=float)
+        wanted = scale * np.array(getattr(extent, key), dtype=float)
+        values = scale * np.array([v for other in known for v in getattr(other, key)], dtype=float)
         if not len(wanted) or not len(values):
             continue
         low, high = float(values.min()), float(values.max())
@@ -150,5 +152,5 @@ def _beyond(asked: Extent, known: Sequence[Extent]) -> Iterator[str]:
         else:
             off = (wanted < low / _PACE) | (wanted > high * _PACE)
         if off.any():
-            there = f"{high:.3g}" if low == high else f"{low:.3g} to {high:.3g}"
-            yield f"{of}{wanted[off][np.argmax(np.abs(wanted[off] - low))]:.3g} {words} (measured: {there})"
+            measured = f"{high:.3g}" if low == high else f"{low:.3g} to {high:.3g}"
+            yield f"{of}{wanted[off][np.argmax(np.abs(wanted[off] - low))]:.3g} {words} (measured: {measured})"

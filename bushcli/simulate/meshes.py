@@ -60,13 +60,13 @@ def meshes(case: Case, directory: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> tupl
         Ranks that share each mesh.
     """
     loads: tuple[Load, ...] = (*case.load_cases, *case.vibrations)
-    asked = {one.mode: one.simulated_mode for one in loads}
-    asked |= {source.mode: modes()[source.mode] for source in case.recordings}
+    simulated = {load.mode: load.simulated_mode for load in loads}
+    simulated |= {source.mode: modes()[source.mode] for source in case.recordings}
     specimen = case.geometry.specimen
     alone = {name: mode for name, mode in modes().items() if mode.specimen == specimen and not mode.follow}
     wanted: dict[tuple[int, Mirrors], list[str]] = {}
     planes = case.geometry.mirror_planes
-    for name, mode in sorted((asked or alone).items()):
+    for name, mode in sorted((simulated or alone).items()):
         dimension = 2 if mode.section is not None and case.geometry.axisymmetric else 3
         mirrors = setting_for(mode, dimension).mirrors & planes
         wanted.setdefault((dimension, mirrors), []).append(name)

@@ -156,7 +156,7 @@ def _compared(
 
 def misfits(response: Response) -> dict[str, Misfit]:
     """Return the misfit of every channel with a recording of which enough samples were simulated, by channel name."""
-    found = {}
+    by_channel = {}
     for channel in response.channels:
         if channel.recording is None:
             continue
@@ -165,8 +165,8 @@ def misfits(response: Response) -> dict[str, Misfit]:
         slack = 0.01 * float(np.ptp(q))
         reached = (q >= simulated.min() - slack) & (q <= simulated.max() + slack)
         if np.count_nonzero(reached) >= FEWEST:
-            found[channel.name] = misfit(channel, response.case.tolerance)
-    return found
+            by_channel[channel.name] = misfit(channel, response.case.tolerance)
+    return by_channel
 
 
 def stiffness(curve: Curve) -> Stiffness:

@@ -100,17 +100,17 @@ class Schedule:
         starts = np.array([self.time[leg.first] for leg in self.legs])
         place = np.clip(np.searchsorted(starts, time, side="right") - 1, 0, len(self.legs) - 1)
         for number, leg in enumerate(self.legs):
-            here = np.flatnonzero(place == number)
-            if not len(here):
+            samples = np.flatnonzero(place == number)
+            if not len(samples):
                 continue
             size = leg.last - leg.first + 1
             if size < 2:
-                matrix[here, leg.first] = 1.0
+                matrix[samples, leg.first] = 1.0
                 continue
-            at = np.clip(time[here], self.time[leg.first], self.time[leg.last])
+            at = np.clip(time[samples], self.time[leg.first], self.time[leg.last])
             own = np.concatenate([[0.0], self._clock[leg.first + 1 : leg.last + 1]])
             spline = CubicSpline(own, np.eye(size), bc_type="not-a-knot" if size > 3 else "natural")
-            matrix[np.ix_(here, np.arange(leg.first, leg.last + 1))] = spline(self._position(leg, at))
+            matrix[np.ix_(samples, np.arange(leg.first, leg.last + 1))] = spline(self._position(leg, at))
         return matrix
 
     def path(self, time: Array) -> Array:
@@ -202,9 +202,9 @@ def _stepped(
         t, q = times[first : last + 2], values[first : last + 2]
         hold = bool(kinds[first] == 0.0)
         brief = bool(legs) and t[-1] - t[0] < BRIEF * (nodes[-1] - nodes[legs[-1].first])
-        for begin, end in [(t[0], t[-1])] if hold else _cut(t, q, reached, 2 * tolerance):
-            inside = (t > begin) & (t < end)
-            part = np.concatenate([[begin], t[inside], [end]])
+        for t_start, end in [(t[0], t[-1])] if hold else _cut(t, q, reached, 2 * tolerance):
+            inside = (t > t_start) & (t < end)
+            part = np.concatenate([[t_start], t[inside], [end]])
             path = np.interp(part, t, q)
             if not hold:
                 added = _leg_times(part, path, span, fineness)
@@ -259,11 +259,11 @@ def _leg_times(t: Array, q: Array, span: float, fineness: float) -> Array:
 
 def still(motion: Array, time: Array | None) -> NDArray[np.bool_]:
     """Return which motions (6,) stand still apart from noise."""
-    found = np.ones(6, dtype=bool)
+    at_rest = np.ones(6, dtype=bool)
     for k in range(6):
         span = float(np.ptp(motion[:, k]))
-        found[k] = span < 1e-9 or span < MOVES * _noise(motion[:, k], time)
-    return found
+        at_rest[k] = span < 1e-9 or span < MOVES * _noise(motion[:, k], time)
+    return at_rest
 
 
 def _noise(motion: Array, time: Array | None) -> float:
@@ -308,5 +308,5 @@ def six_schedule(
         knots, poses = np.insert(knots, 0, begins - lead), np.concatenate([np.zeros((1, 6)), poses])
     path = SixPath(knots - knots[0], poses, free)
     q = nodes - knots[0]
-    turns = frozenset(int(np.argmin(np.abs(q - one))) for one in path.time[1:-1])
+    turns = frozenset(int(np.argmin(np.abs(q - turn))) for turn in path.time[1:-1])
     return path, Program(q, nodes if time is not None else None, turns), schedule

@@ -72,17 +72,17 @@ def with_values(
 ) -> tuple[ActiveEffect, ...]:
     """Set parameters of a model by name, and return the effects with theirs; what is not given keeps its value."""
     model.set_parameters({k: v for k, v in parameters.items() if k in model.constants})
-    found = []
-    for one in active:
-        if one.temperature is not None:
+    effects = []
+    for effect in active:
+        if effect.temperature is not None:
             # Channels may share a model.
-            model.set_parameters({"temperature": one.temperature})
-        changed = one.with_values(parameters)
-        for p in one.parameters:
-            if p.choices and changed.values[p.name] != one.values[p.name]:
-                raise ValueError(f"{one.full_name(p)} is a choice: another one needs another model")
-        found.append(changed)
-    return tuple(found)
+            model.set_parameters({"temperature": effect.temperature})
+        changed = effect.with_values(parameters)
+        for p in effect.parameters:
+            if p.choices and changed.values[p.name] != effect.values[p.name]:
+                raise ValueError(f"{effect.full_name(p)} is a choice: another one needs another model")
+        effects.append(changed)
+    return tuple(effects)
 
 
 class FollowedPath(ABC):
@@ -280,7 +280,9 @@ class Simulation(FollowedPath):
     ) -> None:
         self.temperature = temperature
         mean = None if temperature is None else float(np.mean(temperature))
-        self.active = tuple(one.started() if mean is None else one.started().at(mean) for one in active)
+        self.active = tuple(
+            effect.started() if mean is None else effect.started().at(mean) for effect in active
+        )
         features = features_of(self.active)
         self.model = prepared(shape, mode, rubber, refinement, comm, features)
         self.time, self.displacement, self.noise = time, np.asarray(displacement, dtype=float), noise
@@ -388,11 +390,11 @@ class Simulation(FollowedPath):
         failure_limit: int | None,
     ) -> History:
         """Return the curve of the body; one of the last two is reused if only the rig has changed since."""
-        asked = (self._shape, self._values(), targets.tobytes(), inner, self._tolerance)
-        known: History | None = self.model.curves.get(asked)
+        key = (self._shape, self._values(), targets.tobytes(), inner, self._tolerance)
+        known: History | None = self.model.curves.get(key)
         if known is not None and not keep_states and progress is None:
             return known
-        found = sweep(
+        history = sweep(
             self.model,
             targets,
             tolerance=self._tolerance,
@@ -402,8 +404,8 @@ class Simulation(FollowedPath):
             failure_limit=failure_limit,
         )
         if not keep_states:
-            self.model.curves.put(asked, found)
-        return found
+            self.model.curves.put(key, history)
+        return history
 
     def _marched(
         self,
@@ -441,7 +443,7 @@ class Simulation(FollowedPath):
         q = Signal(history.displacement, columns(history.path_sensitivity, inner, names, len(history.force)))
         force = Signal(history.force, columns(history.sensitivity, inner, names, len(history.force)))
         if lead:
-            q, force = (one.sampled(np.arange(lead - 1, len(one.value))) for one in (q, force))
+            q, force = (signal.sampled(np.arange(lead - 1, len(signal.value))) for signal in (q, force))
         read = logged_force(active, steps, self._clock, q, force, names)
         return Answer(read.value, read.slope, history)
 
@@ -459,12 +461,12 @@ class Simulation(FollowedPath):
         rates = tuple((name, rate.tobytes()) for name, rate in path_rates.items())
         times = None if program.time is None else program.time.tobytes()
         path = (program.displacement.tobytes(), times)
-        asked = (self._shape, self._values(), *path, inner, rates, self._tolerance)
+        key = (self._shape, self._values(), *path, inner, rates, self._tolerance)
         can_be_reused = not keep_states and progress is None and series is None
-        known: History | None = self.model.curves.get(asked)
+        known: History | None = self.model.curves.get(key)
         if known is not None and can_be_reused:
             return known
-        found = march(
+        history = march(
             self.model,
             program,
             tolerance=self._tolerance,
@@ -476,8 +478,8 @@ class Simulation(FollowedPath):
             failure_limit=failure_limit,
         )
         if can_be_reused:
-            self.model.curves.put(asked, found)
-        return found
+            self.model.curves.put(key, history)
+        return history
 
     def _values(self) -> tuple[float, ...]:
         return tuple(float(constant.value) for constant in self.model.constants.values())

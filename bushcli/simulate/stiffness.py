@@ -80,22 +80,22 @@ def matrices(
     reached = dict(zip(map(float, steps.displacement), map(float, q), strict=True))
     wanted = {"start": float(steps.displacement[0]), "end": float(steps.displacement[-1])}
     if chosen is not None:
-        wanted["at"] = next(time for time, one in reached.items() if one == chosen)
-    found = matrices_along(made(mode_of("path", path)), steps, tuple(wanted.values()))
-    return {state: (reached[time], found[time]) for state, time in wanted.items()}
+        wanted["at"] = next(time for time, position in reached.items() if position == chosen)
+    by_time = matrices_along(made(mode_of("path", path)), steps, tuple(wanted.values()))
+    return {state: (reached[time], by_time[time]) for state, time in wanted.items()}
 
 
 def matrices_along(model: FiniteElementModel, program: Program, at: Sequence[float]) -> dict[float, Array]:
     """March along a path of six motions, and return the stiffness matrix at some of its targets."""
-    found: dict[float, Array] = {}
+    by_position: dict[float, Array] = {}
 
     def observe(solver: Equilibrium) -> None:
-        if solver.q in at and solver.q not in found:
+        if solver.q in at and solver.q not in by_position:
             solver.factorise()
-            found[solver.q] = tangent(model, solver.factor, solver.q).symmetric
+            by_position[solver.q] = tangent(model, solver.factor, solver.q).symmetric
 
     march(model, program, observer=observe)
-    return found
+    return by_position
 
 
 def as_path(mode: Mode, program: Program) -> tuple[SixPath, Program]:
@@ -110,7 +110,7 @@ def as_path(mode: Mode, program: Program) -> tuple[SixPath, Program]:
     way = np.where(moves == 0.0, 1e-3 * np.abs(moves).max(), np.abs(moves))
     along = np.concatenate([[0.0], np.cumsum(way)])
     turns = np.flatnonzero(np.sign(moves[1:]) != np.sign(moves[:-1])) + 1
-    poses = np.array([pose_of(mode, float(one)) for one in q])
+    poses = np.array([pose_of(mode, float(position)) for position in q])
     return SixPath(along, poses, whole=True), Program(along, time, frozenset(map(int, turns)))
 
 
@@ -120,5 +120,5 @@ def pose_of(mode: Mode, q: float) -> Array:
 
     corners = np.column_stack([np.zeros(3), np.eye(3)])
     moved = corners + mode.solid.motion(corners, q)
-    turned = moved[:, 1:] - moved[:, :1]
-    return np.concatenate([moved[:, 0], Rotation.from_matrix(turned).as_rotvec()])
+    rotation = moved[:, 1:] - moved[:, :1]
+    return np.concatenate([moved[:, 0], Rotation.from_matrix(rotation).as_rotvec()])

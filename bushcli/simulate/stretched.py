@@ -78,5 +78,5 @@ def _everywhere(
     model: FiniteElementModel, values: Sequence[Array], extreme: Callable[..., float], operation: MPI.Op
 ) -> Array:
     """Return an extreme of each array over all ranks; 1 where there are no values."""
-    own = [float(extreme(one)) if one.size else 1.0 for one in values]
-    return np.array([model.comm.allreduce(one, operation) for one in own])
+    own = [float(extreme(value)) if value.size else 1.0 for value in values]
+    return np.array([model.comm.allreduce(value, operation) for value in own])

@@ -52,12 +52,14 @@ def touched(model: FiniteElementModel, history: History) -> tuple[Touched, ...]:
     model.take_parameters()
     met: dict[tuple[str, str], Touched] = {}
     for q, state in zip(history.displacement, history.states, strict=False):
-        for one in touches(contact, state):
-            known = met.get(one.surfaces)
-            force, here = one.force * model.multiplicity, float(q)
+        for touch in touches(contact, state):
+            known = met.get(touch.surfaces)
+            force, position = touch.force * model.multiplicity, float(q)
             if known is None or force > known.force:
-                first = here if known is None else known.first
-                met[one.surfaces] = Touched(one.surfaces, first, force, here, one.radius, one.height)
+                first = position if known is None else known.first
+                met[touch.surfaces] = Touched(
+                    touch.surfaces, first, force, position, touch.radius, touch.height
+                )
     return tuple(met.values())
 
 
