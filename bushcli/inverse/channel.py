@@ -273,12 +273,12 @@ class SweptChannel(Channel):
         # The model has no parameters of effects that do not act on this channel.
         own = {k: v for k, v in parameters.items() if k in self.model.constants}
         self.model.set_parameters(own)
-        asked = (*own.items(), *names)
-        if asked not in self._solved:
+        key = (*own.items(), *names)
+        if key not in self._solved:
             if len(self._solved) == CACHED:
                 self._solved.pop(next(iter(self._solved)))
-            self._solved[asked] = self._swept(names, StepLimit() if limit is None else limit)
-        return self._solved[asked]
+            self._solved[key] = self._swept(names, StepLimit() if limit is None else limit)
+        return self._solved[key]
 
     def _swept(self, names: Sequence[str], limit: StepLimit) -> ChannelForces:
         ends: list[Array] = []
@@ -309,8 +309,8 @@ class SweptChannel(Channel):
 
     @override
     def at_samples(self, answer: ChannelForces) -> tuple[Array, Array]:
-        both = self._interpolated(answer, self.recording.displacement)
-        return both[:, 0], both[:, 1:]
+        columns = self._interpolated(answer, self.recording.displacement)
+        return columns[:, 0], columns[:, 1:]
 
     def _interpolated(self, answer: ChannelForces, at: Array) -> Array:
         """Return force and derivatives at displacements (n,), shape (n, 1 + parameters)."""

@@ -147,7 +147,7 @@ def from_contained(
     problem: LeastSquaresProblem, start: Array, loss: Loss = "linear", every: Sequence[ContainedPart] = ()
 ) -> Minimum:
     """Search from the smallest model on, one addition after the other."""
-    x, added, left = (
+    x, added, remaining = (
         _without(problem, problem.bounds.inside(start), every),
         list[ContainedPart](),
         list(every),
@@ -155,12 +155,12 @@ def from_contained(
     free = [name for name in problem.names if not any(name in part.names for part in every)]
     amplitudes = {*problem.law.linear, *(name for part in every for name in part.off)}
     lowest = _searched(problem, x, free, loss) if every else None
-    while lowest is not None and left:
-        first = {part.after: part for part in reversed(left)}
+    while lowest is not None and remaining:
+        first = {part.after: part for part in reversed(remaining)}
         sizes = [name for name in free if name in amplitudes]
         tried = [(*_begun(problem, lowest.x, sizes, part), part) for part in first.values()]
         gain, point, chosen = max(tried, key=lambda trial: trial[0])
-        left.remove(chosen)
+        remaining.remove(chosen)
         added.append(chosen)
         free += chosen.names
         if point is not None and gain > NEGLIGIBLE * lowest.cost * len(problem.channels):
@@ -244,8 +244,8 @@ def _begun(
         value = held.residual(at[held.free])
         if not np.isfinite(value).all():
             return 0.0, None
-        step, left = full_step(held, at[held.free])
-        return float(value @ value) - left, held.all_of(at[held.free] + step)
+        step, remaining = full_step(held, at[held.free])
+        return float(value @ value) - remaining, held.all_of(at[held.free] + step)
 
     best = {name: values[0] for name, values in part.grid.items()}
     gain, point = predicted(best)

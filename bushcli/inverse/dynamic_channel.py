@@ -59,8 +59,8 @@ class DynamicChannel(FitChannel):
     ) -> None:
         self.table, self._temperature = table, temperature
         check_preloads(case, table)
-        there = acting(case.effects, table.name, table.mode, "dynamic", temperature)
-        self.active = tuple(active.started() for active in there)
+        acting_effects = acting(case.effects, table.name, table.mode, "dynamic", temperature)
+        self.active = tuple(active.started() for active in acting_effects)
         by_force = bool((np.isnan(table.preload) & ~np.isnan(table.preload_force)).any())
         problems: list[Problem] = []
         if stored is not None:
@@ -108,10 +108,10 @@ class DynamicChannel(FitChannel):
         simulation = self._simulation
         reduced = simulation.reduced(parameters, names, StepLimit() if limit is None else limit)
         value, slope = simulation.stiffness(reduced, parameters, names)
-        turned, by = value * self._turned, slope * self._turned[:, None]
+        delayed, by = value * self._turned, slope * self._turned[:, None]
         return ChannelForces(
             np.tile(simulation.travels(reduced), 2),
-            np.concatenate([turned.real, turned.imag]),
+            np.concatenate([delayed.real, delayed.imag]),
             np.concatenate([by.real, by.imag]),
             reduced.states,
         )
@@ -161,16 +161,16 @@ class DynamicChannel(FitChannel):
         # Effects of the rig are in the simulation.
         rubber = [active for active in self.active if active not in simulation.rig]
         doubtful = [doubt for curves in reduced.curves for curve in curves for doubt in doubts(curve)]
-        left = [
+        conditions = [
             condition
             for condition in left_out(self.table, "fitted")
             if not simulation.uneven or condition.name != "amplitude_left_out"
         ]
-        return [*left, *effects_left_out(self.name, rubber), *doubtful]
+        return [*conditions, *effects_left_out(self.name, rubber), *doubtful]
 
     def _unfit_rig(self, where: str, by_force: bool) -> Iterator[Problem]:
         """Yield why effects of the rig cannot be fitted to the table."""
-        for active in (one for one in self.active if one.effect.acts == "rig"):
+        for active in (effect for effect in self.active if effect.effect.acts == "rig"):
             stops = active.effect.rig is not None and active.effect.rig.parallel is not None
             if has_slope(active) and not (stops and by_force):
                 continue

@@ -84,13 +84,16 @@ class ReducedCurves:
                 (before * math.log(value / before), before / value) if scales else (value - before, 1.0)
             )
         for model in (curve.model for group in self.curves for curve in group):
-            rest, by = model.stiffness(np.zeros(1), ()).real, model.slopes_by_parameters(np.zeros(1), ()).real
+            stiffness, by = (
+                model.stiffness(np.zeros(1), ()).real,
+                model.slopes_by_parameters(np.zeros(1), ()).real,
+            )
             factor = beside = 0.0
             for i, (name, change) in enumerate(zip(model.changes.names, model.changes.matrices, strict=True)):
                 step = steps.get(name, (0.0, 1.0))[0]
                 # A factor on all moduli alone, as on those of the branches, is exact.
                 own = step * float(np.trace(change.viscous) / np.trace(model.reduced.viscous))
-                factor, beside = factor + own, beside + abs(step * float((by[i] / rest)[0]) - own)
+                factor, beside = factor + own, beside + abs(step * float((by[i] / stiffness)[0]) - own)
             if abs(factor) > math.log(FACTOR) or beside > BESIDE:
                 return None
         return replace(self, steps=steps)
@@ -228,9 +231,9 @@ class DynamicSimulation:
                 rows = group.rows[group.number == number]
                 frequency, model = self.table.frequency[rows], curve.model
                 force = np.zeros(len(wanted))
-                asked = [i for i, name in enumerate(model.changes.names) if name in wanted]
-                places = [wanted.index(model.changes.names[i]) for i in asked]
-                force[places] = model.changes.force[asked]
+                indices = [i for i, name in enumerate(model.changes.names) if name in wanted]
+                places = [wanted.index(model.changes.names[i]) for i in indices]
+                force[places] = model.changes.force[indices]
                 if curve.uneven is not None:
                     part, own = self._thinned(curve, curve.uneven, rows, parameters, wanted)
                 else:
@@ -238,7 +241,7 @@ class DynamicSimulation:
                     own = np.zeros((len(rows), len(wanted)), dtype=np.complex128)
                     if wanted:
                         by_constants = model.slopes_by_parameters(frequency, branches, density)
-                        own[:, places] = by_constants[asked].T
+                        own[:, places] = by_constants[indices].T
                         by_g, by_tau, by_density = model.slopes(frequency, branches, density)
                         own += np.vstack([by_g, by_tau, DENSITY * by_density]).T @ by
                 held = curve.force
@@ -262,21 +265,21 @@ class DynamicSimulation:
     ) -> tuple[Complex, Complex]:
         """Return K* (m,) of rows of the bushing alone at their amplitudes, and its derivatives (m, names)."""
 
-        def model(given: Mapping[str, float]) -> UnevenModel:
-            branches, thinned = self._relaxation(given)
+        def model(values: Mapping[str, float]) -> UnevenModel:
+            branches, thinned = self._relaxation(values)
             assert thinned is not None
-            return uneven.of(thinned, branches, _density(given))
+            return uneven.of(thinned, branches, _density(values))
 
-        here, table = model(parameters), self.table
+        uneven_model, table = model(parameters), self.table
         # A row that does not say its amplitude is one of the smallest.
         amplitude = np.nan_to_num(table.amplitude[rows], nan=np.nanmin(table.amplitude))
-        balances = here.balances(amplitude, table.frequency[rows])
+        balances = uneven_model.balances(amplitude, table.frequency[rows])
         value = np.array([balance.stiffness for balance in balances])
         slope = np.zeros((len(rows), len(names)), dtype=np.complex128)
         for i, name in enumerate(names):
             if name in curve.model.changes.names:
                 change = curve.model.changes.matrices[curve.model.changes.names.index(name)]
-                slope[:, i] = here.along(change, balances)
+                slope[:, i] = uneven_model.along(change, balances)
             elif name == "density" or name.partition(".")[0] in self._rubber:
                 step = THINNED_STEP * max(abs(parameters[name]), 1e-3)
                 more, less = (model({**parameters, name: parameters[name] + d}) for d in (step, -step))
@@ -286,7 +289,7 @@ class DynamicSimulation:
                         (a.stiffness - b.stiffness) / (2.0 * step) for a, b in zip(*ends, strict=True)
                     ]
                 else:
-                    slope[:, i] = here.slope(balances, more, less) / (2.0 * step)
+                    slope[:, i] = uneven_model.slope(balances, more, less) / (2.0 * step)
         return value, slope
 
     def _by_parameter(self, parameters: Mapping[str, float], names: Sequence[str], branches: int) -> Array:
@@ -294,8 +297,8 @@ class DynamicSimulation:
         free = [i for i, name in enumerate(names) if name.partition(".")[0] in self._rubber]
 
         def flat(values: Array) -> Array:
-            given = {**parameters, **{names[i]: float(v) for i, v in zip(free, values, strict=True)}}
-            return np.array(self._branches(given), dtype=float).T.ravel()
+            changed = {**parameters, **{names[i]: float(v) for i, v in zip(free, values, strict=True)}}
+            return np.array(self._branches(changed), dtype=float).T.ravel()
 
         by = np.zeros((2 * branches + 1, len(names)))
         # The parameters are the moduli and times themselves: differences are exact.
@@ -325,9 +328,9 @@ def _density(parameters: Mapping[str, float]) -> float | None:
 def _preloads(table: DynamicTable, amplitude: tuple[float, ...] = ()) -> list[_Preloads]:
     """Return the preloads of a table: those by travel, rest included, and those by force; for some amplitudes."""
     by_force = np.isnan(table.preload) & ~np.isnan(table.preload_force)
-    given = np.where(np.isnan(table.preload), 0.0, table.preload)
+    displacement = np.where(np.isnan(table.preload), 0.0, table.preload)
     groups = []
-    for is_force, values in ((False, given), (True, table.preload_force)):
+    for is_force, values in ((False, displacement), (True, table.preload_force)):
         rows = np.flatnonzero(by_force == is_force)
         if len(rows):
             levels, number = np.unique(gathered(values[rows]), return_inverse=True)

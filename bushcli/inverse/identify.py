@@ -232,13 +232,13 @@ class _Searches:
                 told(fault)
 
     def _check_temperatures(self, effect: ActiveEffect) -> None:
-        there = [
+        same_effect = [
             active
             for channel in self.problem.channels
             for active in channel.active
             if active.name == effect.name
         ]
-        temperatures = {active.temperature for active in there}
+        temperatures = {active.temperature for active in same_effect}
         free = [p for p in effect.parameters if not self.task.is_fixed(effect.full_name(p))]
         if effect.effect.needs_temperature and free and len(temperatures) == 1:
             what = f"the effect {effect.name} cannot be identified: all that is fitted was measured at "
@@ -293,7 +293,7 @@ class _Searches:
         states = {0: problem.states}
         points = self._further_starts(first.initial)
         limits = tuple(problem.limits)
-        given = [
+        assignments = [
             starts.Assignment(
                 number, point, first.states, limits, first.minimum.cost, self.journal, self.resume
             )
@@ -311,7 +311,7 @@ class _Searches:
                 states[len(self.minima)] = refined.states
                 self.minima.append(refined.minimum)
 
-        starts.refine_start(task, problem.channels, given, done, forward, self.pool)
+        starts.refine_start(task, problem.channels, assignments, done, forward, self.pool)
         problem.begin_profiles(states[_best(self.minima)])
 
     def _further_starts(self, initial: Array) -> list[Array]:

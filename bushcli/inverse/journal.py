@@ -148,8 +148,8 @@ class Journal:
         known = self._known.get(question[1].tobytes())
         if known is not None:
             return known
-        there, answers = self._store.read(self._store.file(_WORK, question), question)
-        return answers if there else None
+        stored, answers = self._store.read(self._store.file(_WORK, question), question)
+        return answers if stored else None
 
     def add(self, x: Array, answers: list[ChannelForces]) -> None:
         """Save an evaluation, on disk before this returns; where that fails, `failure` says so."""

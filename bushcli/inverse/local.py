@@ -211,8 +211,8 @@ def minimise(
 def predicted_decrease(problem: LeastSquaresProblem, x: Array) -> float:
     """Return the share of the cost that a full Gauss-Newton step within the bounds would remove; zero at a minimum."""
     value = problem.residual(x)
-    _, left = full_step(problem, x)
-    return float(value @ value - left) / max(float(value @ value), NOTHING * len(problem.channels))
+    _, remaining = full_step(problem, x)
+    return float(value @ value - remaining) / max(float(value @ value), NOTHING * len(problem.channels))
 
 
 def full_step(problem: LeastSquaresProblem, x: Array) -> tuple[Array, float]:

@@ -167,8 +167,8 @@ class SpectrumFit:
         temperature : shape (n,)
             Degrees C; between the steps log a_T is a straight line, beyond them it is held.
         """
-        turned = np.exp(2j * np.pi * frequency * self.lag)
-        return self.spectrum.at(2.0 * np.pi * self.reduced(frequency, temperature)) * turned
+        delay = np.exp(2j * np.pi * frequency * self.lag)
+        return self.spectrum.at(2.0 * np.pi * self.reduced(frequency, temperature)) * delay
 
     def reduced(self, frequency: Array, temperature: Array) -> Array:
         """Return the frequencies (n,) in Hz that are the same at the reference temperature.
@@ -269,8 +269,8 @@ class _Problem:
 
     def relative(self, modulus: Complex) -> Array:
         """Return real and imaginary parts (2 n, ...) over the measured ones."""
-        both = np.stack([modulus.real.T / self.storage, modulus.imag.T / self.loss], axis=-2)
-        return np.asarray(both.reshape(*both.shape[:-2], -1).T, dtype=np.float64)
+        parts = np.stack([modulus.real.T / self.storage, modulus.imag.T / self.loss], axis=-2)
+        return np.asarray(parts.reshape(*parts.shape[:-2], -1).T, dtype=np.float64)
 
     def design(self, shifts: Array, times: Array) -> Array:
         """Return the relative response (2 n, k + 1) of the equilibrium and of each term."""
@@ -295,9 +295,9 @@ class _Problem:
     def derivative(self, shifts: Array, solved: _Solved) -> Array:
         """Return the derivative (2 n, p) of the residual by the free parameters, at a given spectrum."""
         spectrum = Spectrum(float(solved.values[0]), solved.values[1:], solved.times)
-        turned = np.exp(1j * self.omega * shifts[-1])
-        slope = spectrum.slope(self.reduced(shifts)) * turned
-        modulus = spectrum.at(self.reduced(shifts)) * turned
+        delay = np.exp(1j * self.omega * shifts[-1])
+        slope = spectrum.slope(self.reduced(shifts)) * delay
+        modulus = spectrum.at(self.reduced(shifts)) * delay
         columns = [slope * (self.step_of == k) for k in range(len(shifts) - 1)] + [1j * self.omega * modulus]
         return self.relative(np.column_stack(columns))[:, self.free]
 
@@ -323,8 +323,10 @@ class _Problem:
             return spread
         derivative = self._eliminated(shifts, solved)
         scale = np.linalg.norm(derivative, axis=0)
-        left = max(len(solved.residual) - np.count_nonzero(solved.values) - derivative.shape[1], 1)
-        variance = float(solved.residual @ solved.residual) / left
+        degrees_of_freedom = max(
+            len(solved.residual) - np.count_nonzero(solved.values) - derivative.shape[1], 1
+        )
+        variance = float(solved.residual @ solved.residual) / degrees_of_freedom
         scaled = derivative / scale
         spread[self.free] = (
             np.sqrt(np.maximum(variance * np.diag(np.linalg.pinv(scaled.T @ scaled)), 0.0)) / scale
@@ -376,11 +378,11 @@ class _Problem:
         """Return the spring-pot of the rows at given shifts: E_inf and E_1 are linear, the exponent is searched for."""
         from scipy.optimize import minimize_scalar, nnls
 
-        turned = np.exp(1j * self.omega * shifts[-1])[:, None]
+        delay = np.exp(1j * self.omega * shifts[-1])[:, None]
 
         def solved(exponent: float) -> tuple[Array, Array]:
             power = (1j * self.reduced(shifts)) ** exponent
-            design = self.relative(np.column_stack([np.ones(len(power), dtype=complex), power]) * turned)
+            design = self.relative(np.column_stack([np.ones(len(power), dtype=complex), power]) * delay)
             values, _ = nnls(design, np.ones(len(design)))
             return values, design @ values - 1.0
 

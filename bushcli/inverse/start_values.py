@@ -164,9 +164,9 @@ def sized(problem: LeastSquaresProblem, x: Array, enough: float = ENOUGH) -> Arr
         value = problem.residual(x)
         low = np.concatenate([[-MOST], (problem.bounds.lower - x)[effects]])
         high = np.concatenate([[MOST], (problem.bounds.upper - x)[effects]])
-        change, left = bounded_step(value, problem.jacobian(x) @ ways, low, high)
+        change, remaining = bounded_step(value, problem.jacobian(x) @ ways, low, high)
         before = float(value @ value)
-        if before - left <= enough * before:
+        if before - remaining <= enough * before:
             break
         step = ways @ change
         cost = problem.cost(x)

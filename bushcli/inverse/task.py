@@ -103,14 +103,16 @@ class Task:
     @property
     def material(self) -> Material:
         """Law with start values."""
-        given = self.case.material
+        material = self.case.material
         chosen = self.law
-        same = given.law == chosen.name
-        empty = replace(given, law=chosen.name, parameters={}, terms=given.terms if same else self.terms)
-        names = given.parameter_names if same else empty.parameter_names
+        same = material.law == chosen.name
+        empty = replace(
+            material, law=chosen.name, parameters={}, terms=material.terms if same else self.terms
+        )
+        names = material.parameter_names if same else empty.parameter_names
         values = {name: chosen.parameter(name).start for name in names}
         if same:
-            values |= given.parameters
+            values |= material.parameters
         unknown = [name for name in self.start if name not in values]
         if unknown:
             what = f"{unknown[0]} is not a parameter of {chosen.name}"
