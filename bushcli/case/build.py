@@ -100,9 +100,9 @@ class Builder:
         recordings, specimens, coupons = (
             tuple(
                 _at(source, source.temperature, temperature)
-                for source in self._sources(data, key, of, material)
+                for source in self._sources(data, key, shape_of_sources, material)
             )
-            for key, of in (("recordings", shape), ("specimens", shape), ("coupons", None))
+            for key, shape_of_sources in (("recordings", shape), ("specimens", shape), ("coupons", None))
         )
         tables = self._dynamic(data, shape, material, [source.label for source in (*recordings, *coupons)])
         measured: tuple[Source | DynamicSource, ...] = (*recordings, *tables)
@@ -181,8 +181,8 @@ class Builder:
         name = raw.get("shape")
         model = shapes().get(name) if isinstance(name, str) else None
         if model is None:
-            known = ", ".join(shapes())
-            missing = Finding(("geometry", "shape"), "geometry.shape is missing", expected=known)
+            names = ", ".join(shapes())
+            missing = Finding(("geometry", "shape"), "geometry.shape is missing", expected=names)
             wrong = unknown_name(("geometry", "shape"), name, shapes(), "shape")
             self.findings.append(missing if name is None else wrong)
             return None
@@ -418,9 +418,11 @@ class Builder:
 S = TypeVar("S", LoadCase | None, DynamicTest | None, Source)
 
 
-def _at(source: S, own: float | None, of_case: float | None) -> S:
+def _at(source: S, of_table: float | None, of_case: float | None) -> S:
     """Return a load case or a source with its own temperature, or with that of the case."""
-    return source if source is None else replace(source, temperature=of_case if own is None else own)
+    return (
+        source if source is None else replace(source, temperature=of_case if of_table is None else of_table)
+    )
 
 
 def _known(source: Source) -> float | None:

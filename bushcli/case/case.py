@@ -257,8 +257,8 @@ class DynamicTest(Load):
         q, force : float
             Displacement and force there: mm or rad, N or N mm; s along a path.
         """
-        at, near = (force, NEAR * max(map(abs, self.preload))) if self.by_force else (q, 0.0)
-        return next((i for i, preload in enumerate(self.preload) if abs(at - preload) <= near), None)
+        value, near = (force, NEAR * max(map(abs, self.preload))) if self.by_force else (q, 0.0)
+        return next((i for i, preload in enumerate(self.preload) if abs(value - preload) <= near), None)
 
     def place(self, q: float) -> str:
         """Return in words where the march is at a displacement (mm or rad; s of a path)."""

@@ -57,23 +57,25 @@ def parameters(material: Material) -> Iterator[Finding]:
         return
     sound = True
     for name, value in material.parameters.items():
-        known = next((p for p in law.parameters if p.name == name), None)
-        if known is None:
+        parameter = next((p for p in law.parameters if p.name == name), None)
+        if parameter is None:
             sound = False
             names = [p.name for p in law.parameters]
             what = f"{dotted((*_PARAMETERS, name))} is not a parameter of {law.name}"
             yield Finding((*_PARAMETERS, name), what, nearest(name, names), ", ".join(names))
-        elif not known.admits(value):
+        elif not parameter.admits(value):
             sound = False
             what = f"{dotted((*_PARAMETERS, name))} = {shown(value)} is out of bounds"
-            yield Finding((*_PARAMETERS, name), what, expected=_bounds(known))
+            yield Finding((*_PARAMETERS, name), what, expected=_bounds(parameter))
     # Required ones, and the rest of each term of which one is given.
     started = [group for group in terms[1:] if any(name in material.parameters for name in group)]
     for name in (name for group in (terms[0], *started) for name in group if name not in material.parameters):
         sound = False
-        known = law.parameter(name)
+        parameter = law.parameter(name)
         what = f"{dotted((*_PARAMETERS, name))} is missing"
-        yield Finding((*_PARAMETERS, name), what, expected=f"{law.name}: {known.meaning}, {_bounds(known)}")
+        yield Finding(
+            (*_PARAMETERS, name), what, expected=f"{law.name}: {parameter.meaning}, {_bounds(parameter)}"
+        )
     if sound:
         yield from moduli(material)
 
@@ -150,9 +152,9 @@ def hardness(shore_a: float, others: Sequence[str], coupons: bool) -> Iterator[F
     if not LOWEST <= shore_a <= HIGHEST:
         what = f"material.hardness = {shore_a:g} is no hardness for which Gent's relation holds"
         yield Finding(keys, what, expected=f"Shore A, {LOWEST:g} to {HIGHEST:g}")
-    known = [f"material.{name}" for name in others] + ["[[coupons]]"] * coupons
-    if known:
-        what = f"material.hardness and {' and '.join(known)} are given: a hardness says less than they do"
+    sources = [f"material.{name}" for name in others] + ["[[coupons]]"] * coupons
+    if sources:
+        what = f"material.hardness and {' and '.join(sources)} are given: a hardness says less than they do"
         yield Finding(keys, what, expected="leave material.hardness out")
 
 
@@ -185,17 +187,17 @@ def mode(
     bulk_modulus : float or None
         MPa, inf for an incompressible rubber; None where the material is not known.
     """
-    known = modes().get(name)
+    mode_of_name = modes().get(name)
     fitting = [other.name for other in modes().values() if other.specimen == specimen]
-    if known is None:
+    if mode_of_name is None:
         yield unknown_name((*keys, "mode"), name, fitting, "mode")
-    elif known.specimen != specimen:
+    elif mode_of_name.specimen != specimen:
         owner = f'shape "{shape}"' if shape else f"[[{keys[0]}]]"
         setting = f"{dotted((*keys, 'mode'))} = {shown(name)}"
-        what = f"{setting} is a mode of a {known.specimen}, but {owner} is a {specimen}"
+        what = f"{setting} is a mode of a {mode_of_name.specimen}, but {owner} is a {specimen}"
         yield Finding((*keys, "mode"), what, expected=", ".join(fitting))
     elif (
-        known.needs_compressibility
+        mode_of_name.needs_compressibility
         and bulk_modulus is not None
         and math.isinf(bulk_modulus)
         and keys[0] != "coupons"  # from which it is identified

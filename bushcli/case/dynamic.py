@@ -137,9 +137,9 @@ def _columns(table: DynamicRecordingTable, keys: Keys) -> list[Finding]:
 def shown_source(source: DynamicSource) -> dict[str, Any]:
     """Return a source as JSON-ready data, with the keys and units of the case file; what is not given is left out."""
     rotational = modes()[source.mode].rotational
-    own: Mapping[str, Any] = vars(source)
+    fields: Mapping[str, Any] = vars(source)
     other = ("files", "pattern", "columns", "units", "name", "accepted_faults")
-    shown_keys = {key: own[key] for key in own if key not in other}
+    shown_keys = {key: fields[key] for key in fields if key not in other}
     for key in _TURNED:
         if rotational and shown_keys[key] is not None:
             shown_keys[key] = float(f"{math.degrees(shown_keys[key]):.12g}")

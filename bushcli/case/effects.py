@@ -95,21 +95,23 @@ def _channels(
     expected = ", ".join(acts)
     if len(effect.kinds) == 1:
         expected += "; " + _OF_KIND[min(effect.kinds)]
-    known = {channel.name: channel for channel in channels}
-    having = [channel for channel in channels if effect.acts_on(channel.mode, channel.kind)]
+    by_name = {channel.name: channel for channel in channels}
+    acting = [channel for channel in channels if effect.acts_on(channel.mode, channel.kind)]
     for index, name in enumerate(table.channels or []):
         at = (*keys, "channels", index)
-        if name not in known:
-            yield unknown_name(at, name, known, "channel")
-        elif known[name] not in having:
+        if name not in by_name:
+            yield unknown_name(at, name, by_name, "channel")
+        elif by_name[name] not in acting:
             on_what = (
-                f"mode {known[name].mode}" if known[name].mode not in acts else _OF_KIND[known[name].kind]
+                f"mode {by_name[name].mode}"
+                if by_name[name].mode not in acts
+                else _OF_KIND[by_name[name].kind]
             )
             what = f"{dotted(at)} = {shown(name)}: {effect.name} does not act on {on_what}"
             yield Finding(at, what, expected=expected)
-    on = [channel for channel in having if channel.name in (table.channels or [])]
+    on = [channel for channel in acting if channel.name in (table.channels or [])]
     if table.channels is None:
-        on = [channel for channel in having if not channel.coupon] or having
+        on = [channel for channel in acting if not channel.coupon] or acting
     if table.channels is None and not on:
         present = (
             ", ".join(dict.fromkeys(channel.mode for channel in channels)) or "no recording and no load case"
@@ -141,19 +143,19 @@ def _values(
     """Return the given values by the parameters' own names, in internal units; a choice always has a value."""
     values: dict[str, float] = {}
     findings: list[Finding] = []
-    own = {p.name: p for p in effect.parameters}
+    by_name = {p.name: p for p in effect.parameters}
     reciprocal = {p.reciprocal[0]: p for p in effect.parameters if p.reciprocal}
-    known = [
+    parameter_names = [
         name for p in effect.parameters for name in ([p.reciprocal[0]] if p.reciprocal else []) + [p.name]
     ]
     # A choice or a reference cannot be identified: if the case does not give one, the default is used.
     chosen = {p.name: p.start for p in effect.parameters if p.of_mesh and not p.scan}
     for name, raw in table.parameters.items():
         at = (*keys, "parameters", name)
-        parameter = own.get(name) or reciprocal.get(name)
+        parameter = by_name.get(name) or reciprocal.get(name)
         if parameter is None:
             what = f"{dotted(at)} is not a parameter of {effect.name}"
-            findings.append(Finding(at, what, nearest(name, known), ", ".join(known)))
+            findings.append(Finding(at, what, nearest(name, parameter_names), ", ".join(parameter_names)))
         elif not _used(parameter, effect, table):
             words = " or ".join(p.name for p in effect.parameters if p.choices)
             what = f"{dotted(at)} has no meaning with this {words}"
@@ -170,7 +172,7 @@ def _values(
             what = f"{dotted(at)} is given twice: {parameter.name} is 1/{parameter.reciprocal[0]}"  # type: ignore[index]
             findings.append(Finding(at, what, expected="give one of them"))
         else:
-            inverted = name not in own
+            inverted = name not in by_name
             value = (1.0 / raw if raw else math.inf) if inverted else inside(parameter, raw, rotational)
             values[parameter.name] = value
             low, high = parameter.bounds(shape)

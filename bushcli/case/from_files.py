@@ -155,12 +155,13 @@ def _entry(file: Path, tables: TableCache) -> _Entry:
                     fitting = _fitting(source, tables)
                 errors.append((not fitting, error))
                 continue
-            own = modes()[kind[0]]
+            mode_of_file = modes()[kind[0]]
             # Those of the same specimen, with the same kind of displacement.
             alike = [
                 mode.name
                 for mode in modes().values()
-                if mode.words and (mode.specimen, mode.rotational) == (own.specimen, own.rotational)
+                if mode.words
+                and (mode.specimen, mode.rotational) == (mode_of_file.specimen, mode_of_file.rotational)
             ]
             possible = named if len(named) > 1 else kind if len(kind) > 1 else alike
             others = ", ".join(mode for mode in possible if mode != guessed)
@@ -191,8 +192,8 @@ def _path(file: Path, tables: TableCache) -> _Entry | None:
             recording = read_recording(Source(PAIR_MODES[k], file, name, columns, six=six), tables=tables)
         except RecordingError:
             continue  # a motion that stands still
-        known = ", ".join([*(name for name in MOTIONS if name in motions), *forces])
-        return _Entry(source, recording, (f"motions and reactions found: {known}",))
+        names = ", ".join([*(name for name in MOTIONS if name in motions), *forces])
+        return _Entry(source, recording, (f"motions and reactions found: {names}",))
     return None
 
 

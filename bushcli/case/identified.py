@@ -69,8 +69,8 @@ def identified(result: Mapping[str, Any]) -> dict[str, Any]:
         ]
     elif "law" in result:  # a fit of tables alone has none
         material, effects = _with_parameters(shown, result)
-    known = {key: value for key, value in material.items() if key != "hardness"}
-    return {"material": known, "effects": effects}
+    identified_material = {key: value for key, value in material.items() if key != "hardness"}
+    return {"material": identified_material, "effects": effects}
 
 
 def _with_law(shown: Mapping[str, Any], identified_law: Mapping[str, Any]) -> dict[str, Any]:
@@ -86,7 +86,7 @@ def _with_parameters(
     shown: Mapping[str, Any], result: Mapping[str, Any]
 ) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """Return the identified law, and the effects of the case with the values identified with it."""
-    values = {name: of["value"] for name, of in result.get("parameters", {}).items()}
+    values = {name: estimate["value"] for name, estimate in result.get("parameters", {}).items()}
     law = {
         name: value
         for name, value in values.items()

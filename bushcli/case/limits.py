@@ -76,8 +76,8 @@ def mesh_size(shape: Shape, mesh: MeshOptions, used: Iterable[str]) -> Iterator[
     for key in ("across", "along", "around"):
         if getattr(mesh.refinement, key) is not None and key not in shape.counted:
             what = f"mesh.elements_{key} has no meaning for this shape: its mesh has no elements in that direction"
-            own = "".join(f"; elements_{direction} refines the mesh" for direction in shape.counted)
-            yield Finding(("mesh", f"elements_{key}"), what, expected="leave it out" + own)
+            alternatives = "".join(f"; elements_{direction} refines the mesh" for direction in shape.counted)
+            yield Finding(("mesh", f"elements_{key}"), what, expected="leave it out" + alternatives)
     for name in sorted(names):
         mode = modes()[name]
         dimension = 2 if mode.section is not None and shape.axisymmetric else 3

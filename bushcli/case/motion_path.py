@@ -86,8 +86,8 @@ def prescribed(table: PathTable, keys: Keys, shape: Shape | None) -> tuple[SixPa
         return None, findings
     if np.abs(motion).max() < SMALLEST and not load.any():
         what = f"{dotted(keys)} moves nothing"
-        known = ", ".join((*MOTIONS, *REACTIONS))
-        return None, [Finding(keys, what, expected=f"give values of at least one of {known}")]
+        possible = ", ".join((*MOTIONS, *REACTIONS))
+        return None, [Finding(keys, what, expected=f"give values of at least one of {possible}")]
     for number, part in enumerate((slice(0, 2), slice(2, 3), slice(3, 6))):
         # Across the axis, along it, and about: named by the motion that goes furthest.
         size = float(np.linalg.norm(motion[:, part], axis=1).max())
@@ -175,10 +175,10 @@ def _refused(table: RecordingTable, keys: Keys) -> list[Finding]:
         ("motions", table.motions, MOTIONS),
         ("forces", table.forces, REACTIONS),
     )
-    for key, names, known in named:
+    for key, names, names_of_columns in named:
         findings += [
-            unknown_name((*keys, key, name), name, known, key[:-1])
+            unknown_name((*keys, key, name), name, names_of_columns, key[:-1])
             for name in names or ()
-            if name not in known
+            if name not in names_of_columns
         ]
     return findings

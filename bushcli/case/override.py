@@ -117,9 +117,9 @@ def _by_name(data: dict[str, Any], keys: Keys, text: str) -> tuple[Keys, Keys]:
     if len(matching) == 1:
         return ("effects", matching[0], *rest), ()
     if named:
-        known = ", ".join(f"effects.{name}@{few[0]}" for few in channels.values() if few)
+        expected_keys = ", ".join(f"effects.{name}@{few[0]}" for few in channels.values() if few)
         what = f"several effects are called {name}" if matching else f"no {name} has the channel {rig}"
-        raise CaseError(Problem(_where(text), what, expected=known))
+        raise CaseError(Problem(_where(text), what, expected=expected_keys))
     added: Keys = ("effects", len(entries)) if "effects" in data else ("effects",)
     data["effects"] = [*entries, {"name": name, **({"channels": [rig]} if rig else {})}]
     return ("effects", len(entries), *rest), added

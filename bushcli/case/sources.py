@@ -214,11 +214,11 @@ class SourceBuilder:
             area = 0.25 * math.pi * table.diameter**2
         raw = {"stress": ("a force", area), "strain": ("a travel", table.gauge_length)}
         for key, (measured, size) in raw.items():
-            value, known = getattr(table, key), modes().get(mode)
+            value, coupon_mode = getattr(table, key), modes().get(mode)
             possible: tuple[str, ...] = ("engineering", "true")
-            if known is not None and known.needs_compressibility:
+            if coupon_mode is not None and coupon_mode.needs_compressibility:
                 possible = ("engineering", *(("true", "pressure") if key == "stress" else ("volume",)))
-            elif known is not None and known.sheared:
+            elif coupon_mode is not None and coupon_mode.sheared:
                 possible = ("engineering",)
             what = ""
             if value is not None and value not in possible:

@@ -88,5 +88,5 @@ def _factor(parameter: EffectParameter, rotational: bool) -> float:
 
 def _rotational(parameter: EffectParameter) -> tuple[str, float]:
     """Return the unit and its factor in a rotational mode; only parameters of a channel change their unit."""
-    own = (parameter.unit, 1.0)
-    return _ROTATIONAL.get(parameter.unit, own) if parameter.of_channel else own
+    unit_of_parameter = (parameter.unit, 1.0)
+    return _ROTATIONAL.get(parameter.unit, unit_of_parameter) if parameter.of_channel else unit_of_parameter

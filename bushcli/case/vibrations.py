@@ -22,11 +22,11 @@ def test(
     table: LoadCaseTable, keys: Keys, shape: Shape | None, validated: Callable[..., Any]
 ) -> tuple[DynamicTest | None, list[Finding]]:
     """Return a dynamic test, and what is wrong with it."""
-    dynamic, at = table.dynamic, (*keys, "dynamic")
+    dynamic, keys_of_dynamic = table.dynamic, (*keys, "dynamic")
     assert dynamic is not None
     posed = modes()[table.mode].follow is not None
     findings = list(_meaningless(table, keys, posed))
-    frequency = _frequencies(dynamic.frequency, (*at, "frequency"), validated, findings)
+    frequency = _frequencies(dynamic.frequency, (*keys_of_dynamic, "frequency"), validated, findings)
     path, motion = None, 0
     if posed:
         pose, wrong = motion_path.load_case(table, keys, shape, validated)
@@ -38,9 +38,11 @@ def test(
             # The one that goes furthest, a degree counted as a mm.
             motion = int(np.argmax(np.abs(path.motion[-1]) * np.repeat([1.0, math.degrees(1.0)], 3)))
         if path is not None and motion in path.free:
-            what = f"{dotted((*at, 'motion'))}: {MOTIONS[motion]} is free of force"
+            what = f"{dotted((*keys_of_dynamic, 'motion'))}: {MOTIONS[motion]} is free of force"
             findings.append(
-                Finding((*at, "motion"), what, expected="one of the motions that the path prescribes")
+                Finding(
+                    (*keys_of_dynamic, "motion"), what, expected="one of the motions that the path prescribes"
+                )
             )
     rotational = motion >= 3 if posed else modes()[table.mode].rotational
     unit = math.radians(1.0) if rotational else 1.0
@@ -48,19 +50,19 @@ def test(
     values = getattr(dynamic, name) or (0.0,)
     preload = values if dynamic.preload_force is not None else tuple(unit * q for q in values)
     if dynamic.preload is not None and dynamic.preload_force is not None:
-        what = f"{dotted(at)} has preload and preload_force"
-        findings.append(Finding((*at, name), what, expected="give one of the two"))
+        what = f"{dotted(keys_of_dynamic)} has preload and preload_force"
+        findings.append(Finding((*keys_of_dynamic, name), what, expected="give one of the two"))
     if len(set(preload)) < len(preload):
-        what = f"{dotted((*at, name))} = {shown(list(values))} has a value twice"
-        findings.append(Finding((*at, name), what, expected="each preload once"))
+        what = f"{dotted((*keys_of_dynamic, name))} = {shown(list(values))} has a value twice"
+        findings.append(Finding((*keys_of_dynamic, name), what, expected="each preload once"))
     amplitude = dynamic.amplitude or ()
     if len(set(amplitude)) < len(amplitude) or any(value <= 0.0 for value in amplitude):
-        what = f"{dotted((*at, 'amplitude'))} = {shown(list(amplitude))}"
+        what = f"{dotted((*keys_of_dynamic, 'amplitude'))} = {shown(list(amplitude))}"
         expected = "peaks above 0, each once; without amplitude the vibration is small"
-        findings.append(Finding((*at, "amplitude"), what, expected=expected))
+        findings.append(Finding((*keys_of_dynamic, "amplitude"), what, expected=expected))
     for q in preload if dynamic.preload_force is None else ():
         if shape is not None and q:
-            findings += checks.travel((*at, "preload"), table.mode, (0.0, q), shape)
+            findings += checks.travel((*keys_of_dynamic, "preload"), table.mode, (0.0, q), shape)
     if findings or (posed and path is None):
         return None, findings
     peaks = tuple(unit * peak for peak in amplitude)
@@ -87,8 +89,12 @@ def _meaningless(table: LoadCaseTable, keys: Keys, posed: bool) -> list[Finding]
     for name in ("preload", "preload_force") if posed else ("motion",):
         if getattr(dynamic, name) is not None:
             at = (*keys, "dynamic", name)
-            of = "the end of [load_cases.path] is the preload" if posed else "only mode path has six motions"
-            findings.append(Finding(at, f"{dotted(at)} has no meaning for mode {table.mode}", expected=of))
+            meaning = (
+                "the end of [load_cases.path] is the preload" if posed else "only mode path has six motions"
+            )
+            findings.append(
+                Finding(at, f"{dotted(at)} has no meaning for mode {table.mode}", expected=meaning)
+            )
     return findings
 
 

@@ -143,9 +143,9 @@ def _progress(run: Run, budget: float | None = None) -> Callable[[str, str, str]
 
     def line(stage: str, what: str, text: str) -> None:
         nonlocal last
-        known, last = last == what, what if stage == "screen" else ""
+        repeated, last = last == what, what if stage == "screen" else ""
         if stage == "screen" and not run.verbose:
-            if known:
+            if repeated:
                 return
             text = ""
         spent = time.perf_counter() - start

@@ -55,14 +55,14 @@ def work_progress(run: Run, what: str) -> Iterator[Callable[[int, int, int], Non
     if run.quiet or not is_first_rank():
         yield None
         return
-    start, first, shown = time.perf_counter(), -1, -1
+    start, already_done, shown = time.perf_counter(), -1, -1
 
     def left(done: int, total: int) -> float:
         """Return the seconds left; results of an earlier run took no time."""
-        nonlocal first
-        if first < 0:
-            first = max(0, done - 1)
-        return (time.perf_counter() - start) / max(done - first, 1) * (total - done)
+        nonlocal already_done
+        if already_done < 0:
+            already_done = max(0, done - 1)
+        return (time.perf_counter() - start) / max(done - already_done, 1) * (total - done)
 
     if not on_terminal(sys.stderr) or run.verbose:
 

@@ -392,11 +392,11 @@ def mistaken(error: Exception) -> int:
     limit = _memory_limit()
     if isinstance(error, MemoryError) or (limit and isinstance(error, ImportError)):
         # Under a limit a library that cannot be mapped is an error of its import.
-        known = (
+        memory = (
             f"this shell allows a process {limit / 1e9:.2g} GB (ulimit -v)" if limit else "the memory is full"
         )
         expected = "`ulimit -v unlimited`, a smaller mesh, or fewer processes"
-        _complain(f"error: {Problem('memory', f'is not enough: {known}', '', expected)}")
+        _complain(f"error: {Problem('memory', f'is not enough: {memory}', '', expected)}")
         return WRONG_INPUT
     if is_first_rank():
         click.echo(printable(f"internal error: {type(error).__name__}: {error}"), err=True)

@@ -153,8 +153,8 @@ class ActiveEffect:
 
     def off(self) -> ActiveEffect:
         """Return the effect with its amplitudes off; shape parameters keep their values or get their start values."""
-        off = {p.name: p.off for p in self.parameters if p.off is not None}
-        return replace(self, values=dict(self.started().values) | off)
+        values = {p.name: p.off for p in self.parameters if p.off is not None}
+        return replace(self, values=dict(self.started().values) | values)
 
 
 def identity(effect: Effect, channels: tuple[str, ...] | None) -> str:

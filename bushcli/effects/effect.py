@@ -380,13 +380,13 @@ class Effect:
         kind : Kind or None
             Kind of the channels, None for any.
         """
-        known = modes()[mode]
+        mode_of_channel = modes()[mode]
         if kind is not None and kind not in self.kinds:
             return False
-        if known.follow is not None and self.rig is not None:
+        if mode_of_channel.follow is not None and self.rig is not None:
             # A rig's effects act on one displacement and one force.
             return False
-        return known.specimen in self.specimens and (self.modes is None or mode in self.modes)
+        return mode_of_channel.specimen in self.specimens and (self.modes is None or mode in self.modes)
 
 
 def unsuited(

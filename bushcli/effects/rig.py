@@ -278,8 +278,8 @@ class RigStiffness:
 
     def scaled(self, factor: Signal) -> RigStiffness:
         """Return the stiffness times a factor (n,), real or complex."""
-        by = factor.value[:, None] * self.slope + self.value[:, None] * factor.slope
-        return RigStiffness(factor.value * self.value, factor.value * self.by_part, by)
+        slope = factor.value[:, None] * self.slope + self.value[:, None] * factor.slope
+        return RigStiffness(factor.value * self.value, factor.value * self.by_part, slope)
 
 
 def vibrating(
@@ -349,11 +349,11 @@ def vibrating(
     return measured.scaled(Signal(gain.value * whole, np.tile(gain.slope, (len(whole), 1))))
 
 
-def _rate(change: Callable[[Signal], Signal], at: float, by: Array) -> Signal:
+def _rate(change: Callable[[Signal], Signal], point: float, slopes_by_parameter: Array) -> Signal:
     """Return the slope of a change of a signal at a value, and its derivatives (P,) by the parameters."""
-    step = _NEAR * max(abs(at), 1.0)
-    columns = np.column_stack([np.ones(3), np.tile(by, (3, 1))])
-    slopes = change(Signal(at + step * np.array([-1.0, 0.0, 1.0]), columns)).slope
+    step = _NEAR * max(abs(point), 1.0)
+    columns = np.column_stack([np.ones(3), np.tile(slopes_by_parameter, (3, 1))])
+    slopes = change(Signal(point + step * np.array([-1.0, 0.0, 1.0]), columns)).slope
     return Signal(slopes[1, 0], np.asarray((slopes[2, 1:] - slopes[0, 1:]) / (2.0 * step), dtype=np.float64))
 
 
@@ -469,25 +469,25 @@ def _shared(target: Array, taken: Callable[[Array], Signal]) -> Array:
     raise NoEquilibrium(f"bushing and series spring do not reach the same force within {_MOST_STEPS} steps")
 
 
-def _late(time: Array, force: Signal, lag: Signal, at: Array, corners: Sequence[int]) -> Signal:
+def _late(time: Array, force: Signal, lag: Signal, sample_times: Array, corners: Sequence[int]) -> Signal:
     """Return the force at ``at - lag``."""
     from scipy.interpolate import CubicHermiteSpline  # 0.1 s: only where it is needed
 
-    when = at - lag.value
+    when = sample_times - lag.value
     data = np.column_stack([force.value, force.slope])
     result = np.where((when < time[0])[:, None], data[0], data[-1])
     rate = np.zeros((len(when), 2))  # towards earlier and towards later times: they differ at corners
     edges = sorted({0, len(time) - 1, *corners})
-    for first, last in pairwise(edges):
-        x, y = time[first : last + 1], data[first : last + 1]
+    for first_sample, last in pairwise(edges):
+        x, y = time[first_sample : last + 1], data[first_sample : last + 1]
         slopes = np.gradient(y, x, axis=0, edge_order=2 if len(x) > 2 else 1)
         piece = CubicHermiteSpline(x, y, slopes)
         rates = piece.derivative()
         inside = (when >= x[0]) & (when <= x[-1])
         result[inside] = piece(when[inside])
-        for side, of in enumerate([inside & (when > x[0]), inside & (when < x[-1])]):
-            rate[of, side] = rates(when[of])[:, 0]
-    if at is time and lag.value == 0.0:
+        for side, samples in enumerate([inside & (when > x[0]), inside & (when < x[-1])]):
+            rate[samples, side] = rates(when[samples])[:, 0]
+    if sample_times is time and lag.value == 0.0:
         result = data  # to the last digit
     slope = result[:, 1:] - rate.mean(axis=1)[:, None] * lag.slope
     return Signal(result[:, 0], slope)

@@ -22,9 +22,9 @@ def stresses(order: Order, factor: float = 1.0) -> Mapping[str, float]:
     from forms.law import law
 
     material = rubber(order)
-    known = law(material.law)
+    model = law(material.law)
     return {
-        name: order.units.of_stress(value) if known.parameter(name).unit == "MPa" else value
+        name: order.units.of_stress(value) if model.parameter(name).unit == "MPa" else value
         for name, value in material.stiffened(factor).items()
     }
 

@@ -51,14 +51,16 @@ def strain_classes(grid: Array, path: Sequence[tuple[Array, Array]], volume: Arr
     share = np.cumsum(energy[order]) / energy.sum()
     classes = []
     parts = np.split(order, np.searchsorted(share, np.arange(1, CLASSES) / CLASSES))
-    for own in filter(len, parts):
-        known = {
+    for points_of_class in filter(len, parts):
+        energy_at = {
             float(x): float(y)
             for q, strain in sides
-            for x, y in zip(q, strain[:, own] @ energy[own], strict=True)
+            for x, y in zip(q, strain[:, points_of_class] @ energy[points_of_class], strict=True)
         }
-        x = np.array(sorted(known))
-        spline = CubicSpline(x, np.array([known[position] for position in x]) / energy[own].sum())
+        x = np.array(sorted(energy_at))
+        spline = CubicSpline(
+            x, np.array([energy_at[position] for position in x]) / energy[points_of_class].sum()
+        )
         data = {"strain": spline(grid).tolist(), "strain_slope": spline(grid, 1).tolist()}
-        classes.append({"share": float(energy[own].sum() / energy.sum()), **data})
+        classes.append({"share": float(energy[points_of_class].sum() / energy.sum()), **data})
     return classes

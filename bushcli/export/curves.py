@@ -57,16 +57,16 @@ class ForceCurve:
         grid = np.unique(np.append(np.linspace(low, high, 41), 0.0))
         branches = [np.interp(grid, *part, left=np.nan, right=np.nan) for part in _monotone(q, force)]
         with np.errstate(all="ignore"):
-            known = np.sum(np.isfinite(branches), axis=0)
-            mean = np.nansum(branches, axis=0) / np.maximum(known, 1)
-        grid, mean = grid[known > 0], mean[known > 0]
+            count = np.sum(np.isfinite(branches), axis=0)
+            mean = np.nansum(branches, axis=0) / np.maximum(count, 1)
+        grid, mean = grid[count > 0], mean[count > 0]
         if low >= -1e-9 * high or high <= 1e-9 * -low:
             both = np.concatenate([-grid[::-1], grid]) if high > -low else np.concatenate([grid, -grid[::-1]])
             forces = (
                 np.concatenate([-mean[::-1], mean]) if high > -low else np.concatenate([mean, -mean[::-1]])
             )
-            grid, first = np.unique(both, return_index=True)
-            mean = forces[first]
+            grid, indices = np.unique(both, return_index=True)
+            mean = forces[indices]
         return grid, mean
 
 
@@ -78,9 +78,9 @@ def _monotone(q: Array, force: Array) -> list[tuple[Array, Array]]:
         if end == len(q) - 1 or step[end] * step[end - 1] < 0:
             part = slice(start, end + 1)
             x, y = (q[part], force[part]) if q[end] >= q[start] else (q[part][::-1], force[part][::-1])
-            unique_x, first = np.unique(x, return_index=True)
+            unique_x, indices = np.unique(x, return_index=True)
             if len(unique_x) > 1:
-                parts.append((unique_x, y[first]))
+                parts.append((unique_x, y[indices]))
             start = end
     return parts
 
@@ -124,14 +124,14 @@ class BushingData:
             curves.setdefault(curve.mode, curve)
         return curves
 
-    def curve_of(self, direction: str, of: str) -> tuple[Array, Array]:
+    def curve_of(self, direction: str, program: str) -> tuple[Array, Array]:
         """Return the curve of a direction FX to TZ: a simulated one, else a line of the stiffness matrix.
 
         Parameters
         ----------
         direction : str
             "FX", "FY", "FZ", "TX", "TY" or "TZ"; the bushing's axis is z.
-        of : str
+        program : str
             Name of the writer, for the message.
 
         Raises
@@ -150,7 +150,7 @@ class BushingData:
             return q, float(self.stiffness_matrix[i, i]) * q
         what = f"{direction} needs a curve in mode {mode}, but there is none"
         remedy = f'add [[load_cases]] with mode = "{mode}", or {matrix_remedy(self.unrelaxed)}'
-        raise InputError(Problem(f"--to {of}", what, "", remedy))
+        raise InputError(Problem(f"--to {program}", what, "", remedy))
 
 
 def curves_of(result: dict[str, Any]) -> tuple[ForceCurve, ...]:

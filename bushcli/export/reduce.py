@@ -170,9 +170,9 @@ class _Bushing:
         from bushcli.simulate.predict import rubber_of
         from bushcli.simulate.simulation import Simulation
 
-        def report(step: int, steps: int, newton: int, at: float) -> None:
+        def report(step: int, steps: int, newton: int, q: float) -> None:
             if self.progress is not None:
-                self.progress(self.name, step, steps, newton, at)
+                self.progress(self.name, step, steps, newton, q)
 
         simulation = Simulation(
             self.case.geometry,
@@ -243,8 +243,8 @@ class _Bushing:
         forces = self.force(program[:, 1], program[:, 0], list(self.states.values())), follow(data, program)
         wave = 2j / SAMPLES * np.exp(-1j * turn[-SAMPLES:])
         return tuple(
-            Sine(*kind, *(complex(force[own] @ wave) / kind[0] for force in forces))
-            for kind, own in zip(kinds, last, strict=True)
+            Sine(*kind, *(complex(force[samples] @ wave) / kind[0] for force in forces))
+            for kind, samples in zip(kinds, last, strict=True)
         )
 
     def _clock(self, grid: Array, solved: Sequence[tuple[Simulation, Answer]]) -> dict[str, Any]:

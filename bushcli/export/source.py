@@ -66,9 +66,9 @@ class ExportSource:
         present = [active.effect.name for active in self.case.effects]
         for name in names:
             if name not in present:
-                known = ", ".join(present) or "the case has no effects"
+                listed = ", ".join(present) or "the case has no effects"
                 what = f'"{name}" is not an effect of this case'
-                raise InputError(Problem("--without", what, nearest(name, present), known))
+                raise InputError(Problem("--without", what, nearest(name, present), listed))
         remaining = tuple(active for active in self.case.effects if active.effect.name not in names)
         # What was simulated with the effect is wrong without it; a relaxed matrix has no effect that fades.
         curves, vibrations = ((), ()) if names else (self.curves, self.vibrations)
@@ -108,9 +108,9 @@ def read_source(path: Path, overrides: Sequence[str] = (), tables: TableCache | 
     else:
         result = read_result(file, path)
         if result.get("command") not in _COMMANDS:
-            known = ", ".join(f"`bushcli {name}`" for name in _COMMANDS)
+            commands = ", ".join(f"`bushcli {name}`" for name in _COMMANDS)
             raise InputError(
-                Problem(str(file), "is not a result that can be exported", "", f"one of {known}")
+                Problem(str(file), "is not a result that can be exported", "", f"one of {commands}")
             )
         try:
             case = rebuilt_case(dict(result["case"]) | identified(result), file.parent)

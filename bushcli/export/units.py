@@ -92,7 +92,7 @@ def unit_system(name: str) -> UnitSystem:
     InputError
         When there is no such system; the message names the nearest.
     """
-    folded = {known.casefold(): system for known, system in SYSTEMS.items()}
+    folded = {name.casefold(): system for name, system in SYSTEMS.items()}
     if name.casefold() in folded:
         return folded[name.casefold()]
     raise InputError(

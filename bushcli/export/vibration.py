@@ -70,7 +70,7 @@ class Vibration:
         return f"{point} {per * q:.4g} {unit} and {force:.4g} {'N mm' if self.rotational else 'N'}{peak}"
 
 
-def by_direction(vibrations: tuple[Vibration, ...], of: str) -> dict[str, Vibration]:
+def by_direction(vibrations: tuple[Vibration, ...], program: str) -> dict[str, Vibration]:
     """Return the vibration of each direction FX to TZ: of the first load case, at its first preload and amplitude.
 
     Raises
@@ -90,7 +90,7 @@ def by_direction(vibrations: tuple[Vibration, ...], of: str) -> dict[str, Vibrat
         remedy = (
             f"add [[load_cases]] with {tables}, each with a table [load_cases.dynamic]; or --to csv_dynamic"
         )
-        raise InputError(Problem(f"--to {of}", what, "", remedy))
+        raise InputError(Problem(f"--to {program}", what, "", remedy))
     return {direction: directions[direction] for direction in FORCES}
 
 

@@ -123,20 +123,24 @@ class Writer:
         InputError
             The message names the nearest form, or the programs that have it.
         """
-        having = {
-            known: [
+        writers_of_form = {
+            form_of_card: [
                 writer.name
                 for writer in all_writers().values()
-                if known in writer.forms and writer.kind == "card"
+                if form_of_card in writer.forms and writer.kind == "card"
             ]
-            for known in (TIME_PRONY, FREQUENCY_PRONY, FREQUENCY_TABULAR)
+            for form_of_card in (TIME_PRONY, FREQUENCY_PRONY, FREQUENCY_TABULAR)
         }
-        if form not in having:
+        if form not in writers_of_form:
             what = f'"{form}" is not a form of viscoelasticity'
-            raise InputError(Problem("--viscoelastic", what, nearest(form, having), ", ".join(having)))
-        if form != TIME_PRONY and self.name not in having[form]:
+            raise InputError(
+                Problem("--viscoelastic", what, nearest(form, writers_of_form), ", ".join(writers_of_form))
+            )
+        if form != TIME_PRONY and self.name not in writers_of_form[form]:
             what = f"{self.title} has no viscoelasticity in the form {form}"
-            raise InputError(Problem("--viscoelastic", what, "", f"it is for {', '.join(having[form])}"))
+            raise InputError(
+                Problem("--viscoelastic", what, "", f"it is for {', '.join(writers_of_form[form])}")
+            )
 
     def check(self, rubber: ExportedRubber, form: str = TIME_PRONY) -> None:
         """Refuse a rubber that the program cannot express.
@@ -175,9 +179,9 @@ class Writer:
                 if not called:
                     refuse(f"{self.title} has no model for the effect {effect}", remedy)
                 elif only is not None and rubber.law not in only:
-                    known = ", ".join(sorted(only))
+                    laws = ", ".join(sorted(only))
                     refuse(
-                        f"{self.title} takes {called} with the laws {known} only, not with {rubber.law}",
+                        f"{self.title} takes {called} with the laws {laws} only, not with {rubber.law}",
                         remedy,
                     )
         for name in rubber.inexpressible:
@@ -272,6 +276,6 @@ def writer_for(name: str) -> Writer:
     try:
         return all_writers()[name]
     except KeyError:
-        known = ", ".join(all_writers())
+        programs = ", ".join(all_writers())
         near = nearest(name, all_writers())
-        raise InputError(Problem("--to", f'"{name}" is not a known program', near, known)) from None
+        raise InputError(Problem("--to", f'"{name}" is not a known program', near, programs)) from None

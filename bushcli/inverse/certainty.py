@@ -81,9 +81,9 @@ def inverted(information: Array) -> tuple[Array, Mask]:
     size = np.sqrt(np.maximum(np.diag(information), 0.0))
     size = np.where(size > 0.0, size, 1.0)
     values, vectors = np.linalg.eigh(information / np.outer(size, size))
-    known = values > RESOLVED * values[-1]
-    undetermined = vectors[:, ~known]
-    inverse = (vectors[:, known] / values[known]) @ vectors[:, known].T
+    determined = values > RESOLVED * values[-1]
+    undetermined = vectors[:, ~determined]
+    inverse = (vectors[:, determined] / values[determined]) @ vectors[:, determined].T
     return inverse / np.outer(size, size), np.asarray((undetermined**2).sum(axis=1) > RESOLVED**0.5)
 
 

@@ -271,9 +271,9 @@ class SweptChannel(Channel):
         self, parameters: Mapping[str, float], names: Sequence[str], limit: StepLimit | None = None
     ) -> ChannelForces:
         # The model has no parameters of effects that do not act on this channel.
-        own = {k: v for k, v in parameters.items() if k in self.model.constants}
-        self.model.set_parameters(own)
-        key = (*own.items(), *names)
+        constants = {k: v for k, v in parameters.items() if k in self.model.constants}
+        self.model.set_parameters(constants)
+        key = (*constants.items(), *names)
         if key not in self._solved:
             if len(self._solved) == CACHED:
                 self._solved.pop(next(iter(self._solved)))
@@ -312,12 +312,12 @@ class SweptChannel(Channel):
         columns = self._interpolated(answer, self.recording.displacement)
         return columns[:, 0], columns[:, 1:]
 
-    def _interpolated(self, answer: ChannelForces, at: Array) -> Array:
+    def _interpolated(self, answer: ChannelForces, displacement: Array) -> Array:
         """Return force and derivatives at displacements (n,), shape (n, 1 + parameters)."""
         from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
 
         q, values = answer.displacement, np.column_stack([answer.force, answer.slope])
-        return np.asarray(CubicSpline(*(unfolded(q, values) if self.odd else (q, values)))(at))
+        return np.asarray(CubicSpline(*(unfolded(q, values) if self.odd else (q, values)))(displacement))
 
 
 class FollowedChannel(Channel):

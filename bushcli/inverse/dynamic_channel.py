@@ -108,11 +108,11 @@ class DynamicChannel(FitChannel):
         simulation = self._simulation
         reduced = simulation.reduced(parameters, names, StepLimit() if limit is None else limit)
         value, slope = simulation.stiffness(reduced, parameters, names)
-        delayed, by = value * self._turned, slope * self._turned[:, None]
+        delayed, derivatives = value * self._turned, slope * self._turned[:, None]
         return ChannelForces(
             np.tile(simulation.travels(reduced), 2),
             np.concatenate([delayed.real, delayed.imag]),
-            np.concatenate([by.real, by.imag]),
+            np.concatenate([derivatives.real, derivatives.imag]),
             reduced.states,
         )
 
@@ -189,9 +189,9 @@ class DynamicChannel(FitChannel):
         table, used = self.table, np.ones(len(self.table), dtype=bool)
         for fault in self.faults:
             used &= ~(fault.samples & (not fault.fatal))
-        known = ~np.isnan(table.amplitude)
-        if known.any() and not self._simulation.uneven:
-            used &= ~(known & (table.amplitude > SPREAD * np.nanmin(table.amplitude)))
+        has_amplitude = ~np.isnan(table.amplitude)
+        if has_amplitude.any() and not self._simulation.uneven:
+            used &= ~(has_amplitude & (table.amplitude > SPREAD * np.nanmin(table.amplitude)))
         if not used.any():
             what = f"{table.name}: none of its {len(table)} rows can be fitted"
             raise InputError(

@@ -84,7 +84,7 @@ class ReducedCurves:
                 (before * math.log(value / before), before / value) if scales else (value - before, 1.0)
             )
         for model in (curve.model for group in self.curves for curve in group):
-            stiffness, by = (
+            stiffness, slopes = (
                 model.stiffness(np.zeros(1), ()).real,
                 model.slopes_by_parameters(np.zeros(1), ()).real,
             )
@@ -92,8 +92,11 @@ class ReducedCurves:
             for i, (name, change) in enumerate(zip(model.changes.names, model.changes.matrices, strict=True)):
                 step = steps.get(name, (0.0, 1.0))[0]
                 # A factor on all moduli alone, as on those of the branches, is exact.
-                own = step * float(np.trace(change.viscous) / np.trace(model.reduced.viscous))
-                factor, beside = factor + own, beside + abs(step * float((by[i] / stiffness)[0]) - own)
+                relative_change = step * float(np.trace(change.viscous) / np.trace(model.reduced.viscous))
+                factor, beside = (
+                    factor + relative_change,
+                    beside + abs(step * float((slopes[i] / stiffness)[0]) - relative_change),
+                )
             if abs(factor) > math.log(FACTOR) or beside > BESIDE:
                 return None
         return replace(self, steps=steps)
@@ -123,10 +126,12 @@ class DynamicSimulation:
         self._density, self._temperature, self._near = density, temperature, stored is not None
         self.rig = tuple(effect for effect in active if effect.effect.acts == "rig")
         self._rubber = {effect.name for effect in active if effect not in self.rig}
-        known = table.amplitude[~np.isnan(table.amplitude)]
+        amplitudes = table.amplitude[~np.isnan(table.amplitude)]
         #: Whether amplitude thins the rubber of the simulation.
-        self.uneven = thinned_of(active) is not None and len(known) > 0
-        self._preloads = _preloads(table, (float(known.min()), float(known.max())) if self.uneven else ())
+        self.uneven = thinned_of(active) is not None and len(amplitudes) > 0
+        self._preloads = _preloads(
+            table, (float(amplitudes.min()), float(amplitudes.max())) if self.uneven else ()
+        )
         self._known: Store = {} if stored is None else stored(model, self.uneven)
 
     def _relaxation(self, parameters: Mapping[str, float]) -> tuple[Branches, ThinnedSpectrum | None]:
@@ -144,19 +149,19 @@ class DynamicSimulation:
     ) -> ReducedCurves:
         """Return the reduced models of the preloads, which are used again while they are accurate enough."""
         # Constants of the model, on which the preloads depend.
-        own = {k: v for k, v in parameters.items() if k in self.model.constants}
+        constants = {k: v for k, v in parameters.items() if k in self.model.constants}
         if self._temperature is not None and "temperature" in self.model.constants:
-            own["temperature"] = self._temperature
+            constants["temperature"] = self._temperature
         if self._near:
             # Another channel may ask for others.
             held = {effect.full_name(p) for effect in self.active for p in effect.parameters if p.of_mesh}
-            moving = tuple(name for name in own if name not in {"temperature", *held})
+            moving = tuple(name for name in constants if name not in {"temperature", *held})
         else:
-            moving = tuple(name for name in names if name in own)
-        key = tuple(own.items())
-        known = self._known.pop(key, None)
-        if known is None and self._near:
-            moved = (known.moved(own) for known in self._known.values())
+            moving = tuple(name for name in names if name in constants)
+        key = tuple(constants.items())
+        curves_near = self._known.pop(key, None)
+        if curves_near is None and self._near:
+            moved = (neighbour.moved(constants) for neighbour in self._known.values())
             near = [
                 curves
                 for curves in moved
@@ -165,18 +170,18 @@ class DynamicSimulation:
             if near:
                 return min(near, key=lambda curves: sum(abs(step) for step, _ in curves.steps.values()))
         if (
-            known is None
-            or not set(moving) <= set(known.names)
-            or not self.error(known, parameters) <= PROMISED
+            curves_near is None
+            or not set(moving) <= set(curves_near.names)
+            or not self.error(curves_near, parameters) <= PROMISED
         ):
-            self.model.set_parameters(own)
+            self.model.set_parameters(constants)
             ends: list[Array] = []
             curves = [self._marched(group.test, parameters, moving, limit, ends) for group in self._preloads]
-            known = ReducedCurves(curves, isochoric_sample(self.model.comm, ends), moving, own)
+            curves_near = ReducedCurves(curves, isochoric_sample(self.model.comm, ends), moving, constants)
             if len(self._known) == CACHED:
                 self._known.pop(next(iter(self._known)))
-        self._known[key] = known
-        return known
+        self._known[key] = curves_near
+        return curves_near
 
     def _marched(
         self,
@@ -235,24 +240,24 @@ class DynamicSimulation:
                 places = [wanted.index(model.changes.names[i]) for i in indices]
                 force[places] = model.changes.force[indices]
                 if curve.uneven is not None:
-                    part, own = self._thinned(curve, curve.uneven, rows, parameters, wanted)
+                    part, derivatives = self._thinned(curve, curve.uneven, rows, parameters, wanted)
                 else:
                     part = model.stiffness(frequency, branches, density)
-                    own = np.zeros((len(rows), len(wanted)), dtype=np.complex128)
+                    derivatives = np.zeros((len(rows), len(wanted)), dtype=np.complex128)
                     if wanted:
                         by_constants = model.slopes_by_parameters(frequency, branches, density)
-                        own[:, places] = by_constants[indices].T
+                        derivatives[:, places] = by_constants[indices].T
                         by_g, by_tau, by_density = model.slopes(frequency, branches, density)
-                        own += np.vstack([by_g, by_tau, DENSITY * by_density]).T @ by
+                        derivatives += np.vstack([by_g, by_tau, DENSITY * by_density]).T @ by
                 held = curve.force
                 if reduced.steps:
                     step, rate = np.array([reduced.steps.get(name, (0.0, 1.0)) for name in wanted]).T
                     held += float(sum(force * step))
-                    moved = np.exp((own / part[:, None]) @ step)
-                    part, own = part * moved, own * moved[:, None] * rate
+                    moved = np.exp((derivatives / part[:, None]) @ step)
+                    part, derivatives = part * moved, derivatives * moved[:, None] * rate
                 measured = vibrating(rig, part, frequency, curve.preload, held, names, force[: len(names)])
                 value[rows] = measured.value
-                slope[rows] = measured.slope + measured.by_part[:, None] * own[:, : len(names)]
+                slope[rows] = measured.slope + measured.by_part[:, None] * derivatives[:, : len(names)]
         return value, slope
 
     def _thinned(
@@ -300,11 +305,11 @@ class DynamicSimulation:
             changed = {**parameters, **{names[i]: float(v) for i, v in zip(free, values, strict=True)}}
             return np.array(self._branches(changed), dtype=float).T.ravel()
 
-        by = np.zeros((2 * branches + 1, len(names)))
+        derivatives = np.zeros((2 * branches + 1, len(names)))
         # The parameters are the moduli and times themselves: differences are exact.
-        by[:-1, free] = differences(flat, np.array([parameters[names[i]] for i in free]))
-        by[-1] = [name == "density" for name in names]
-        return by
+        derivatives[:-1, free] = differences(flat, np.array([parameters[names[i]] for i in free]))
+        derivatives[-1] = [name == "density" for name in names]
+        return derivatives
 
     def travels(self, reduced: ReducedCurves) -> Array:
         """Return the preload (n,) of each row, mm or rad."""

@@ -63,14 +63,14 @@ def descend(
     while steps < STEPS and rejected < WALL and not settled:
         before = float(value @ value)
         # Steps are measured by the misfit: the rows of stability change too fast.
-        at = LinearisedProblem(problem, x, value, slope)
-        trial, remaining = at.step(radius, held)
+        linearised = LinearisedProblem(problem, x, value, slope)
+        trial, remaining = linearised.step(radius, held)
         predicted = before - remaining
-        length = float(np.linalg.norm((trial - x) * at.norms))
+        length = float(np.linalg.norm((trial - x) * linearised.norms))
         if predicted <= enough * max(before, least):
             settled = True
             break
-        if length <= min(problem.stopping.tolerance, SHORT) * float(np.linalg.norm(x * at.norms)):
+        if length <= min(problem.stopping.tolerance, SHORT) * float(np.linalg.norm(x * linearised.norms)):
             break
         after = problem.residual(trial)
         steps += 1
@@ -114,8 +114,8 @@ class LinearisedProblem:
     def cost(self, s: Array) -> tuple[float, Array]:
         """Half the sum of squares, of the misfit to first order and of the exact penalty; and its derivative."""
         residual = self._misfit + self._slope @ s
-        values, by = self.stability(s)
-        return 0.5 * float(residual @ residual + values[0]), self._slope.T @ residual + 0.5 * by[0]
+        values, slopes = self.stability(s)
+        return 0.5 * float(residual @ residual + values[0]), self._slope.T @ residual + 0.5 * slopes[0]
 
     def stability(self, s: Array) -> tuple[Array, Array]:
         """Sum of squares of the penalty, then the margin in each state; and their derivative."""

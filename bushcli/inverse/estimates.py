@@ -154,13 +154,13 @@ def _compared(
         return Curve(recording.mode, recording.displacement, force, recording.time), rms
 
     fitted, rms = curve(answer)
-    first, first_rms = curve(started) if started is not None else (None, float("nan"))
+    start_curve, first_rms = curve(started) if started is not None else (None, float("nan"))
     return FittedCurve(
         name=channel.name,
         recording=recording,
         fitted=fitted,
         rms_percent=rms,
-        started=first,
+        started=start_curve,
         started_percent=first_rms,
         noise_percent=100 * channel.noise / float(np.ptp(measured)),
         held_out=held_out,

@@ -63,7 +63,9 @@ def in_file_units(fit: Fit) -> Fit:
         return fit
     return replace(
         fit,
-        parameters={name: _estimate(of, rotational.get(name)) for name, of in fit.parameters.items()},
+        parameters={
+            name: _estimate(estimate, rotational.get(name)) for name, estimate in fit.parameters.items()
+        },
         profiles=tuple(
             replace(p, values=np.array([_value(float(v), rotational.get(p.name)) for v in p.values]))
             for p in fit.profiles
@@ -97,13 +99,16 @@ def _value(inside: float, parameter: EffectParameter | None) -> float:
     )
 
 
-def _estimate(of: Estimate, parameter: EffectParameter | None) -> Estimate:
-    ends = of.interval and (_value(of.interval[0], parameter), _value(of.interval[1], parameter))
+def _estimate(estimate: Estimate, parameter: EffectParameter | None) -> Estimate:
+    ends = estimate.interval and (
+        _value(estimate.interval[0], parameter),
+        _value(estimate.interval[1], parameter),
+    )
     return replace(
-        of,
-        value=_value(of.value, parameter),
-        std=_value(of.std, parameter),
-        lower=_value(of.lower, parameter),
-        upper=_value(of.upper, parameter),
+        estimate,
+        value=_value(estimate.value, parameter),
+        std=_value(estimate.std, parameter),
+        lower=_value(estimate.lower, parameter),
+        upper=_value(estimate.upper, parameter),
         interval=ends,
     )

@@ -285,17 +285,17 @@ class _Searches:
         """Search from all starts. Raises `InputError` where the start cannot be solved at all."""
         task, problem = self.task, self.problem
         every = additions(task, [channel.recording for channel in self.curves if channel in problem.channels])
-        first = first_minimum(problem, self.start, task.loss, partial(from_contained, every=every))
-        if first is None:
+        first_start = first_minimum(problem, self.start, task.loss, partial(from_contained, every=every))
+        if first_start is None:
             raise InputError(self.unsolvable())
-        self.minima.append(first.minimum)
-        self.instead = first.instead
+        self.minima.append(first_start.minimum)
+        self.instead = first_start.instead
         states = {0: problem.states}
-        points = self._further_starts(first.initial)
+        points = self._further_starts(first_start.initial)
         limits = tuple(problem.limits)
         assignments = [
             starts.Assignment(
-                number, point, first.states, limits, first.minimum.cost, self.journal, self.resume
+                number, point, first_start.states, limits, first_start.minimum.cost, self.journal, self.resume
             )
             for number, point in enumerate(points, 1)
         ]
@@ -363,7 +363,9 @@ class _Searches:
         rubber = material(task, problem, best.x)
         uncertainty = certainty.uncertainty(problem, best.x)
         parameters, correlation = estimates(task, problem, best.x, uncertainty, profiles)
-        tables, known = compared_tables(problem, self.dynamic, best.x, self.start, uncertainty.deviations)
+        tables, table_conditions = compared_tables(
+            problem, self.dynamic, best.x, self.start, uncertainty.deviations
+        )
         singular, undetermined = certainty.directions(problem, best.x)
         fit = Fit(
             material=rubber,
@@ -394,7 +396,7 @@ class _Searches:
         starts_loaded = ((channel.name, channel.before) for channel in self.curves)
         doubts = conditions(fit, task, best, interrupted)
         doubts += tuple(not_from_rest(name, before) for name, before in starts_loaded if before is not None)
-        doubts += known
+        doubts += table_conditions
         doubts += self._outside()
         if fatal:
             # What a fit to wrong data looks like would only distract from the fault.

@@ -75,8 +75,8 @@ class Bounds:
 
     def inside(self, x: Array) -> Array:
         """Return the nearest point slightly off the bounds, on which interior methods cannot start."""
-        off = 1e-9 * np.minimum(self.upper - self.lower, 1.0 + np.abs(x))
-        return np.clip(x, self.lower + off, self.upper - off)
+        margin = 1e-9 * np.minimum(self.upper - self.lower, 1.0 + np.abs(x))
+        return np.clip(x, self.lower + margin, self.upper - margin)
 
     def of(self, free: NDArray[np.bool_]) -> Bounds:
         """Return the bounds of some of the parameters, chosen by a mask, shape (parameters,)."""
@@ -272,8 +272,8 @@ class LeastSquaresProblem:
 
     def law_parameters(self, x: Array) -> dict[str, float]:
         """Parameters of the law alone, by name."""
-        known = {parameter.name for parameter in self.law.parameters}
-        return {name: value for name, value in self.parameters(x).items() if name in known}
+        names_of_law = {parameter.name for parameter in self.law.parameters}
+        return {name: value for name, value in self.parameters(x).items() if name in names_of_law}
 
     # -- evaluation ----------------------------------------------------------------------------------------------
 

@@ -87,10 +87,10 @@ def parameters_to_profile(problem: LeastSquaresProblem, best: Minimum, uncertain
     (three terms of Ogden on one curve): the other parameters can then follow any change of one, and the interval of a
     single parameter is meaningless.
     """
-    x, own = best.x, problem.law_parameters(best.x)
+    x, law_parameters = best.x, problem.law_parameters(best.x)
     if len(x) < 2 or len(certainty.directions(problem, x)[1]) > OPEN:
         return []
-    of_law = [i for i, name in enumerate(problem.names) if name in own]
+    of_law = [i for i, name in enumerate(problem.names) if name in law_parameters]
     deviations = np.sqrt(np.abs(np.diag(uncertainty.covariance)))
     bent = best.beside_failure or best.at_edge or (deviations > POOR * np.abs(x))[of_law].any()
     return of_law if bent else []
@@ -109,7 +109,7 @@ def profiles_of(
     """
     again = list(parameters_to_profile(problem, best, uncertainty))
     while again:
-        known = len(problem.states)
+        count = len(problem.states)
         for index in again:
             profiles[index], better = profile(problem, best.x, index, uncertainty)
             if better is not None:
@@ -117,7 +117,7 @@ def profiles_of(
         again = [
             index
             for index in again
-            if len(problem.states) > known and {"stability", "unsolvable"} & {*profiles[index].limits}
+            if len(problem.states) > count and {"stability", "unsolvable"} & {*profiles[index].limits}
         ]
     return None
 
@@ -230,15 +230,15 @@ class _Along:
         rise = (self.problem.cost(other) - self.best) / self.unit
         return _Point(value, float(np.sign(rise) * np.sqrt(abs(rise))), other)
 
-    def _minimum(self, known: Array, value: float) -> Array | Limit:
+    def _minimum(self, minimum: Array, value: float) -> Array | Limit:
         """Return the parameters with the least misfit and this value of the parameter, by steps from a solved point.
 
         Curves are nearly linear over such a step, and the law's stability is cheap to evaluate: one or two evaluations
         are usually enough.
         """
         problem, index = self.problem, self.index
-        at = LinearisedProblem(problem, known, problem.residual(known), problem.jacobian(known))
-        x, _ = at.step(held=index, value=value - known[index])
+        linearised = LinearisedProblem(problem, minimum, problem.residual(minimum), problem.jacobian(minimum))
+        x, _ = linearised.step(held=index, value=value - minimum[index])
         x[index] = value
         if self._rise_by_instability(x) > FAR * RISE_95:
             return "stability"

@@ -58,11 +58,11 @@ def candidates(problem: LeastSquaresProblem, start: Array) -> Iterator[Array]:
     for enlarged in ENLARGED[1:]:
         if shaping.any():
             yield problem.bounds.inside(np.where(shaping, start * enlarged, start))
-    own = own_start(problem, start)
-    size, own_size = shear(problem, start), shear(problem, own)
+    law_start = own_start(problem, start)
+    size, own_size = shear(problem, start), shear(problem, law_start)
     for share in SHARES:
         # Both are mixed at the stiffness of the law's own start: a start on its bounds may be nine decades off.
-        mixed = share * start * (own_size / size if size > 0 else 1.0) + (1 - share) * own
+        mixed = share * start * (own_size / size if size > 0 else 1.0) + (1 - share) * law_start
         for enlarged in ENLARGED if share == 0.0 else ENLARGED[:1]:
             yield problem.bounds.inside(np.where(shaping, mixed * enlarged, mixed))
 
@@ -77,14 +77,14 @@ def own_start(problem: LeastSquaresProblem, start: Array) -> Array:
     start : Array
         Values of the parameters that are not the law's, shape (parameters,).
     """
-    known = {parameter.name: parameter.start for parameter in problem.law.parameters}
-    return np.array([known.get(name, value) for name, value in zip(problem.names, start, strict=True)])
+    values = {parameter.name: parameter.start for parameter in problem.law.parameters}
+    return np.array([values.get(name, value) for name, value in zip(problem.names, start, strict=True)])
 
 
 def own_parameters(problem: LeastSquaresProblem) -> NDArray[np.bool_]:
     """Return which of the parameters belong to the law."""
-    known = {parameter.name for parameter in problem.law.parameters}
-    return np.array([name in known for name in problem.names])
+    names = {parameter.name for parameter in problem.law.parameters}
+    return np.array([name in names for name in problem.names])
 
 
 def scalable(problem: LeastSquaresProblem) -> NDArray[np.bool_]:

@@ -249,11 +249,12 @@ def refine_start(
             if refined.minimum.message == INTERRUPTED:
                 raise KeyboardInterrupt
         return
-    with processes(min(task.workers, len(assignments))) as own, TemporaryDirectory() as folder:
+    with processes(min(task.workers, len(assignments))) as started, TemporaryDirectory() as folder:
         # Ctrl-C does not reach the processes: a file tells them to end with the best so far.
         stop, work = Path(folder) / "stop", with_cache(_refined_there, cache, in_process=False)
         futures = [
-            own.executor.submit(work, task, i, assignment, stop) for i, assignment in enumerate(assignments)
+            started.executor.submit(work, task, i, assignment, stop)
+            for i, assignment in enumerate(assignments)
         ]
         unfinished = list(futures)
         try:

@@ -285,8 +285,8 @@ class _Doubts:
             used = {curve.recording.mode for curve in self.fit.curves}
             held = [curve.name for curve in self.fit.curves if curve.held_out]
             # Translations first, then rotations.
-            known = sorted(modes().values(), key=lambda mode: (mode.rotational, mode.name))
-            single = [mode for mode in known if mode.specimen == "bushing" and mode.follow is None]
+            ordered = sorted(modes().values(), key=lambda mode: (mode.rotational, mode.name))
+            single = [mode for mode in ordered if mode.specimen == "bushing" and mode.follow is None]
             other = [f" or in mode {mode.name}" for mode in single if mode.name not in used][:1]
             again = f"fit {' and '.join(held)} as well, which was held out; " if held else ""
             remedy = f"{again}a recording to a larger displacement{''.join(other)} would determine it; or "

@@ -159,9 +159,9 @@ def end_with_parent(end: Callable[[], None]) -> None:
     def wait() -> None:
         from multiprocessing import parent_process
 
-        first = parent_process()
-        if first is not None:
-            first.join()
+        parent = parent_process()
+        if parent is not None:
+            parent.join()
         end()
 
     threading.Thread(target=wait, daemon=True).start()

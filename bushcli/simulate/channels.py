@@ -116,10 +116,10 @@ def with_all_beside(active: Sequence[ActiveEffect], time: Array | None = None) -
         return PrescribedForce()
     began = 0.0 if time is None else float(time[0])
 
-    def carried(q: float, force: float, at: float) -> float:
-        moved, own = (Signal(np.array([value]), np.zeros((1, 0))) for value in (q, force))
-        elapsed = None if time is None else np.array([at - began])
-        return float(parallel(beside, moved, own, (), elapsed).value[0])
+    def carried(q: float, force: float, time_of_state: float) -> float:
+        moved, reaction = (Signal(np.array([value]), np.zeros((1, 0))) for value in (q, force))
+        elapsed = None if time is None else np.array([time_of_state - began])
+        return float(parallel(beside, moved, reaction, (), elapsed).value[0])
 
     return PrescribedForce(carried)
 

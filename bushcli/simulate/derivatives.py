@@ -55,9 +55,9 @@ def elastic_curve(
     spline = CubicSpline(q, values)
     stiffness = spline.derivative()
 
-    def response(at: Array) -> tuple[Array, Array, Array]:
-        values = spline(at)
-        return values[:, 0], stiffness(at)[:, 0], values[:, 1:]
+    def response(displacement: Array) -> tuple[Array, Array, Array]:
+        values = spline(displacement)
+        return values[:, 0], stiffness(displacement)[:, 0], values[:, 1:]
 
     return response
 

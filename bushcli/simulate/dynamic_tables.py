@@ -134,8 +134,8 @@ def compare_tables(
         check_preloads(case, table)
         own = acting(case.effects, table.name, table.mode, "dynamic", temperature)
         require_values(own, case.path.name)
-        known = table.amplitude[~np.isnan(table.amplitude)]
-        thinned = thinned_of(own) is not None and len(known) > 0
+        amplitudes = table.amplitude[~np.isnan(table.amplitude)]
+        thinned = thinned_of(own) is not None and len(amplitudes) > 0
         conditions += [
             condition
             for condition in left_out(table)
@@ -152,7 +152,7 @@ def compare_tables(
         if not usable.any():
             continue
         rows = table.rows(usable)
-        ends = (float(known.min()), float(known.max())) if thinned else ()
+        ends = (float(amplitudes.min()), float(amplitudes.max())) if thinned else ()
         frequencies = np.unique(rows.frequency)
         test = DynamicTest(
             table.mode,
@@ -254,9 +254,9 @@ def left_out(table: DynamicTable, use: str = "compared") -> list[Condition]:
         What is done with it: rows of larger amplitudes are compared, but not fitted.
     """
     conditions = []
-    known = table.amplitude[~np.isnan(table.amplitude)]
-    if len(known) and known.max() > SPREAD * known.min():
-        what = f"{table.name}: the amplitudes differ {known.max() / known.min():.3g}-fold, "
+    amplitudes = table.amplitude[~np.isnan(table.amplitude)]
+    if len(amplitudes) and amplitudes.max() > SPREAD * amplitudes.min():
+        what = f"{table.name}: the amplitudes differ {amplitudes.max() / amplitudes.min():.3g}-fold, "
         what += "and the simulation is that of small ones"
         remedy = "compare the rows of the smallest amplitude"
         if use == "fitted":
@@ -307,11 +307,11 @@ def _preloads(
 
 def gathered(values: Array) -> Array:
     """Return preloads (n,), mm, rad, N or N mm, in which those that are one preload are equal to their mean."""
-    known = ~np.isnan(values)
-    order = np.flatnonzero(known)[np.argsort(values[known], kind="stable")]
+    finite = ~np.isnan(values)
+    order = np.flatnonzero(finite)[np.argsort(values[finite], kind="stable")]
     if not len(order):
         return values.copy()
-    step = _SAME_PRELOAD * max(float(np.abs(values[known]).max()), 1e-12)
+    step = _SAME_PRELOAD * max(float(np.abs(values[finite]).max()), 1e-12)
     number = np.concatenate([[0], np.cumsum(np.diff(values[order]) > step)])
     means = values.copy()
     for k in range(number[-1] + 1):

@@ -134,7 +134,7 @@ def _beyond(extent: Extent, known: Sequence[Extent]) -> Iterator[str]:
     unit, factor = ("degrees", np.degrees(1.0)) if rotational else ("mm", 1.0)
     if modes()[extent.mode].specimen == "coupon":
         unit = "strain"
-    for key, words, of, scale in (
+    for key, words, label, scale in (
         ("temperature", "degrees C", "", 1.0),
         ("rate", f"{unit}/s".replace("strain/s", "1/s"), "rates of ", factor),
         ("frequency", "Hz", "", 1.0),
@@ -146,11 +146,11 @@ def _beyond(extent: Extent, known: Sequence[Extent]) -> Iterator[str]:
             continue
         low, high = float(values.min()), float(values.max())
         if key == "temperature":
-            off = (wanted < low - _KELVINS) | (wanted > high + _KELVINS)
+            far = (wanted < low - _KELVINS) | (wanted > high + _KELVINS)
         elif key == "amplitude":
-            off, low = wanted > _SIZE * high, high
+            far, low = wanted > _SIZE * high, high
         else:
-            off = (wanted < low / _PACE) | (wanted > high * _PACE)
-        if off.any():
+            far = (wanted < low / _PACE) | (wanted > high * _PACE)
+        if far.any():
             measured = f"{high:.3g}" if low == high else f"{low:.3g} to {high:.3g}"
-            yield f"{of}{wanted[off][np.argmax(np.abs(wanted[off] - low))]:.3g} {words} (measured: {measured})"
+            yield f"{label}{wanted[far][np.argmax(np.abs(wanted[far] - low))]:.3g} {words} (measured: {measured})"

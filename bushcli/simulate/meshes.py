@@ -86,13 +86,13 @@ def meshes(case: Case, directory: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> tupl
                 Problem(str(file), f"cannot be written: {error}", "", "give another -o")
             ) from None
         topology, counts = mesh.mesh.topology, []
-        for tags, named, of in (
+        for tags, named, dim in (
             (mesh.facets, mesh.boundary, dimension - 1),
             (mesh.cells, mesh.region, dimension),
         ):
-            owned = topology.index_map(of).size_local
-            own = {key: int((tags.find(tag) < owned).sum()) for key, tag in named.items()}
-            counts.append({key: int(comm.allreduce(count)) for key, count in own.items()})
+            owned = topology.index_map(dim).size_local
+            local_counts = {key: int((tags.find(tag) < owned).sum()) for key, tag in named.items()}
+            counts.append({key: int(comm.allreduce(count)) for key, count in local_counts.items()})
         cells, nodes = topology.index_map(dimension).size_global, mesh.mesh.geometry.index_map().size_global
         boundaries, regions = counts
         built.append(

@@ -40,11 +40,11 @@ def check_play(case: Case, name: str, mode: str, displacement: NDArray[np.float6
         if np.ptp(displacement) > 0.0 and arriving <= _LEAST * np.ptp(displacement):
             rotational = modes()[mode].rotational
             parameter = active.effect.amplitudes[0]
-            known = outside(parameter, active.values[parameter.name], rotational)
+            value = outside(parameter, active.values[parameter.name], rotational)
             whole = outside(parameter, float(np.abs(displacement).max()), rotational)
             largest = f"{whole:g} {unit(parameter, rotational)}"
             what = (
-                f"{active.full_name(parameter)} = {known:g} takes up all of the travel of {name}, {largest}"
+                f"{active.full_name(parameter)} = {value:g} takes up all of the travel of {name}, {largest}"
             )
             expected = f"less than {largest}, or the bushing does not move"
             raise InputError(Problem(case.path.name, what, "", expected))

@@ -280,9 +280,9 @@ class _Prediction:
         except NoEquilibrium as failure:
             history, stopped = unsolved("").history, str(failure)
             reach = target = 0.0
-        own = self.shared_by(MPI.COMM_SELF)
-        if met_unnoticed(self.case, model, history, lambda: own.model(channel)):
-            return own.simulate(channel)
+        simulator = self.shared_by(MPI.COMM_SELF)
+        if met_unnoticed(self.case, model, history, lambda: simulator.model(channel)):
+            return simulator.simulate(channel)
         done = time.perf_counter()
         channel = channel.found(history)
         curve, six = curve_of(self.case, channel, history, answer)

@@ -88,10 +88,10 @@ class PathSimulation:
         """
         values = tuple(float(constant.value) for constant in self.model.constants.values())
         key = (values, self.fineness, tuple(names))
-        known = self._last
-        again = known is not None and known[0] == key and observer is None
-        if again and known is not None and (known[1].states is not None or not keep_states):
-            return known[1]
+        stored = self._last
+        again = stored is not None and stored[0] == key and observer is None
+        if again and stored is not None and (stored[1].states is not None or not keep_states):
+            return stored[1]
         history = march(
             self.model,
             self.program,
@@ -123,8 +123,8 @@ class Reaction(FollowedPath):
 
     def __init__(self, simulation: PathSimulation, number: int, active: Sequence[ActiveEffect]) -> None:
         self._whole, self._number = simulation, number
-        own = [effect.started() for effect in active if effect.effect.rig is not None]
-        self.active = (*simulation.active, *own)
+        rig_effects = [effect.started() for effect in active if effect.effect.rig is not None]
+        self.active = (*simulation.active, *rig_effects)
         self.model, self.time = simulation.model, simulation.recorded.time
         self.displacement = simulation.recorded.motion[:, number]
         self._clock = np.arange(len(self.displacement), dtype=float) if self.time is None else self.time
@@ -132,8 +132,8 @@ class Reaction(FollowedPath):
     @property
     @override
     def path(self) -> Array:
-        own = self._whole.six.time - self._whole.six.time[-1] + self._clock[-1]
-        return np.interp(self._clock, own, self._whole.six.motion[:, self._number])
+        time = self._whole.six.time - self._whole.six.time[-1] + self._clock[-1]
+        return np.interp(self._clock, time, self._whole.six.motion[:, self._number])
 
     @property
     @override

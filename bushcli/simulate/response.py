@@ -290,8 +290,8 @@ def _of_the_assembly(channel: Simulated) -> list[Condition]:
     # Where the curve carries no force: the nearest place on it, else along the slope at rest.
     order = np.argsort(q, kind="stable")
     x, y = q[order], force[order]
-    (at,) = np.nonzero((y[:-1] * y[1:] <= 0.0) & (np.diff(y) != 0.0))
-    crossings = x[at] - y[at] * (x[at + 1] - x[at]) / (y[at + 1] - y[at])
+    (crossing,) = np.nonzero((y[:-1] * y[1:] <= 0.0) & (np.diff(y) != 0.0))
+    crossings = x[crossing] - y[crossing] * (x[crossing + 1] - x[crossing]) / (y[crossing + 1] - y[crossing])
     free = factor * float(min(crossings, key=abs) if len(crossings) else -force[0] / stiffness)
     from bushcli.effects.effect import effects  # here: few parts are loaded before they move
 
@@ -345,13 +345,13 @@ def _of_the_march(channel: Simulated, folded: str, assembly: str) -> list[Condit
             )
         )
     if strained.distorted is not None:
-        at = f"at {abs(strained.distorted) * factor:.4g} {unit}"
+        where = f"at {abs(strained.distorted) * factor:.4g} {unit}"
         if assembly and abs(strained.distorted) < AT_ONCE * abs(channel.target):
-            at, folded = f"{at}, after the assembly ({assembly}),", ""
+            where, folded = f"{where}, after the assembly ({assembly}),", ""
         conditions.append(
             Condition(
                 "distorted_elements",
-                f"{channel.name}: {at} some rubber elements are "
+                f"{channel.name}: {where} some rubber elements are "
                 f"distorted (volume ratios of {strained.volumes[0]:.2g} to {strained.volumes[1]:.2g} on the whole "
                 "curve); "
                 "from there on, or somewhat before, the force depends on the mesh",

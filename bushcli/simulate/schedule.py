@@ -107,10 +107,10 @@ class Schedule:
             if size < 2:
                 matrix[samples, leg.first] = 1.0
                 continue
-            at = np.clip(time[samples], self.time[leg.first], self.time[leg.last])
-            own = np.concatenate([[0.0], self._clock[leg.first + 1 : leg.last + 1]])
-            spline = CubicSpline(own, np.eye(size), bc_type="not-a-knot" if size > 3 else "natural")
-            matrix[np.ix_(samples, np.arange(leg.first, leg.last + 1))] = spline(self._position(leg, at))
+            clipped = np.clip(time[samples], self.time[leg.first], self.time[leg.last])
+            leg_clock = np.concatenate([[0.0], self._clock[leg.first + 1 : leg.last + 1]])
+            spline = CubicSpline(leg_clock, np.eye(size), bc_type="not-a-knot" if size > 3 else "natural")
+            matrix[np.ix_(samples, np.arange(leg.first, leg.last + 1))] = spline(self._position(leg, clipped))
         return matrix
 
     def path(self, time: Array) -> Array:

@@ -369,8 +369,8 @@ class Simulation(FollowedPath):
         failure_limit: int | None,
     ) -> Answer:
         travel = rig.Travel(self.path, self.time)
-        begun = [[0.0]] if rig.is_zeroed(active) else []
-        driven = rig.bushing_path(active, rig.Travel(np.concatenate([*begun, self.path])), ()).value
+        before_test = [[0.0]] if rig.is_zeroed(active) else []
+        driven = rig.bushing_path(active, rig.Travel(np.concatenate([*before_test, self.path])), ()).value
         low, high = swept_range(driven, self.odd)
         if low == high:
             raise rig.NoEquilibrium(STANDS_STILL)
@@ -391,9 +391,9 @@ class Simulation(FollowedPath):
     ) -> History:
         """Return the curve of the body; one of the last two is reused if only the rig has changed since."""
         key = (self._shape, self._values(), targets.tobytes(), inner, self._tolerance)
-        known: History | None = self.model.curves.get(key)
-        if known is not None and not keep_states and progress is None:
-            return known
+        stored: History | None = self.model.curves.get(key)
+        if stored is not None and not keep_states and progress is None:
+            return stored
         history = sweep(
             self.model,
             targets,
@@ -463,9 +463,9 @@ class Simulation(FollowedPath):
         path = (program.displacement.tobytes(), times)
         key = (self._shape, self._values(), *path, inner, rates, self._tolerance)
         can_be_reused = not keep_states and progress is None and series is None
-        known: History | None = self.model.curves.get(key)
-        if known is not None and can_be_reused:
-            return known
+        stored: History | None = self.model.curves.get(key)
+        if stored is not None and can_be_reused:
+            return stored
         history = march(
             self.model,
             program,

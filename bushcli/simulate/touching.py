@@ -53,12 +53,12 @@ def touched(model: FiniteElementModel, history: History) -> tuple[Touched, ...]:
     met: dict[tuple[str, str], Touched] = {}
     for q, state in zip(history.displacement, history.states, strict=False):
         for touch in touches(contact, state):
-            known = met.get(touch.surfaces)
+            earlier = met.get(touch.surfaces)
             force, position = touch.force * model.multiplicity, float(q)
-            if known is None or force > known.force:
-                first = position if known is None else known.first
+            if earlier is None or force > earlier.force:
+                first_position = position if earlier is None else earlier.first
                 met[touch.surfaces] = Touched(
-                    touch.surfaces, first, force, position, touch.radius, touch.height
+                    touch.surfaces, first_position, force, position, touch.radius, touch.height
                 )
     return tuple(met.values())
 

@@ -256,10 +256,10 @@ def _touching(model: FiniteElementModel) -> tuple[tuple[str, str], ...]:
     gap = model.parameters.constants.get(_GAP)
     if gap is not None:
         # The plates push if they have energy that they would not have further away.
-        near, own = model.surfaces.energy(), float(gap.value)
+        near, width = model.surfaces.energy(), float(gap.value)
         model.parameters.set({_GAP: _AWAY})
         away = model.surfaces.energy()
-        model.parameters.set({_GAP: own})
+        model.parameters.set({_GAP: width})
         if summed(model.comm, near - away) > 0.0:
             surfaces.append(("free end", "snubber"))
     return tuple(surfaces)

@@ -110,8 +110,8 @@ def observe(recording: Recording) -> Observed:
         compared=tuple(by_cycle[cycle] for cycle in selected) if selected else amplitudes,
         conditioning=recording.conditioning,
         rates=tuple(float(np.median(group)) for group in groups),
-        holds=tuple(seconds for seconds, at in held if abs(at) > _AT_REST * span),
-        rests=tuple(seconds for seconds, at in held if abs(at) <= _AT_REST * span),
+        holds=tuple(seconds for seconds, displacement in held if abs(displacement) > _AT_REST * span),
+        rests=tuple(seconds for seconds, displacement in held if abs(displacement) <= _AT_REST * span),
         pauses=tuple(map(float, seconds[paused])),
         timed=recording.time is not None,
         from_rest=bool(abs(q[0]) <= _AT_REST * span) and earlier(recording) is None,
@@ -127,10 +127,10 @@ def _speeds(
         return
     for i, branch in enumerate(segments):
         start, last = max(departure(segments, i), 0), branch.stop - 1
-        own = paused[(paused >= start) & (paused < last)]
-        missed = recording.displacement[own + 1] - recording.displacement[own]
+        pauses = paused[(paused >= start) & (paused < last)]
+        missed = recording.displacement[pauses + 1] - recording.displacement[pauses]
         way = abs(recording.displacement[last] - recording.displacement[start] - missed.sum())
         seconds = recording.time[last] - recording.time[start]
-        seconds -= (recording.time[own + 1] - recording.time[own]).sum()
+        seconds -= (recording.time[pauses + 1] - recording.time[pauses]).sum()
         if branch.kind != "hold" and way > least and seconds > 0:
             yield float(way / seconds)

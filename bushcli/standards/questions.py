@@ -85,23 +85,23 @@ def _of_cycles(recordings: Sequence[Observed]) -> Iterator[Lack]:
             "no travel is reached twice",
             "record two or more cycles to the same travel, the first one of a new part included",
         )
-    known = tuple(
+    conditioned = tuple(
         recording.channel
         for recording in recordings
         if recording.conditioning
         and max(recording.compared) <= (1.0 + ALIKE) * max(recording.amplitudes[: recording.conditioning])
     )
-    if known:
+    if conditioned:
         yield Lack(
-            known,
+            conditioned,
             "Mullins softening",
             "the first cycles condition the part, and the others go no further",
             "take later cycles beyond the conditioning amplitude, or compare the first cycles too",
         )
-    begun = tuple(recording.channel for recording in recordings if not recording.from_rest)
-    if begun:
+    preloaded = tuple(recording.channel for recording in recordings if not recording.from_rest)
+    if preloaded:
         why, remedy = "the recording begins away from rest", "begin at zero displacement and force"
-        yield Lack(begun, "offset and permanent set", why, remedy)
+        yield Lack(preloaded, "offset and permanent set", why, remedy)
 
 
 def _of_modes(recordings: Sequence[Observed], coupons: Sequence[Observed]) -> Iterator[Lack]:
@@ -110,8 +110,8 @@ def _of_modes(recordings: Sequence[Observed], coupons: Sequence[Observed]) -> It
     if len(names) == 1:
         # A mode that loads the rubber differently: a radial one unless this one is radial.
         sideways = bool(modes()[next(iter(names))].sideways)
-        known = [mode for mode in modes().values() if mode.directions]
-        other = next(mode.name for mode in known if bool(mode.sideways) != sideways)
+        modes_of_bushing = [mode for mode in modes().values() if mode.directions]
+        other = next(mode.name for mode in modes_of_bushing if bool(mode.sideways) != sideways)
         yield Lack(
             tuple(recording.channel for recording in recordings),
             "whether the rubber is from another batch, or the geometry, compressibility or rig differs",

@@ -95,10 +95,10 @@ def speed_clause(
 
 def cycles_clause(observed: Observed, least: int, text: str) -> Clause:
     """Return the clause of good practice on the number of cycles of the same amplitude."""
-    known = f", {observed.conditioning} of them marked as conditioning" if observed.conditioning else ""
+    marked = f", {observed.conditioning} of them marked as conditioning" if observed.conditioning else ""
     return Clause(
         text,
-        f"{observed.alike} cycle{'s' if observed.alike != 1 else ''} to the largest travel{known}",
+        f"{observed.alike} cycle{'s' if observed.alike != 1 else ''} to the largest travel{marked}",
         observed.alike >= least,
         practice=True,
     )

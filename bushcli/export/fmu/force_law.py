@@ -77,9 +77,9 @@ class Softening:
         i = min(bisect_right(self.reached, largest), len(self.lost)) - 1
         below, above = self.reached[i], self.reached[i + 1]
         # Linear between two largest displacements, from zero at rest; constant beyond the last one.
-        at = min(1.0, (largest - below) / (above - below))
+        weight = min(1.0, (largest - below) / (above - below))
         low = self.lost[i - 1](x) if i > 0 else 0.0
-        return low + at * (self.lost[i](x) - low)
+        return low + weight * (self.lost[i](x) - low)
 
 
 class StrainClass:
@@ -231,8 +231,8 @@ class ChannelForceLaw:
         """Move to a displacement, and store it if it is the largest so far."""
         self.q = q
         if self.set:
-            first = self.extremes
-            self.state[first : first + 2] = max(self.state[first], q), min(self.state[first + 1], q)
+            index = self.extremes
+            self.state[index : index + 2] = max(self.state[index], q), min(self.state[index + 1], q)
         if self.softening is not None:
             self.state[self.largest] = max(self.state[self.largest], abs(self.driven))
 
@@ -243,9 +243,11 @@ class ChannelForceLaw:
         for j, (k, limit) in enumerate(self.sliders, len(self.maxwell)):
             self.state[j] = max(-limit, min(limit, self.state[j] + k * rise))
         for i, strain_class in enumerate(self.classes):
-            own = slice(self.reached + 2 * i, self.reached + 2 * i + 2)
+            state_of_class = slice(self.reached + 2 * i, self.reached + 2 * i + 2)
             strains = strain_class.strain(start), strain_class.strain(end)
-            time, self.state[own] = strain_class.passed(*strains, duration, self.state[own])
+            time, self.state[state_of_class] = strain_class.passed(
+                *strains, duration, self.state[state_of_class]
+            )
             self._relax(self.clocked + i * len(strain_class.maxwell), strain_class.maxwell, rise, time)
 
     def _relax(self, first: int, maxwell: list[tuple[float, float]], rise: float, time: float) -> None:

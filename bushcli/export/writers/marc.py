@@ -43,19 +43,19 @@ def write(order: Order) -> str:
 def _law(order: Order) -> list[str]:
     """Return the commands for the law's constants; none where no public command sets them."""
     material = rubber(order)
-    known, kind = stresses(order, material.instantaneous), _TYPES.get(WRITER.laws[material.law])
+    values, kind = stresses(order, material.instantaneous), _TYPES.get(WRITER.laws[material.law])
     if kind is None:
         return []
     lines = [f"*mater_option structural:type:{kind}"]
     if kind == "ogden":
-        terms = ogden_terms(known)
+        terms = ogden_terms(values)
         lines.append(f"*mater_param structural:ogden_nterm {len(terms)}")
         for i, (mu, alpha) in enumerate(terms, start=1):
             lines.append(f"*mater_param structural:ogden_modulus_{i} {mu:.10g}")
             lines.append(f"*mater_param structural:ogden_exp_{i} {alpha:.10g}")
         return lines
     lines.append("*mater_option structural:mooney_model:five_term")
-    constants = [(name, known.get(name, 0.0)) for name in ("C10", "C01", "C11", "C20", "C30")]
+    constants = [(name, values.get(name, 0.0)) for name in ("C10", "C01", "C11", "C20", "C30")]
     return lines + [
         f"*mater_param structural:mooney_{name.lower()} {value:.10g}" for name, value in constants
     ]

@@ -23,8 +23,8 @@ def judge(observed: Observed, source: Source) -> Iterator[Clause]:
     count = len(observed.amplitudes)
     yield Clause("one pull, without conditioning", f"{count} cycle{'s' if count != 1 else ''}", count == 1)
     yield speed_clause(observed, source, SPEEDS, practice=True)
-    begun = "at rest" if observed.from_rest else "away from rest"
-    yield Clause("the pull begins unloaded", begun, observed.from_rest, practice=True)
+    start = "at rest" if observed.from_rest else "away from rest"
+    yield Clause("the pull begins unloaded", start, observed.from_rest, practice=True)
 
 
 STANDARD = Standard(

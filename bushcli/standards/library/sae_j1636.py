@@ -41,8 +41,8 @@ def judge(observed: Observed, source: Source) -> Iterator[Clause]:
     unit = "degrees/s" if turns else "mm/s"
     one_rate = len(observed.rates) == 1 if rates else None
     yield Clause("one ramp rate", f"{rates} {unit}" if rates else "no time", one_rate, practice=True)
-    begun = "at rest" if observed.from_rest else "away from rest"
-    yield Clause("the test begins unloaded or at a stated preload", begun, observed.from_rest, practice=True)
+    start = "at rest" if observed.from_rest else "away from rest"
+    yield Clause("the test begins unloaded or at a stated preload", start, observed.from_rest, practice=True)
 
 
 STANDARD = Standard(
