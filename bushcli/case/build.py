@@ -187,8 +187,8 @@ class Builder:
             self.findings.append(missing if name is None else wrong)
             return None
         try:
-            rest = {key: value for key, value in raw.items() if key != "shape"}
-            shape = model.model_validate(rest, strict=True, context={"folder": str(self.folder)})
+            dimensions = {key: value for key, value in raw.items() if key != "shape"}
+            shape = model.model_validate(dimensions, strict=True, context={"folder": str(self.folder)})
         except ValidationError as error:
             self.findings += explain(error, model, ("geometry",), f'[geometry] with shape "{name}"')
             return None
@@ -211,8 +211,8 @@ class Builder:
         self.findings += checks.density(table.density)
         density = DENSITY * table.density
         if table.hardness is not None:
-            others = [name for name in ("parameters", "terms") if getattr(table, name)]
-            findings = list(checks.hardness(table.hardness, others, bool(data.get("coupons"))))
+            other_keys = [name for name in ("parameters", "terms") if getattr(table, name)]
+            findings = list(checks.hardness(table.hardness, other_keys, bool(data.get("coupons"))))
             self.findings += findings
             if findings:
                 return None

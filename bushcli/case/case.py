@@ -453,8 +453,8 @@ def resolved(case: Case) -> dict[str, Any]:
         values = {
             k: written(active.effect.parameter(k), value, rotational) for k, value in active.values.items()
         }
-        on = None if active.channels is None else list(active.channels)
-        effects.append({"name": active.effect.name, "parameters": values, "channels": on})
+        channel_names = None if active.channels is None else list(active.channels)
+        effects.append({"name": active.effect.name, "parameters": values, "channels": channel_names})
     shown: dict[str, Any] = {
         "title": case.title,
         "tolerance": {"percent": case.tolerance.percent, "class": case.tolerance.name or None},

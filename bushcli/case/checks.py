@@ -136,14 +136,14 @@ def dimensions(shape: Shape) -> Iterator[Finding]:
         yield Finding(("geometry", name), what, expected=f"dimensions are in mm, at most {LARGEST:g}")
 
 
-def hardness(shore_a: float, others: Sequence[str], coupons: bool) -> Iterator[Finding]:
+def hardness(shore_a: float, other_keys: Sequence[str], coupons: bool) -> Iterator[Finding]:
     """Check a hardness that is given for the law's parameters, and that nothing better is given beside it.
 
     Parameters
     ----------
     shore_a : float
         Shore A hardness, a number without a unit.
-    others : sequence of str
+    other_keys : sequence of str
         Keys of ``[material]`` that are given as well and determine the law.
     coupons : bool
         Whether there are coupon tests.
@@ -152,7 +152,7 @@ def hardness(shore_a: float, others: Sequence[str], coupons: bool) -> Iterator[F
     if not LOWEST <= shore_a <= HIGHEST:
         what = f"material.hardness = {shore_a:g} is no hardness for which Gent's relation holds"
         yield Finding(keys, what, expected=f"Shore A, {LOWEST:g} to {HIGHEST:g}")
-    sources = [f"material.{name}" for name in others] + ["[[coupons]]"] * coupons
+    sources = [f"material.{name}" for name in other_keys] + ["[[coupons]]"] * coupons
     if sources:
         what = f"material.hardness and {' and '.join(sources)} are given: a hardness says less than they do"
         yield Finding(keys, what, expected="leave material.hardness out")

@@ -71,9 +71,9 @@ def sources(
     findings: list[Finding],
 ) -> tuple[DynamicSource, ...]:
     """Return the sources of the tables of a case file; what is wrong is added to `findings`."""
-    made: list[DynamicSource] = []
+    dynamic_sources: list[DynamicSource] = []
     for table, keys in tables:
-        names = [*taken, *(source.label for source in made)]
+        names = [*taken, *(source.label for source in dynamic_sources)]
         if table.name in names:
             what = f"{dotted((*keys, 'name'))} = {shown(table.name)} is the name of another channel"
             findings.append(Finding((*keys, "name"), what))
@@ -91,7 +91,7 @@ def sources(
         for key in _TURNED:
             value = getattr(table, key)
             values[key] = None if value is None else unit * value
-        made.append(
+        dynamic_sources.append(
             DynamicSource(
                 mode=table.mode,
                 files=tuple(paths),
@@ -104,7 +104,7 @@ def sources(
                 **values,
             )
         )
-    return tuple(made)
+    return tuple(dynamic_sources)
 
 
 def _columns(table: DynamicRecordingTable, keys: Keys) -> list[Finding]:

@@ -65,22 +65,24 @@ def build(
         apart = effect.of_rig and names and all(other.channels is not None for other in twins)
         if twins and not (apart and not set(names or ()) & taken):
             what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} is given twice"
-            wanted = (
+            expected_modes = (
                 "list different channels in the two entries: channels = [...]"
                 if effect.of_rig
                 else "list each effect once; channels = [...] says which channels have it"
             )
-            findings.append(Finding((*keys, "name"), what, expected=wanted))
+            findings.append(Finding((*keys, "name"), what, expected=expected_modes))
             continue
         findings += _channels(effect, table, keys, channels)
         warm = {channel.name: channel.temperature for channel in channels if channel.temperature is not None}
         plain = ActiveEffect(effect, channels=names, temperatures=warm if effect.needs_temperature else {})
-        on = [channel for channel in channels if plain.acts_on(channel.name, channel.mode, channel.kind)]
-        rotational = any(modes()[channel.mode].rotational for channel in on)
+        channels_of_effect = [
+            channel for channel in channels if plain.acts_on(channel.name, channel.mode, channel.kind)
+        ]
+        rotational = any(modes()[channel.mode].rotational for channel in channels_of_effect)
         values, wrong = _values(effect, table, keys, rotational, shape)
         findings += wrong
-        others = [name for other, _ in tables if (name := other.name) != effect.name]
-        for what, expected in () if shape is None else unsuited(effect, shape, others, values):
+        other_names = [name for other, _ in tables if (name := other.name) != effect.name]
+        for what, expected in () if shape is None else unsuited(effect, shape, other_names, values):
             at = (*keys, "name")
             findings.append(Finding(at, f"{dotted(at)} = {shown(effect.name)}: {what}", expected=expected))
         active.append(replace(plain, values=values))
@@ -109,26 +111,34 @@ def _channels(
             )
             what = f"{dotted(at)} = {shown(name)}: {effect.name} does not act on {on_what}"
             yield Finding(at, what, expected=expected)
-    on = [channel for channel in acting if channel.name in (table.channels or [])]
+    channels_of_effect = [channel for channel in acting if channel.name in (table.channels or [])]
     if table.channels is None:
-        on = [channel for channel in acting if not channel.coupon] or acting
-    if table.channels is None and not on:
+        channels_of_effect = [channel for channel in acting if not channel.coupon] or acting
+    if table.channels is None and not channels_of_effect:
         present = (
             ", ".join(dict.fromkeys(channel.mode for channel in channels)) or "no recording and no load case"
         )
         what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} acts on nothing in this case, which has {present}"
         yield Finding((*keys, "name"), what, expected=expected)
-    rotational = [channel for channel in on if modes()[channel.mode].rotational]
-    if rotational and len(rotational) < len(on) and any(unit(p, True) != p.unit for p in effect.parameters):
-        straight = next(channel for channel in on if channel not in rotational)
+    rotational = [channel for channel in channels_of_effect if modes()[channel.mode].rotational]
+    if (
+        rotational
+        and len(rotational) < len(channels_of_effect)
+        and any(unit(p, True) != p.unit for p in effect.parameters)
+    ):
+        straight = next(channel for channel in channels_of_effect if channel not in rotational)
         what = f"{dotted(keys)}: {effect.name} acts on {straight.name} in mm and on {rotational[0].name} in degrees"
         yield Finding((*keys, "channels"), what, expected="list channels of one kind only: channels = [...]")
-    for channel in on if effect.needs_time else []:
+    for channel in channels_of_effect if effect.needs_time else []:
         if channel.untimed:
             at = (*keys, "name")
             what = f"{dotted(at)} = {shown(effect.name)} needs time, but {dotted(channel.untimed)} has none"
             yield Finding(at, what, expected="give it a rate, or leave it out of channels = [...]")
-    lacking = [channel.name for channel in on if effect.needs_temperature and channel.temperature is None]
+    lacking = [
+        channel.name
+        for channel in channels_of_effect
+        if effect.needs_temperature and channel.temperature is None
+    ]
     if lacking:
         at = (*keys, "name")
         what = f"{dotted(at)} = {shown(effect.name)} needs a temperature, which {', '.join(lacking)} "

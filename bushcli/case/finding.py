@@ -112,9 +112,12 @@ def _explained(item: Any, model: type[BaseModel], at: Keys, section: str) -> Fin
         field = next((f for name, f in fields.items() if place[-1] in (name, f.alias)), None)
         literals = [t for t in _types(field and field.annotation) if typing.get_origin(t) is typing.Literal]
         choices = [choice for t in literals for choice in typing.get_args(t) if isinstance(choice, str)]
-        near = nearest(item["input"], choices, cutoff=0.5) if isinstance(item["input"], str) else ""
+        nearest_name = nearest(item["input"], choices, cutoff=0.5) if isinstance(item["input"], str) else ""
         return Finding(
-            keys, f"{key} = {shown(item['input'])} is not allowed", near, ", ".join(map(shown, choices))
+            keys,
+            f"{key} = {shown(item['input'])} is not allowed",
+            nearest_name,
+            ", ".join(map(shown, choices)),
         )
     template = _REQUIREMENTS.get(kind)
     requirement = template.format(**context) if template else item["msg"].replace("Input should", "should")

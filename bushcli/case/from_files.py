@@ -164,11 +164,11 @@ def _entry(file: Path, tables: TableCache) -> _Entry:
                 and (mode.specimen, mode.rotational) == (mode_of_file.specimen, mode_of_file.rotational)
             ]
             possible = named if len(named) > 1 else kind if len(kind) > 1 else alike
-            others = ", ".join(mode for mode in possible if mode != guessed)
+            other_modes = ", ".join(mode for mode in possible if mode != guessed)
             what = f"<-- mode: the file name does not state it; the columns suit {', '.join(kind)}"
-            if guessed is not None and others:
-                what = f"<-- mode: guessed from the name of the file; it may also be {others}"
-            if guessed is None or others:
+            if guessed is not None and other_modes:
+                what = f"<-- mode: guessed from the name of the file; it may also be {other_modes}"
+            if guessed is None or other_modes:
                 remarks = (what, *remarks)
             return _Entry(source, recording, remarks)
     raise min(errors, key=lambda error: error[0])[1]
@@ -273,18 +273,18 @@ def _with_choices(source: Source, tables: TableCache) -> tuple[Source, tuple[str
     # Where each channel has a time beside it, none of these is that of all.
     several_times = len(clock_columns(table, source, mode)) > 1
     for quantity in _QUANTITIES[1:] if several_times else _QUANTITIES:
-        wanted = WantedColumn.of(source, mode, quantity)
-        several = candidates(table, wanted) or by_unit(table, wanted)
-        if len(several) > 1:
-            columns[quantity] = several[0] + 1
-            for i in several:
+        column = WantedColumn.of(source, mode, quantity)
+        indices = candidates(table, column) or by_unit(table, column)
+        if len(indices) > 1:
+            columns[quantity] = indices[0] + 1
+            for i in indices:
                 # A channel that stands still is not the one.
                 with suppress(RecordingError):
                     values = table.numbers(i)
                     if values.min() < values.max():
                         columns[quantity] = i + 1
                         break
-            others = ", ".join(f"{i + 1} ({_quoted(table.names[i])})" for i in several[:6])
+            others = ", ".join(f"{i + 1} ({_quoted(table.names[i])})" for i in indices[:6])
             remarks.append(f"<-- columns: the {quantity} could be any of {others}")
     return replace(source, columns=columns), tuple(remarks)
 

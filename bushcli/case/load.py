@@ -56,20 +56,22 @@ def load_case(path: str | Path, overrides: Sequence[str] = (), tables: TableCach
         It lists everything that is wrong, with file or override, key, and what was expected.
     """
     path = _case_file(Path(path))
-    data, done = apply(_read(path), overrides)
+    data, applied = apply(_read(path), overrides)
     if is_too_deep(data):
         raise CaseError(
             Problem(str(path), f"has tables nested more than {DEEPEST} deep", "", "see docs/case-file.md")
         )
     written, (data, deviating) = deepcopy(data), nominal(data)
-    return replace(_built(data, done, path, tables), toleranced=deviating, tables=written)
+    return replace(_built(data, applied, path, tables), toleranced=deviating, tables=written)
 
 
-def _built(data: dict[str, Any], done: list[Override], path: Path, tables: TableCache | None = None) -> Case:
+def _built(
+    data: dict[str, Any], applied: list[Override], path: Path, tables: TableCache | None = None
+) -> Case:
     builder = Builder(path.parent, tables)
     case = builder.case(data, path)
     if case is None:
-        raise CaseError(*_problems(builder.findings, path, done))
+        raise CaseError(*_problems(builder.findings, path, applied))
     return case
 
 
@@ -141,10 +143,12 @@ def _read(path: Path) -> dict[str, Any]:
             raise CaseError(Problem(f"{path}:{deep}", what, "", "see docs/case-file.md"))
         return tomllib.loads(text)
     except FileNotFoundError:
-        beside = [p.name for p in path.parent.glob("*.toml")] if path.parent.is_dir() else []
+        file_names = [p.name for p in path.parent.glob("*.toml")] if path.parent.is_dir() else []
         slashed = str(path).replace("\\", "/")
-        like = slashed if Path(slashed).is_file() else nearest(path.name, beside)
-        raise CaseError(Problem(str(path), "no such case file", like, ", ".join(sorted(beside)))) from None
+        like = slashed if Path(slashed).is_file() else nearest(path.name, file_names)
+        raise CaseError(
+            Problem(str(path), "no such case file", like, ", ".join(sorted(file_names)))
+        ) from None
     except IsADirectoryError:
         inside = sorted(p.name for p in path.glob("*.toml"))
         expected = f"a case file, such as {path / inside[0]}" if inside else "a case file in TOML"
@@ -224,8 +228,8 @@ def _problems(findings: Sequence[Finding], path: Path, overrides: Sequence[Overr
         where = owner.where if owner else str(path)
         problems.append(Problem(where, finding.what, finding.nearest, finding.expected))
         if len(problems) == MOST_PROBLEMS:
-            left = len({finding.keys for finding in findings}) - len(seen)
-            problems += [Problem(str(path), f"has {left} more problems")] if left else []
+            remaining = len({finding.keys for finding in findings}) - len(seen)
+            problems += [Problem(str(path), f"has {remaining} more problems")] if remaining else []
             break
     changed = next((o for o in overrides if o.keys == ("material", "law")), None)
     if any(o.keys[:2] == ("material", "parameters") for o in overrides):

@@ -70,11 +70,11 @@ def prescribed(table: PathTable, keys: Keys, shape: Shape | None) -> tuple[SixPa
         name: values for name in (*MOTIONS, *REACTIONS) if (values := getattr(table, name)) is not None
     }
     for k, (name, force) in enumerate(zip(MOTIONS, REACTIONS, strict=True)):
-        twice = [f'"{name}" in {dotted((*keys, "free"))}'] if name in named else []
-        twice += [dotted((*keys, key)) for key in (name, force) if key in columns]
-        if len(twice) > 1:
+        prescriptions = [f'"{name}" in {dotted((*keys, "free"))}'] if name in named else []
+        prescriptions += [dotted((*keys, key)) for key in (name, force) if key in columns]
+        if len(prescriptions) > 1:
             expected = "one of them: a motion is prescribed, or its force is, or it is free of force"
-            what = f"{' and '.join(twice)} are given"
+            what = f"{' and '.join(prescriptions)} are given"
             findings.append(Finding((*keys, name if name in columns else force), what, expected=expected))
         motion[:, k] = unit[k] * _at_knots(columns.get(name), (*keys, name), len(time), findings)
         load[:, k] = _at_knots(columns.get(force), (*keys, force), len(time), findings)
@@ -133,8 +133,8 @@ def channels(
     free = tuple(k for k, name in enumerate(MOTIONS) if name in (table.free or ()))
     try:
         motions, forces = columns_of(source, table.motions, table.forces, tables)
-        whole = SixColumns(motions, free, source.label, chosen(table.motions, table.forces))
-        _, motion = read_motions(source, whole, tables)
+        six_columns = SixColumns(motions, free, source.label, chosen(table.motions, table.forces))
+        _, motion = read_motions(source, six_columns, tables)
     except RecordingError as error:
         return [], [Finding((*keys, "file"), str(error))]
     moves = [k for k in range(6) if np.ptp(motion[:, k]) > SMALLEST]
@@ -153,7 +153,7 @@ def channels(
         columns = {"displacement": motions[MOTIONS[k]], "force": forces[REACTIONS[k]]}
         if "time" in source.columns:
             columns["time"] = source.columns["time"]
-        sources.append(replace(source, mode=PAIR_MODES[k], name=name, columns=columns, six=whole))  # type: ignore[arg-type]
+        sources.append(replace(source, mode=PAIR_MODES[k], name=name, columns=columns, six=six_columns))  # type: ignore[arg-type]
     return sources, []
 
 

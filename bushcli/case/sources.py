@@ -99,7 +99,7 @@ class SourceBuilder:
         """Return the sources of a list of tables; a file with a table of its own is left out of the patterns."""
         sources: list[Source] = []
         listed = [(table, keys, *self.files((*keys, "file"), table.file)) for table, keys in tables]
-        alone = {
+        listed_files = {
             (files[0].resolve(), table.mode)
             for table, _, files, pattern in listed
             if not pattern and is_file(files[0])
@@ -113,7 +113,7 @@ class SourceBuilder:
                 files = [
                     file
                     for file in files
-                    if not alone & {(file.resolve(), table.mode), (file.resolve(), None)}
+                    if not listed_files & {(file.resolve(), table.mode), (file.resolve(), None)}
                 ]
             if pattern and table.name is not None and len(files) > 1:
                 what = f"{dotted((*keys, 'name'))} is one name, but {shown(table.file)} matches {len(files)} files"
@@ -137,10 +137,12 @@ class SourceBuilder:
                     if known and is_file(file)
                     else ([source], [])
                 )
-                again = next((earlier for earlier in sources if _have_same_samples(earlier, source)), None)
-                if again is not None:
+                duplicate = next(
+                    (earlier for earlier in sources if _have_same_samples(earlier, source)), None
+                )
+                if duplicate is not None:
                     at = (*keys, "file")
-                    what = f"{dotted(at)} = {shown(table.file)} lists the recording of {again.label} a second time"
+                    what = f"{dotted(at)} = {shown(table.file)} lists the recording of {duplicate.label} a second time"
                     expected = "one entry for each recording: counted twice, its data look more certain than they are"
                     self.findings.append(Finding(at, what, expected=expected))
                 sources += channels
@@ -161,10 +163,10 @@ class SourceBuilder:
         mode_name = mode_of_name(file.stem, usual)
         if mode_name is None:
             names = ", ".join(mode.name for mode in modes().values() if mode.specimen == usual)
-            several = modes_of_name(file.stem, usual)
-            says = f"may mean {' or '.join(several)}" if several else "does not contain a mode"
+            possible = modes_of_name(file.stem, usual)
+            says = f"may mean {' or '.join(possible)}" if possible else "does not contain a mode"
             what = f"{dotted((*keys, 'mode'))} is missing, and the name {shown(file.name)} {says}"
-            self.findings.append(Finding((*keys, "mode"), what, expected=", ".join(several) or names))
+            self.findings.append(Finding((*keys, "mode"), what, expected=", ".join(possible) or names))
         return mode_name
 
     def _source(
@@ -304,13 +306,13 @@ def find_file(folder: Path, keys: Keys, name: str, findings: list[Finding]) -> P
         if file.is_file():
             return file
         parent = file.parent
-        beside = [p.name for p in parent.iterdir() if p.is_file()] if parent.is_dir() else []
+        file_names = [p.name for p in parent.iterdir() if p.is_file()] if parent.is_dir() else []
         reason = "is a directory" if file.is_dir() else "does not exist"
         if file.exists() and not file.is_dir():
-            beside, reason = [], "is a device or a pipe, not a file"
+            file_names, reason = [], "is a device or a pipe, not a file"
     except (OSError, ValueError):
-        beside, reason = [], "is not a file name"
-    near = nearest(file.name, beside)
+        file_names, reason = [], "is not a file name"
+    nearest_name = nearest(file.name, file_names)
     place = f"looked in {file.parent}" if reason == "does not exist" else ""
-    findings.append(Finding(keys, f"{dotted(keys)} = {shown(name)} {reason}", near, place))
+    findings.append(Finding(keys, f"{dotted(keys)} = {shown(name)} {reason}", nearest_name, place))
     return None

@@ -73,15 +73,17 @@ def check(run: Run, strict: bool) -> int:
     if not any(fault.fatal for fault in faults):
         check_travel(case, records, faults)
     forced = {load_case.label for load_case in case.load_cases if load_case.by_force}
-    moved = [program for program in programs if program is not None and program.name not in forced]
-    doubts = unusual(case, case.material, (*records, *materials, *moved))
+    displacement_programs = [
+        program for program in programs if program is not None and program.name not in forced
+    ]
+    doubts = unusual(case, case.material, (*records, *materials, *displacement_programs))
     conditions = (
         *unedited(case.path),
         *known_from_hardness(case.material),
         *untried_dolfinx(installed_dolfinx()),
         *doubts,
     )
-    tests = protocol(case, curves, coupons, moved)
+    tests = protocol(case, curves, coupons, displacement_programs)
     checked = Checked(case, records, materials, tests, faults, programs, conditions, tables)
     run.deliver(checked)
     return NEGATIVE if strict and (faults or tests.violated or doubts) else DONE

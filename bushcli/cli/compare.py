@@ -29,11 +29,11 @@ def compare(run: Run, before: tuple[Path, ...]) -> int:
     from bushcli.study.compare import compare as compared
 
     paths = [*before, run.path]
-    whole = [path.parent if path.name == "result.json" else path for path in paths]
-    if len({path.resolve() for path in whole}) < len(whole):
+    folders = [path.parent if path.name == "result.json" else path for path in paths]
+    if len({path.resolve() for path in folders}) < len(folders):
         raise InputError(Problem(str(paths[-1]), "is given twice", "", "two or more results or cases"))
     # The shortest names that tell the paths apart: their last parts, as many as it takes.
-    parts, count = [path.resolve().parts for path in whole], 1
+    parts, count = [path.resolve().parts for path in folders], 1
     while len({part[-count:] for part in parts}) < len(parts):
         count += 1
     names = ["/".join(part[-count:]) for part in parts]

@@ -81,9 +81,9 @@ def design(
     variables = [variable(text) for text in varied]
     bounds_of(variables)
     keys = [variable.key for variable in variables]
-    twice = next((key for key in keys if keys.count(key) > 1), None)
-    if twice:
-        raise InputError(Problem(f"--vary {twice}", "is varied twice"))
+    duplicate = next((key for key in keys if keys.count(key) > 1), None)
+    if duplicate:
+        raise InputError(Problem(f"--vary {duplicate}", "is varied twice"))
     case = run.load()
     if case.geometry.specimen != "bushing":
         raise InputError(Problem(case.path.name, "is a coupon, which has no geometry to design"))

@@ -85,23 +85,23 @@ def diagnose(
     from bushcli.runtime.store import SUFFIX
 
     case = run.load()
-    several = ranks_there_are() > 1
-    if several and workers > 1:
+    has_ranks = ranks_there_are() > 1
+    if has_ranks and workers > 1:
         raise InputError(Problem("--workers", "cannot be used under mpirun, which starts the workers"))
-    if scheduler and (several or workers > 1):
-        other = "mpirun" if several else "--workers"
+    if scheduler and (has_ranks or workers > 1):
+        other = "mpirun" if has_ranks else "--workers"
         raise InputError(
             Problem("--scheduler", f"cannot be combined with {other}", "", "give one of the two")
         )
     names = list(names_in(requested))
     if requested and not names:
         raise InputError(Problem("--effects", "names no effect", "", "NAME[,NAME...]"))
-    with elsewhere(several, scheduler) as executor:
-        if several and executor is None:
+    with elsewhere(has_ranks, scheduler) as executor:
+        if has_ranks and executor is None:
             # This rank has answered until the first one left the context.
             return DONE
         journal = run.output / "history-diagnose" if run.output else None
-        if several:
+        if has_ranks:
             # The other ranks work for this one, and end with it.
             listen(together=False)
         try:

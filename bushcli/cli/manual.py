@@ -24,7 +24,7 @@ _VARIABLES = (
 def manual() -> str:
     """Return the page in the macros of man(7)."""
     context = click.Context(main, info_name="bushcli")
-    head, *rest = _paragraphs(main.help or "")
+    head, *paragraphs = _paragraphs(main.help or "")
     lines = [
         '.\\" Made by bushcli.cli.manual from the help of the commands.',
         f'.TH BUSHCLI 1 "" "bushcli {__version__}" "User Commands"',
@@ -36,7 +36,7 @@ def manual() -> str:
         "[\\fIOPTIONS\\fR] [\\fIARGUMENTS\\fR]",
         ".SH DESCRIPTION",
     ]
-    for paragraph in rest:
+    for paragraph in paragraphs:
         lines += [".PP", _escaped(paragraph)]
     lines.append(".SH COMMANDS")
     for name in main.list_commands(context):

@@ -89,7 +89,7 @@ class Run:
         from bushcli.report.writers.folder import moves_to, occupy, staging
 
         check_output(output, case, self.command)
-        several, ends = ranks_there_are() > 1, click.get_current_context()
+        has_ranks, ends = ranks_there_are() > 1, click.get_current_context()
         if is_first_rank():
             refused = None
             try:
@@ -97,7 +97,7 @@ class Run:
                 ends.with_resource(staging(output))
             except InputError as error:
                 refused = error
-        if several:
+        if has_ranks:
             from mpi4py import MPI
 
             refused = MPI.COMM_WORLD.bcast(refused if is_first_rank() else None)
@@ -371,8 +371,8 @@ def unwritable(error: OSError) -> int:
             place = cache
         if place.startswith(cache) or cache.startswith(f"{place}/"):
             expected = "compiled kernels are saved there; BUSHCLI_CACHE=/path chooses another folder"
-    done = "written" if place == "standard output" else "read or written"
-    what = f"cannot be {done}: {error.strerror or error}"
+    action = "written" if place == "standard output" else "read or written"
+    what = f"cannot be {action}: {error.strerror or error}"
     _complain(f"error: {Problem(place[:300], what, '', expected)}")
     # The interpreter flushes it at exit, and would fail again.
     sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115

@@ -74,9 +74,9 @@ def say_what_is_saved(error: BaseException, folder: Path | None, what: str) -> N
     lost = isinstance(error, SchedulerLost)
     if folder is None or not (lost or is_interrupt(error)) or not is_first_rank():
         return
-    again = shlex.join(["bushcli", *sys.argv[1:]])
+    command = shlex.join(["bushcli", *sys.argv[1:]])
     after = " (with a scheduler that runs)" if lost else ""
-    click.echo(f"no result yet; {what} are saved in {folder}; to continue{after}: {again}", err=True)
+    click.echo(f"no result yet; {what} are saved in {folder}; to continue{after}: {command}", err=True)
 
 
 @contextmanager
@@ -91,15 +91,15 @@ def pool(workers: int | None, scheduler: str | None) -> Iterator[Pool | None]:
     from bushcli.runtime.executor import Pool, dask, processes
     from bushcli.runtime.workers import ranks
 
-    several = ranks_there_are()
-    if workers is not None and (several > 1 or scheduler):
-        where = "mpirun" if several > 1 else "--scheduler"
+    rank_count = ranks_there_are()
+    if workers is not None and (rank_count > 1 or scheduler):
+        where = "mpirun" if rank_count > 1 else "--scheduler"
         raise InputError(Problem("--workers", f"cannot be combined with {where}, which has its own workers"))
-    if several > 1 and scheduler:
+    if rank_count > 1 and scheduler:
         raise InputError(Problem("--scheduler", "cannot be used under mpirun", "", "give one of the two"))
-    if several > 1:
+    if rank_count > 1:
         with ranks() as executor:
-            yield None if executor is None else Pool(executor, several - 1)
+            yield None if executor is None else Pool(executor, rank_count - 1)
     elif scheduler:
         with dask(scheduler) as started:
             yield started

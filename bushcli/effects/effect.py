@@ -390,7 +390,7 @@ class Effect:
 
 
 def unsuited(
-    effect: Effect, shape: Shape, others: Collection[str] = (), values: Mapping[str, float] | None = None
+    effect: Effect, shape: Shape, other_names: Collection[str] = (), values: Mapping[str, float] | None = None
 ) -> tuple[tuple[str, str], ...]:
     """Return why a specimen cannot have an effect, each reason with what would be valid; empty where it can.
 
@@ -400,7 +400,7 @@ def unsuited(
         Effect to be added.
     shape : Shape
         The specimen.
-    others : collection of str
+    other_names : collection of str
         Names of the other effects of the model.
     values : mapping of str to float or None
         Values of the effect's parameters by name, N, mm, MPa, s, rad, as far as they are known.
@@ -417,7 +417,7 @@ def unsuited(
         )
         return ((what, expected),)
     start_values = values or {}
-    sleeved = any(other.adds_sleeves for name, other in effects().items() if name in others)
+    sleeved = any(other.adds_sleeves for name, other in effects().items() if name in other_names)
     chosen = {p.choice(start_values.get(p.name, p.start)) for p in effect.parameters if p.choices}
     reasons = [
         (f"the effect cannot be combined with an elastic {name}", "make it rigid")

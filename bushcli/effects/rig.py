@@ -318,8 +318,8 @@ def vibrating(
     slope[:, 1:] = 0.0 if force_slope is None else force_slope
     bare = Signal(np.full(3, force), slope)
 
-    def beside(moved: Signal) -> Signal:
-        return parallel(active, moved, bare, local, np.zeros(3))
+    def beside(displacement: Signal) -> Signal:
+        return parallel(active, displacement, bare, local, np.zeros(3))
 
     at_rest = Signal(np.full(3, q), np.zeros((3, len(local))))
     stop, carried = _rate(beside, q, held), beside(at_rest).sampled(np.array([1]))
@@ -333,10 +333,12 @@ def vibrating(
     )
     for change, parameters in changes:
         if change.vibrate is not None:
-            factor, added = change.vibrate(omega, parameters)
+            factor, added_stiffness = change.vibrate(omega, parameters)
             measured = measured.scaled(Signal(factor.value, factor.slope[:, 1:]))
             measured = replace(
-                measured, value=measured.value + added.value, slope=measured.slope + added.slope[:, 1:]
+                measured,
+                value=measured.value + added_stiffness.value,
+                slope=measured.slope + added_stiffness.slope[:, 1:],
             )
     for change, parameters in changes:
         if change.clock is not None:
@@ -345,8 +347,8 @@ def vibrating(
                 Signal(late, (-1j * omega * late)[:, None] * parameters[change.clock].slope[1:])
             )
     gain = _rate(lambda load: _read(active, local, load, np.zeros(3)), float(carried.value[0]), held)
-    whole = np.ones(len(omega))
-    return measured.scaled(Signal(gain.value * whole, np.tile(gain.slope, (len(whole), 1))))
+    ones = np.ones(len(omega))
+    return measured.scaled(Signal(gain.value * ones, np.tile(gain.slope, (len(ones), 1))))
 
 
 def _rate(change: Callable[[Signal], Signal], point: float, slopes_by_parameter: Array) -> Signal:
@@ -384,7 +386,7 @@ def elastic_response(
     """
     zeroed = is_zeroed(active)
     q = np.concatenate([[0.0], travel.displacement]) if zeroed else travel.displacement
-    driven = bushing_path(active, Travel(q), columns)
+    displacement = bushing_path(active, Travel(q), columns)
     # The stiffness is carried as the derivative by one more column, which has no parameter's name.
     local = ("", *columns)
     elapsed = None if travel.time is None else travel.time - travel.time[0]
@@ -401,11 +403,11 @@ def elastic_response(
     def taken(q: Array) -> Signal:
         return extension(active, carried(q), local)
 
-    q = _shared(driven.value, taken) if has_springs(active, columns) else driven.value
+    q = _shared(displacement.value, taken) if has_springs(active, columns) else displacement.value
     force, springs = carried(q), taken(q)
     # From q + u(q, p) = d(p): (1 + du/dq) dq = dd - du at fixed q.
-    moved = (driven.slope - springs.slope[:, 1:]) / (1.0 + springs.slope[:, 0])[:, None]
-    carried_force = Signal(force.value, force.slope[:, 1:] + force.slope[:, :1] * moved)
+    path_slope = (displacement.slope - springs.slope[:, 1:]) / (1.0 + springs.slope[:, 0])[:, None]
+    carried_force = Signal(force.value, force.slope[:, 1:] + force.slope[:, :1] * path_slope)
     if zeroed:
         carried_force = counted(carried_force)
     return reading(active, travel.time, carried_force, columns)

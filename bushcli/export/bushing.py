@@ -69,21 +69,25 @@ def bushing_of(
         remarks.append(state)
     effects = tuple(effect for effect in source.case.effects if effect not in rig)
     settled = in_state(effects, unrelaxed) if chosen.static else effects
-    several = _several(source.case)
-    if several:
-        remarks.append(f"without {', '.join(several)}: a path of several motions gives no curve of one")
+    path_labels = _several(source.case)
+    if path_labels:
+        remarks.append(f"without {', '.join(path_labels)}: a path of several motions gives no curve of one")
     reduced = replace(
         source.case,
         effects=settled,
-        load_cases=tuple(load_case for load_case in source.case.load_cases if load_case.label not in several),
-        recordings=tuple(recording for recording in source.case.recordings if recording.label not in several),
+        load_cases=tuple(
+            load_case for load_case in source.case.load_cases if load_case.label not in path_labels
+        ),
+        recordings=tuple(
+            recording for recording in source.case.recordings if recording.label not in path_labels
+        ),
     )
     tables = TableCache() if tables is None else tables
     if chosen.kind == "force_law":
         ranges: dict[str, tuple[str, str, float, float]] = {}
         # A result contains the paths; the files of its recordings may have moved.
-        moved = [(curve.name, curve.mode, curve.displacement) for curve in source.curves]
-        for name, mode, q in moved or _moved(reduced, tables):
+        paths = [(curve.name, curve.mode, curve.displacement) for curve in source.curves]
+        for name, mode, q in paths or _moved(reduced, tables):
             ranges.setdefault(mode, (name, mode, float(min(q.min(), 0.0)), float(max(q.max(), 0.0))))
         if not ranges:
             raise _nothing(source)

@@ -57,9 +57,9 @@ def poisson_field(order: Order, program: str, width: int) -> str:
     return text
 
 
-def bulk_refused(order: Order, program: str, why: str) -> InputError:
+def bulk_refused(order: Order, program: str, reason: str) -> InputError:
     """Return the error that a program would take another bulk modulus than that of the rubber."""
-    what = f"the program {why}: not the bulk modulus of {rubber(order).bulk_modulus:.6g} MPa"
+    what = f"the program {reason}: not the bulk modulus of {rubber(order).bulk_modulus:.6g} MPa"
     return InputError(
         Problem(f"--to {program}", what, "", "a rubber has some 2000: --set material.bulk_modulus=2000")
     )

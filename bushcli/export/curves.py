@@ -61,11 +61,13 @@ class ForceCurve:
             mean = np.nansum(branches, axis=0) / np.maximum(count, 1)
         grid, mean = grid[count > 0], mean[count > 0]
         if low >= -1e-9 * high or high <= 1e-9 * -low:
-            both = np.concatenate([-grid[::-1], grid]) if high > -low else np.concatenate([grid, -grid[::-1]])
+            doubled = (
+                np.concatenate([-grid[::-1], grid]) if high > -low else np.concatenate([grid, -grid[::-1]])
+            )
             forces = (
                 np.concatenate([-mean[::-1], mean]) if high > -low else np.concatenate([mean, -mean[::-1]])
             )
-            grid, indices = np.unique(both, return_index=True)
+            grid, indices = np.unique(doubled, return_index=True)
             mean = forces[indices]
         return grid, mean
 

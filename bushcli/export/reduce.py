@@ -208,9 +208,9 @@ class _Bushing:
             branch = effect_in_force_law("maxwell")
             ones = {p.name: 1.0 for p in branch.parameters if not p.optional}
             saturated = in_state([ActiveEffect(branch, ones)], unrelaxed=True)
-            unrelaxed, solved = self._there_and_back(grid, saturated)
+            unrelaxed, solutions = self._there_and_back(grid, saturated)
             elastic = unrelaxed - static
-            clock = self._clock(grid, solved)
+            clock = self._clock(grid, solutions)
         data["maxwell"] = [[g, tau] for g, tau in series]
         if friction is not None:
             data["sliders"] = self._sliders(friction, grid, static, elastic)
@@ -227,10 +227,10 @@ class _Bushing:
         sines = self._sines(data, low, high, 10.0 * max(times)) if clock else ()
         return Reduced(self.name, self.mode, data, program, simulated, follow(data, program), sines)
 
-    def _sines(self, data: Mapping[str, Any], low: float, high: float, rest: float) -> tuple[Sine, ...]:
+    def _sines(self, data: Mapping[str, Any], low: float, high: float, hold: float) -> tuple[Sine, ...]:
         """Return vibrations of rising amplitude about the middle, after a ramp and a rest (s) there."""
         middle, most = 0.5 * (low + high), 0.5 * (high - low)
-        time = [np.linspace(0.0, 1.0, 11), 1.0 + rest * np.geomspace(1e-6, 1.0, 13)]
+        time = [np.linspace(0.0, 1.0, 11), 1.0 + hold * np.geomspace(1e-6, 1.0, 13)]
         path, last = [time[0] * middle, np.full(13, middle)], []
         # Of one and a half periods the last one is evaluated.
         turn = 2.0 * np.pi * np.arange(1, 3 * SAMPLES // 2 + 1) / SAMPLES
@@ -247,7 +247,7 @@ class _Bushing:
             for kind, samples in zip(kinds, last, strict=True)
         )
 
-    def _clock(self, grid: Array, solved: Sequence[tuple[Simulation, Answer]]) -> dict[str, Any]:
+    def _clock(self, grid: Array, solutions: Sequence[tuple[Simulation, Answer]]) -> dict[str, Any]:
         """Return the clock, its branches, and the classes of strain in elastic motions to each side; empty without."""
         from cases.stretches import metric_at, stretch_points
 
@@ -259,7 +259,7 @@ class _Bushing:
         assert branches is not None
         clock, *paced = branches(thinned.values)
         path, volume = [], np.empty(0)
-        for simulation, answer in solved:
+        for simulation, answer in solutions:
             points = stretch_points(simulation.model)
             assert answer.history.states is not None
             C = [metric_at(points, x).reshape(-1, 3, 3) for x in answer.history.states]
@@ -280,15 +280,15 @@ class _Bushing:
         self, grid: Array, memory: Sequence[ActiveEffect] = ()
     ) -> tuple[Array, list[tuple[Simulation, Answer]]]:
         """Return the force at the points of a grid, each side loaded from rest, and what was simulated."""
-        force, solved = np.zeros_like(grid), []
+        force, solutions = np.zeros_like(grid), []
         for side in (grid >= 0.0, grid <= 0.0):
             q = grid[side] if grid[side][-1] > 0.0 else grid[side][::-1]
             if len(q) < 2:
                 continue
-            solved.append(self._simulated(q, _second(len(q)), memory, keep_states=bool(memory)))
-            reaction = solved[-1][1].force
+            solutions.append(self._simulated(q, _second(len(q)), memory, keep_states=bool(memory)))
+            reaction = solutions[-1][1].force
             force[side] = reaction if grid[side][-1] > 0.0 else reaction[::-1]
-        return force, solved
+        return force, solutions
 
     def _sliders(
         self, friction: ActiveEffect, grid: Array, static: Array, elastic: Array

@@ -49,8 +49,8 @@ def softening(force: Simulate, mullins: ActiveEffect, grid: Array, virgin: Array
     end, other = max(grid[-1], -grid[0]), min(grid[-1], -grid[0])
     share: Array = np.linspace(-1.0, 1.0, 2 * POINTS + 1, dtype=np.float64)
     curves: list[Array] = []
-    reached = end * np.linspace(0.0, 1.0, REACHED + 1)[1:]
-    for largest in reached:
+    amplitudes = end * np.linspace(0.0, 1.0, REACHED + 1)[1:]
+    for largest in amplitudes:
         back = sign * largest * share[::-1]
         # On the other side only up to the bushing's largest displacement there.
         back = back[sign * back >= -other * (1.0 + 1e-9)]
@@ -74,7 +74,7 @@ def softening(force: Simulate, mullins: ActiveEffect, grid: Array, virgin: Array
             )
         )
     return {
-        "reached": reached.tolist(),
+        "reached": amplitudes.tolist(),
         "share": share.tolist(),
         "lost": [lost.tolist() for lost in curves],
         "lost_slope": [CubicSpline(share, lost)(share, 1).tolist() for lost in curves],

@@ -209,9 +209,9 @@ class Writer:
             preamble = [re.sub("-(?=-)", "- ", line) for line in preamble]
         lines = [f"{begin} {line}{end}" for line in preamble] if begin else []
         # XML begins with its declaration, before any comment.
-        declaration, rest = written.split("\n", 1) if written.startswith("<?xml") else ("", written)
+        declaration, content = written.split("\n", 1) if written.startswith("<?xml") else ("", written)
         parts = [declaration] if declaration else []
-        return ("\n".join([*parts, *lines, rest.rstrip("\n")]) + "\n").encode("ascii", "replace")
+        return ("\n".join([*parts, *lines, content.rstrip("\n")]) + "\n").encode("ascii", "replace")
 
 
 def one_line(text: str) -> str:
@@ -277,5 +277,7 @@ def writer_for(name: str) -> Writer:
         return all_writers()[name]
     except KeyError:
         programs = ", ".join(all_writers())
-        near = nearest(name, all_writers())
-        raise InputError(Problem("--to", f'"{name}" is not a known program', near, programs)) from None
+        nearest_name = nearest(name, all_writers())
+        raise InputError(
+            Problem("--to", f'"{name}" is not a known program', nearest_name, programs)
+        ) from None

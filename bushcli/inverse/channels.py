@@ -78,12 +78,12 @@ def fitted_branch(source: Source, recording: Recording) -> tuple[str, NDArray[np
     A law has no memory: fitted to loading and unloading it would follow neither, but their mean. The branch is empty
     where the recording has no other. Raises `InputError` where the branch that the case chooses has too few samples.
     """
-    whole = np.ones(len(recording.displacement), dtype=bool)
+    all_samples = np.ones(len(recording.displacement), dtype=bool)
     if source.branch == "both":
-        return "both", whole
+        return "both", all_samples
     used = on_branch(recording, source.branch or "loading")
     if used.all() or (source.branch is None and np.count_nonzero(used) < FEWEST):
-        return "", whole
+        return "", all_samples
     if np.count_nonzero(used) < FEWEST:
         what = f"has {np.count_nonzero(used)} samples of {source.branch}"
         raise InputError(

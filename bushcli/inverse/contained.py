@@ -160,8 +160,8 @@ def from_contained(
     while lowest is not None and remaining:
         next_parts = {part.after: part for part in reversed(remaining)}
         sizes = [name for name in free if name in amplitudes]
-        tried = [(*_begun(problem, lowest.x, sizes, part), part) for part in next_parts.values()]
-        gain, point, chosen = max(tried, key=lambda trial: trial[0])
+        trials = [(*_begun(problem, lowest.x, sizes, part), part) for part in next_parts.values()]
+        gain, point, chosen = max(trials, key=lambda trial: trial[0])
         remaining.remove(chosen)
         added.append(chosen)
         free += chosen.names

@@ -161,14 +161,14 @@ class DynamicSimulation:
         key = tuple(constants.items())
         curves_near = self._known.pop(key, None)
         if curves_near is None and self._near:
-            moved = (neighbour.moved(constants) for neighbour in self._known.values())
-            near = [
+            updated = (neighbour.moved(constants) for neighbour in self._known.values())
+            candidates = [
                 curves
-                for curves in moved
+                for curves in updated
                 if curves is not None and self.error(curves, parameters) <= PROMISED
             ]
-            if near:
-                return min(near, key=lambda curves: sum(abs(step) for step, _ in curves.steps.values()))
+            if candidates:
+                return min(candidates, key=lambda curves: sum(abs(step) for step, _ in curves.steps.values()))
         if (
             curves_near is None
             or not set(moving) <= set(curves_near.names)
@@ -198,27 +198,27 @@ class DynamicSimulation:
             # Vectors for any relaxation that rows of these frequencies show.
             slow, fast = 0.5 / np.pi / self.table.frequency.min(), 0.5 / np.pi / self.table.frequency.max()
             branches = [*branches, (1.0, float(slow)), (1.0, float(fast))]
-        made = Vibrations(self.table.name, test, self.model, branches, density, thinned, names)
+        vibrations = Vibrations(self.table.name, test, self.model, branches, density, thinned, names)
 
         def observe(solver: Equilibrium) -> None:
-            before = len(made.curves)
-            made.observe(solver)
-            if len(made.curves) > before:
+            before = len(vibrations.curves)
+            vibrations.observe(solver)
+            if len(vibrations.curves) > before:
                 ends.append(principal_stretches(self.model).reshape(-1, 3))
 
-        for program in made.test.programs():
+        for program in vibrations.test.programs():
             history = march(
                 self.model,
                 program,
-                drive=made.drive,
+                drive=vibrations.drive,
                 progress=lambda *_: meet(self.model.comm),
                 observer=observe,
                 failure_limit=limit.steps,
             )
             limit.learn(history)
-        if len(made.curves) < len(test.preload):
+        if len(vibrations.curves) < len(test.preload):
             raise unsolved("a preload is unstable")
-        return [made.curves[i][0] for i in range(len(test.preload))]
+        return [vibrations.curves[i][0] for i in range(len(test.preload))]
 
     def stiffness(
         self, reduced: ReducedCurves, parameters: Mapping[str, float], names: Sequence[str]
@@ -229,32 +229,34 @@ class DynamicSimulation:
         value = np.empty(len(self.table), dtype=np.complex128)
         slope = np.zeros((len(self.table), len(names)), dtype=np.complex128)
         # Constants that have moved since the curves were computed change them, whether they are asked for or not.
-        wanted = (*names, *(name for name in reduced.steps if name not in names))
-        by = self._by_parameter(parameters, wanted, len(branches))
+        all_names = (*names, *(name for name in reduced.steps if name not in names))
+        derivatives_by_parameter = self._by_parameter(parameters, all_names, len(branches))
         for group, curves in zip(self._preloads, reduced.curves, strict=True):
             for number, curve in enumerate(curves):
                 rows = group.rows[group.number == number]
                 frequency, model = self.table.frequency[rows], curve.model
-                force = np.zeros(len(wanted))
-                indices = [i for i, name in enumerate(model.changes.names) if name in wanted]
-                places = [wanted.index(model.changes.names[i]) for i in indices]
+                force = np.zeros(len(all_names))
+                indices = [i for i, name in enumerate(model.changes.names) if name in all_names]
+                places = [all_names.index(model.changes.names[i]) for i in indices]
                 force[places] = model.changes.force[indices]
                 if curve.uneven is not None:
-                    part, derivatives = self._thinned(curve, curve.uneven, rows, parameters, wanted)
+                    part, derivatives = self._thinned(curve, curve.uneven, rows, parameters, all_names)
                 else:
                     part = model.stiffness(frequency, branches, density)
-                    derivatives = np.zeros((len(rows), len(wanted)), dtype=np.complex128)
-                    if wanted:
+                    derivatives = np.zeros((len(rows), len(all_names)), dtype=np.complex128)
+                    if all_names:
                         by_constants = model.slopes_by_parameters(frequency, branches, density)
                         derivatives[:, places] = by_constants[indices].T
                         by_g, by_tau, by_density = model.slopes(frequency, branches, density)
-                        derivatives += np.vstack([by_g, by_tau, DENSITY * by_density]).T @ by
+                        derivatives += (
+                            np.vstack([by_g, by_tau, DENSITY * by_density]).T @ derivatives_by_parameter
+                        )
                 held = curve.force
                 if reduced.steps:
-                    step, rate = np.array([reduced.steps.get(name, (0.0, 1.0)) for name in wanted]).T
+                    step, rate = np.array([reduced.steps.get(name, (0.0, 1.0)) for name in all_names]).T
                     held += float(sum(force * step))
-                    moved = np.exp((derivatives / part[:, None]) @ step)
-                    part, derivatives = part * moved, derivatives * moved[:, None] * rate
+                    rescaling = np.exp((derivatives / part[:, None]) @ step)
+                    part, derivatives = part * rescaling, derivatives * rescaling[:, None] * rate
                 measured = vibrating(rig, part, frequency, curve.preload, held, names, force[: len(names)])
                 value[rows] = measured.value
                 slope[rows] = measured.slope + measured.by_part[:, None] * derivatives[:, : len(names)]

@@ -148,8 +148,8 @@ def _compared(
     used = np.isfinite(channel.scale)
     measured = recording.force[used]
 
-    def curve(solved: ChannelForces) -> tuple[Curve, float]:
-        force, _ = channel.at_samples(solved)
+    def curve(answer: ChannelForces) -> tuple[Curve, float]:
+        force, _ = channel.at_samples(answer)
         rms = rms_percent(force[used] - measured, measured)
         return Curve(recording.mode, recording.displacement, force, recording.time), rms
 

@@ -344,8 +344,8 @@ class _Searches:
                     if better is None:
                         break
                     # The search had ended too early: from here the misfit falls further.
-                    on = search(self.problem, better, self.task.loss)
-                    best = replace(on, start=best.start, iterations=best.iterations + on.iterations)
+                    minimum = search(self.problem, better, self.task.loss)
+                    best = replace(minimum, start=best.start, iterations=best.iterations + minimum.iterations)
         except KeyboardInterrupt:
             # The search is complete: its result is kept although intervals are missing.
             cut = True

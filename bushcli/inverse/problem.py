@@ -330,22 +330,22 @@ class LeastSquaresProblem:
         """
         key = _key(x)
         if key not in self._known:
-            solved = self.journal.find(x) if self.journal is not None else None
-            if solved is None:
+            answers = self.journal.find(x) if self.journal is not None else None
+            if answers is None:
                 meet(self.channels[0].comm)
                 try:
-                    solved = [
+                    answers = [
                         channel.solve(self.parameters(x), self.names, limit)
                         for channel, limit in zip(self.channels, self.limits, strict=True)
                     ]
                 except NotConverged:
-                    solved = []
+                    answers = []
                 if self.journal is not None:
-                    self.journal.add(x, solved)
-            if not all(answer.is_finite for answer in solved):
-                solved = []
-            self._known[key] = solved or None
-            self.forward_solves += len(solved) or 1
+                    self.journal.add(x, answers)
+            if not all(answer.is_finite for answer in answers):
+                answers = []
+            self._known[key] = answers or None
+            self.forward_solves += len(answers) or 1
             self._report(x, iteration)
         return self._known[key]
 
@@ -426,8 +426,8 @@ def smallest_moduli(law: Law, parameters: Mapping[str, float], states: Array) ->
 
 def penalty(smallest: Array) -> Array:
     """Return the rows of the misfit (n,) by the smallest moduli in each state (n,), in shear moduli."""
-    beyond = (STABILITY_MARGIN - smallest) / STABILITY_EDGE
-    lacking = np.where(beyond > -12.0, STABILITY_EDGE * np.logaddexp(0.0, beyond), 0.0)
+    excess = (STABILITY_MARGIN - smallest) / STABILITY_EDGE
+    lacking = np.where(excess > -12.0, STABILITY_EDGE * np.logaddexp(0.0, excess), 0.0)
     return np.asarray(STABILITY_WEIGHT / np.sqrt(max(len(smallest), 1)) * lacking)
 
 

@@ -107,16 +107,16 @@ def profiles_of(
     States in which the law was found unstable on the way lead the later profiles around parameters that cannot be
     solved. Earlier profiles that ended at such parameters are computed again.
     """
-    again = list(parameters_to_profile(problem, best, uncertainty))
-    while again:
+    indices = list(parameters_to_profile(problem, best, uncertainty))
+    while indices:
         count = len(problem.states)
-        for index in again:
+        for index in indices:
             profiles[index], better = profile(problem, best.x, index, uncertainty)
             if better is not None:
                 return better
-        again = [
+        indices = [
             index
-            for index in again
+            for index in indices
             if len(problem.states) > count and {"stability", "unsolvable"} & {*profiles[index].limits}
         ]
     return None

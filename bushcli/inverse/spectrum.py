@@ -341,14 +341,14 @@ class _Problem:
         solved = self.solve(shifts, weight)
         for _ in range(_STEPS if self.free.any() else 0):
             change, share = self.step(shifts, solved), 1.0
-            tried = self.solve(shifts + change, weight)
-            while tried.cost >= solved.cost and share > 1e-3:
+            candidate = self.solve(shifts + change, weight)
+            while candidate.cost >= solved.cost and share > 1e-3:
                 share *= 0.5
-                tried = self.solve(shifts + share * change, weight)
-            if tried.cost >= solved.cost:
+                candidate = self.solve(shifts + share * change, weight)
+            if candidate.cost >= solved.cost:
                 break
-            done = solved.cost - tried.cost < 1e-7 * solved.cost
-            shifts, solved = shifts + share * change, tried
+            done = solved.cost - candidate.cost < 1e-7 * solved.cost
+            shifts, solved = shifts + share * change, candidate
             if done:
                 break
         return shifts, solved
@@ -411,13 +411,13 @@ def _regularised(design: Array, target: Array, weight: float | None) -> tuple[fl
 
     rows = _curvature(design)
     best: tuple[float, float, Array] | None = None
-    for tried in _WEIGHTS if weight is None else [weight]:
-        penalised = np.vstack([design, tried * rows])
+    for trial_weight in _WEIGHTS if weight is None else [weight]:
+        penalised = np.vstack([design, trial_weight * rows])
         values, _ = nnls(
             penalised, np.concatenate([target, np.zeros(len(rows))]), maxiter=100 * design.shape[1]
         )
         if weight is not None:
-            return float(tried), values
+            return float(trial_weight), values
         active = values > 0.0
         residual = design @ values - target
         normal = penalised[:, active].T @ penalised[:, active]
@@ -426,6 +426,6 @@ def _regularised(design: Array, target: Array, weight: float | None) -> tuple[fl
         )
         score = float(residual @ residual) / max(1.0 - free / len(target), 1e-3) ** 2
         if best is None or score < best[0]:
-            best = score, float(tried), values
+            best = score, float(trial_weight), values
     assert best is not None
     return best[1], best[2]

@@ -133,10 +133,10 @@ def scaled(problem: LeastSquaresProblem, trial: Array) -> Array:
         best = trial.copy()
         best[free], _ = bounded_step(-wanted, slope, problem.bounds.lower[free], problem.bounds.upper[free])
         points.append(best)
-    tried = [problem.bounds.inside(point) for point in points]
-    costs = [problem.cost(point) for point in tried]
+    candidates = [problem.bounds.inside(point) for point in points]
+    costs = [problem.cost(point) for point in candidates]
     reached = [(cost, i) for i, cost in enumerate(costs) if np.isfinite(cost)]
-    return tried[min(reached)[1]] if reached else trial
+    return candidates[min(reached)[1]] if reached else trial
 
 
 def sized(problem: LeastSquaresProblem, x: Array, enough: float = ENOUGH) -> Array:
@@ -170,11 +170,11 @@ def sized(problem: LeastSquaresProblem, x: Array, enough: float = ENOUGH) -> Arr
             break
         step = ways @ change
         cost = problem.cost(x)
-        tried = [problem.bounds.inside(x + share * step) for share in SHORTENED]
-        better = next((i for i, point in enumerate(tried) if problem.cost(point) < cost), None)
+        candidates = [problem.bounds.inside(x + share * step) for share in SHORTENED]
+        better = next((i for i, point in enumerate(candidates) if problem.cost(point) < cost), None)
         if better is None:
             break
-        x = tried[better]
+        x = candidates[better]
         if better > 0 and problem.cost(x) > (1.0 - enough) * cost:
             break
     return x

@@ -237,8 +237,8 @@ def refine_start(
     """Refine starts, one by one or shared among workers or a pool; an interrupt comes after `done` has all results."""
     cache = ProblemCache()
     if pool is not None:
-        alone = [replace(assignment, journal=None, resume=False) for assignment in assignments]
-        for refined in _asked(pool, cache, _refined_there, task, alone):
+        independent = [replace(assignment, journal=None, resume=False) for assignment in assignments]
+        for refined in _asked(pool, cache, _refined_there, task, independent):
             if isinstance(refined, Refined):
                 _hand_over(refined, done, progress)
         return

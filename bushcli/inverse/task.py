@@ -283,8 +283,10 @@ class Task:
         """The case, with a coarse mesh if asked for."""
         if not coarse:
             return self.case
-        few = self.case.geometry.coarse
-        return replace(self.case, mesh=MeshOptions(few.across, few.along, few.around))
+        coarse_elements = self.case.geometry.coarse
+        return replace(
+            self.case, mesh=MeshOptions(coarse_elements.across, coarse_elements.along, coarse_elements.around)
+        )
 
     def problem(
         self,

@@ -108,9 +108,9 @@ class _Dropped:
 
 def _send_again(number: int) -> None:
     """Send a signal to this process after `AGAIN` seconds."""
-    again = threading.Timer(AGAIN, signal.raise_signal, [number])
-    again.daemon = True
-    again.start()
+    timer = threading.Timer(AGAIN, signal.raise_signal, [number])
+    timer.daemon = True
+    timer.start()
 
 
 def hold() -> None:

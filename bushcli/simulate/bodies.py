@@ -133,8 +133,8 @@ class PreparedModels:
         """
         prepared = next(body for body in self._kept.values() if body.model is model)
         mesh = model.mesh
-        wanted = elements_of(shape, mesh.dimension, mesh.mirrors, refinement)
-        if wanted is None or wanted != elements_of(mesh.shape, mesh.dimension, mesh.mirrors, refinement):
+        elements = elements_of(shape, mesh.dimension, mesh.mirrors, refinement)
+        if elements is None or elements != elements_of(mesh.shape, mesh.dimension, mesh.mirrors, refinement):
             return shape == mesh.shape
         return shape == mesh.shape or prepared.move(shape)
 

@@ -107,19 +107,19 @@ def prescribed(case: Case, load: LoadCase, tables: TableCache) -> SimulatedChann
 
 def with_all_beside(active: Sequence[ActiveEffect], time: Array | None = None) -> PrescribedForce:
     """Return a prescribed force that the bushing carries together with all that stands beside it."""
-    beside = [
+    parallel_effects = [
         effect
         for effect in active
         if effect.effect.rig is not None and effect.effect.rig.parallel is not None
     ]
-    if not beside:
+    if not parallel_effects:
         return PrescribedForce()
     began = 0.0 if time is None else float(time[0])
 
     def carried(q: float, force: float, time_of_state: float) -> float:
-        moved, reaction = (Signal(np.array([value]), np.zeros((1, 0))) for value in (q, force))
+        displacement, reaction = (Signal(np.array([value]), np.zeros((1, 0))) for value in (q, force))
         elapsed = None if time is None else np.array([time_of_state - began])
-        return float(parallel(beside, moved, reaction, (), elapsed).value[0])
+        return float(parallel(parallel_effects, displacement, reaction, (), elapsed).value[0])
 
     return PrescribedForce(carried)
 
@@ -136,16 +136,16 @@ def recorded(case: Case, recording: Recording) -> SimulatedChannel:
     targets = even_targets(low, high, RECORDED)
     furthest = high if high >= -low else low
     program = Program(np.linspace(0.0, furthest, RECORDED // 2 + 1, dtype=np.float64))
-    followed, whole = None, recording.record
-    if whole.six is not None:
-        followed, program, _ = six_schedule(whole.six.time, whole.six.motion, whole.six.free)
+    followed, record = None, recording.record
+    if record.six is not None:
+        followed, program, _ = six_schedule(record.six.time, record.six.motion, record.six.free)
     return SimulatedChannel(
         recording.name,
         recording.mode,
         lambda model, keep, report: sweep(model, targets, keep_states=keep, progress=report),
         program,
-        whole.time,
-        whole.displacement,
+        record.time,
+        record.displacement,
         recording,
         path=followed,
     )
@@ -163,8 +163,8 @@ def channels_to_simulate(
     """
     recordings, faults = measured(case)
     if not recordings and not case.load_cases and not case.dynamic:
-        wanted = case.expected("[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`")
-        raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
+        expected = case.expected("[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`")
+        raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     check_travel(case, recordings, faults)
     channels = [prescribed(case, load, measured.tables) for load in case.load_cases]
     channels += [recorded(case, recording) for recording in recordings]

@@ -71,8 +71,8 @@ def extension_in_series(
     def extended(q: float, force: float, time: float) -> Extension:
         rows = np.zeros((2, 1, len(local)))
         rows[0, 0, 0] = rows[1, 0, 1] = 1.0
-        moved, pushed = Signal(np.array([q]), rows[0]), Signal(np.array([force]), rows[1])
-        total = rig.parallel(active, moved, pushed, local, np.array([max(time - start, 0.0)]))
+        displacement, reaction = Signal(np.array([q]), rows[0]), Signal(np.array([force]), rows[1])
+        total = rig.parallel(active, displacement, reaction, local, np.array([max(time - start, 0.0)]))
         springs = rig.extension(active, total, local)
         slope = springs.slope[0]
         return Extension(

@@ -169,8 +169,8 @@ class _Run:
             total = sum(len(test.preload) for test in self._case.vibrations)
             what = f"interrupted after {len(curves)} of {total} preloads"
             conditions.append(Condition("interrupted", what, "run it again"))
-        done = self._complete and not interrupted
-        return DynamicResponse(self._case, self._material, curves, tuple(conditions), done, self._seconds)
+        complete = self._complete and not interrupted
+        return DynamicResponse(self._case, self._material, curves, tuple(conditions), complete, self._seconds)
 
     def test(self, test: DynamicTest, tested: Sequence[Extent]) -> None:
         """Reach the preloads of a load case, and compute the stiffness about each."""
@@ -182,33 +182,39 @@ class _Run:
         mesh, mode = self._case.mesh.refinement, test.simulated_mode
         model = prepare(self._case.geometry, mode, rubber_of(self._material), mesh, self._comm, features)
         density, thinned = self._material.density, thinned_of(active)
-        made = Vibrations(name, test, model, branches_of(active), density, thinned)
+        vibrations = Vibrations(name, test, model, branches_of(active), density, thinned)
         try:
             for program in test.programs():
-                self._march(made, program)
+                self._march(vibrations, program)
         finally:
             # Also of a march that was interrupted.
-            self.curves += [curve for i in sorted(made.curves) for curve in made.curves[i]]
-            self._complete = self._complete and not made.unstable
-            for q in made.unstable.values():
+            self.curves += [curve for i in sorted(vibrations.curves) for curve in vibrations.curves[i]]
+            self._complete = self._complete and not vibrations.unstable
+            for q in vibrations.unstable.values():
                 what = f"{name}: the preload {test.place(q)} is unstable: the stiffness has a negative eigenvalue there"
                 remedy = "set a smaller preload, or a law that is stable there; the part buckles, or would jump to "
                 self._conditions.append(Condition("unstable_preload", what, f"{remedy}another state"))
-            self._seconds["dynamic"] += made.seconds
-            self._seconds["static"] -= made.seconds
+            self._seconds["dynamic"] += vibrations.seconds
+            self._seconds["static"] -= vibrations.seconds
 
-    def _march(self, made: Vibrations, program: Program) -> None:
+    def _march(self, vibrations: Vibrations, program: Program) -> None:
         def report(step: int, steps: int, newton: int, q: float) -> None:
             meet(self._comm)
             if self._progress is not None:
-                self._progress(made.name, step, steps, newton, q)
+                self._progress(vibrations.name, step, steps, newton, q)
 
         start = time.perf_counter()
         try:
-            march(made.model, program, drive=made.drive, progress=report, observer=made.observe)
+            march(
+                vibrations.model,
+                program,
+                drive=vibrations.drive,
+                progress=report,
+                observer=vibrations.observe,
+            )
         except NotConverged as failure:
             self._complete = False
-            self._conditions.append(_not_reached(made.name, made.test, failure))
+            self._conditions.append(_not_reached(vibrations.name, vibrations.test, failure))
         finally:
             self._seconds["static"] += time.perf_counter() - start
 

@@ -85,11 +85,11 @@ class ComparedTable:
         """Root mean square of the misfit over the standard errors of the rows; nan where there are none."""
         if self.errors is None:
             return float("nan")
-        missed = (
+        deviations = (
             np.abs(self.simulated) - self.table.stiffness,
             np.angle(self.simulated) - self.table.loss_angle,
         )
-        return float(np.sqrt(np.mean((np.array(missed) / self.errors) ** 2)))
+        return float(np.sqrt(np.mean((np.array(deviations) / self.errors) ** 2)))
 
     @property
     def errors_in_words(self) -> str:

@@ -140,17 +140,17 @@ def _beyond(extent: Extent, known: Sequence[Extent]) -> Iterator[str]:
         ("frequency", "Hz", "", 1.0),
         ("amplitude", unit, "up to ", factor),
     ):
-        wanted = scale * np.array(getattr(extent, key), dtype=float)
+        requested = scale * np.array(getattr(extent, key), dtype=float)
         values = scale * np.array([v for other in known for v in getattr(other, key)], dtype=float)
-        if not len(wanted) or not len(values):
+        if not len(requested) or not len(values):
             continue
         low, high = float(values.min()), float(values.max())
         if key == "temperature":
-            far = (wanted < low - _KELVINS) | (wanted > high + _KELVINS)
+            far = (requested < low - _KELVINS) | (requested > high + _KELVINS)
         elif key == "amplitude":
-            far, low = wanted > _SIZE * high, high
+            far, low = requested > _SIZE * high, high
         else:
-            far = (wanted < low / _PACE) | (wanted > high * _PACE)
+            far = (requested < low / _PACE) | (requested > high * _PACE)
         if far.any():
             measured = f"{high:.3g}" if low == high else f"{low:.3g} to {high:.3g}"
-            yield f"{label}{wanted[far][np.argmax(np.abs(wanted[far] - low))]:.3g} {words} (measured: {measured})"
+            yield f"{label}{requested[far][np.argmax(np.abs(requested[far] - low))]:.3g} {words} (measured: {measured})"

@@ -63,18 +63,20 @@ def meshes(case: Case, directory: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> tupl
     simulated = {load.mode: load.simulated_mode for load in loads}
     simulated |= {source.mode: modes()[source.mode] for source in case.recordings}
     specimen = case.geometry.specimen
-    alone = {name: mode for name, mode in modes().items() if mode.specimen == specimen and not mode.follow}
-    wanted: dict[tuple[int, Mirrors], list[str]] = {}
+    bushing_modes = {
+        name: mode for name, mode in modes().items() if mode.specimen == specimen and not mode.follow
+    }
+    modes_by_mesh: dict[tuple[int, Mirrors], list[str]] = {}
     planes = case.geometry.mirror_planes
-    for name, mode in sorted((simulated or alone).items()):
+    for name, mode in sorted((simulated or bushing_modes).items()):
         dimension = 2 if mode.section is not None and case.geometry.axisymmetric else 3
         mirrors = setting_for(mode, dimension).mirrors & planes
-        wanted.setdefault((dimension, mirrors), []).append(name)
+        modes_by_mesh.setdefault((dimension, mirrors), []).append(name)
     if comm.rank == 0:
         directory.mkdir(parents=True, exist_ok=True)
     comm.barrier()
     built = []
-    for (dimension, mirrors), served in wanted.items():
+    for (dimension, mirrors), served in modes_by_mesh.items():
         mesh = build(case.geometry, dimension, mirrors, case.mesh.refinement, comm)
         kind = "solid" if dimension == 3 else "section" if case.geometry.annulus is not None else "half-plane"
         name = "-".join([kind, *(f"cut-{plane}" for plane in sorted(mirrors))])

@@ -41,8 +41,8 @@ def check_play(case: Case, name: str, mode: str, displacement: NDArray[np.float6
             rotational = modes()[mode].rotational
             parameter = active.effect.amplitudes[0]
             value = outside(parameter, active.values[parameter.name], rotational)
-            whole = outside(parameter, float(np.abs(displacement).max()), rotational)
-            largest = f"{whole:g} {unit(parameter, rotational)}"
+            travel_in_unit = outside(parameter, float(np.abs(displacement).max()), rotational)
+            largest = f"{travel_in_unit:g} {unit(parameter, rotational)}"
             what = (
                 f"{active.full_name(parameter)} = {value:g} takes up all of the travel of {name}, {largest}"
             )

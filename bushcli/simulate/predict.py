@@ -283,7 +283,7 @@ class _Prediction:
         simulator = self.shared_by(MPI.COMM_SELF)
         if met_unnoticed(self.case, model, history, lambda: simulator.model(channel)):
             return simulator.simulate(channel)
-        done = time.perf_counter()
+        end = time.perf_counter()
         channel = channel.found(history)
         curve, six = curve_of(self.case, channel, history, answer)
         unwritten = ""
@@ -304,7 +304,7 @@ class _Prediction:
             target=target,
             unknowns=model.space.dofmap.index_map.size_global,
             strained=stretched(model, history, self.rubber),
-            seconds={"mesh_and_forms": ready - start, "march": done - ready},
+            seconds={"mesh_and_forms": ready - start, "march": end - ready},
             surface=field_files.picture(model, history) if self.pictures else None,
             mesh_error=error,
             step_error=step_error,

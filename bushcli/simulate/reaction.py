@@ -89,8 +89,8 @@ class PathSimulation:
         values = tuple(float(constant.value) for constant in self.model.constants.values())
         key = (values, self.fineness, tuple(names))
         stored = self._last
-        again = stored is not None and stored[0] == key and observer is None
-        if again and stored is not None and (stored[1].states is not None or not keep_states):
+        repeated = stored is not None and stored[0] == key and observer is None
+        if repeated and stored is not None and (stored[1].states is not None or not keep_states):
             return stored[1]
         history = march(
             self.model,
@@ -224,8 +224,8 @@ def followed(
     InputError
         The recording has no time, which an effect needs.
     """
-    active, whole = acting(case.effects, recording.name, recording.mode), recording.record
-    if whole.time is None:
+    active, record = acting(case.effects, recording.name, recording.mode), recording.record
+    if record.time is None:
         require_time(active, recording.name, recording.mode, str(recording.source))
     if recording.six is not None:
         # The channels of a path share one march.
@@ -248,11 +248,11 @@ def followed(
         rubber,
         refinement,
         active,
-        whole.time,
-        whole.displacement,
-        displacement_noise(whole),
+        record.time,
+        record.displacement,
+        displacement_noise(record),
         comm,
         prepared,
-        earlier(whole),
-        whole.temperature,
+        earlier(record),
+        record.temperature,
     )

@@ -215,8 +215,8 @@ def conditions(case: Case, channel: Simulated) -> list[Condition]:
     acts = {effect.acts for effect in acting}
     # An effect of the rig, such as an offset, may give a force at rest as well.
     assembled = _of_the_assembly(channel) if "assembly" in acts and "rig" not in acts else []
-    made = " and ".join(readable_name(effect.name) for effect in acting if effect.acts == "assembly")
-    conditions, strained = [*_of_the_march(channel, folded, made), *assembled], channel.strained
+    assembly = " and ".join(readable_name(effect.name) for effect in acting if effect.acts == "assembly")
+    conditions, strained = [*_of_the_march(channel, folded, assembly), *assembled], channel.strained
     if strained.unstable > 0:
         what = f"{channel.name}: the law violates Drucker's stability in {100 * strained.unstable:.2g} % of the states "
         what += f"that the rubber reaches (principal stretches {strained.range[0]:.2f} to {strained.range[1]:.2f})"

@@ -194,7 +194,7 @@ def _stepped(
     abrupt &= kinds[1:] != 0.0  # in a hold the pace is noise
     nodes, stops = [float(times[0])], [float(values[0])]
     legs: list[Leg] = []
-    first, reached = 0, 0.0
+    first, amplitude = 0, 0.0
     while first < len(kinds):
         last = first
         while last + 1 < len(kinds) and kinds[last + 1] == kinds[first] and not abrupt[last]:
@@ -202,34 +202,34 @@ def _stepped(
         t, q = times[first : last + 2], values[first : last + 2]
         hold = bool(kinds[first] == 0.0)
         brief = bool(legs) and t[-1] - t[0] < BRIEF * (nodes[-1] - nodes[legs[-1].first])
-        for t_start, end in [(t[0], t[-1])] if hold else _cut(t, q, reached, 2 * tolerance):
+        for t_start, end in [(t[0], t[-1])] if hold else _cut(t, q, amplitude, 2 * tolerance):
             inside = (t > t_start) & (t < end)
             part = np.concatenate([[t_start], t[inside], [end]])
             path = np.interp(part, t, q)
             if not hold:
-                added = _leg_times(part, path, span, fineness)
+                leg_times = _leg_times(part, path, span, fineness)
             elif brief:
-                added = part[1:]
+                leg_times = part[1:]
             else:
                 count = max(FEWEST_OF_LEG, int(np.ceil(HOLD * fineness)))
                 grown = np.geomspace(FIRST_HOLD, 1.0 + FIRST_HOLD, count + 1) - FIRST_HOLD
-                added = part[0] + (part[-1] - part[0]) * grown[1:]
+                leg_times = part[0] + (part[-1] - part[0]) * grown[1:]
             start = len(nodes) - 1
-            nodes += [float(value) for value in added]
-            stops += [float(value) for value in np.interp(added, t, q)]
+            nodes += [float(value) for value in leg_times]
+            stops += [float(value) for value in np.interp(leg_times, t, q)]
             legs.append(Leg(start, len(nodes) - 1, hold))
-        reached = max(reached, float(np.abs(q).max()))
+        amplitude = max(amplitude, float(np.abs(q).max()))
         first = last + 1
     return Schedule(np.array(nodes), np.array(stops), tuple(legs), timed)
 
 
-def _cut(t: Array, q: Array, reached: float, apart: float) -> list[tuple[float, float]]:
+def _cut(t: Array, q: Array, amplitude: float, apart: float) -> list[tuple[float, float]]:
     """Cut a leg where it passes the largest earlier displacement, beyond which softened rubber is stiffer."""
     end = float(q[-1])
-    before = np.copysign(reached, end)
+    before = np.copysign(amplitude, end)
     if (
-        reached <= apart
-        or abs(end) - reached <= apart
+        amplitude <= apart
+        or abs(end) - amplitude <= apart
         or abs(before - q[0]) <= apart
         or q[0] * end > before * end
     ):

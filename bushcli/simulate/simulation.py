@@ -370,8 +370,10 @@ class Simulation(FollowedPath):
     ) -> Answer:
         travel = rig.Travel(self.path, self.time)
         before_test = [[0.0]] if rig.is_zeroed(active) else []
-        driven = rig.bushing_path(active, rig.Travel(np.concatenate([*before_test, self.path])), ()).value
-        low, high = swept_range(driven, self.odd)
+        displacement = rig.bushing_path(
+            active, rig.Travel(np.concatenate([*before_test, self.path])), ()
+        ).value
+        low, high = swept_range(displacement, self.odd)
         if low == high:
             raise rig.NoEquilibrium(STANDS_STILL)
         inner = tuple(name for name in names if name in self.model.constants)
@@ -423,22 +425,24 @@ class Simulation(FollowedPath):
             times = np.concatenate([times[0] - rested * np.linspace(1.0, 0.0, lead), times])
             path = rig.bushing_path(active, rig.Travel(np.concatenate([[0.0], steps.displacement])), names)
             path = path.sampled(np.maximum(np.arange(len(times)) - lead + 1, 0))
-            reached = np.minimum(np.arange(1, len(times) + 1) / (lead - 1), 1.0)
-            driven = Signal(reached * path.value, reached[:, None] * path.slope)
+            ramp = np.minimum(np.arange(1, len(times) + 1) / (lead - 1), 1.0)
+            displacement = Signal(ramp * path.value, ramp[:, None] * path.slope)
         else:
-            driven = rig.bushing_path(active, rig.Travel(steps.displacement), names)
-        if not driven.value.any():
+            displacement = rig.bushing_path(active, rig.Travel(steps.displacement), names)
+        if not displacement.value.any():
             raise rig.NoEquilibrium(STANDS_STILL)
         series = None
         if rig.has_springs(active, names):
             series = SeriesSpring(extension_in_series(active, names, self._clock[0]))
-        path_rates = {name: driven.slope[:, i] for i, name in enumerate(names) if np.any(driven.slope[:, i])}
+        path_rates = {
+            name: displacement.slope[:, i] for i, name in enumerate(names) if np.any(displacement.slope[:, i])
+        }
         # Forces beside the bushing and a late logger do not change the march.
         inner = tuple(n for n in names if series is not None or n in self.model.constants or n in path_rates)
         warm = None
         if self.temperature is not None and self.time is not None:
             warm = np.interp(times, self.time, self.temperature)
-        program = Program(driven.value, times if steps.timed else None, temperature=warm)
+        program = Program(displacement.value, times if steps.timed else None, temperature=warm)
         history = self._march(program, inner, path_rates, series, keep_states, progress, failure_limit)
         q = Signal(history.displacement, columns(history.path_sensitivity, inner, names, len(history.force)))
         force = Signal(history.force, columns(history.sensitivity, inner, names, len(history.force)))

@@ -59,7 +59,7 @@ def check_state(channels: Sequence[SimulatedChannel], at: float | None) -> None:
 
 
 def matrices(
-    channel: SimulatedChannel, at: float | None, made: Callable[[Mode], FiniteElementModel]
+    channel: SimulatedChannel, at: float | None, model_of: Callable[[Mode], FiniteElementModel]
 ) -> dict[str, tuple[float, Array]]:
     """Return the matrices of a channel by state: "start", "end", and "at" where it passes the travel asked for.
 
@@ -77,12 +77,12 @@ def matrices(
     else:
         path, steps = as_path(modes()[channel.mode], program)
         q = program.from_rest.displacement
-    reached = dict(zip(map(float, steps.displacement), map(float, q), strict=True))
-    wanted = {"start": float(steps.displacement[0]), "end": float(steps.displacement[-1])}
+    positions = dict(zip(map(float, steps.displacement), map(float, q), strict=True))
+    time_of_state = {"start": float(steps.displacement[0]), "end": float(steps.displacement[-1])}
     if chosen is not None:
-        wanted["at"] = next(time for time, position in reached.items() if position == chosen)
-    by_time = matrices_along(made(mode_of("path", path)), steps, tuple(wanted.values()))
-    return {state: (reached[time], by_time[time]) for state, time in wanted.items()}
+        time_of_state["at"] = next(time for time, position in positions.items() if position == chosen)
+    by_time = matrices_along(model_of(mode_of("path", path)), steps, tuple(time_of_state.values()))
+    return {state: (positions[time], by_time[time]) for state, time in time_of_state.items()}
 
 
 def matrices_along(model: FiniteElementModel, program: Program, at: Sequence[float]) -> dict[float, Array]:
@@ -119,6 +119,6 @@ def pose_of(mode: Mode, q: float) -> Array:
     from scipy.spatial.transform import Rotation
 
     corners = np.column_stack([np.zeros(3), np.eye(3)])
-    moved = corners + mode.solid.motion(corners, q)
-    rotation = moved[:, 1:] - moved[:, :1]
-    return np.concatenate([moved[:, 0], Rotation.from_matrix(rotation).as_rotvec()])
+    moved_corners = corners + mode.solid.motion(corners, q)
+    rotation = moved_corners[:, 1:] - moved_corners[:, :1]
+    return np.concatenate([moved_corners[:, 0], Rotation.from_matrix(rotation).as_rotvec()])

@@ -75,12 +75,12 @@ def sharing(case: Case, comm: MPI.Comm) -> MPI.Comm:
 
 
 def met_unnoticed(
-    case: Case, model: FiniteElementModel, history: History, whole: Callable[[], FiniteElementModel]
+    case: Case, model: FiniteElementModel, history: History, whole_model: Callable[[], FiniteElementModel]
 ) -> bool:
     """Whether surfaces passed through each other in a march on a mesh that several processes share."""
     if model.comm.size == 1 or not case.geometry.meeting or history.states is None:
         return False
-    return passes_through(model, history.states, whole)
+    return passes_through(model, history.states, whole_model)
 
 
 def not_shared(met: Mapping[str, Sequence[Touched]], comm: MPI.Comm) -> list[Condition]:

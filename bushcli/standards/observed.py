@@ -87,10 +87,10 @@ def observe(recording: Recording) -> Observed:
     amplitudes = tuple(by_cycle.values())
     times = np.zeros(len(q)) if recording.time is None else recording.time
     seconds, way = np.diff(times), np.abs(np.diff(q))
-    beside = np.full((2, len(seconds)), np.inf)
+    neighbours = np.full((2, len(seconds)), np.inf)
     # The first and the last interval have a neighbour on one side only, which does not show a pause.
-    beside[0, 1:-1], beside[1, 1:-1] = seconds[:-2], seconds[2:]
-    paused = np.flatnonzero((seconds > _PAUSE * beside.max(axis=0)) & (way > _MOVED * span))
+    neighbours[0, 1:-1], neighbours[1, 1:-1] = seconds[:-2], seconds[2:]
+    paused = np.flatnonzero((seconds > _PAUSE * neighbours.max(axis=0)) & (way > _MOVED * span))
     held = [
         (float(np.ptp(times[branch.start : branch.stop])), float(q[branch.start : branch.stop].mean()))
         for branch in (segments if recording.time is not None else ())

@@ -104,7 +104,7 @@ class StrainClass:
         self.maxwell = [(data["share"] * g, tau) for g, tau in clock["maxwell"]]
 
     def passed(
-        self, start: float, end: float, duration: float, reached: list[float]
+        self, start: float, end: float, duration: float, strain_range: list[float]
     ) -> tuple[float, list[float]]:
         """Return what passes on the clock while the strain moves, s, and centre and half of the range at the end.
 
@@ -114,11 +114,11 @@ class StrainClass:
             Strain.
         duration : float
             s.
-        reached : list of float
+        strain_range : list of float
             Centre and half of the range at the beginning.
         """
         retained = math.exp(-self.clock["fading"] * duration)
-        centre, half = retained * reached[0] + (1.0 - retained) * start, retained * reached[1]
+        centre, half = retained * strain_range[0] + (1.0 - retained) * start, retained * strain_range[1]
         beyond = max(abs(end - centre) - half, 0.0)
         # With the mean of a at beginning and end.
         speed = self.clock["path"] * (self.clock["offset"] + half + 0.25 * beyond) ** self.clock["exponent"]
@@ -220,9 +220,9 @@ class ChannelForceLaw:
         start, last = self.q, self.driven
         for part in range(1, parts + 1):
             self._move(start + (q - start) * part / parts)
-            driven = self.driven
-            self._follow(last, driven, duration / parts)
-            last = driven
+            displacement = self.driven
+            self._follow(last, displacement, duration / parts)
+            last = displacement
         if self.warming:
             self.state[self.elapsed] += duration
         return self.force
