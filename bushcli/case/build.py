@@ -133,9 +133,9 @@ class Builder:
         )
 
     def _table(self, data: dict[str, Any], name: str, model: type[T]) -> T | None:
-        return self._validated(data.get(name, {}), (name,), model, f"[{name}]")
+        return self._validate(data.get(name, {}), (name,), model, f"[{name}]")
 
-    def _validated(self, raw: Any, keys: Keys, model: type[T], section: str) -> T | None:
+    def _validate(self, raw: Any, keys: Keys, model: type[T], section: str) -> T | None:
         if not isinstance(raw, dict):
             what = f"{dotted(keys)} = {shown(raw)} is not a table of keys"
             self.findings.append(Finding(keys, what, expected=f"write {section}"))
@@ -153,7 +153,7 @@ class Builder:
         for raw, keys in self._entries(data, name):
             if (isinstance(raw, dict) and raw.get("kind") == KIND) != (kind == KIND):
                 continue
-            table = self._validated(raw, keys, model, f"[[{name}]]")
+            table = self._validate(raw, keys, model, f"[[{name}]]")
             if table is not None:
                 yield table, keys
 
@@ -258,7 +258,7 @@ class Builder:
             )
             return None
         if motion_path.is_meant(table):
-            path_case, findings = motion_path.load_case(table, keys, shape, self._validated)
+            path_case, findings = motion_path.load_case(table, keys, shape, self._validate)
             self.findings += findings
             return path_case
         name = table.force_file if by_force else table.file
@@ -299,7 +299,7 @@ class Builder:
             return None
         from bushcli.case import vibrations  # few cases have a dynamic test
 
-        vibration_test, findings = vibrations.test(table, keys, shape, self._validated)
+        vibration_test, findings = vibrations.test(table, keys, shape, self._validate)
         self.findings += findings
         return vibration_test
 
@@ -345,7 +345,7 @@ class Builder:
     def _temperature(self, data: dict[str, Any]) -> float | None:
         """Return the temperature of the case, degrees C."""
         keys = ("temperature",)
-        table = self._validated(
+        table = self._validate(
             {key: data[key] for key in keys if key in data}, (), HeatTable, "temperature = 23.0"
         )
         return None if table is None else table.temperature
@@ -360,7 +360,7 @@ class Builder:
             return DEFAULT
         if not isinstance(raw, dict):
             raw = {"percent": raw}
-        table = self._validated(raw, keys, ToleranceTable, "[tolerance]")
+        table = self._validate(raw, keys, ToleranceTable, "[tolerance]")
         return DEFAULT if table is None else Tolerance(float(table.percent), table.name or "")
 
     def _effects(
@@ -393,7 +393,7 @@ class Builder:
             for i, load in enumerate(load_cases)
         ]
         channels += [
-            effects.DeclaredChannel(source.label, source.mode, temperature=_known(source))
+            effects.DeclaredChannel(source.label, source.mode, temperature=_temperature_of(source))
             if isinstance(source, Source)
             # Its rows may have temperatures of their own.
             else effects.DeclaredChannel(source.label, source.mode, (), "dynamic", math.nan)
@@ -406,7 +406,9 @@ class Builder:
         ]
         taken = {channel.name for channel in channels}
         channels += [
-            effects.DeclaredChannel(coupon.label, coupon.mode, temperature=_known(coupon), coupon=True)
+            effects.DeclaredChannel(
+                coupon.label, coupon.mode, temperature=_temperature_of(coupon), coupon=True
+            )
             for coupon in coupons
             if coupon.label not in taken
         ]
@@ -425,7 +427,7 @@ def _at(source: S, of_table: float | None, of_case: float | None) -> S:
     )
 
 
-def _known(source: Source) -> float | None:
+def _temperature_of(source: Source) -> float | None:
     """Return the temperature that the case gives for a recording; nan where a column of its file gives it."""
     return source.temperature if source.temperature_column is None else math.nan
 

@@ -169,7 +169,7 @@ class LoadCase(Load):
         if self.by_force:
             return {"force_path": list(self.path), "rate": self.rate}
         rotational = modes()[self.mode].rotational
-        points = [_rounded(math.degrees(q) if rotational else q) for q in self.path]
+        points = [_with_twelve_digits(math.degrees(q) if rotational else q) for q in self.path]
         return {"path": points, "rate": _rate(self.rate, rotational)}
 
 
@@ -268,13 +268,13 @@ class DynamicTest(Load):
         """Return the vibration and its preloads with the keys and units of the case file."""
         unit = math.degrees(1.0) if modes()[self.vibrating_mode].rotational else 1.0
         shown: dict[str, Any] = {
-            "amplitude": [_rounded(unit * value) for value in self.amplitude] or None,
+            "amplitude": [_with_twelve_digits(unit * value) for value in self.amplitude] or None,
             "frequency": list(self.frequency),
             "point": "transfer" if self.transfer else "driving",
         }
         if self.by_force:
             return {"dynamic": shown | {"preload_force": list(self.preload)}}
-        return {"dynamic": shown | {"preload": [_rounded(unit * q) for q in self.preload]}}
+        return {"dynamic": shown | {"preload": [_with_twelve_digits(unit * q) for q in self.preload]}}
 
 
 @dataclass(frozen=True)
@@ -472,7 +472,7 @@ def resolved(case: Case) -> dict[str, Any]:
             else "inf",
             "parameters": dict(case.material.parameters),
             "terms": case.material.terms,
-            "density": _rounded(case.material.density / DENSITY),
+            "density": _with_twelve_digits(case.material.density / DENSITY),
             "hardness": case.material.hardness,
         },
         "load_cases": [
@@ -497,13 +497,13 @@ def _written(load: Load) -> dict[str, Any]:
     return {"mode": load.mode, "steps": load.steps, **warm}
 
 
-def _rounded(value: float) -> float:
+def _with_twelve_digits(value: float) -> float:
     """Return a number with twelve digits: 30 degrees must not come back as 29.999999999999996."""
     return float(f"{value:.12g}")
 
 
 def _rate(rate: float | None, rotational: bool) -> float | None:
-    return rate if rate is None or not rotational else _rounded(math.degrees(rate))
+    return rate if rate is None or not rotational else _with_twelve_digits(math.degrees(rate))
 
 
 def _six(path: SixPath) -> dict[str, Any]:
@@ -511,7 +511,7 @@ def _six(path: SixPath) -> dict[str, Any]:
     for k, name in enumerate(MOTIONS):
         if k not in path.free and path.motion[:, k].any():
             values = np.degrees(path.motion[:, k]) if k >= 3 else path.motion[:, k]
-            shown[name] = list(map(_rounded, values))
+            shown[name] = list(map(_with_twelve_digits, values))
     shown |= {REACTIONS[k]: path.loads[:, k].tolist() for k in path.loaded}
     free = [MOTIONS[k] for k in path.free if k not in path.loaded]
     return shown | ({"free": free} if free else {})
@@ -540,8 +540,8 @@ def _source(source: Source, folder: Path) -> dict[str, Any]:
         "mode": source.mode,
         "file": _relative(source.file, folder),
         "name": source.label,
-        "columns": dict(source.columns) | _given("temperature", source.temperature_column),
-        "units": dict(source.units) | _given("temperature", source.temperature_unit or None),
+        "columns": dict(source.columns) | _entry_of("temperature", source.temperature_column),
+        "units": dict(source.units) | _entry_of("temperature", source.temperature_unit or None),
         "delimiter": source.delimiter,
         "decimal": source.decimal,
         "reverse": None if source.reverse is None else list(source.reverse),
@@ -555,7 +555,7 @@ def _dynamic(case: Case, specimen: str) -> list[dict[str, Any]]:
     return [shown_source(source) for source in case.dynamic if modes()[source.mode].specimen == specimen]
 
 
-def _given(key: str, value: str | int | None) -> dict[Any, Any]:
+def _entry_of(key: str, value: str | int | None) -> dict[Any, Any]:
     return {} if value is None else {key: value}
 
 

@@ -166,10 +166,10 @@ def _values(
         if parameter is None:
             what = f"{dotted(at)} is not a parameter of {effect.name}"
             findings.append(Finding(at, what, nearest(name, parameter_names), ", ".join(parameter_names)))
-        elif not _used(parameter, effect, table):
+        elif not _is_used(parameter, effect, table):
             words = " or ".join(p.name for p in effect.parameters if p.choices)
             what = f"{dotted(at)} has no meaning with this {words}"
-            expected = ", ".join(p.name for p in effect.parameters if _used(p, effect, table))
+            expected = ", ".join(p.name for p in effect.parameters if _is_used(p, effect, table))
             findings.append(Finding(at, what, expected=f'{expected}; or {words} = "{parameter.under}"'))
         elif parameter.choices:
             if raw in parameter.choices:
@@ -192,7 +192,7 @@ def _values(
     return chosen | values, findings
 
 
-def _used(parameter: EffectParameter, effect: Effect, table: EffectTable) -> bool:
+def _is_used(parameter: EffectParameter, effect: Effect, table: EffectTable) -> bool:
     """Whether a parameter is used with the choices that a table makes."""
     chosen = [table.parameters.get(p.name, p.choices[round(p.start)]) for p in effect.parameters if p.choices]
     return parameter.under in ("", *chosen)

@@ -87,10 +87,10 @@ def unknown_name(keys: Keys, name: object, known: Iterable[str], kind: str) -> F
 
 def explain(error: ValidationError, model: type[BaseModel], at: Keys, section: str) -> list[Finding]:
     """Translate pydantic's findings about one table into findings with the keys of the case file."""
-    return [_explained(item, model, at, section) for item in error.errors(include_url=False)]
+    return [_finding_of(item, model, at, section) for item in error.errors(include_url=False)]
 
 
-def _explained(item: Any, model: type[BaseModel], at: Keys, section: str) -> Finding:
+def _finding_of(item: Any, model: type[BaseModel], at: Keys, section: str) -> Finding:
     loc: Keys = tuple(item["loc"])
     keys, key, kind, context = at + loc, dotted(at + loc), item["type"], item.get("ctx", {})
     if kind == "extra_forbidden":

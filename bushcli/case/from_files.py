@@ -112,7 +112,7 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
     ]
     reach = max((min(max(travel, 2.0), 50.0) for travel in travels), default=8.0)
     head = _HEAD.format(
-        title=_quoted(printable(folder.resolve().name) or "bushing"),
+        title=_json_string(printable(folder.resolve().name) or "bushing"),
         # Rubber twice as thick as the largest travel, and a bush of usual proportions around it.
         inner=reach,
         outer=3.0 * reach,
@@ -143,7 +143,7 @@ def _entry(file: Path, tables: TableCache) -> _Entry:
     if path is not None:
         return path
     errors: list[tuple[bool, RecordingError]] = []
-    for kind, machine in _ordered(file):
+    for kind, machine in _kinds_in_order(file):
         named = modes_of_name(file.stem, modes()[kind[0]].specimen)
         guessed = next((mode for mode in named if mode in kind), None)
         for source, remarks in _ways(Source(guessed or kind[0], file), machine, tables):
@@ -197,7 +197,7 @@ def _path(file: Path, tables: TableCache) -> _Entry | None:
     return None
 
 
-def _ordered(file: Path) -> list[tuple[tuple[str, ...], bool]]:
+def _kinds_in_order(file: Path) -> list[tuple[tuple[str, ...], bool]]:
     """Return the kinds of modes, those in the file's name first; each with whether a coupon is in machine units.
 
     A file with stress and strain is of a coupon; one with force and travel can be of either, and is a bushing's unless
@@ -268,7 +268,7 @@ def _with_choices(source: Source, tables: TableCache) -> tuple[Source, tuple[str
     table = fitting[0]
     if len(fitting) > 1:
         source = replace(source, group=table.part)
-        remarks.append(f"<-- group: also {', '.join(_quoted(t.part) for t in fitting[1:6])}")
+        remarks.append(f"<-- group: also {', '.join(_json_string(t.part) for t in fitting[1:6])}")
     columns: dict[Quantity, str | int] = {}
     # Where each channel has a time beside it, none of these is that of all.
     several_times = len(clock_columns(table, source, mode)) > 1
@@ -284,7 +284,7 @@ def _with_choices(source: Source, tables: TableCache) -> tuple[Source, tuple[str
                     if values.min() < values.max():
                         columns[quantity] = i + 1
                         break
-            others = ", ".join(f"{i + 1} ({_quoted(table.names[i])})" for i in indices[:6])
+            others = ", ".join(f"{i + 1} ({_json_string(table.names[i])})" for i in indices[:6])
             remarks.append(f"<-- columns: the {quantity} could be any of {others}")
     return replace(source, columns=columns), tuple(remarks)
 
@@ -298,7 +298,7 @@ def _table(entry: _Entry, name: str, section: str, folder: Path) -> str:
     lines = [f"# {form}: {len(recording.force)} samples, {time}", f"[[{section}]]"]
     lines.append(f"mode = {json.dumps(source.mode)}")
     if name:
-        lines.append(f"name = {_quoted(name)}")
+        lines.append(f"name = {_json_string(name)}")
     lines.append(f"file = {json.dumps(file, ensure_ascii=False)}")
     if source.group is not None:
         lines.append(f"group = {json.dumps(source.group, ensure_ascii=False)}")
@@ -321,5 +321,5 @@ def _table(entry: _Entry, name: str, section: str, folder: Path) -> str:
     return "\n" + "\n".join(printable(line.replace("\n", " ")) for line in lines) + "\n"
 
 
-def _quoted(text: str) -> str:
+def _json_string(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)

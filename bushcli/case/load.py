@@ -62,10 +62,10 @@ def load_case(path: str | Path, overrides: Sequence[str] = (), tables: TableCach
             Problem(str(path), f"has tables nested more than {DEEPEST} deep", "", "see docs/case-file.md")
         )
     written, (data, deviating) = deepcopy(data), nominal(data)
-    return replace(_built(data, applied, path, tables), toleranced=deviating, tables=written)
+    return replace(_build(data, applied, path, tables), toleranced=deviating, tables=written)
 
 
-def _built(
+def _build(
     data: dict[str, Any], applied: list[Override], path: Path, tables: TableCache | None = None
 ) -> Case:
     builder = Builder(path.parent, tables)
@@ -100,7 +100,7 @@ def load_part(path: Path, overrides: Sequence[str] = ()) -> Case:
         "geometry": {"shape": shape_of_part(path), "file": path.name},
         "material": {"law": "neo_hookean", "parameters": {"C10": 0.5}},
     }
-    return _built(*apply(data, overrides), path)
+    return _build(*apply(data, overrides), path)
 
 
 def _case_file(path: Path) -> Path:

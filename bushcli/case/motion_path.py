@@ -124,7 +124,7 @@ def channels(
         at = (*keys, only[0] if only else "mode")
         what = f"{dotted(at)} has no meaning for mode {source.mode}"
         return [source], [Finding(at, what, expected='mode = "path"')] if only else []
-    refused = _refused(table, keys)
+    refused = _meaningless_keys(table, keys)
     if refused:
         return [], refused
     # With the readers, which few cases need.
@@ -157,7 +157,7 @@ def channels(
     return sources, []
 
 
-def _refused(table: RecordingTable, keys: Keys) -> list[Finding]:
+def _meaningless_keys(table: RecordingTable, keys: Keys) -> list[Finding]:
     """Return findings for keys that a recorded path does not take, and for names of no known motion or reaction."""
     findings = []
     for key in ("displacement", "force"):

@@ -35,7 +35,7 @@ def rebuilt_case(shown: dict[str, Any], folder: Path) -> Case:
         Something in it is wrong, such as a geometry file that is no longer there.
     """
     path = found_case(Path(str(shown.get("path", "case.toml"))), folder)
-    data = {key: _given(value) for key, value in shown.items() if key != "path" and value is not None}
+    data = {key: _without_null(value) for key, value in shown.items() if key != "path" and value is not None}
     material = data.get("material")
     if isinstance(material, dict) and material.get("bulk_modulus") == "inf":
         material["bulk_modulus"] = float("inf")
@@ -89,10 +89,10 @@ def found_case(path: Path, folder: Path) -> Path:
     return next((candidate for candidate in above if candidate.exists()), path)
 
 
-def _given(value: Any) -> Any:
+def _without_null(value: Any) -> Any:
     """Return a value without keys that are null, because TOML has no null."""
     if isinstance(value, dict):
-        return {key: _given(item) for key, item in value.items() if item is not None}
+        return {key: _without_null(item) for key, item in value.items() if item is not None}
     if isinstance(value, list):
-        return [_given(item) for item in value]
+        return [_without_null(item) for item in value]
     return value

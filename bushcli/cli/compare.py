@@ -67,16 +67,16 @@ def _item(run: Run, path: Path, name: str) -> tuple[ComparedResult, Case]:
             try:
                 case_found = load_case(file.parent, (), run.tables)
                 if case_found.recordings or case_found.load_cases:
-                    curves = curves_in(_simulated(run, case_found, name))
+                    curves = curves_in(_simulated_item(run, case_found, name))
             except InputError as error:
                 run.say(f"{name} is compared without curves: {error}")
         return ComparedResult(name, result, curves), case
     case = load_case(path, run.overrides, run.tables)
-    result = _simulated(run, case, name)
+    result = _simulated_item(run, case, name)
     return ComparedResult(name, result, curves_in(result)), case
 
 
-def _simulated(run: Run, case: Case, name: str) -> dict[str, Any]:
+def _simulated_item(run: Run, case: Case, name: str) -> dict[str, Any]:
     """Return the result of `bushcli direct` on a case."""
     from bushcli.report import as_json
     from bushcli.report.results import DirectResult

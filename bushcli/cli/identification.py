@@ -225,7 +225,7 @@ def inverse(
     fits = []
     with pool(None, scheduler) if scheduler else nullcontext() as shared:
         for task in tasks:
-            fits.append(_identified(run, task, resume, shared))
+            fits.append(_identified_fit(run, task, resume, shared))
             if any(condition.name == "interrupted" for condition in fits[-1].conditions):
                 break
     last = fits[-1]
@@ -234,7 +234,7 @@ def inverse(
     return verdict_code(last.conditions, fits[0].converged, strict and bool(fits[0].conditions))
 
 
-def _identified(run: Run, task: Task, resume: bool | None, shared: Pool | None) -> Fit:
+def _identified_fit(run: Run, task: Task, resume: bool | None, shared: Pool | None) -> Fit:
     """Identify one law, and save its evaluations if there is an output folder."""
     from bushcli.inverse import identify
 

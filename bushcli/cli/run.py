@@ -329,7 +329,7 @@ def finish(work: Callable[[], int | None], debug: bool) -> None:
         _complain(f"error: {error}")
         code = WRONG_INPUT
     except KeyboardInterrupt:
-        code = _interrupted()
+        code = _code_of_interrupt()
     except BrokenPipeError:
         # A pipeline that ends early (`| head`) is not an error.
         sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 - the interpreter flushes it at exit
@@ -343,11 +343,11 @@ def finish(work: Callable[[], int | None], debug: bool) -> None:
     except Exception as error:  # the last line of defence between a traceback and a user
         if debug:
             raise
-        code = _interrupted() if is_interrupt(error) else mistaken(error)
+        code = _code_of_interrupt() if is_interrupt(error) else mistaken(error)
     sys.exit(code)
 
 
-def _interrupted() -> int:
+def _code_of_interrupt() -> int:
     if is_first_rank():
         click.echo("interrupted", err=True)
     return INTERRUPTED

@@ -192,7 +192,7 @@ def reading(
     if lagging or at is not None:
         if time is None:
             raise ValueError("a force without time cannot be logged late or at other times")
-        force = _late(time, force, lag, time if at is None else at, corners)
+        force = _delayed_force(time, force, lag, time if at is None else at, corners)
     logged_at = time if at is None else at
     elapsed = None if time is None or logged_at is None else logged_at - time[0]
     return _read(active, columns, force, elapsed)
@@ -424,11 +424,13 @@ def _changes(active: Sequence[ActiveEffect], columns: Sequence[str]) -> list[tup
         active, key=lambda effect: (0 if effect.effect.rig is None else effect.effect.rig.order, effect.name)
     )
     return [
-        (effect.effect.rig, _given(effect, columns)) for effect in ordered if effect.effect.rig is not None
+        (effect.effect.rig, _parameter_signals(effect, columns))
+        for effect in ordered
+        if effect.effect.rig is not None
     ]
 
 
-def _given(active: ActiveEffect, columns: Sequence[str]) -> Given:
+def _parameter_signals(active: ActiveEffect, columns: Sequence[str]) -> Given:
     lacking = [
         active.full_name(p) for p in active.parameters if p.name not in active.values and not p.choices
     ]
@@ -471,7 +473,9 @@ def _shared(target: Array, taken: Callable[[Array], Signal]) -> Array:
     raise NoEquilibrium(f"bushing and series spring do not reach the same force within {_MOST_STEPS} steps")
 
 
-def _late(time: Array, force: Signal, lag: Signal, sample_times: Array, corners: Sequence[int]) -> Signal:
+def _delayed_force(
+    time: Array, force: Signal, lag: Signal, sample_times: Array, corners: Sequence[int]
+) -> Signal:
     """Return the force at ``at - lag``."""
     from scipy.interpolate import CubicHermiteSpline  # 0.1 s: only where it is needed
 

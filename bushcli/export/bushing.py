@@ -51,7 +51,7 @@ def bushing_of(
         what = "is a coupon; a vehicle model needs a bushing"
         raise InputError(Problem(source.where, what, "", "choose another geometry.shape"))
     if chosen.kind == "vibration":
-        return _vibrating(source, progress)
+        return _dynamic_stiffness(source, progress)
     state = state_in_words(source.case.effects, unrelaxed)
     matrix = source.stiffness_matrix
     if chosen.static and any(active.effect.fades for active in source.case.effects):
@@ -69,7 +69,7 @@ def bushing_of(
         remarks.append(state)
     effects = tuple(effect for effect in source.case.effects if effect not in rig)
     settled = in_state(effects, unrelaxed) if chosen.static else effects
-    path_labels = _several(source.case)
+    path_labels = _labels_of_paths(source.case)
     if path_labels:
         remarks.append(f"without {', '.join(path_labels)}: a path of several motions gives no curve of one")
     reduced = replace(
@@ -87,7 +87,7 @@ def bushing_of(
         ranges: dict[str, tuple[str, str, float, float]] = {}
         # A result contains the paths; the files of its recordings may have moved.
         paths = [(curve.name, curve.mode, curve.displacement) for curve in source.curves]
-        for name, mode, q in paths or _moved(reduced, tables):
+        for name, mode, q in paths or _paths_of_channels(reduced, tables):
             ranges.setdefault(mode, (name, mode, float(min(q.min(), 0.0)), float(max(q.max(), 0.0))))
         if not ranges:
             raise _nothing(source)
@@ -95,14 +95,14 @@ def bushing_of(
             (), None, tuple(remarks), BushingLaw(reduce(reduced, list(ranges.values()), progress))
         )
     as_they_are = source.curves and settled == source.case.effects
-    curves = source.curves if as_they_are else _simulated(source, reduced, progress, tables)
+    curves = source.curves if as_they_are else _simulated_curves(source, reduced, progress, tables)
     of_matrix = [] if matrix is None else _of_matrix(source)
     if not chosen.static and matrix is not None and state:
         of_matrix.append(f"the stiffness matrix is that of the {source.state} rubber, without friction")
     return BushingData(curves, matrix, (*remarks, *of_matrix), unrelaxed=unrelaxed)
 
 
-def _vibrating(source: ExportSource, progress: Progress | None) -> BushingData:
+def _dynamic_stiffness(source: ExportSource, progress: Progress | None) -> BushingData:
     """Return dynamic stiffness, which is without the rig and without effects that depend on the amplitude."""
     excluded = [
         active.effect.name
@@ -146,7 +146,7 @@ def _of_matrix(source: ExportSource) -> list[str]:
     return [f"the stiffness matrix is that without {' and '.join(lacking)}"] if lacking else []
 
 
-def _simulated(
+def _simulated_curves(
     source: ExportSource, case: Case, progress: Progress | None, tables: TableCache
 ) -> tuple[ForceCurve, ...]:
     """Return the curves of a case with some of the source's effects."""
@@ -169,7 +169,7 @@ def _simulated(
     )
 
 
-def _several(case: Case) -> list[str]:
+def _labels_of_paths(case: Case) -> list[str]:
     """Return the names of the channels that move in six directions at once."""
     channels: tuple[LoadCase | Source, ...] = (*case.load_cases, *case.recordings)
     return [channel.label for channel in channels if channel.six is not None]
@@ -177,7 +177,7 @@ def _several(case: Case) -> list[str]:
 
 def _nothing(source: ExportSource) -> InputError:
     what = "has neither [[load_cases]] nor [[recordings]], which give the range of displacement"
-    if _several(source.case):
+    if _labels_of_paths(source.case):
         what = 'has only paths of six motions (mode = "path"), which give no curve of a single motion'
     elif source.case.vibrations:
         what = (
@@ -186,7 +186,7 @@ def _nothing(source: ExportSource) -> InputError:
     return InputError(Problem(source.where, what, "", 'add [[load_cases]] with mode = "axial" and amplitude'))
 
 
-def _moved(case: Case, tables: TableCache) -> Iterator[tuple[str, str, Array]]:
+def _paths_of_channels(case: Case, tables: TableCache) -> Iterator[tuple[str, str, Array]]:
     """Yield name, mode and displacement of the channels that move a bushing in one direction."""
     for load in case.load_cases:
         if modes()[load.mode].specimen != "bushing":

@@ -33,8 +33,8 @@ class BushingLaw:
                     "softens": bool(channel.data["softening"]),
                     "set": channel.data["set"],
                     "warming": dict(zip(("amount", "tau"), channel.data["warming"], strict=False)),
-                    "displacement_from": _shown(channel, channel.data["displacement"][0]),
-                    "displacement_to": _shown(channel, channel.data["displacement"][-1]),
+                    "displacement_from": _in_file_units(channel, channel.data["displacement"][0]),
+                    "displacement_to": _in_file_units(channel, channel.data["displacement"][-1]),
                     "rms_percent": channel.rms_percent,
                     "peak_percent": channel.peak_percent,
                     "vibrations": [_vibration(channel, sine) for sine in channel.sines],
@@ -81,7 +81,7 @@ def _identifier(name: str) -> str:
 def _vibration(channel: Reduced, sine: Sine) -> dict[str, float]:
     stiffness, angle = sine.errors
     return {
-        "amplitude": _shown(channel, sine.amplitude),
+        "amplitude": _in_file_units(channel, sine.amplitude),
         "frequency": sine.frequency,
         "stiffness": abs(sine.simulated),
         "loss_angle_deg": math.degrees(cmath.phase(sine.simulated)),
@@ -90,7 +90,7 @@ def _vibration(channel: Reduced, sine: Sine) -> dict[str, float]:
     }
 
 
-def _shown(channel: Reduced, q: float) -> float:
+def _in_file_units(channel: Reduced, q: float) -> float:
     return math.degrees(q) if modes()[channel.mode].rotational else q
 
 

@@ -161,9 +161,9 @@ class _Bushing:
 
     def force(self, q: Array, time: Array | None, memory: Sequence[ActiveEffect] = ()) -> Array:
         """Return the force along a path."""
-        return self._simulated(q, time, memory)[1].force
+        return self._simulate(q, time, memory)[1].force
 
-    def _simulated(
+    def _simulate(
         self, q: Array, time: Array | None, memory: Sequence[ActiveEffect], keep_states: bool = False
     ) -> tuple[Simulation, Answer]:
         """Return the force of the bushing along a path, with some of its effects."""
@@ -285,7 +285,7 @@ class _Bushing:
             q = grid[side] if grid[side][-1] > 0.0 else grid[side][::-1]
             if len(q) < 2:
                 continue
-            solutions.append(self._simulated(q, _second(len(q)), memory, keep_states=bool(memory)))
+            solutions.append(self._simulate(q, _second(len(q)), memory, keep_states=bool(memory)))
             reaction = solutions[-1][1].force
             force[side] = reaction if grid[side][-1] > 0.0 else reaction[::-1]
         return force, solutions

@@ -277,10 +277,10 @@ class SweptChannel(Channel):
         if key not in self._solved:
             if len(self._solved) == CACHED:
                 self._solved.pop(next(iter(self._solved)))
-            self._solved[key] = self._swept(names, StepLimit() if limit is None else limit)
+            self._solved[key] = self._sweep(names, StepLimit() if limit is None else limit)
         return self._solved[key]
 
-    def _swept(self, names: Sequence[str], limit: StepLimit) -> ChannelForces:
+    def _sweep(self, names: Sequence[str], limit: StepLimit) -> ChannelForces:
         ends: list[Array] = []
 
         def at_the_end(solver: Equilibrium) -> None:
@@ -305,14 +305,14 @@ class SweptChannel(Channel):
         fine = np.linspace(q.min(), q.max(), 101)
         if q.min() < 0.0 < q.max():
             fine = np.unique(np.append(fine, 0.0))
-        return Curve(self.recording.mode, fine, self._interpolated(answer, fine)[:, 0])
+        return Curve(self.recording.mode, fine, self._interpolate(answer, fine)[:, 0])
 
     @override
     def at_samples(self, answer: ChannelForces) -> tuple[Array, Array]:
-        columns = self._interpolated(answer, self.recording.displacement)
+        columns = self._interpolate(answer, self.recording.displacement)
         return columns[:, 0], columns[:, 1:]
 
-    def _interpolated(self, answer: ChannelForces, displacement: Array) -> Array:
+    def _interpolate(self, answer: ChannelForces, displacement: Array) -> Array:
         """Return force and derivatives at displacements (n,), shape (n, 1 + parameters)."""
         from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
 

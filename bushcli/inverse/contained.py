@@ -166,7 +166,7 @@ def from_contained(
         added.append(chosen)
         free += chosen.names
         if point is not None and gain > NEGLIGIBLE * lowest.cost * len(problem.channels):
-            starts = [_shortened(problem, lowest.x, point)]
+            starts = [_shorten(problem, lowest.x, point)]
         else:
             # The derivative by a gap or a play vanishes where it is absent: it begins at its start value.
             starts = [np.where([name in chosen.names for name in problem.names], start, lowest.x)]
@@ -181,7 +181,7 @@ def from_contained(
         x = _without(problem, lowest.x, [part])
         _, point = _begun(problem, x, [name for name in free if name in amplitudes], part)
         if point is not None:
-            lowest = _lower(problem, lowest, _shortened(problem, x, point), free, loss)
+            lowest = _lower(problem, lowest, _shorten(problem, x, point), free, loss)
     if lowest is None or problem.cost(start) < lowest.cost:
         direct = search(problem, start, loss)
         lowest = direct if lowest is None or direct.cost < lowest.cost else lowest
@@ -195,7 +195,7 @@ def _without(problem: LeastSquaresProblem, x: Array, parts: Sequence[ContainedPa
     return np.array([absent.get(name, value) for name, value in zip(problem.names, x, strict=True)])
 
 
-def _shortened(problem: LeastSquaresProblem, x: Array, point: Array) -> Array:
+def _shorten(problem: LeastSquaresProblem, x: Array, point: Array) -> Array:
     """Return the point with the least misfit, shape (p,), on the way to one that was predicted."""
     best = point
     for share in SHARES:

@@ -79,7 +79,7 @@ class DynamicChannel(FitChannel):
         )
         # Rows of a recorded table that are faulty are left out by those who compare models.
         self.faults = () if stored is not None else table_faults(case.geometry, [table])
-        used = self._used()
+        used = self._fitted_rows()
         self._turned = np.exp(-1j * table.loss_angle)
         self.measured = np.concatenate([table.stiffness, np.zeros(len(table))])
         errors, unknown = _errors(table)
@@ -184,7 +184,7 @@ class DynamicChannel(FitChannel):
             expected = f'{remedy}give the effect "{active.name}" channels = [...] without {self.name}, or leave it out'
             yield Problem(where, what, "", expected)
 
-    def _used(self) -> NDArray[np.bool_]:
+    def _fitted_rows(self) -> NDArray[np.bool_]:
         """Return which rows (n,) are fitted: of small amplitude, and not faulty."""
         table, used = self.table, np.ones(len(self.table), dtype=bool)
         for fault in self.faults:

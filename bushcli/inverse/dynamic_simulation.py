@@ -176,14 +176,14 @@ class DynamicSimulation:
         ):
             self.model.set_parameters(constants)
             ends: list[Array] = []
-            curves = [self._marched(group.test, parameters, moving, limit, ends) for group in self._preloads]
+            curves = [self._march(group.test, parameters, moving, limit, ends) for group in self._preloads]
             curves_near = ReducedCurves(curves, isochoric_sample(self.model.comm, ends), moving, constants)
             if len(self._known) == CACHED:
                 self._known.pop(next(iter(self._known)))
         self._known[key] = curves_near
         return curves_near
 
-    def _marched(
+    def _march(
         self,
         test: DynamicTest,
         parameters: Mapping[str, float],
@@ -240,7 +240,9 @@ class DynamicSimulation:
                 places = [all_names.index(model.changes.names[i]) for i in indices]
                 force[places] = model.changes.force[indices]
                 if curve.uneven is not None:
-                    part, derivatives = self._thinned(curve, curve.uneven, rows, parameters, all_names)
+                    part, derivatives = self._thinned_stiffness(
+                        curve, curve.uneven, rows, parameters, all_names
+                    )
                 else:
                     part = model.stiffness(frequency, branches, density)
                     derivatives = np.zeros((len(rows), len(all_names)), dtype=np.complex128)
@@ -262,7 +264,7 @@ class DynamicSimulation:
                 slope[rows] = measured.slope + measured.by_part[:, None] * derivatives[:, : len(names)]
         return value, slope
 
-    def _thinned(
+    def _thinned_stiffness(
         self,
         curve: DynamicCurve,
         uneven: UnevenModel,

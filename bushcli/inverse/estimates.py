@@ -104,11 +104,11 @@ def compared_curves(
         if channel in problem.channels:
             i = problem.channels.index(channel)
             if after is not None:
-                curves.append(_compared(channel, after[i], before[i] if before else None, held_out=False))
+                curves.append(_fitted_curve(channel, after[i], before[i] if before else None, held_out=False))
             continue
         with suppress(NotConverged):
             answer = channel.solve(problem.parameters(x), problem.names)
-            curves.append(_compared(channel, answer, None, held_out=True))
+            curves.append(_fitted_curve(channel, answer, None, held_out=True))
     return tuple(curves)
 
 
@@ -140,7 +140,7 @@ def compared_tables(
     return tuple(tables), tuple(conditions)
 
 
-def _compared(
+def _fitted_curve(
     channel: Channel, answer: ChannelForces, started: ChannelForces | None, held_out: bool
 ) -> FittedCurve:
     recording = channel.recording

@@ -34,7 +34,7 @@ def parameter_unit(fit: Fit, name: str) -> str:
         return _OF_RUBBER[name]
     of_effects = {active.full_name(p): p for active in fit.effects for p in active.parameters}
     if name in of_effects:
-        return unit(of_effects[name], name in _turned(fit))
+        return unit(of_effects[name], name in _rotational_parameters(fit))
     return law(fit.material.law).parameter(name).unit
 
 
@@ -58,7 +58,7 @@ def in_file_units(fit: Fit) -> Fit:
 
     The law, the curves and the material are unchanged, and so are `Fit.effects`, from which the model is built.
     """
-    rotational = _turned(fit)
+    rotational = _rotational_parameters(fit)
     if not rotational:
         return fit
     return replace(
@@ -84,7 +84,7 @@ def in_file_units(fit: Fit) -> Fit:
     )
 
 
-def _turned(fit: Fit) -> dict[str, EffectParameter]:
+def _rotational_parameters(fit: Fit) -> dict[str, EffectParameter]:
     channels = [(curve.name, curve.recording.mode) for curve in fit.curves]
     return turning(
         fit.effects, [*channels, *((compared.table.name, compared.table.mode) for compared in fit.tables)]

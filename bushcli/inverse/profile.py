@@ -171,11 +171,11 @@ class _Along:
             if value == points[-1].value:
                 return points[1:], "bound"
             evaluations = len(self.problem.evaluations)
-            refitted = self._refitted(points, value)
+            refitted = self._refit(points, value)
             if isinstance(refitted, _Point):
                 points.append(refitted)
                 if refitted.root**2 >= RISE_95:
-                    return self._closed(points)
+                    return self._close(points)
                 continue
             # A point that is far from stable needed no solution, and counts less.
             solved = len(self.problem.evaluations) > evaluations
@@ -200,20 +200,20 @@ class _Along:
         half = 0.5 * (last.value + failed_at)
         return float(min(value, half) if spread > 0 else max(value, half))
 
-    def _closed(self, points: list[_Point]) -> tuple[list[_Point], Limit]:
+    def _close(self, points: list[_Point]) -> tuple[list[_Point], Limit]:
         """Add a point before the last if the rise is too steep to interpolate; return the points and their limit."""
         for _ in range(2):
             inner, outer = points[-2], points[-1]
             if outer.root - inner.root < APART:
                 break
-            between = self._refitted(points[:-1], 0.5 * (inner.value + outer.value))
+            between = self._refit(points[:-1], 0.5 * (inner.value + outer.value))
             if not isinstance(between, _Point):
                 break
             points[-1:] = [between, outer] if between.root**2 < RISE_95 else [between]
         last = points[-1]
         return points[1:], "stability" if self._rise_by_instability(last.x) > 0.5 * last.root**2 else "misfit"
 
-    def _refitted(self, points: list[_Point], value: float) -> _Point | Limit:
+    def _refit(self, points: list[_Point], value: float) -> _Point | Limit:
         """Refit all other parameters, starting from the last point; return the reason if that fails."""
         for is_last in (False, True):
             end = self._minimum(points[-1].x, value)

@@ -217,7 +217,7 @@ def relaxed(time: Array, modulus: Array) -> Spectrum:
     """Return the spectrum of a relaxation test: moduli (n,) in MPa at times (n,) in s after the step."""
     times = _grid(np.asarray(1.0 / time, dtype=np.float64))
     design = np.column_stack([np.ones(len(time)), np.exp(-np.outer(time, 1.0 / times))]) / modulus[:, None]
-    _, values = _regularised(design, np.ones(len(time)), None)
+    _, values = _regularise(design, np.ones(len(time)), None)
     positive = values[1:] > 0.0
     return Spectrum(float(values[0]), values[1:][positive], times[positive])
 
@@ -281,13 +281,13 @@ class _Problem:
     def weight(self, shifts: Array) -> float:
         """Return the weight of the penalty by cross-validation."""
         design = self.design(shifts, _grid(self.reduced(shifts)))
-        return _regularised(design, np.ones(len(design)), None)[0]
+        return _regularise(design, np.ones(len(design)), None)[0]
 
     def solve(self, shifts: Array, weight: float) -> _Solved:
         """Return the spectrum for given parameters."""
         times = _grid(self.reduced(shifts))
         design = self.design(shifts, times)
-        _, values = _regularised(design, np.ones(len(design)), weight)
+        _, values = _regularise(design, np.ones(len(design)), weight)
         residual = design @ values - 1.0
         penalty = weight * _curvature(design) @ values
         return _Solved(times, values, residual, design, float(residual @ residual + penalty @ penalty))
@@ -301,7 +301,7 @@ class _Problem:
         columns = [slope * (self.step_of == k) for k in range(len(shifts) - 1)] + [1j * self.omega * modulus]
         return self.relative(np.column_stack(columns))[:, self.free]
 
-    def _eliminated(self, shifts: Array, solved: _Solved) -> Array:
+    def _projected_derivative(self, shifts: Array, solved: _Solved) -> Array:
         """Return the derivative (2 n, p) with the spectrum eliminated (Kaufman's approximation)."""
         derivative = self.derivative(shifts, solved)
         span, _ = np.linalg.qr(solved.design[:, solved.values > 0.0])
@@ -309,7 +309,7 @@ class _Problem:
 
     def step(self, shifts: Array, solved: _Solved) -> Array:
         """Return the step (t + 1,) of the parameters by Gauss and Newton, at most one decade."""
-        derivative = self._eliminated(shifts, solved)
+        derivative = self._projected_derivative(shifts, solved)
         scale = np.linalg.norm(derivative, axis=0)
         scaled, *_ = np.linalg.lstsq(derivative / scale, -solved.residual, rcond=1e-8)
         change = np.zeros(len(shifts))
@@ -321,7 +321,7 @@ class _Problem:
         spread = np.zeros(len(shifts))
         if not self.free.any():
             return spread
-        derivative = self._eliminated(shifts, solved)
+        derivative = self._projected_derivative(shifts, solved)
         scale = np.linalg.norm(derivative, axis=0)
         degrees_of_freedom = max(
             len(solved.residual) - np.count_nonzero(solved.values) - derivative.shape[1], 1
@@ -401,7 +401,7 @@ def _curvature(design: Array) -> Array:
     return scale * np.diff(np.eye(count + 1)[1:], 2, axis=0) if count > 2 else np.zeros((0, count + 1))
 
 
-def _regularised(design: Array, target: Array, weight: float | None) -> tuple[float, Array]:
+def _regularise(design: Array, target: Array, weight: float | None) -> tuple[float, Array]:
     """Return the weight of the penalty and the values (k + 1,) >= 0; the weight by cross-validation where it is None.
 
     Generalised cross-validation (Golub, Heath and Wahba 1979, doi:10.1080/00401706.1979.10489751), with the degrees of

@@ -223,7 +223,9 @@ def coarse_costs(task: Task, tables: TableCache, pool: Pool | None = None) -> It
     """Give a function for the costs of many parameter sets on the coarse mesh, by the task's workers or by a pool."""
     with nullcontext(pool) if pool is not None else processes(task.workers) as chosen:
         cache = ProblemCache(tables)
-        yield lambda points: [float(cost) for cost in _asked(chosen, cache, _cost_there, task, points)]
+        yield lambda points: [
+            float(cost) for cost in _answers_in_order(chosen, cache, _cost_in_worker, task, points)
+        ]
 
 
 def refine_start(
@@ -238,7 +240,7 @@ def refine_start(
     cache = ProblemCache()
     if pool is not None:
         independent = [replace(assignment, journal=None, resume=False) for assignment in assignments]
-        for refined in _asked(pool, cache, _refined_there, task, independent):
+        for refined in _answers_in_order(pool, cache, _refine_in_worker, task, independent):
             if isinstance(refined, Refined):
                 _hand_over(refined, done, progress)
         return
@@ -251,7 +253,7 @@ def refine_start(
         return
     with processes(min(task.workers, len(assignments))) as started, TemporaryDirectory() as folder:
         # Ctrl-C does not reach the processes: a file tells them to end with the best so far.
-        stop, work = Path(folder) / "stop", with_cache(_refined_there, cache, in_process=False)
+        stop, work = Path(folder) / "stop", with_cache(_refine_in_worker, cache, in_process=False)
         futures = [
             started.executor.submit(work, task, i, assignment, stop)
             for i, assignment in enumerate(assignments)
@@ -271,7 +273,7 @@ def refine_start(
             raise
 
 
-def _asked(
+def _answers_in_order(
     pool: Pool, cache: ProblemCache, work: Callable[..., Any], task: Task, arguments: Sequence[Any]
 ) -> list[Any]:
     """Return the answers in the order of the questions; nan for a question whose process died."""
@@ -282,11 +284,11 @@ def _asked(
     return [answers[i] for i in range(len(arguments))]
 
 
-def _cost_there(cache: ProblemCache, task: Task, _: int, x: Array) -> float:
+def _cost_in_worker(cache: ProblemCache, task: Task, _: int, x: Array) -> float:
     return cache.problem(task, coarse=True).cost(x)
 
 
-def _refined_there(
+def _refine_in_worker(
     cache: ProblemCache, task: Task, _: int, assignment: Assignment, stop: Path | None = None
 ) -> Refined:
     stopped = stop.exists if stop is not None else lambda: False

@@ -116,7 +116,7 @@ class Pool:
                     question = next(following, None)
                     if question is None:
                         break
-                    running[self._submitted(work, question)] = question
+                    running[self._submit(work, question)] = question
                 if not running and not suspects:
                     return
                 if suspects:
@@ -126,11 +126,11 @@ class Pool:
                 done, _ = wait(running, return_when=FIRST_COMPLETED)
                 # In the order of the questions, which a dictionary keeps.
                 for future in [candidate for candidate in running if candidate in done]:
-                    if _died(future) and self._again is not None:
+                    if _has_died(future) and self._again is not None:
                         continue
                     question = running.pop(future)
-                    yield question, Died(str(future.exception())) if _died(future) else future.result()
-                if self._again is not None and any(_died(ended) for ended in done if ended in running):
+                    yield question, Died(str(future.exception())) if _has_died(future) else future.result()
+                if self._again is not None and any(_has_died(ended) for ended in done if ended in running):
                     suspects = [(question, 1) for question in running.values()]
                     running.clear()
                     self.executor = self._again()
@@ -138,7 +138,7 @@ class Pool:
             for future in running:
                 future.cancel()
 
-    def _submitted(self, work: Callable[..., Any], question: Question) -> Future[Any]:
+    def _submit(self, work: Callable[..., Any], question: Question) -> Future[Any]:
         try:
             return self.executor.submit(work, *question)
         except BrokenExecutor as error:
@@ -149,9 +149,9 @@ class Pool:
 
     def _alone(self, work: Callable[..., Any], question: Question, deaths: int) -> tuple[Question, Any]:
         while deaths < DEATHS:
-            future = self._submitted(work, question)
+            future = self._submit(work, question)
             wait([future])
-            if not _died(future):
+            if not _has_died(future):
                 return question, future.result()
             deaths += 1
             assert self._again is not None
@@ -159,7 +159,7 @@ class Pool:
         return question, Died("the process that worked on it ended")
 
 
-def _died(future: Future[Any]) -> bool:
+def _has_died(future: Future[Any]) -> bool:
     """Whether there is no answer because processes ended: `BrokenProcessPool`, or Dask's `KilledWorker`."""
     error = future.exception()
     return isinstance(error, BrokenExecutor) or type(error).__name__ == "KilledWorker"
@@ -217,7 +217,7 @@ def dask(address: str) -> Iterator[Pool]:
     place = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
     client: Any = None
     try:
-        client = _connected(
+        client = _connect(
             lambda: distributed.Client(**place, timeout=TIMEOUT, set_as_default=False, name="bushcli")
         )
         workers = len(client.sync(client.scheduler.ncores, callback_timeout=TIMEOUT))
@@ -240,7 +240,7 @@ def dask(address: str) -> Iterator[Pool]:
         _close(client, 1.0 if watched is not None and watched.lost else TIMEOUT)
 
 
-def _connected(connect: Callable[[], Any]) -> Any:
+def _connect(connect: Callable[[], Any]) -> Any:
     """Return a client of Dask, whose own limit of time does not hold where a port accepts and never answers."""
     connection: Future[Any] = Future()
 

@@ -136,14 +136,14 @@ class Workers:
                 if notify is not None:
                     notify(i, answers[i])
             else:
-                waiting.append((i, self._submitted(self._executor, file, bound, question)))
+                waiting.append((i, self._submit(self._executor, file, bound, question)))
         for i, future in waiting:
             answers[i] = future.result()
             if notify is not None:
                 notify(i, answers[i])
         return answers
 
-    def _submitted(
+    def _submit(
         self, executor: Executor, file: Path | None, work: Work, question: tuple[Any, ...]
     ) -> Future[Any]:
         if isinstance(executor, ProcessPoolExecutor):

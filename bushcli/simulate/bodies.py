@@ -43,12 +43,12 @@ class _Kept:
         if nodes is None or places is None:
             return False
         model.mesh.mesh.geometry.x[:] = morph.points(shape, nodes)
-        held[self._held] = morph.points(shape, places)
+        held[self._is_displacement] = morph.points(shape, places)
         model.relocate(replace(model.mesh, shape=shape), held)
         return True
 
     @property
-    def _held(self) -> NDArray[np.bool_]:
+    def _is_displacement(self) -> NDArray[np.bool_]:
         """Which constrained unknowns are displacements, shape (n,)."""
         return self.model.motion.constrained.component >= 0
 
@@ -57,7 +57,7 @@ class _Kept:
         """The morph, with the places of the nodes and of the constrained displacements in the box of elements."""
         mesh, constrained = self.model.mesh, self.model.motion.constrained
         morph = Morph(mesh, self._refinement)
-        return morph, morph.places(mesh.mesh.geometry.x), morph.places(constrained.x[self._held])
+        return morph, morph.places(mesh.mesh.geometry.x), morph.places(constrained.x[self._is_displacement])
 
 
 class PreparedModels:

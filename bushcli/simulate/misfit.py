@@ -109,7 +109,7 @@ def misfit(channel: Simulated, tolerance: Tolerance = DEFAULT) -> Misfit:
     if recording is None:
         raise ValueError(f"channel {channel.name} has no recording")
     if channel.along:
-        return _compared(
+        return _misfit_of(
             channel,
             Curve(recording.mode, recording.displacement, recording.force, recording.time),
             channel.curve.force,
@@ -129,10 +129,10 @@ def misfit(channel: Simulated, tolerance: Tolerance = DEFAULT) -> Misfit:
     simulated = backbone.at(
         followed.displacement, tolerance=slack / float(np.ptp(backbone.displacement)) * 1.001
     )
-    return _compared(channel, followed, simulated, float(np.mean(in_range)), tolerance)
+    return _misfit_of(channel, followed, simulated, float(np.mean(in_range)), tolerance)
 
 
-def _compared(
+def _misfit_of(
     channel: Simulated, curve: Curve, simulated: Array, compared: float, tolerance: Tolerance
 ) -> Misfit:
     assert channel.recording is not None

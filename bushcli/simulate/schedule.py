@@ -137,10 +137,10 @@ def schedule(time: Array | None, displacement: Array, noise: float, fineness: fl
     span = float(np.ptp(displacement)) or float(np.abs(displacement).max())
     tolerance = max(WITHIN * noise, RESOLUTION * span)
     corners = _corners(clock, displacement, tolerance)
-    values = _fitted(clock, displacement, corners)
+    values = _fitted_corners(clock, displacement, corners)
     if abs(values[0]) <= tolerance:
         values[0] = 0.0
-    return _stepped(clock[corners], values, span, tolerance, fineness, time is not None)
+    return _schedule_of_legs(clock[corners], values, span, tolerance, fineness, time is not None)
 
 
 def prescribed(time: Array | None, displacement: Array) -> Schedule:
@@ -176,13 +176,13 @@ def _corners(time: Array, values: Array, tolerance: float) -> NDArray[np.intp]:
     return np.array(sorted(chosen))
 
 
-def _fitted(time: Array, q: Array, corners: NDArray[np.intp]) -> Array:
+def _fitted_corners(time: Array, q: Array, corners: NDArray[np.intp]) -> Array:
     """Return the values at the corners of the chain of lines that is nearest to all samples."""
     hats = np.array([np.interp(time, time[corners], row) for row in np.eye(len(corners))]).T
     return np.asarray(np.linalg.lstsq(hats, q, rcond=None)[0])
 
 
-def _stepped(
+def _schedule_of_legs(
     times: Array, values: Array, span: float, tolerance: float, fineness: float, timed: bool
 ) -> Schedule:
     moves = np.diff(values)
@@ -289,7 +289,7 @@ def six_schedule(
         else:
             tolerance[k] = max(WITHIN * noise, RESOLUTION * float(np.ptp(motion[:, k])))
     corners = _corners(clock, values / tolerance, 1.0)
-    poses = _fitted(clock, values, corners)
+    poses = _fitted_corners(clock, values, corners)
     poses[0] = np.where(np.abs(poses[0]) <= tolerance, 0.0, poses[0])
     span = np.ptp(poses, axis=0)
     ranged = np.where(span > 0.0, span, 1.0)

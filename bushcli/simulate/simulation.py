@@ -348,8 +348,8 @@ class Simulation(FollowedPath):
     ) -> Answer:
         active = with_values(self.model, self.active, parameters)
         if self.path_dependent:
-            return self._marched(active, tuple(names), keep_states, progress, failure_limit)
-        return self._swept(active, tuple(names), keep_states, progress, failure_limit)
+            return self._answer_by_march(active, tuple(names), keep_states, progress, failure_limit)
+        return self._answer_by_sweep(active, tuple(names), keep_states, progress, failure_limit)
 
     @override
     def reached(self, failure_limit: int | None = None) -> list[Array]:
@@ -360,7 +360,7 @@ class Simulation(FollowedPath):
             stretches.append(principal_stretches(self.model).reshape(-1, 3))
         return stretches
 
-    def _swept(
+    def _answer_by_sweep(
         self,
         active: Sequence[ActiveEffect],
         names: tuple[str, ...],
@@ -409,7 +409,7 @@ class Simulation(FollowedPath):
             self.model.curves.put(key, history)
         return history
 
-    def _marched(
+    def _answer_by_march(
         self,
         active: Sequence[ActiveEffect],
         names: tuple[str, ...],

@@ -108,7 +108,7 @@ class DynamicCurve:
 
 def branches_of(effects: Sequence[ActiveEffect]) -> Branches:
     """Return the Maxwell branches of effects: g and tau (s) of each, at the temperature of the channel."""
-    bonded, slower = _heated(effects)
+    bonded, slower = _factors_of_temperature(effects)
     return [
         (bonded * float(part.parameters["g"]), slower * float(part.parameters["tau"]))
         for item in features_of(effects)
@@ -120,7 +120,7 @@ def branches_of(effects: Sequence[ActiveEffect]) -> Branches:
 
 def thinned_of(effects: Sequence[ActiveEffect]) -> ThinnedSpectrum | None:
     """Return the relaxation of effects that amplitude thins, at the temperature of the channel; None without one."""
-    bonded, slower = _heated(effects)
+    bonded, slower = _factors_of_temperature(effects)
     for item in features_of(effects):
         if item.feature.thinned is not None:
             spectrum = item.feature.thinned(item.values)
@@ -134,7 +134,7 @@ def thinned_of(effects: Sequence[ActiveEffect]) -> ThinnedSpectrum | None:
     return None
 
 
-def _heated(effects: Sequence[ActiveEffect]) -> tuple[float, float]:
+def _factors_of_temperature(effects: Sequence[ActiveEffect]) -> tuple[float, float]:
     """Return the factors on the branches' moduli and on all relaxation times at the temperature of the channel."""
     for item in features_of(effects):
         if item.feature.heated is not None:

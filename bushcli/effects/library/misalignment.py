@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 TILTS = ("tilt_across", "tilt")
 
 
-def _moved(values: Values, x: Scalar, shape: Shape) -> Moved:
+def _displacement(values: Values, x: Scalar, shape: Shape) -> Moved:
     """Move the inner bond by offsets and tilts, the outer one not at all, the rubber between them in proportion."""
     import ufl
 
@@ -87,7 +87,7 @@ def feature() -> Feature:
     from cases.feature import Feature
 
     return Feature(
-        stress_free=_moved,
+        stress_free=_displacement,
         arms=_turned,
         breaks=frozenset({"x"}),
         breaks_with=(
