@@ -410,10 +410,10 @@ class Case:
 T = TypeVar("T", bound=Load)
 
 
-def named(load_cases: Sequence[T | None], taken: Iterable[str]) -> tuple[T, ...]:
+def named(load_cases: Sequence[T | None], channel_names: Iterable[str]) -> tuple[T, ...]:
     """Return load cases with the names of their channels: the mode, numbered where the mode alone is taken."""
     loads: list[T] = [load for load in load_cases if load is not None]
-    count = Counter([*(load.mode for load in loads), *taken])
+    count = Counter([*(load.mode for load in loads), *channel_names])
     return tuple(
         replace(load, name=load.mode if count[load.mode] == 1 else f"{load.mode}-{number}")
         for number, load in enumerate(loads, 1)
@@ -493,8 +493,8 @@ def resolved(case: Case) -> dict[str, Any]:
 
 
 def _written(load: Load) -> dict[str, Any]:
-    warm = {} if load.temperature is None else {"temperature": load.temperature}
-    return {"mode": load.mode, "steps": load.steps, **warm}
+    temperature = {} if load.temperature is None else {"temperature": load.temperature}
+    return {"mode": load.mode, "steps": load.steps, **temperature}
 
 
 def _with_twelve_digits(value: float) -> float:

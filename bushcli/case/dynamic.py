@@ -114,13 +114,13 @@ def _columns(table: DynamicRecordingTable, keys: Keys) -> list[Finding]:
     from bushcli.recording.header.units import read_unit
 
     mode, findings = modes()[table.mode], []
-    every = (*COLUMNS, *LOOP_COLUMNS)
+    column_names = (*COLUMNS, *LOOP_COLUMNS)
     for section in ("columns", "units"):
         for key in getattr(table, section) or {}:
-            if key not in every:
+            if key not in column_names:
                 at = (*keys, section, key)
                 what = f"{dotted(at)} is not a column of a dynamic table"
-                findings.append(Finding(at, what, nearest(key, every), ", ".join(every)))
+                findings.append(Finding(at, what, nearest(key, column_names), ", ".join(column_names)))
     for key, text in (table.units or {}).items():
         unit = read_unit(text)
         if key in COLUMNS and (unit is None or unit.kind not in suited_kinds(key, mode)):

@@ -61,9 +61,9 @@ def build(
         twins = [other for other in active if other.effect.name == effect.name]
         names = None if table.channels is None else tuple(dict.fromkeys(table.channels))
         # A second use belongs to another rig if it has channels of its own, and so has every other one.
-        taken = {name for other in twins for name in other.channels or ()}
+        occupied = {name for other in twins for name in other.channels or ()}
         apart = effect.of_rig and names and all(other.channels is not None for other in twins)
-        if twins and not (apart and not set(names or ()) & taken):
+        if twins and not (apart and not set(names or ()) & occupied):
             what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} is given twice"
             expected_modes = (
                 "list different channels in the two entries: channels = [...]"
@@ -73,19 +73,25 @@ def build(
             findings.append(Finding((*keys, "name"), what, expected=expected_modes))
             continue
         findings += _channels(effect, table, keys, channels)
-        warm = {channel.name: channel.temperature for channel in channels if channel.temperature is not None}
-        plain = ActiveEffect(effect, channels=names, temperatures=warm if effect.needs_temperature else {})
+        temperatures = {
+            channel.name: channel.temperature for channel in channels if channel.temperature is not None
+        }
+        without_values = ActiveEffect(
+            effect, channels=names, temperatures=temperatures if effect.needs_temperature else {}
+        )
         channels_of_effect = [
-            channel for channel in channels if plain.acts_on(channel.name, channel.mode, channel.kind)
+            channel
+            for channel in channels
+            if without_values.acts_on(channel.name, channel.mode, channel.kind)
         ]
         rotational = any(modes()[channel.mode].rotational for channel in channels_of_effect)
-        values, wrong = _values(effect, table, keys, rotational, shape)
-        findings += wrong
+        values, value_findings = _values(effect, table, keys, rotational, shape)
+        findings += value_findings
         other_names = [name for other, _ in tables if (name := other.name) != effect.name]
         for what, expected in () if shape is None else unsuited(effect, shape, other_names, values):
             at = (*keys, "name")
             findings.append(Finding(at, f"{dotted(at)} = {shown(effect.name)}: {what}", expected=expected))
-        active.append(replace(plain, values=values))
+        active.append(replace(without_values, values=values))
     return list(uniquely_named(active)), findings
 
 
@@ -194,8 +200,10 @@ def _values(
 
 def _is_used(parameter: EffectParameter, effect: Effect, table: EffectTable) -> bool:
     """Whether a parameter is used with the choices that a table makes."""
-    chosen = [table.parameters.get(p.name, p.choices[round(p.start)]) for p in effect.parameters if p.choices]
-    return parameter.under in ("", *chosen)
+    choices = [
+        table.parameters.get(p.name, p.choices[round(p.start)]) for p in effect.parameters if p.choices
+    ]
+    return parameter.under in ("", *choices)
 
 
 def _bounds(parameter: EffectParameter, inverted: bool, rotational: bool, shape: Shape | None) -> str:

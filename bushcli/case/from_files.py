@@ -144,8 +144,8 @@ def _entry(file: Path, tables: TableCache) -> _Entry:
         return path
     errors: list[tuple[bool, RecordingError]] = []
     for kind, machine in _kinds_in_order(file):
-        named = modes_of_name(file.stem, modes()[kind[0]].specimen)
-        guessed = next((mode for mode in named if mode in kind), None)
+        modes_in_name = modes_of_name(file.stem, modes()[kind[0]].specimen)
+        guessed = next((mode for mode in modes_in_name if mode in kind), None)
         for source, remarks in _ways(Source(guessed or kind[0], file), machine, tables):
             try:
                 recording = read_recording(source, tables=tables)
@@ -163,7 +163,7 @@ def _entry(file: Path, tables: TableCache) -> _Entry:
                 if mode.words
                 and (mode.specimen, mode.rotational) == (mode_of_file.specimen, mode_of_file.rotational)
             ]
-            possible = named if len(named) > 1 else kind if len(kind) > 1 else alike
+            possible = modes_in_name if len(modes_in_name) > 1 else kind if len(kind) > 1 else alike
             other_modes = ", ".join(mode for mode in possible if mode != guessed)
             what = f"<-- mode: the file name does not state it; the columns suit {', '.join(kind)}"
             if guessed is not None and other_modes:
@@ -214,11 +214,15 @@ def _kinds_in_order(file: Path) -> list[tuple[tuple[str, ...], bool]]:
         kinds[specimen].append(tuple(mode.name for mode in sorted(group, key=lambda mode: not mode.is_usual)))
     order = [(kind, False) for kind in (*kinds["coupon"], *kinds["bushing"])]
     order += [(kind, True) for kind in kinds["coupon"]]
-    named = {mode for specimen in ("bushing", "coupon") for mode in modes_of_name(file.stem, specimen)}
+    modes_in_name = {
+        mode for specimen in ("bushing", "coupon") for mode in modes_of_name(file.stem, specimen)
+    }
     order = [
-        entry for entry in order if named & set(entry[0]) or any(modes()[name].is_usual for name in entry[0])
+        entry
+        for entry in order
+        if modes_in_name & set(entry[0]) or any(modes()[name].is_usual for name in entry[0])
     ]
-    return sorted(order, key=lambda entry: not named & set(entry[0]))
+    return sorted(order, key=lambda entry: not modes_in_name & set(entry[0]))
 
 
 def _ways(source: Source, machine: bool, tables: TableCache) -> Iterator[tuple[Source, tuple[str, ...]]]:
@@ -240,10 +244,10 @@ def _ways(source: Source, machine: bool, tables: TableCache) -> Iterator[tuple[S
     units: dict[Quantity, str] = {"time": "s"}
     for quantity in _QUANTITIES[1:]:
         units[quantity] = _USUAL[source.measured(quantity, mode.specimen, mode.rotational)]
-    plain = None if format_of(source.file) else read_table(source.file)
-    if plain is not None and len(plain.names) in (2, 3) and not any(plain.names) and not any(plain.units):
+    table = None if format_of(source.file) else read_table(source.file)
+    if table is not None and len(table.names) in (2, 3) and not any(table.names) and not any(table.units):
         # Two or three columns in the most common order.
-        names: tuple[Quantity, ...] = _QUANTITIES[3 - len(plain.names) :]
+        names: tuple[Quantity, ...] = _QUANTITIES[3 - len(table.names) :]
         columns: dict[Quantity, str | int] = {name: i for i, name in enumerate(names, start=1)}
         what = "<-- columns, units: the file has no header; time, travel and force in this order?"
         yield replace(source, columns=columns, units={name: units[name] for name in names}), (*remarks, what)

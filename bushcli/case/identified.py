@@ -51,12 +51,12 @@ def identified(result: Mapping[str, Any]) -> dict[str, Any]:
     result : mapping
         The JSON of `direct`, `dynamic`, `fit`, `inverse` or `diagnose`.
     """
-    shown = result["case"]
-    command, effects = result["command"], [dict(effect) for effect in shown.get("effects", [])]
+    case_document = result["case"]
+    command, effects = result["command"], [dict(effect) for effect in case_document.get("effects", [])]
     material = (
-        _with_law(shown, result.get("material", {}))
+        _with_law(case_document, result.get("material", {}))
         if command in ("direct", "dynamic", "diagnose")
-        else shown["material"]
+        else case_document["material"]
     )
     if command == "diagnose":
         effects = [
@@ -68,13 +68,13 @@ def identified(result: Mapping[str, Any]) -> dict[str, Any]:
             for effect in result.get("effects", [])
         ]
     elif "law" in result:  # a fit of tables alone has none
-        material, effects = _with_parameters(shown, result)
+        material, effects = _with_parameters(case_document, result)
     identified_material = {key: value for key, value in material.items() if key != "hardness"}
     return {"material": identified_material, "effects": effects}
 
 
-def _with_law(shown: Mapping[str, Any], identified_law: Mapping[str, Any]) -> dict[str, Any]:
-    material = {key: value for key, value in shown["material"].items() if key != "terms"}
+def _with_law(case_document: Mapping[str, Any], identified_law: Mapping[str, Any]) -> dict[str, Any]:
+    material = {key: value for key, value in case_document["material"].items() if key != "terms"}
     return material | {
         key: identified_law[key]
         for key in ("law", "bulk_modulus", "density", "parameters")
@@ -83,7 +83,7 @@ def _with_law(shown: Mapping[str, Any], identified_law: Mapping[str, Any]) -> di
 
 
 def _with_parameters(
-    shown: Mapping[str, Any], result: Mapping[str, Any]
+    case_document: Mapping[str, Any], result: Mapping[str, Any]
 ) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """Return the identified law, and the effects of the case with the values identified with it."""
     values = {name: estimate["value"] for name, estimate in result.get("parameters", {}).items()}
@@ -93,12 +93,13 @@ def _with_parameters(
         if "." not in name and name not in ("compliance", "density")
     }
     # Parameters that were fixed with --fix keep the value of the case.
-    if result["law"] == shown["material"]["law"]:
-        law = {**(shown["material"].get("parameters") or {}), **law}
+    if result["law"] == case_document["material"]["law"]:
+        law = {**(case_document["material"].get("parameters") or {}), **law}
     material = {"law": result["law"], "bulk_modulus": result.get("bulk_modulus"), "parameters": law}
     material |= {name: value for name, value in values.items() if name == "density"}
     effects = [
-        dict(effect, parameters=dict(effect.get("parameters") or {})) for effect in shown.get("effects", [])
+        dict(effect, parameters=dict(effect.get("parameters") or {}))
+        for effect in case_document.get("effects", [])
     ]
     for full, value in values.items():
         owner, _, parameter = full.rpartition(".")
@@ -112,7 +113,7 @@ def _with_parameters(
             ):
                 effect["parameters"][parameter] = value
                 break
-    return _with_law(shown, material), effects
+    return _with_law(case_document, material), effects
 
 
 def identified_case(case: Case, result: Mapping[str, Any], folder: Path) -> str | None:

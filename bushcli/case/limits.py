@@ -37,10 +37,10 @@ def too_deep_line(text: str) -> int | None:
     for number, line in enumerate(text.split("\n"), start=1):
         if line.count(".") <= DEEPEST:
             continue
-        plain = _QUOTED.sub("q", line).partition("#")[0]
+        unquoted = _QUOTED.sub("q", line).partition("#")[0]
         if any(
             part.count(".") > DEEPEST and len(_DOT.findall(part)) > DEEPEST
-            for part in re.split(r"[=,{}\[\]]", plain)
+            for part in re.split(r"[=,{}\[\]]", unquoted)
         ):
             return number
     return None

@@ -111,15 +111,15 @@ def _case_file(path: Path) -> Path:
     if (folder / IDENTIFIED).is_file():
         return folder / IDENTIFIED
     try:
-        shown = json.loads(read_bounded(folder / RESULT, LARGEST_RESULT))["case"]
-        file = found_case(Path(shown["path"]), folder)
+        document = json.loads(read_bounded(folder / RESULT, LARGEST_RESULT))["case"]
+        file = found_case(Path(document["path"]), folder)
         now = json.loads(json.dumps(resolved(load_case(file))))
     except (OSError, ValueError, KeyError, TypeError, TooLarge):
         what = "is a folder whose result names no case"
         raise CaseError(
             Problem(str(path), what, expected="a case file, or a folder of `bushcli inverse`")
         ) from None
-    differing = [key for key in now if key != "path" and now[key] != shown.get(key)]
+    differing = [key for key in now if key != "path" and now[key] != document.get(key)]
     if differing:
         what = f"holds a result of another state of {file} ({', '.join(differing)} differ)"
         raise CaseError(Problem(str(path), what, expected=f"give {file}, with --set as in that run"))
@@ -190,10 +190,10 @@ def _syntax(path: Path, text: str, message: str) -> Problem:
     where = f"{path}:{line}:{column}"
     what = f"is not valid TOML: {words or message}"
     # The line as TOML has it where only its signs are wrong, or a number has the unit of all case files.
-    plain = context.translate(_PLAIN)
-    pointed = _COMMA.sub(r"\1\3.\2\4", plain)
-    without_unit = _COMMA.sub(r"\1\3.\2\4", _WITH_UNIT.sub(r"\1", plain))
-    for better in (plain, pointed, without_unit, pointed.replace("\\", "/")):
+    ascii_text = context.translate(_PLAIN)
+    pointed = _COMMA.sub(r"\1\3.\2\4", ascii_text)
+    without_unit = _COMMA.sub(r"\1\3.\2\4", _WITH_UNIT.sub(r"\1", ascii_text))
+    for better in (ascii_text, pointed, without_unit, pointed.replace("\\", "/")):
         with suppress(tomllib.TOMLDecodeError):
             if tomllib.loads(better) and better != context:
                 return Problem(where, what, expected=f"in: {context[:80]}; write {better[:80]}")

@@ -48,15 +48,15 @@ def load_case(
             what = f"{dotted(keys)}: mode {shown(table.mode)} has six motions; {other} gives one"
         expected = f'mode = "{PATH}" with a table [load_cases.path], or {other} with another mode'
         return None, [Finding(at if raw is not None else keys, what, expected=expected)]
-    wrong = []
+    earlier = []
     if table.rate is not None:
         what = f"{dotted((*keys, 'rate'))} has no meaning: {dotted((*at, 'time'))} gives the times"
-        wrong.append(Finding((*keys, "rate"), what))
+        earlier.append(Finding((*keys, "rate"), what))
     path = validated(raw, at, PathTable, "[load_cases.path]")
     if path is None:
-        return None, wrong
+        return None, earlier
     six, findings = prescribed(path, at, shape)
-    return None if six is None else PathLoadCase(table.mode, steps=table.steps, six=six), wrong + findings
+    return None if six is None else PathLoadCase(table.mode, steps=table.steps, six=six), earlier + findings
 
 
 def prescribed(table: PathTable, keys: Keys, shape: Shape | None) -> tuple[SixPath | None, list[Finding]]:
@@ -64,13 +64,13 @@ def prescribed(table: PathTable, keys: Keys, shape: Shape | None) -> tuple[SixPa
     findings = []
     time = np.array(table.time)
     motion, load = np.zeros((2, len(time), 6))
-    named = set(table.free or ())
+    free_names = set(table.free or ())
     unit = np.repeat([1.0, math.pi / 180.0], 3)
     columns = {
         name: values for name in (*MOTIONS, *REACTIONS) if (values := getattr(table, name)) is not None
     }
     for k, (name, force) in enumerate(zip(MOTIONS, REACTIONS, strict=True)):
-        prescriptions = [f'"{name}" in {dotted((*keys, "free"))}'] if name in named else []
+        prescriptions = [f'"{name}" in {dotted((*keys, "free"))}'] if name in free_names else []
         prescriptions += [dotted((*keys, key)) for key in (name, force) if key in columns]
         if len(prescriptions) > 1:
             expected = "one of them: a motion is prescribed, or its force is, or it is free of force"
@@ -78,7 +78,7 @@ def prescribed(table: PathTable, keys: Keys, shape: Shape | None) -> tuple[SixPa
             findings.append(Finding((*keys, name if name in columns else force), what, expected=expected))
         motion[:, k] = unit[k] * _at_knots(columns.get(name), (*keys, name), len(time), findings)
         load[:, k] = _at_knots(columns.get(force), (*keys, force), len(time), findings)
-    free = tuple(k for k in range(6) if MOTIONS[k] in named or REACTIONS[k] in columns)
+    free = tuple(k for k in range(6) if MOTIONS[k] in free_names or REACTIONS[k] in columns)
     if np.any(np.diff(time) <= 0.0) or time[0] != 0.0:
         at, what = (*keys, "time"), "does not begin at 0" if time[0] != 0.0 else "does not increase"
         findings.append(Finding(at, f"{dotted(at)} {what}", expected="increasing times in s, from 0"))
@@ -171,11 +171,11 @@ def _meaningless_keys(table: RecordingTable, keys: Keys) -> list[Finding]:
     for key in ("reverse", "cycles"):
         if getattr(table, key) is not None:
             findings.append(Finding((*keys, key), f"{dotted((*keys, key))} has no meaning for mode path"))
-    named: tuple[tuple[str, Mapping[str, object] | None, tuple[str, ...]], ...] = (
+    named_sections: tuple[tuple[str, Mapping[str, object] | None, tuple[str, ...]], ...] = (
         ("motions", table.motions, MOTIONS),
         ("forces", table.forces, REACTIONS),
     )
-    for key, names, names_of_columns in named:
+    for key, names, names_of_columns in named_sections:
         findings += [
             unknown_name((*keys, key, name), name, names_of_columns, key[:-1])
             for name in names or ()

@@ -111,12 +111,12 @@ def _by_name(data: dict[str, Any], keys: Keys, text: str) -> tuple[Keys, Keys]:
     if not inner_keys or inner_keys[0] not in ("name", "parameters", "channels"):
         inner_keys = ("parameters", *inner_keys)
     name, rig = effect_name(name), rig_of(name)
-    named = [i for i, entry in enumerate(entries) if isinstance(entry, dict) and entry.get("name") == name]
-    channels = {i: found if isinstance(found := entries[i].get("channels"), list) else [] for i in named}
-    matching = [i for i in named if not rig or not channels[i] or rig in channels[i]]
+    indices = [i for i, entry in enumerate(entries) if isinstance(entry, dict) and entry.get("name") == name]
+    channels = {i: found if isinstance(found := entries[i].get("channels"), list) else [] for i in indices}
+    matching = [i for i in indices if not rig or not channels[i] or rig in channels[i]]
     if len(matching) == 1:
         return ("effects", matching[0], *inner_keys), ()
-    if named:
+    if indices:
         expected_keys = ", ".join(f"effects.{name}@{few[0]}" for few in channels.values() if few)
         what = f"several effects are called {name}" if matching else f"no {name} has the channel {rig}"
         raise CaseError(Problem(_where(text), what, expected=expected_keys))

@@ -19,12 +19,12 @@ class _Rebuilder(Builder):
     looks_for_files = False
 
 
-def rebuilt_case(shown: dict[str, Any], folder: Path) -> Case:
+def rebuilt_case(document: dict[str, Any], folder: Path) -> Case:
     """Return the case of a result.
 
     Parameters
     ----------
-    shown : dict
+    document : dict
         The entry "case" of a result, with changes such as an identified material.
     folder : Path
         Folder of the result. The case file is searched for from the working folder, then from this one upwards.
@@ -34,8 +34,10 @@ def rebuilt_case(shown: dict[str, Any], folder: Path) -> Case:
     CaseError
         Something in it is wrong, such as a geometry file that is no longer there.
     """
-    path = found_case(Path(str(shown.get("path", "case.toml"))), folder)
-    data = {key: _without_null(value) for key, value in shown.items() if key != "path" and value is not None}
+    path = found_case(Path(str(document.get("path", "case.toml"))), folder)
+    data = {
+        key: _without_null(value) for key, value in document.items() if key != "path" and value is not None
+    }
     material = data.get("material")
     if isinstance(material, dict) and material.get("bulk_modulus") == "inf":
         material["bulk_modulus"] = float("inf")

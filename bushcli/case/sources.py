@@ -132,7 +132,7 @@ class SourceBuilder:
                 numbered = (name if i == 1 else f"{name}_{i}" for i in count(1))
                 unused = next(name for name in numbered if name not in taken)
                 source = self._source(table, keys, file, mode or "", known, unused)
-                channels, wrong = (
+                channels, path_findings = (
                     motion_path.channels(source, table, keys, taken, self.tables)
                     if known and is_file(file)
                     else ([source], [])
@@ -146,7 +146,7 @@ class SourceBuilder:
                     expected = "one entry for each recording: counted twice, its data look more certain than they are"
                     self.findings.append(Finding(at, what, expected=expected))
                 sources += channels
-                self.findings += wrong
+                self.findings += path_findings
         return tuple(sources)
 
     def _mode(self, keys: Keys, table: RecordingTable, file: Path, usual: str) -> str | None:
@@ -214,8 +214,8 @@ class SourceBuilder:
             area = table.width * table.thickness
         elif table.diameter is not None:
             area = 0.25 * math.pi * table.diameter**2
-        raw = {"stress": ("a force", area), "strain": ("a travel", table.gauge_length)}
-        for key, (measured, size) in raw.items():
+        machine_units = {"stress": ("a force", area), "strain": ("a travel", table.gauge_length)}
+        for key, (measured, size) in machine_units.items():
             value, coupon_mode = getattr(table, key), modes().get(mode)
             possible: tuple[str, ...] = ("engineering", "true")
             if coupon_mode is not None and coupon_mode.needs_compressibility:

@@ -106,11 +106,13 @@ def unusual(case: Case, material: Material, paths: Iterable[Path] = ()) -> tuple
     units = "give the dimensions in mm; of a file in another unit than it states, set geometry.unit"
     overall, wall = case.geometry.overall, case.geometry.wall
     if overall is not None and not OVERALL[0] <= overall <= OVERALL[1]:
-        usual = f"bushings are {OVERALL[0]:g} to {OVERALL[1]:g} mm large"
-        remarks.append((f"the bushing is {overall:.4g} mm in size; {usual}", units))
+        usual_range = f"bushings are {OVERALL[0]:g} to {OVERALL[1]:g} mm large"
+        remarks.append((f"the bushing is {overall:.4g} mm in size; {usual_range}", units))
     elif wall is not None and not THICKNESS[0] <= wall.thickness <= THICKNESS[1]:
-        usual = f"bushings have {THICKNESS[0]:g} to {THICKNESS[1]:g} mm"
-        remarks.append((f"the rubber is {wall.thickness:.4g} mm thick between the bonds; {usual}", units))
+        usual_range = f"bushings have {THICKNESS[0]:g} to {THICKNESS[1]:g} mm"
+        remarks.append(
+            (f"the rubber is {wall.thickness:.4g} mm thick between the bonds; {usual_range}", units)
+        )
     looked_at: dict[str, tuple[str, Array, Array | None]] = {}
     for load_case in case.load_cases:
         if load_case.by_force or not load_case.path:
@@ -146,9 +148,9 @@ def _of_the_path(
     size = f"{'' if wall is None else f'{wall.thickness:.3g} mm of '}rubber"
     unit = "degrees" if mode.rotational else "mm"
     if mode.specimen == "bushing" and strain > 0.0 and not STRAIN[0] <= strain <= STRAIN[1]:
-        shown = np.degrees(strain * reference) if mode.rotational else strain * reference
+        travel = np.degrees(strain * reference) if mode.rotational else strain * reference
         message = (
-            f"{name}: a travel of {shown:.4g} {unit} on {size} is a shear strain of {100 * strain:.3g} %"
+            f"{name}: a travel of {travel:.4g} {unit} on {size} is a shear strain of {100 * strain:.3g} %"
         )
         yield (
             message,
@@ -162,8 +164,8 @@ def _of_the_path(
         moving = speed[speed > 0.1 * speed.max(initial=0.0)]
         rate = float(np.median(moving)) / reference if len(moving) else 0.0
     if rate > 0.0 and not RATE[0] <= rate <= RATE[1]:
-        usual = f"tests of rubber have {RATE[0]:g} to {RATE[1]:g} per s"
-        message = f"{name}: the rubber is strained by {rate:.2g} per s; {usual}"
+        usual_range = f"tests of rubber have {RATE[0]:g} to {RATE[1]:g} per s"
+        message = f"{name}: the rubber is strained by {rate:.2g} per s; {usual_range}"
         yield (
             message,
             'give time in s: of a recording in ms, units = { time = "ms" }; of a load case, rate per s',

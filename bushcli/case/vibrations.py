@@ -29,8 +29,8 @@ def test(
     frequency = _frequencies(dynamic.frequency, (*keys_of_dynamic, "frequency"), validated, findings)
     path, motion = None, 0
     if posed:
-        pose, wrong = motion_path.load_case(table, keys, shape, validated)
-        findings += wrong
+        pose, pose_findings = motion_path.load_case(table, keys, shape, validated)
+        findings += pose_findings
         path = None if pose is None else pose.six
         if dynamic.motion is not None:
             motion = MOTIONS.index(dynamic.motion)

@@ -202,9 +202,9 @@ def inverse(
         raise InputError(
             Problem("--workers", "cannot be combined with --scheduler, which has its own workers")
         )
-    chosen = names_in(models) or (case.material.law,)
-    if "all" in chosen:
-        chosen = tuple(laws())
+    model_names = names_in(models) or (case.material.law,)
+    if "all" in model_names:
+        model_names = tuple(laws())
     tasks = [
         Task(
             case,
@@ -219,7 +219,7 @@ def inverse(
             seed=seed,
             workers=workers,
         )
-        for law in chosen
+        for law in model_names
     ]
     refuse_fixed(tasks)
     fits = []
@@ -245,12 +245,12 @@ def _identified_fit(run: Run, task: Task, resume: bool | None, shared: Pool | No
             (("table of dynamic stiffness", "tables of dynamic stiffness"), task.case.dynamic),
         )
     }
-    shown = [
+    numbers_of_data = [
         f"{count} {kind if count == 1 else several}" for (kind, several), count in counts.items() if count
     ]
-    if shown:
+    if numbers_of_data:
         # Without any, the task says what is missing.
-        run.say(f"identifying {task.model} from {' and '.join(shown)}")
+        run.say(f"identifying {task.model} from {' and '.join(numbers_of_data)}")
     journal = run.output / f"history-{task.model}" if run.output else None
     progress = search_progress(run, task.turned, task.starts + task.globally)
     with run.timed(task.model):

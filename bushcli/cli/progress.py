@@ -133,8 +133,6 @@ def progress_line(evaluation: Evaluation) -> str:
         where = "profile"
     else:
         where = f"it {evaluation.iteration}" if evaluation.iteration else "start"
-    shown = "  ".join(f"{name} {value:.5g}" for name, value in evaluation.parameters.items())
+    values = "  ".join(f"{name} {value:.5g}" for name, value in evaluation.parameters.items())
     start = f"start {evaluation.start}  " if evaluation.start else ""
-    return (
-        f"  {evaluation.number:3d}  {misfit}  {start}{where:7s}  {shown}{'  best' if evaluation.best else ''}"
-    )
+    return f"  {evaluation.number:3d}  {misfit}  {start}{where:7s}  {values}{'  best' if evaluation.best else ''}"

@@ -206,14 +206,14 @@ class Run:
 
         from bushcli.report.writers.terminal import terminal_text
 
-        shown = terminal_text(document)
+        renderable = terminal_text(document)
         if on_terminal(sys.stdout):
             # On a narrower console tables lose words; lines that wrap are the lesser evil.
             console = Console(highlight=False, width=max(Console().width, NARROWEST))
-            console.print(shown)
+            console.print(renderable)
             return
         text = io.StringIO()
-        Console(file=text, width=WIDTH, highlight=False, no_color=True).print(shown)
+        Console(file=text, width=WIDTH, highlight=False, no_color=True).print(renderable)
         click.echo("\n".join(printable(line.rstrip()) for line in text.getvalue().rstrip().splitlines()))
 
     def emit(self, result: dict[str, Any]) -> None:

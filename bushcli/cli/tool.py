@@ -29,9 +29,9 @@ def init(places: tuple[Path, ...], files: tuple[Path, ...]) -> None:
     """
     # A new folder has no suffix, a file that does not exist is reported as such.
     folders = [place for place in places if place.is_dir() or not (place.suffix or place.exists())]
-    named = [place for place in places if place.is_file()]
-    if named and not files:
-        what = f"{named[0]} is a file; to write a case for files of a rig: bushcli init --from {named[0]}"
+    named_files = [place for place in places if place.is_file()]
+    if named_files and not files:
+        what = f"{named_files[0]} is a file; to write a case for files of a rig: bushcli init --from {named_files[0]}"
         raise click.UsageError(what)
     if len(folders) > 1 or (not files and len(places) > len(folders)):
         raise click.UsageError(f"Got unexpected extra argument ({places[-1]})")

@@ -23,6 +23,6 @@ def features_of(active: Sequence[ActiveEffect]) -> list[Installed]:
             values = effect.started().values
             words = {p.name: p.choice(values[p.name]) for p in effect.effect.parameters if p.choices}
             numbers = {name: value for name, value in values.items() if name not in words}
-            warm = math.nan if effect.temperature is None else effect.temperature
-            features.append(Installed(effect.name, effect.effect.feature(**words), numbers, warm))
+            temperature = math.nan if effect.temperature is None else effect.temperature
+            features.append(Installed(effect.name, effect.effect.feature(**words), numbers, temperature))
     return features

@@ -418,11 +418,11 @@ def unsuited(
         return ((what, expected),)
     start_values = values or {}
     sleeved = any(other.adds_sleeves for name, other in effects().items() if name in other_names)
-    chosen = {p.choice(start_values.get(p.name, p.start)) for p in effect.parameters if p.choices}
+    choices_made = {p.choice(start_values.get(p.name, p.start)) for p in effect.parameters if p.choices}
     reasons = [
         (f"the effect cannot be combined with an elastic {name}", "make it rigid")
         for name, choices in effect.rigid
-        if (not choices or chosen & set(choices)) and (name in shape.elastic_sleeves or sleeved)
+        if (not choices or choices_made & set(choices)) and (name in shape.elastic_sleeves or sleeved)
     ]
     if effect.adds_sleeves and len(shape.elastic_sleeves) == 2:
         expected = "leave them out of [geometry], or change their youngs_modulus there"

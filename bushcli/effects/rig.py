@@ -312,7 +312,7 @@ def vibrating(
     force_slope : shape (P,) or None
         Derivatives of the static force; None = zero.
     """
-    local, held = (_SLOPE, *columns), np.zeros(len(columns))
+    local, no_slopes = (_SLOPE, *columns), np.zeros(len(columns))
     changes, omega = _changes(active, local), 2.0 * np.pi * frequency
     slope = np.zeros((3, len(local)))
     slope[:, 1:] = 0.0 if force_slope is None else force_slope
@@ -322,7 +322,7 @@ def vibrating(
         return parallel(active, displacement, bare, local, np.zeros(3))
 
     at_rest = Signal(np.full(3, q), np.zeros((3, len(local))))
-    stop, carried = _rate(beside, q, held), beside(at_rest).sampled(np.array([1]))
+    stop, carried = _rate(beside, q, no_slopes), beside(at_rest).sampled(np.array([1]))
     spring = _rate(lambda load: extension(active, load, local), float(carried.value[0]), carried.slope[0, 1:])
     parallel_stiffness = stiffness + stop.value
     soft = 1.0 / (1.0 + spring.value * parallel_stiffness)
@@ -346,7 +346,7 @@ def vibrating(
             measured = measured.scaled(
                 Signal(late, (-1j * omega * late)[:, None] * parameters[change.clock].slope[1:])
             )
-    gain = _rate(lambda load: _read(active, local, load, np.zeros(3)), float(carried.value[0]), held)
+    gain = _rate(lambda load: _read(active, local, load, np.zeros(3)), float(carried.value[0]), no_slopes)
     ones = np.ones(len(omega))
     return measured.scaled(Signal(gain.value * ones, np.tile(gain.slope, (len(ones), 1))))
 

@@ -22,7 +22,7 @@ from cases.mode import modes
 
 def bushing_of(
     source: ExportSource,
-    chosen: Writer,
+    writer: Writer,
     progress: Progress | None = None,
     tables: TableCache | None = None,
     unrelaxed: bool = False,
@@ -33,7 +33,7 @@ def bushing_of(
     ----------
     source : ExportSource
         Case whose parameters all have values, and the curves that exist already.
-    chosen : Writer
+    writer : Writer
         Of kind "bushing", "matrix", "force_law" or "vibration".
     progress : callable or None
         As in `bushcli.simulate.predict.predict`.
@@ -50,13 +50,13 @@ def bushing_of(
     if source.case.geometry.specimen != "bushing":
         what = "is a coupon; a vehicle model needs a bushing"
         raise InputError(Problem(source.where, what, "", "choose another geometry.shape"))
-    if chosen.kind == "vibration":
+    if writer.kind == "vibration":
         return _dynamic_stiffness(source, progress)
     state = state_in_words(source.case.effects, unrelaxed)
     matrix = source.stiffness_matrix
-    if chosen.static and any(active.effect.fades for active in source.case.effects):
+    if writer.static and any(active.effect.fades for active in source.case.effects):
         matrix = matrix if source.state == ("unrelaxed" if unrelaxed else "relaxed") else None
-    if chosen.kind == "matrix":
+    if writer.kind == "matrix":
         if matrix is None:
             what = f"has no stiffness matrix{' in this state' if source.stiffness_matrix is not None else ''}"
             raise InputError(Problem(source.where, what, "", matrix_remedy(unrelaxed)))
@@ -65,10 +65,10 @@ def bushing_of(
         )
     rig = [active for active in source.case.effects if active.effect.acts == "rig"]
     remarks = [f"without effects of the rig: {', '.join(effect.name for effect in rig)}"] if rig else []
-    if chosen.static and state:
+    if writer.static and state:
         remarks.append(state)
     effects = tuple(effect for effect in source.case.effects if effect not in rig)
-    settled = in_state(effects, unrelaxed) if chosen.static else effects
+    settled = in_state(effects, unrelaxed) if writer.static else effects
     path_labels = _labels_of_paths(source.case)
     if path_labels:
         remarks.append(f"without {', '.join(path_labels)}: a path of several motions gives no curve of one")
@@ -83,7 +83,7 @@ def bushing_of(
         ),
     )
     tables = TableCache() if tables is None else tables
-    if chosen.kind == "force_law":
+    if writer.kind == "force_law":
         ranges: dict[str, tuple[str, str, float, float]] = {}
         # A result contains the paths; the files of its recordings may have moved.
         paths = [(curve.name, curve.mode, curve.displacement) for curve in source.curves]
@@ -97,7 +97,7 @@ def bushing_of(
     as_they_are = source.curves and settled == source.case.effects
     curves = source.curves if as_they_are else _simulated_curves(source, reduced, progress, tables)
     of_matrix = [] if matrix is None else _of_matrix(source)
-    if not chosen.static and matrix is not None and state:
+    if not writer.static and matrix is not None and state:
         of_matrix.append(f"the stiffness matrix is that of the {source.state} rubber, without friction")
     return BushingData(curves, matrix, (*remarks, *of_matrix), unrelaxed=unrelaxed)
 

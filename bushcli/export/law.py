@@ -74,8 +74,8 @@ class BushingLaw:
 
 def _identifier(name: str) -> str:
     """Return the name of a channel as prefix of variables: letters, digits and underscores, a letter first."""
-    plain = "".join(c if c.isascii() and c.isalnum() else "_" for c in name)
-    return plain if plain[:1].isalpha() else f"channel_{plain}"
+    identifier = "".join(c if c.isascii() and c.isalnum() else "_" for c in name)
+    return identifier if identifier[:1].isalpha() else f"channel_{identifier}"
 
 
 def _vibration(channel: Reduced, sine: Sine) -> dict[str, float]:

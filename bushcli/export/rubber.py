@@ -85,12 +85,12 @@ def rubber_of(material: Material, active: Sequence[ActiveEffect]) -> ExportedRub
     inexpressible = [effect for effect in present if effect.effect.on_card is None]
     factor = math.prod(part.factor for part in parts.values())
     compliance = 1.0 / material.bulk_modulus + sum(part.compliance for part in parts.values())
-    plain = ExportedRubber(material.law, dict(material.parameters), math.inf)
+    long_term = ExportedRubber(material.law, dict(material.parameters), math.inf)
     series = {name: part.series for name, part in parts.items() if part.series}
     softening = {name: part.softening for name, part in parts.items() if part.softening is not None}
     return ExportedRubber(
         law=material.law,
-        parameters=plain.stiffened(factor),
+        parameters=long_term.stiffened(factor),
         bulk_modulus=factor / compliance if compliance else math.inf,
         series=tuple(branch for part in series.values() for branch in part),
         softening=next((replace(mullins, m=mullins.m * factor) for mullins in softening.values()), None),

@@ -66,9 +66,9 @@ class ExportSource:
         present = [active.effect.name for active in self.case.effects]
         for name in names:
             if name not in present:
-                listed = ", ".join(present) or "the case has no effects"
+                expected = ", ".join(present) or "the case has no effects"
                 what = f'"{name}" is not an effect of this case'
-                raise InputError(Problem("--without", what, nearest(name, present), listed))
+                raise InputError(Problem("--without", what, nearest(name, present), expected))
         remaining = tuple(active for active in self.case.effects if active.effect.name not in names)
         # What was simulated with the effect is wrong without it; a relaxed matrix has no effect that fades.
         curves, vibrations = ((), ()) if names else (self.curves, self.vibrations)

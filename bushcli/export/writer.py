@@ -57,8 +57,8 @@ class Order:
     @property
     def name(self) -> str:
         """The title as a name that every program accepts: letters, digits and underscores, a letter first."""
-        plain = "".join(c if c.isascii() and c.isalnum() else "_" for c in self.title)[:40].strip("_")
-        return plain if plain[:1].isalpha() else f"rubber_{plain}".strip("_")
+        identifier = "".join(c if c.isascii() and c.isalnum() else "_" for c in self.title)[:40].strip("_")
+        return identifier if identifier[:1].isalpha() else f"rubber_{identifier}".strip("_")
 
 
 @dataclass(frozen=True)
@@ -162,8 +162,8 @@ class Writer:
             problems.append(Problem(f"--to {self.name}", what, "", remedy))
 
         if form != TIME_PRONY and not rubber.series:
-            named = effect_in_force_law("maxwell").name
-            remedy = f'add [[effects]] name = "{named}", or leave --viscoelastic out'
+            effect_name = effect_in_force_law("maxwell").name
+            remedy = f'add [[effects]] name = "{effect_name}", or leave --viscoelastic out'
             refuse(f"a rubber without viscoelasticity has no {form} form", remedy)
         if rubber.law not in self.laws:
             refuse(

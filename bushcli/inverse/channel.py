@@ -194,7 +194,7 @@ class Channel(FitChannel):
         model: FiniteElementModel,
         noise: float,
         weighting: Weighting | None,
-        bad: NDArray[np.bool_],
+        faulty: NDArray[np.bool_],
         branch: str = "",
     ) -> None:
         self.recording, self.model, self.noise, self.branch = recording, model, noise, branch
@@ -212,7 +212,7 @@ class Channel(FitChannel):
         else:
             self.scale = np.maximum(size, RELATIVE_FLOOR * float(size.max()))
         # Spikes and stuck samples are not the bushing's response.
-        self.scale[bad] = np.inf
+        self.scale[faulty] = np.inf
 
     @property
     @override
@@ -256,13 +256,13 @@ class SweptChannel(Channel):
         recording: Recording,
         model: FiniteElementModel,
         weighting: Weighting | None,
-        bad: NDArray[np.bool_],
+        faulty: NDArray[np.bool_],
         branch: str = "",
     ) -> None:
         # The noise of the displacement is converted by the mean stiffness.
         of_displacement = recording.noise_of_motion
         noise = float(np.hypot(force_noise(recording), of_displacement))
-        super().__init__(recording, model, noise, weighting, bad, branch)
+        super().__init__(recording, model, noise, weighting, faulty, branch)
         # Solved curves by parameter values and names of the derivatives.
         self._solved: dict[tuple[object, ...], ChannelForces] = {}
 
@@ -333,11 +333,11 @@ class FollowedChannel(Channel):
         recording: Recording,
         simulation: FollowedPath,
         weighting: Weighting | None,
-        bad: NDArray[np.bool_],
+        faulty: NDArray[np.bool_],
         branch: str = "",
         corrected: Corrected | None = None,
     ) -> None:
-        super().__init__(recording, simulation.model, force_noise(recording), weighting, bad, branch)
+        super().__init__(recording, simulation.model, force_noise(recording), weighting, faulty, branch)
         self.simulation, self.active, self.before = simulation, simulation.active, simulation.remembered
         self._correction = None if corrected is None else corrected(recording.name, self.model)
 

@@ -221,10 +221,10 @@ class ProblemCache:
 @contextmanager
 def coarse_costs(task: Task, tables: TableCache, pool: Pool | None = None) -> Iterator[Costs]:
     """Give a function for the costs of many parameter sets on the coarse mesh, by the task's workers or by a pool."""
-    with nullcontext(pool) if pool is not None else processes(task.workers) as chosen:
+    with nullcontext(pool) if pool is not None else processes(task.workers) as workers:
         cache = ProblemCache(tables)
         yield lambda points: [
-            float(cost) for cost in _answers_in_order(chosen, cache, _cost_in_worker, task, points)
+            float(cost) for cost in _answers_in_order(workers, cache, _cost_in_worker, task, points)
         ]
 
 

@@ -104,18 +104,16 @@ class Task:
     def material(self) -> Material:
         """Law with start values."""
         material = self.case.material
-        chosen = self.law
-        same = material.law == chosen.name
-        empty = replace(
-            material, law=chosen.name, parameters={}, terms=material.terms if same else self.terms
-        )
+        law = self.law
+        same = material.law == law.name
+        empty = replace(material, law=law.name, parameters={}, terms=material.terms if same else self.terms)
         names = material.parameter_names if same else empty.parameter_names
-        values = {name: chosen.parameter(name).start for name in names}
+        values = {name: law.parameter(name).start for name in names}
         if same:
             values |= material.parameters
         unknown = [name for name in self.start if name not in values]
         if unknown:
-            what = f"{unknown[0]} is not a parameter of {chosen.name}"
+            what = f"{unknown[0]} is not a parameter of {law.name}"
             raise InputError(Problem("start values", what, nearest(unknown[0], values), ", ".join(values)))
         return replace(empty, parameters=values | dict(self.start))
 
@@ -257,7 +255,7 @@ class Task:
                     f"{expected}; or `bushcli inverse`, which identifies the parameters from [[recordings]]"
                 )
                 raise InputError(Problem(str(case.path), what, "", expected))
-            every = coupon_channels(case, rubber, self.weighting, measured)
+            all_channels = coupon_channels(case, rubber, self.weighting, measured)
         else:
             if not case.recordings and not self._highest:
                 what = "there are no [[recordings]] to identify a law from"
@@ -266,18 +264,21 @@ class Task:
             if case.geometry.meeting:
                 # Contact is modelled in one process: each one identifies the law by itself.
                 comm = MPI.COMM_SELF
-            every = bushing_channels(case, rubber, comm, prepared, measured, corrected)
-        channel_names = [*(channel.name for channel in every), *(source.label for source in case.dynamic)]
+            all_channels = bushing_channels(case, rubber, comm, prepared, measured, corrected)
+        channel_names = [
+            *(channel.name for channel in all_channels),
+            *(source.label for source in case.dynamic),
+        ]
         for name in self.hold_out:
             if name not in channel_names:
                 what = f'"{name}" is not a channel of this case'
                 raise InputError(
                     Problem("--hold-out", what, nearest(name, channel_names), ", ".join(channel_names))
                 )
-        fitted = [channel for channel in every if channel.name not in self.hold_out]
+        fitted = [channel for channel in all_channels if channel.name not in self.hold_out]
         if not fitted and not {name for name, _ in self._highest} - set(self.hold_out):
             raise InputError(Problem("--hold-out", "leaves no channel to fit", "", ", ".join(channel_names)))
-        return fitted, [channel for channel in every if channel.name in self.hold_out]
+        return fitted, [channel for channel in all_channels if channel.name in self.hold_out]
 
     def _case(self, coarse: bool) -> Case:
         """The case, with a coarse mesh if asked for."""
@@ -355,8 +356,8 @@ class Task:
         values = {**material.parameters, **self.effect_values}
         fixed = {name: value for name, value in values.items() if self.is_fixed(name)}
         if states is None:
-            every = [*STRETCHES, *(stretch for channel in fitted for stretch in channel.stretches)]
-            states = coupon_states((min(every), max(every)))
+            stretches = [*STRETCHES, *(stretch for channel in fitted for stretch in channel.stretches)]
+            states = coupon_states((min(stretches), max(stretches)))
         return LeastSquaresProblem(
             fitted,
             self.law,

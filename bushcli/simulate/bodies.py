@@ -38,13 +38,13 @@ class _Kept:
 
     def move(self, shape: Shape) -> bool:
         """Move the model to another shape of the same elements; return False if it has to be built."""
-        model, held = self.model, self.model.motion.constrained.x.copy()
+        model, points = self.model, self.model.motion.constrained.x.copy()
         morph, nodes, places = self._morph
         if nodes is None or places is None:
             return False
         model.mesh.mesh.geometry.x[:] = morph.points(shape, nodes)
-        held[self._is_displacement] = morph.points(shape, places)
-        model.relocate(replace(model.mesh, shape=shape), held)
+        points[self._is_displacement] = morph.points(shape, places)
+        model.relocate(replace(model.mesh, shape=shape), points)
         return True
 
     @property

@@ -264,9 +264,11 @@ def left_out(table: DynamicTable, use: str = "compared") -> list[Condition]:
             remedy = "nothing to do"
         remedy += "; filled rubber is softer at larger ones"
         conditions.append(Condition("amplitude_left_out", what, remedy))
-    warm = table.temperature[~np.isnan(table.temperature)]
-    if len(warm) and np.ptp(warm) > 5.0:
-        what = f"{table.name}: the temperatures go from {warm.min():.3g} to {warm.max():.3g} degrees C, "
+    degrees = table.temperature[~np.isnan(table.temperature)]
+    if len(degrees) and np.ptp(degrees) > 5.0:
+        what = (
+            f"{table.name}: the temperatures go from {degrees.min():.3g} to {degrees.max():.3g} degrees C, "
+        )
         what += "and the rubber of the simulation has one"
         remedy = (
             "compare the rows of one temperature" if use == "compared" else "give a table of one temperature"

@@ -63,13 +63,13 @@ def of_path(mode: str, q: Array, time: Array | None, temperature: float | None) 
     temperature : float or None
         Degrees C.
     """
-    warm = () if temperature is None else (temperature,)
+    temperatures = () if temperature is None else (temperature,)
     pace: tuple[float, ...] = ()
     if time is not None and len(q) > 1:
         step = np.abs(np.diff(q)) / np.maximum(np.diff(time), 1e-12)
         moving = step > 0.1 * np.median(step[step > 0.0]) if (step > 0.0).any() else step > 0.0
         pace = (float(np.median(step[moving])),) if moving.any() else ()
-    return Extent(mode, warm, pace, (), (float(np.abs(q).max()),))
+    return Extent(mode, temperatures, pace, (), (float(np.abs(q).max()),))
 
 
 def of_table(table: DynamicTable) -> Extent:
@@ -83,9 +83,9 @@ def of_table(table: DynamicTable) -> Extent:
 
 def of_test(test: DynamicTest) -> Extent:
     """Return the extent of vibrations that are predicted."""
-    warm = () if test.temperature is None else (test.temperature,)
+    temperatures = () if test.temperature is None else (test.temperature,)
     amplitude = test.amplitude if isinstance(test.amplitude, tuple) else ()
-    return Extent(test.mode, warm, (), tuple(test.frequency), amplitude)
+    return Extent(test.mode, temperatures, (), tuple(test.frequency), amplitude)
 
 
 def measured(case: Case) -> list[Extent]:

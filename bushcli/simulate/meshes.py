@@ -88,12 +88,12 @@ def meshes(case: Case, directory: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> tupl
                 Problem(str(file), f"cannot be written: {error}", "", "give another -o")
             ) from None
         topology, counts = mesh.mesh.topology, []
-        for tags, named, dim in (
+        for tags, tag_of_name, dim in (
             (mesh.facets, mesh.boundary, dimension - 1),
             (mesh.cells, mesh.region, dimension),
         ):
             owned = topology.index_map(dim).size_local
-            local_counts = {key: int((tags.find(tag) < owned).sum()) for key, tag in named.items()}
+            local_counts = {key: int((tags.find(tag) < owned).sum()) for key, tag in tag_of_name.items()}
             counts.append({key: int(comm.allreduce(count)) for key, count in local_counts.items()})
         cells, nodes = topology.index_map(dimension).size_global, mesh.mesh.geometry.index_map().size_global
         boundaries, regions = counts

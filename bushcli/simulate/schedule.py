@@ -158,7 +158,7 @@ def _corners(time: Array, values: Array, tolerance: float) -> NDArray[np.intp]:
 
     The samples are values (n,), or poses (n, 6) of which every motion has to stay within it.
     """
-    chosen, todo = {0, len(time) - 1}, [(0, len(time) - 1)]
+    corners, todo = {0, len(time) - 1}, [(0, len(time) - 1)]
     columns = values.reshape(len(time), -1)
     while todo:
         first, last = todo.pop()
@@ -171,9 +171,9 @@ def _corners(time: Array, values: Array, tolerance: float) -> NDArray[np.intp]:
         worst = int(np.argmax(away))
         if away[worst] > tolerance:
             middle = int(inside[worst])
-            chosen.add(middle)
+            corners.add(middle)
             todo += [(first, middle), (middle, last)]
-    return np.array(sorted(chosen))
+    return np.array(sorted(corners))
 
 
 def _fitted_corners(time: Array, q: Array, corners: NDArray[np.intp]) -> Array:

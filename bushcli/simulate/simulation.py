@@ -439,10 +439,10 @@ class Simulation(FollowedPath):
         }
         # Forces beside the bushing and a late logger do not change the march.
         inner = tuple(n for n in names if series is not None or n in self.model.constants or n in path_rates)
-        warm = None
+        temperature = None
         if self.temperature is not None and self.time is not None:
-            warm = np.interp(times, self.time, self.temperature)
-        program = Program(displacement.value, times if steps.timed else None, temperature=warm)
+            temperature = np.interp(times, self.time, self.temperature)
+        program = Program(displacement.value, times if steps.timed else None, temperature=temperature)
         history = self._march(program, inner, path_rates, series, keep_states, progress, failure_limit)
         q = Signal(history.displacement, columns(history.path_sensitivity, inner, names, len(history.force)))
         force = Signal(history.force, columns(history.sensitivity, inner, names, len(history.force)))

@@ -71,7 +71,7 @@ def matrices(
     NotConverged
         The march could not go on.
     """
-    program, chosen = with_state(channel, at)
+    program, displacement = with_state(channel, at)
     if channel.path is not None:
         path, steps, q = channel.path.whole_body, program, program.displacement
     else:
@@ -79,8 +79,8 @@ def matrices(
         q = program.from_rest.displacement
     positions = dict(zip(map(float, steps.displacement), map(float, q), strict=True))
     time_of_state = {"start": float(steps.displacement[0]), "end": float(steps.displacement[-1])}
-    if chosen is not None:
-        time_of_state["at"] = next(time for time, position in positions.items() if position == chosen)
+    if displacement is not None:
+        time_of_state["at"] = next(time for time, position in positions.items() if position == displacement)
     by_time = matrices_along(model_of(mode_of("path", path)), steps, tuple(time_of_state.values()))
     return {state: (positions[time], by_time[time]) for state, time in time_of_state.items()}
 

@@ -218,11 +218,11 @@ class Vibrations:
             return [replace(small, amplitude=amplitude) for amplitude in test.amplitude]
         uneven = UnevenModel(basis, self._thinned, self._maxwell, number, test.transfer)
         # Where moduli differ most from point to point lies between: vectors for these amplitudes serve all others.
-        chosen = sorted(test.amplitude)
-        chosen = sorted({chosen[0], chosen[len(chosen) // 2], chosen[-1]})
+        amplitudes = sorted(test.amplitude)
+        amplitudes = sorted({amplitudes[0], amplitudes[len(amplitudes) // 2], amplitudes[-1]})
         ends = [
             uneven.enrich(amplitude, f)
-            for amplitude in chosen
+            for amplitude in amplitudes
             for f in sorted({frequency.min(), frequency.max()})
         ]
         error = max(small.reduction_error, *ends)
