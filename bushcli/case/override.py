@@ -112,7 +112,7 @@ def _by_name(data: dict[str, Any], keys: Keys, text: str) -> tuple[Keys, Keys]:
         inner_keys = ("parameters", *inner_keys)
     name, rig = effect_name(name), rig_of(name)
     indices = [i for i, entry in enumerate(entries) if isinstance(entry, dict) and entry.get("name") == name]
-    channels = {i: found if isinstance(found := entries[i].get("channels"), list) else [] for i in indices}
+    channels = {i: names if isinstance(names := entries[i].get("channels"), list) else [] for i in indices}
     matching = [i for i in indices if not rig or not channels[i] or rig in channels[i]]
     if len(matching) == 1:
         return ("effects", matching[0], *inner_keys), ()

@@ -71,8 +71,8 @@ def work_progress(run: Run, what: str) -> Iterator[Callable[[int, int, int], Non
             remaining, tenth = left(done, total), 10 * done // total
             if tenth != shown or run.verbose:
                 shown = tenth
-                lost = f", {failed} failed" if failed else ""
-                run.say(f"{what}: {done}/{total}{lost}, {remaining:.0f} s left")
+                failures = f", {failed} failed" if failed else ""
+                run.say(f"{what}: {done}/{total}{failures}, {remaining:.0f} s left")
 
         yield line
         return

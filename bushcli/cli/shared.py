@@ -71,11 +71,11 @@ def say_what_is_saved(error: BaseException, folder: Path | None, what: str) -> N
     """Say on stderr, where a run has been interrupted or its scheduler was lost, what is saved and how to go on."""
     from bushcli.runtime.executor import SchedulerLost
 
-    lost = isinstance(error, SchedulerLost)
-    if folder is None or not (lost or is_interrupt(error)) or not is_first_rank():
+    scheduler_lost = isinstance(error, SchedulerLost)
+    if folder is None or not (scheduler_lost or is_interrupt(error)) or not is_first_rank():
         return
     command = shlex.join(["bushcli", *sys.argv[1:]])
-    after = " (with a scheduler that runs)" if lost else ""
+    after = " (with a scheduler that runs)" if scheduler_lost else ""
     click.echo(f"no result yet; {what} are saved in {folder}; to continue{after}: {command}", err=True)
 
 

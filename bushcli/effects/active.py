@@ -164,11 +164,11 @@ def identity(effect: Effect, channels: tuple[str, ...] | None) -> str:
 
 def uniquely_named(active: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
     """Return the effects with unique names: if an effect occurs more than once, all but the first are named by rig."""
-    seen: set[str] = set()
+    names: set[str] = set()
     rigs: dict[int, str] = {}
     for effect in sorted(active, key=lambda effect: effect.channels or ()):
-        rigs[id(effect)] = (effect.channels or ("",))[0] if effect.effect.name in seen else ""
-        seen.add(effect.effect.name)
+        rigs[id(effect)] = (effect.channels or ("",))[0] if effect.effect.name in names else ""
+        names.add(effect.effect.name)
     return tuple(
         effect if effect.rig == rigs[id(effect)] else replace(effect, rig=rigs[id(effect)])
         for effect in active

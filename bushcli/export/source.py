@@ -114,8 +114,8 @@ def read_source(path: Path, overrides: Sequence[str] = (), tables: TableCache | 
             )
         try:
             case = rebuilt_case(dict(result["case"]) | identified(result), file.parent)
-            found = curves_of(result), *matrix_of(result), vibrations_in(result)
-            source = ExportSource(case, str(path), *found)
+            exported = curves_of(result), *matrix_of(result), vibrations_in(result)
+            source = ExportSource(case, str(path), *exported)
         except (KeyError, TypeError, AttributeError, ValueError):
             raise InputError(
                 Problem(str(file), "is not a complete result of bushcli", "", "run the command again")

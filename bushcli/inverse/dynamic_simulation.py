@@ -88,16 +88,16 @@ class ReducedCurves:
                 model.stiffness(np.zeros(1), ()).real,
                 model.slopes_by_parameters(np.zeros(1), ()).real,
             )
-            factor = beside = 0.0
+            factor = remainder = 0.0
             for i, (name, change) in enumerate(zip(model.changes.names, model.changes.matrices, strict=True)):
                 step = steps.get(name, (0.0, 1.0))[0]
                 # A factor on all moduli alone, as on those of the branches, is exact.
                 relative_change = step * float(np.trace(change.viscous) / np.trace(model.reduced.viscous))
-                factor, beside = (
+                factor, remainder = (
                     factor + relative_change,
-                    beside + abs(step * float((slopes[i] / stiffness)[0]) - relative_change),
+                    remainder + abs(step * float((slopes[i] / stiffness)[0]) - relative_change),
                 )
-            if abs(factor) > math.log(FACTOR) or beside > BESIDE:
+            if abs(factor) > math.log(FACTOR) or remainder > BESIDE:
                 return None
         return replace(self, steps=steps)
 

@@ -88,7 +88,9 @@ def blas_among(libraries: Iterable[str]) -> str:
         # Debian has the reference BLAS in a folder of the first name, conda-forge in files of the second.
         "reference": ("/blas/libblas.so", "librefblas", "/libcblas.so", "/libblas.so"),
     }
-    return next((kind for kind, marks in kinds.items() if any(m in p for m in marks for p in shared)), "")
+    return next(
+        (kind for kind, patterns in kinds.items() if any(m in p for m in patterns for p in shared)), ""
+    )
 
 
 def _blas(modules: Mapping[str, ModuleType]) -> Examination:
