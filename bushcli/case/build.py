@@ -98,18 +98,21 @@ class Builder:
             if table.dynamic
         ]
         recordings, specimens, coupons = (
-            tuple(_at(one, one.temperature, temperature) for one in self._sources(data, key, of, material))
-            for key, of in (("recordings", shape), ("specimens", shape), ("coupons", None))
+            tuple(
+                _at(source, source.temperature, temperature)
+                for source in self._sources(data, key, shape_of_sources, material)
+            )
+            for key, shape_of_sources in (("recordings", shape), ("specimens", shape), ("coupons", None))
         )
-        tables = self._dynamic(data, shape, material, [one.label for one in (*recordings, *coupons)])
+        tables = self._dynamic(data, shape, material, [source.label for source in (*recordings, *coupons)])
         measured: tuple[Source | DynamicSource, ...] = (*recordings, *tables)
-        load_cases, tests = named(prescribed, [one.label for one in measured]), named(vibrating, ())
+        load_cases, tests = named(prescribed, [channel.label for channel in measured]), named(vibrating, ())
         active = self._effects(data, load_cases, tests, measured, coupons, shape)
         if self.findings or shape is None or mesh is None or material is None:
             return None
         options = MeshOptions(mesh.elements_across, mesh.elements_along, mesh.elements_around)
         used: tuple[Load | Source, ...] = (*load_cases, *tests, *recordings, *specimens)
-        self.findings += mesh_size(shape, options, [one.mode for one in used])
+        self.findings += mesh_size(shape, options, [channel.mode for channel in used])
         if self.findings:
             return None
         return Case(
@@ -130,9 +133,9 @@ class Builder:
         )
 
     def _table(self, data: dict[str, Any], name: str, model: type[T]) -> T | None:
-        return self._validated(data.get(name, {}), (name,), model, f"[{name}]")
+        return self._validate(data.get(name, {}), (name,), model, f"[{name}]")
 
-    def _validated(self, raw: Any, keys: Keys, model: type[T], section: str) -> T | None:
+    def _validate(self, raw: Any, keys: Keys, model: type[T], section: str) -> T | None:
         if not isinstance(raw, dict):
             what = f"{dotted(keys)} = {shown(raw)} is not a table of keys"
             self.findings.append(Finding(keys, what, expected=f"write {section}"))
@@ -150,7 +153,7 @@ class Builder:
         for raw, keys in self._entries(data, name):
             if (isinstance(raw, dict) and raw.get("kind") == KIND) != (kind == KIND):
                 continue
-            table = self._validated(raw, keys, model, f"[[{name}]]")
+            table = self._validate(raw, keys, model, f"[[{name}]]")
             if table is not None:
                 yield table, keys
 
@@ -178,20 +181,20 @@ class Builder:
         name = raw.get("shape")
         model = shapes().get(name) if isinstance(name, str) else None
         if model is None:
-            known = ", ".join(shapes())
-            missing = Finding(("geometry", "shape"), "geometry.shape is missing", expected=known)
+            names = ", ".join(shapes())
+            missing = Finding(("geometry", "shape"), "geometry.shape is missing", expected=names)
             wrong = unknown_name(("geometry", "shape"), name, shapes(), "shape")
             self.findings.append(missing if name is None else wrong)
             return None
         try:
-            rest = {key: value for key, value in raw.items() if key != "shape"}
-            shape = model.model_validate(rest, strict=True, context={"folder": str(self.folder)})
+            dimensions = {key: value for key, value in raw.items() if key != "shape"}
+            shape = model.model_validate(dimensions, strict=True, context={"folder": str(self.folder)})
         except ValidationError as error:
             self.findings += explain(error, model, ("geometry",), f'[geometry] with shape "{name}"')
             return None
-        found = list(checks.dimensions(shape))
-        self.findings += found
-        return None if found else shape
+        findings = list(checks.dimensions(shape))
+        self.findings += findings
+        return None if findings else shape
 
     def _material(self, data: dict[str, Any]) -> Material | None:
         if "material" not in data:
@@ -208,10 +211,10 @@ class Builder:
         self.findings += checks.density(table.density)
         density = DENSITY * table.density
         if table.hardness is not None:
-            others = [name for name in ("parameters", "terms") if getattr(table, name)]
-            found = list(checks.hardness(table.hardness, others, bool(data.get("coupons"))))
-            self.findings += found
-            if found:
+            other_keys = [name for name in ("parameters", "terms") if getattr(table, name)]
+            findings = list(checks.hardness(table.hardness, other_keys, bool(data.get("coupons"))))
+            self.findings += findings
+            if findings:
                 return None
             return replace(from_hardness(table.law, table.hardness, table.bulk_modulus), density=density)
         material = Material(table.law, table.bulk_modulus, dict(table.parameters), table.terms, density)
@@ -233,21 +236,21 @@ class Builder:
             shape.specimen if shape else modes()[name].specimen if name in modes() else "bushing"
         )
         bulk_modulus = material.bulk_modulus if material else None
-        found = list(checks.mode(keys, name, specimen, type(shape).name if shape else None, bulk_modulus))
-        self.findings += found
-        return not found
+        findings = list(checks.mode(keys, name, specimen, type(shape).name if shape else None, bulk_modulus))
+        self.findings += findings
+        return not findings
 
     def _load_case(
         self, table: LoadCaseTable, keys: Keys, shape: Shape | None, material: Material | None
     ) -> LoadCase | None:
-        given = [key for key in PROGRAMS if getattr(table, key) is not None]
-        if len(given) != 1:
-            what = f"{dotted(keys)} has " + (" and ".join(given) if given else "no program")
-            at = (*keys, given[-1]) if given else keys
+        programs = [key for key in PROGRAMS if getattr(table, key) is not None]
+        if len(programs) != 1:
+            what = f"{dotted(keys)} has " + (" and ".join(programs) if programs else "no program")
+            at = (*keys, programs[-1]) if programs else keys
             self.findings.append(Finding(at, what, expected=f"give one of {', '.join(PROGRAMS)}"))
-        if not self._mode(keys, table.mode, shape, None, material) or len(given) != 1:
+        if not self._mode(keys, table.mode, shape, None, material) or len(programs) != 1:
             return None
-        key, by_force = (*keys, given[0]), given[0].startswith("force")
+        key, by_force = (*keys, programs[0]), programs[0].startswith("force")
         if by_force and (modes()[table.mode].specimen == "coupon" or modes()[table.mode].follow is not None):
             what = f"{dotted(key)}: mode {shown(table.mode)} is loaded by a displacement"
             self.findings.append(
@@ -255,9 +258,9 @@ class Builder:
             )
             return None
         if motion_path.is_meant(table):
-            found, findings = motion_path.load_case(table, keys, shape, self._validated)
+            path_case, findings = motion_path.load_case(table, keys, shape, self._validate)
             self.findings += findings
-            return found
+            return path_case
         name = table.force_file if by_force else table.file
         if name is not None:
             if table.rate is not None:
@@ -279,7 +282,7 @@ class Builder:
         rate = None if table.rate is None else unit * table.rate
         load_case = LoadCase(table.mode, path, rate, by_force=by_force, steps=table.steps)
         if any(a == b for a, b in pairwise(path)):
-            what = f"{dotted(key)} = {shown(getattr(table, given[0]))} stands still"
+            what = f"{dotted(key)} = {shown(getattr(table, programs[0]))} stands still"
             self.findings.append(
                 Finding(
                     key, what, expected="consecutive points must differ; write a hold as a file with times"
@@ -296,9 +299,9 @@ class Builder:
             return None
         from bushcli.case import vibrations  # few cases have a dynamic test
 
-        found, findings = vibrations.test(table, keys, shape, self._validated)
+        vibration_test, findings = vibrations.test(table, keys, shape, self._validate)
         self.findings += findings
-        return found
+        return vibration_test
 
     def _sources(
         self, data: dict[str, Any], section: str, shape: Shape | None, material: Material | None
@@ -323,7 +326,7 @@ class Builder:
         self, data: dict[str, Any], shape: Shape | None, material: Material | None, taken: Sequence[str]
     ) -> tuple[DynamicSource, ...]:
         """Return the tables of dynamic stiffness, of the bushing and of coupons."""
-        found: list[DynamicSource] = []
+        dynamic_sources: list[DynamicSource] = []
         for section, specimen in (("recordings", None), ("coupons", "coupon")):
             tables = list(self._list(data, section, DynamicRecordingTable, KIND))
             if not tables:
@@ -335,14 +338,14 @@ class Builder:
             def known(keys: Keys, mode: str, specimen: str | None = specimen) -> bool:
                 return self._mode(keys, mode, shape, specimen, material)
 
-            names = [*taken, *(one.label for one in found)]
-            found += sources(tables, builder.files, known, names, self.findings)
-        return tuple(found)
+            names = [*taken, *(source.label for source in dynamic_sources)]
+            dynamic_sources += sources(tables, builder.files, known, names, self.findings)
+        return tuple(dynamic_sources)
 
     def _temperature(self, data: dict[str, Any]) -> float | None:
         """Return the temperature of the case, degrees C."""
         keys = ("temperature",)
-        table = self._validated(
+        table = self._validate(
             {key: data[key] for key in keys if key in data}, (), HeatTable, "temperature = 23.0"
         )
         return None if table is None else table.temperature
@@ -357,7 +360,7 @@ class Builder:
             return DEFAULT
         if not isinstance(raw, dict):
             raw = {"percent": raw}
-        table = self._validated(raw, keys, ToleranceTable, "[tolerance]")
+        table = self._validate(raw, keys, ToleranceTable, "[tolerance]")
         return DEFAULT if table is None else Tolerance(float(table.percent), table.name or "")
 
     def _effects(
@@ -390,7 +393,7 @@ class Builder:
             for i, load in enumerate(load_cases)
         ]
         channels += [
-            effects.DeclaredChannel(source.label, source.mode, temperature=_known(source))
+            effects.DeclaredChannel(source.label, source.mode, temperature=_temperature_of(source))
             if isinstance(source, Source)
             # Its rows may have temperatures of their own.
             else effects.DeclaredChannel(source.label, source.mode, (), "dynamic", math.nan)
@@ -403,9 +406,11 @@ class Builder:
         ]
         taken = {channel.name for channel in channels}
         channels += [
-            effects.DeclaredChannel(one.label, one.mode, temperature=_known(one), coupon=True)
-            for one in coupons
-            if one.label not in taken
+            effects.DeclaredChannel(
+                coupon.label, coupon.mode, temperature=_temperature_of(coupon), coupon=True
+            )
+            for coupon in coupons
+            if coupon.label not in taken
         ]
         active, findings = effects.build(tables, channels, shape)
         self.findings += findings
@@ -415,12 +420,14 @@ class Builder:
 S = TypeVar("S", LoadCase | None, DynamicTest | None, Source)
 
 
-def _at(one: S, own: float | None, of_case: float | None) -> S:
+def _at(source: S, of_table: float | None, of_case: float | None) -> S:
     """Return a load case or a source with its own temperature, or with that of the case."""
-    return one if one is None else replace(one, temperature=of_case if own is None else own)
+    return (
+        source if source is None else replace(source, temperature=of_case if of_table is None else of_table)
+    )
 
 
-def _known(source: Source) -> float | None:
+def _temperature_of(source: Source) -> float | None:
     """Return the temperature that the case gives for a recording; nan where a column of its file gives it."""
     return source.temperature if source.temperature_column is None else math.nan
 

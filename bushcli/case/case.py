@@ -163,14 +163,14 @@ class LoadCase(Load):
     def resolved(self, folder: Path) -> dict[str, Any]:
         """Return the load case with the keys and units of the case file, which lies in the folder."""
         if self.source is not None:
-            given = {key: value for key, value in _source(self.source, folder).items() if value}
+            values = {key: value for key, value in _source(self.source, folder).items() if value}
             renamed = {"file": "force_file"} if self.by_force else {}
-            return {renamed.get(key, key): value for key, value in given.items() if key != "name"}
+            return {renamed.get(key, key): value for key, value in values.items() if key != "name"}
         if self.by_force:
             return {"force_path": list(self.path), "rate": self.rate}
-        turned = modes()[self.mode].rotational
-        points = [_rounded(math.degrees(q) if turned else q) for q in self.path]
-        return {"path": points, "rate": _rate(self.rate, turned)}
+        rotational = modes()[self.mode].rotational
+        points = [_with_twelve_digits(math.degrees(q) if rotational else q) for q in self.path]
+        return {"path": points, "rate": _rate(self.rate, rotational)}
 
 
 @dataclass(frozen=True)
@@ -257,8 +257,8 @@ class DynamicTest(Load):
         q, force : float
             Displacement and force there: mm or rad, N or N mm; s along a path.
         """
-        at, near = (force, NEAR * max(map(abs, self.preload))) if self.by_force else (q, 0.0)
-        return next((i for i, one in enumerate(self.preload) if abs(at - one) <= near), None)
+        value, near = (force, NEAR * max(map(abs, self.preload))) if self.by_force else (q, 0.0)
+        return next((i for i, preload in enumerate(self.preload) if abs(value - preload) <= near), None)
 
     def place(self, q: float) -> str:
         """Return in words where the march is at a displacement (mm or rad; s of a path)."""
@@ -268,13 +268,13 @@ class DynamicTest(Load):
         """Return the vibration and its preloads with the keys and units of the case file."""
         unit = math.degrees(1.0) if modes()[self.vibrating_mode].rotational else 1.0
         shown: dict[str, Any] = {
-            "amplitude": [_rounded(unit * one) for one in self.amplitude] or None,
+            "amplitude": [_with_twelve_digits(unit * value) for value in self.amplitude] or None,
             "frequency": list(self.frequency),
             "point": "transfer" if self.transfer else "driving",
         }
         if self.by_force:
             return {"dynamic": shown | {"preload_force": list(self.preload)}}
-        return {"dynamic": shown | {"preload": [_rounded(unit * q) for q in self.preload]}}
+        return {"dynamic": shown | {"preload": [_with_twelve_digits(unit * q) for q in self.preload]}}
 
 
 @dataclass(frozen=True)
@@ -378,7 +378,7 @@ class Case:
     def channels(self) -> tuple[tuple[str, str], ...]:
         """Name and mode of every channel, load cases first."""
         channels: tuple[LoadCase | Source, ...] = (*self.load_cases, *self.recordings)
-        return tuple((one.label, one.mode) for one in channels)
+        return tuple((channel.label, channel.mode) for channel in channels)
 
     @property
     def files(self) -> tuple[Path, ...]:
@@ -410,10 +410,10 @@ class Case:
 T = TypeVar("T", bound=Load)
 
 
-def named(load_cases: Sequence[T | None], taken: Iterable[str]) -> tuple[T, ...]:
+def named(load_cases: Sequence[T | None], channel_names: Iterable[str]) -> tuple[T, ...]:
     """Return load cases with the names of their channels: the mode, numbered where the mode alone is taken."""
     loads: list[T] = [load for load in load_cases if load is not None]
-    count = Counter([*(load.mode for load in loads), *taken])
+    count = Counter([*(load.mode for load in loads), *channel_names])
     return tuple(
         replace(load, name=load.mode if count[load.mode] == 1 else f"{load.mode}-{number}")
         for number, load in enumerate(loads, 1)
@@ -446,11 +446,15 @@ def resolved(case: Case) -> dict[str, Any]:
     if geometry.get("file"):
         geometry["file"] = _relative(Path(geometry["file"]), folder)
     channels, effects = (*case.channels, *((test.label, test.mode) for test in case.vibrations)), []
-    for one in case.effects:
-        turned = any(modes()[mode].rotational for name, mode in channels if one.acts_on(name, mode, None))
-        values = {k: written(one.effect.parameter(k), value, turned) for k, value in one.values.items()}
-        on = None if one.channels is None else list(one.channels)
-        effects.append({"name": one.effect.name, "parameters": values, "channels": on})
+    for active in case.effects:
+        rotational = any(
+            modes()[mode].rotational for name, mode in channels if active.acts_on(name, mode, None)
+        )
+        values = {
+            k: written(active.effect.parameter(k), value, rotational) for k, value in active.values.items()
+        }
+        channel_names = None if active.channels is None else list(active.channels)
+        effects.append({"name": active.effect.name, "parameters": values, "channels": channel_names})
     shown: dict[str, Any] = {
         "title": case.title,
         "tolerance": {"percent": case.tolerance.percent, "class": case.tolerance.name or None},
@@ -468,12 +472,12 @@ def resolved(case: Case) -> dict[str, Any]:
             else "inf",
             "parameters": dict(case.material.parameters),
             "terms": case.material.terms,
-            "density": _rounded(case.material.density / DENSITY),
+            "density": _with_twelve_digits(case.material.density / DENSITY),
             "hardness": case.material.hardness,
         },
         "load_cases": [
-            *(_written(one) | one.resolved(folder) for one in case.load_cases),
-            *(_written(one) | one.resolved() for one in case.vibrations),
+            *(_written(load) | load.resolved(folder) for load in case.load_cases),
+            *(_written(test) | test.resolved() for test in case.vibrations),
         ],
         "recordings": [_source(source, folder) for source in case.recordings] + _dynamic(case, "bushing"),
         "coupons": [_source(source, folder) for source in case.coupons] + _dynamic(case, "coupon"),
@@ -482,24 +486,24 @@ def resolved(case: Case) -> dict[str, Any]:
     if case.temperature is not None:
         shown["temperature"] = case.temperature
     if case.specimens:
-        shown["specimens"] = [_source(one, folder) for one in case.specimens]
+        shown["specimens"] = [_source(specimen, folder) for specimen in case.specimens]
     if case.toleranced:
-        shown["toleranced"] = {key: vars(one) for key, one in case.toleranced.items()}
+        shown["toleranced"] = {key: vars(tolerance) for key, tolerance in case.toleranced.items()}
     return shown
 
 
-def _written(one: Load) -> dict[str, Any]:
-    warm = {} if one.temperature is None else {"temperature": one.temperature}
-    return {"mode": one.mode, "steps": one.steps, **warm}
+def _written(load: Load) -> dict[str, Any]:
+    temperature = {} if load.temperature is None else {"temperature": load.temperature}
+    return {"mode": load.mode, "steps": load.steps, **temperature}
 
 
-def _rounded(value: float) -> float:
+def _with_twelve_digits(value: float) -> float:
     """Return a number with twelve digits: 30 degrees must not come back as 29.999999999999996."""
     return float(f"{value:.12g}")
 
 
-def _rate(rate: float | None, turned: bool) -> float | None:
-    return rate if rate is None or not turned else _rounded(math.degrees(rate))
+def _rate(rate: float | None, rotational: bool) -> float | None:
+    return rate if rate is None or not rotational else _with_twelve_digits(math.degrees(rate))
 
 
 def _six(path: SixPath) -> dict[str, Any]:
@@ -507,14 +511,14 @@ def _six(path: SixPath) -> dict[str, Any]:
     for k, name in enumerate(MOTIONS):
         if k not in path.free and path.motion[:, k].any():
             values = np.degrees(path.motion[:, k]) if k >= 3 else path.motion[:, k]
-            shown[name] = list(map(_rounded, values))
+            shown[name] = list(map(_with_twelve_digits, values))
     shown |= {REACTIONS[k]: path.loads[:, k].tolist() for k in path.loaded}
     free = [MOTIONS[k] for k in path.free if k not in path.loaded]
     return shown | ({"free": free} if free else {})
 
 
 def _source(source: Source, folder: Path) -> dict[str, Any]:
-    turned = source.mode in modes() and modes()[source.mode].rotational
+    rotational = source.mode in modes() and modes()[source.mode].rotational
     six = source.six
     rarer = {
         "branch": source.branch,
@@ -522,7 +526,7 @@ def _source(source: Source, folder: Path) -> dict[str, Any]:
         "group": source.group,
         "rows": dict(source.rows) or None,
         "sample_rate": source.sample_rate,
-        "rate": _rate(source.rate, turned),
+        "rate": _rate(source.rate, rotational),
         "conditioning": source.conditioning or None,
         "standard": source.standard,
         "temperature": source.temperature,
@@ -536,8 +540,8 @@ def _source(source: Source, folder: Path) -> dict[str, Any]:
         "mode": source.mode,
         "file": _relative(source.file, folder),
         "name": source.label,
-        "columns": dict(source.columns) | _given("temperature", source.temperature_column),
-        "units": dict(source.units) | _given("temperature", source.temperature_unit or None),
+        "columns": dict(source.columns) | _entry_of("temperature", source.temperature_column),
+        "units": dict(source.units) | _entry_of("temperature", source.temperature_unit or None),
         "delimiter": source.delimiter,
         "decimal": source.decimal,
         "reverse": None if source.reverse is None else list(source.reverse),
@@ -548,10 +552,10 @@ def _source(source: Source, folder: Path) -> dict[str, Any]:
 
 
 def _dynamic(case: Case, specimen: str) -> list[dict[str, Any]]:
-    return [shown_source(one) for one in case.dynamic if modes()[one.mode].specimen == specimen]
+    return [shown_source(source) for source in case.dynamic if modes()[source.mode].specimen == specimen]
 
 
-def _given(key: str, value: str | int | None) -> dict[Any, Any]:
+def _entry_of(key: str, value: str | int | None) -> dict[Any, Any]:
     return {} if value is None else {key: value}
 
 

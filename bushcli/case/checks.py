@@ -57,23 +57,25 @@ def parameters(material: Material) -> Iterator[Finding]:
         return
     sound = True
     for name, value in material.parameters.items():
-        known = next((p for p in law.parameters if p.name == name), None)
-        if known is None:
+        parameter = next((p for p in law.parameters if p.name == name), None)
+        if parameter is None:
             sound = False
             names = [p.name for p in law.parameters]
             what = f"{dotted((*_PARAMETERS, name))} is not a parameter of {law.name}"
             yield Finding((*_PARAMETERS, name), what, nearest(name, names), ", ".join(names))
-        elif not known.admits(value):
+        elif not parameter.admits(value):
             sound = False
             what = f"{dotted((*_PARAMETERS, name))} = {shown(value)} is out of bounds"
-            yield Finding((*_PARAMETERS, name), what, expected=_bounds(known))
+            yield Finding((*_PARAMETERS, name), what, expected=_bounds(parameter))
     # Required ones, and the rest of each term of which one is given.
     started = [group for group in terms[1:] if any(name in material.parameters for name in group)]
     for name in (name for group in (terms[0], *started) for name in group if name not in material.parameters):
         sound = False
-        known = law.parameter(name)
+        parameter = law.parameter(name)
         what = f"{dotted((*_PARAMETERS, name))} is missing"
-        yield Finding((*_PARAMETERS, name), what, expected=f"{law.name}: {known.meaning}, {_bounds(known)}")
+        yield Finding(
+            (*_PARAMETERS, name), what, expected=f"{law.name}: {parameter.meaning}, {_bounds(parameter)}"
+        )
     if sound:
         yield from moduli(material)
 
@@ -134,14 +136,14 @@ def dimensions(shape: Shape) -> Iterator[Finding]:
         yield Finding(("geometry", name), what, expected=f"dimensions are in mm, at most {LARGEST:g}")
 
 
-def hardness(shore_a: float, others: Sequence[str], coupons: bool) -> Iterator[Finding]:
+def hardness(shore_a: float, other_keys: Sequence[str], coupons: bool) -> Iterator[Finding]:
     """Check a hardness that is given for the law's parameters, and that nothing better is given beside it.
 
     Parameters
     ----------
     shore_a : float
         Shore A hardness, a number without a unit.
-    others : sequence of str
+    other_keys : sequence of str
         Keys of ``[material]`` that are given as well and determine the law.
     coupons : bool
         Whether there are coupon tests.
@@ -150,9 +152,9 @@ def hardness(shore_a: float, others: Sequence[str], coupons: bool) -> Iterator[F
     if not LOWEST <= shore_a <= HIGHEST:
         what = f"material.hardness = {shore_a:g} is no hardness for which Gent's relation holds"
         yield Finding(keys, what, expected=f"Shore A, {LOWEST:g} to {HIGHEST:g}")
-    known = [f"material.{name}" for name in others] + ["[[coupons]]"] * coupons
-    if known:
-        what = f"material.hardness and {' and '.join(known)} are given: a hardness says less than they do"
+    sources = [f"material.{name}" for name in other_keys] + ["[[coupons]]"] * coupons
+    if sources:
+        what = f"material.hardness and {' and '.join(sources)} are given: a hardness says less than they do"
         yield Finding(keys, what, expected="leave material.hardness out")
 
 
@@ -185,17 +187,17 @@ def mode(
     bulk_modulus : float or None
         MPa, inf for an incompressible rubber; None where the material is not known.
     """
-    known = modes().get(name)
+    mode_of_name = modes().get(name)
     fitting = [other.name for other in modes().values() if other.specimen == specimen]
-    if known is None:
+    if mode_of_name is None:
         yield unknown_name((*keys, "mode"), name, fitting, "mode")
-    elif known.specimen != specimen:
+    elif mode_of_name.specimen != specimen:
         owner = f'shape "{shape}"' if shape else f"[[{keys[0]}]]"
-        here = f"{dotted((*keys, 'mode'))} = {shown(name)}"
-        what = f"{here} is a mode of a {known.specimen}, but {owner} is a {specimen}"
+        setting = f"{dotted((*keys, 'mode'))} = {shown(name)}"
+        what = f"{setting} is a mode of a {mode_of_name.specimen}, but {owner} is a {specimen}"
         yield Finding((*keys, "mode"), what, expected=", ".join(fitting))
     elif (
-        known.needs_compressibility
+        mode_of_name.needs_compressibility
         and bulk_modulus is not None
         and math.isinf(bulk_modulus)
         and keys[0] != "coupons"  # from which it is identified
@@ -230,11 +232,11 @@ def travel(keys: Keys, mode: str, path: Sequence[float], shape: Shape) -> Iterat
         what = f"{dotted(keys)} = {min(path):g} compresses the specimen to zero length"
         yield Finding(keys, what, expected="stretch - 1, above -1")
     if kind.specimen == "bushing":
-        along, turned = (0.0, amplitude) if kind.rotational else (amplitude, 0.0)
-        yield from too_far(keys, shape, kind.sideways * amplitude, along, turned)
+        along, angle = (0.0, amplitude) if kind.rotational else (amplitude, 0.0)
+        yield from too_far(keys, shape, kind.sideways * amplitude, along, angle)
 
 
-def too_far(keys: Keys, shape: Shape | None, across: float, along: float, turned: float) -> Iterator[Finding]:
+def too_far(keys: Keys, shape: Shape | None, across: float, along: float, angle: float) -> Iterator[Finding]:
     """Yield the first reason for which a sleeve cannot move so far.
 
     Parameters
@@ -242,7 +244,7 @@ def too_far(keys: Keys, shape: Shape | None, across: float, along: float, turned
     keys : Keys
         Place of the path in the case file.
     shape : Shape
-    across, along, turned : float
+    across, along, angle : float
         Largest displacement across the axis and in any direction of a single motion, mm; largest angle, rad.
     """
     if shape is None:
@@ -255,6 +257,6 @@ def too_far(keys: Keys, shape: Shape | None, across: float, along: float, turned
         what = f"{dotted(keys)} = {along:g} is {along / annulus.thickness:.0f} times the rubber's thickness"
         most = MOST_SHEAR * annulus.thickness
         yield Finding(keys, what, expected=f"at most {most:g} mm: beyond that rubber tears")
-    elif turned > math.pi:
-        what = f"{dotted(keys)} = {math.degrees(turned):g} turns the sleeve by more than 180 degrees"
+    elif angle > math.pi:
+        what = f"{dotted(keys)} = {math.degrees(angle):g} turns the sleeve by more than 180 degrees"
         yield Finding(keys, what, expected="an angle in degrees, at most 180")

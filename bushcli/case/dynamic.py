@@ -71,13 +71,13 @@ def sources(
     findings: list[Finding],
 ) -> tuple[DynamicSource, ...]:
     """Return the sources of the tables of a case file; what is wrong is added to `findings`."""
-    made: list[DynamicSource] = []
+    dynamic_sources: list[DynamicSource] = []
     for table, keys in tables:
-        names = [*taken, *(one.label for one in made)]
+        names = [*taken, *(source.label for source in dynamic_sources)]
         if table.name in names:
             what = f"{dotted((*keys, 'name'))} = {shown(table.name)} is the name of another channel"
             findings.append(Finding((*keys, "name"), what))
-        found, _ = files((*keys, "file"), table.file)
+        paths, _ = files((*keys, "file"), table.file)
         if not known((*keys, "mode"), table.mode):
             continue
         findings += _columns(table, keys)
@@ -87,24 +87,24 @@ def sources(
             number += 1
             name = f"{table.mode}_{number}"
         unit = math.radians(1.0) if modes()[table.mode].rotational else 1.0
-        given: dict[str, Any] = {key: getattr(table, key) for key in _AS_GIVEN}
+        values: dict[str, Any] = {key: getattr(table, key) for key in _AS_GIVEN}
         for key in _TURNED:
             value = getattr(table, key)
-            given[key] = None if value is None else unit * value
-        made.append(
+            values[key] = None if value is None else unit * value
+        dynamic_sources.append(
             DynamicSource(
                 mode=table.mode,
-                files=tuple(found),
+                files=tuple(paths),
                 name=name,
                 pattern=table.file,
                 columns=dict(table.columns or {}),
                 units=dict(table.units or {}),
                 delimiter=DELIMITERS.get(table.delimiter or "", table.delimiter),
                 accepted_faults=tuple(table.accept or ()),
-                **given,
+                **values,
             )
         )
-    return tuple(made)
+    return tuple(dynamic_sources)
 
 
 def _columns(table: DynamicRecordingTable, keys: Keys) -> list[Finding]:
@@ -114,13 +114,13 @@ def _columns(table: DynamicRecordingTable, keys: Keys) -> list[Finding]:
     from bushcli.recording.header.units import read_unit
 
     mode, findings = modes()[table.mode], []
-    every = (*COLUMNS, *LOOP_COLUMNS)
+    column_names = (*COLUMNS, *LOOP_COLUMNS)
     for section in ("columns", "units"):
         for key in getattr(table, section) or {}:
-            if key not in every:
+            if key not in column_names:
                 at = (*keys, section, key)
                 what = f"{dotted(at)} is not a column of a dynamic table"
-                findings.append(Finding(at, what, nearest(key, every), ", ".join(every)))
+                findings.append(Finding(at, what, nearest(key, column_names), ", ".join(column_names)))
     for key, text in (table.units or {}).items():
         unit = read_unit(text)
         if key in COLUMNS and (unit is None or unit.kind not in suited_kinds(key, mode)):
@@ -136,12 +136,12 @@ def _columns(table: DynamicRecordingTable, keys: Keys) -> list[Finding]:
 
 def shown_source(source: DynamicSource) -> dict[str, Any]:
     """Return a source as JSON-ready data, with the keys and units of the case file; what is not given is left out."""
-    turned = modes()[source.mode].rotational
-    own: Mapping[str, Any] = vars(source)
+    rotational = modes()[source.mode].rotational
+    fields: Mapping[str, Any] = vars(source)
     other = ("files", "pattern", "columns", "units", "name", "accepted_faults")
-    shown_keys = {key: own[key] for key in own if key not in other}
+    shown_keys = {key: fields[key] for key in fields if key not in other}
     for key in _TURNED:
-        if turned and shown_keys[key] is not None:
+        if rotational and shown_keys[key] is not None:
             shown_keys[key] = float(f"{math.degrees(shown_keys[key]):.12g}")
     shown_keys |= {"columns": dict(source.columns) or None, "units": dict(source.units) or None}
     shown_keys["accept"] = list(source.accepted_faults) or None

@@ -61,29 +61,37 @@ def build(
         twins = [other for other in active if other.effect.name == effect.name]
         names = None if table.channels is None else tuple(dict.fromkeys(table.channels))
         # A second use belongs to another rig if it has channels of its own, and so has every other one.
-        taken = {name for other in twins for name in other.channels or ()}
+        occupied = {name for other in twins for name in other.channels or ()}
         apart = effect.of_rig and names and all(other.channels is not None for other in twins)
-        if twins and not (apart and not set(names or ()) & taken):
+        if twins and not (apart and not set(names or ()) & occupied):
             what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} is given twice"
-            wanted = (
+            expected_modes = (
                 "list different channels in the two entries: channels = [...]"
                 if effect.of_rig
                 else "list each effect once; channels = [...] says which channels have it"
             )
-            findings.append(Finding((*keys, "name"), what, expected=wanted))
+            findings.append(Finding((*keys, "name"), what, expected=expected_modes))
             continue
         findings += _channels(effect, table, keys, channels)
-        warm = {one.name: one.temperature for one in channels if one.temperature is not None}
-        plain = ActiveEffect(effect, channels=names, temperatures=warm if effect.needs_temperature else {})
-        on = [channel for channel in channels if plain.acts_on(channel.name, channel.mode, channel.kind)]
-        rotational = any(modes()[channel.mode].rotational for channel in on)
-        values, wrong = _values(effect, table, keys, rotational, shape)
-        findings += wrong
-        others = [name for other, _ in tables if (name := other.name) != effect.name]
-        for what, expected in () if shape is None else unsuited(effect, shape, others, values):
+        temperatures = {
+            channel.name: channel.temperature for channel in channels if channel.temperature is not None
+        }
+        without_values = ActiveEffect(
+            effect, channels=names, temperatures=temperatures if effect.needs_temperature else {}
+        )
+        channels_of_effect = [
+            channel
+            for channel in channels
+            if without_values.acts_on(channel.name, channel.mode, channel.kind)
+        ]
+        rotational = any(modes()[channel.mode].rotational for channel in channels_of_effect)
+        values, value_findings = _values(effect, table, keys, rotational, shape)
+        findings += value_findings
+        other_names = [name for other, _ in tables if (name := other.name) != effect.name]
+        for what, expected in () if shape is None else unsuited(effect, shape, other_names, values):
             at = (*keys, "name")
             findings.append(Finding(at, f"{dotted(at)} = {shown(effect.name)}: {what}", expected=expected))
-        active.append(replace(plain, values=values))
+        active.append(replace(without_values, values=values))
     return list(uniquely_named(active)), findings
 
 
@@ -95,40 +103,48 @@ def _channels(
     expected = ", ".join(acts)
     if len(effect.kinds) == 1:
         expected += "; " + _OF_KIND[min(effect.kinds)]
-    known = {channel.name: channel for channel in channels}
-    having = [channel for channel in channels if effect.acts_on(channel.mode, channel.kind)]
+    by_name = {channel.name: channel for channel in channels}
+    acting = [channel for channel in channels if effect.acts_on(channel.mode, channel.kind)]
     for index, name in enumerate(table.channels or []):
         at = (*keys, "channels", index)
-        if name not in known:
-            yield unknown_name(at, name, known, "channel")
-        elif known[name] not in having:
+        if name not in by_name:
+            yield unknown_name(at, name, by_name, "channel")
+        elif by_name[name] not in acting:
             on_what = (
-                f"mode {known[name].mode}" if known[name].mode not in acts else _OF_KIND[known[name].kind]
+                f"mode {by_name[name].mode}"
+                if by_name[name].mode not in acts
+                else _OF_KIND[by_name[name].kind]
             )
             what = f"{dotted(at)} = {shown(name)}: {effect.name} does not act on {on_what}"
             yield Finding(at, what, expected=expected)
-    on = [one for one in having if one.name in (table.channels or [])]
+    channels_of_effect = [channel for channel in acting if channel.name in (table.channels or [])]
     if table.channels is None:
-        on = [one for one in having if not one.coupon] or having
-    if table.channels is None and not on:
-        there = (
+        channels_of_effect = [channel for channel in acting if not channel.coupon] or acting
+    if table.channels is None and not channels_of_effect:
+        present = (
             ", ".join(dict.fromkeys(channel.mode for channel in channels)) or "no recording and no load case"
         )
-        what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} acts on nothing in this case, which has {there}"
+        what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} acts on nothing in this case, which has {present}"
         yield Finding((*keys, "name"), what, expected=expected)
-    turned = [channel for channel in on if modes()[channel.mode].rotational]
-    if turned and len(turned) < len(on) and any(unit(p, True) != p.unit for p in effect.parameters):
-        straight = next(channel for channel in on if channel not in turned)
-        what = (
-            f"{dotted(keys)}: {effect.name} acts on {straight.name} in mm and on {turned[0].name} in degrees"
-        )
+    rotational = [channel for channel in channels_of_effect if modes()[channel.mode].rotational]
+    if (
+        rotational
+        and len(rotational) < len(channels_of_effect)
+        and any(unit(p, True) != p.unit for p in effect.parameters)
+    ):
+        straight = next(channel for channel in channels_of_effect if channel not in rotational)
+        what = f"{dotted(keys)}: {effect.name} acts on {straight.name} in mm and on {rotational[0].name} in degrees"
         yield Finding((*keys, "channels"), what, expected="list channels of one kind only: channels = [...]")
-    for channel in on if effect.needs_time else []:
+    for channel in channels_of_effect if effect.needs_time else []:
         if channel.untimed:
             at = (*keys, "name")
             what = f"{dotted(at)} = {shown(effect.name)} needs time, but {dotted(channel.untimed)} has none"
             yield Finding(at, what, expected="give it a rate, or leave it out of channels = [...]")
-    lacking = [one.name for one in on if effect.needs_temperature and one.temperature is None]
+    lacking = [
+        channel.name
+        for channel in channels_of_effect
+        if effect.needs_temperature and channel.temperature is None
+    ]
     if lacking:
         at = (*keys, "name")
         what = f"{dotted(at)} = {shown(effect.name)} needs a temperature, which {', '.join(lacking)} "
@@ -143,49 +159,51 @@ def _values(
     """Return the given values by the parameters' own names, in internal units; a choice always has a value."""
     values: dict[str, float] = {}
     findings: list[Finding] = []
-    own = {p.name: p for p in effect.parameters}
+    by_name = {p.name: p for p in effect.parameters}
     reciprocal = {p.reciprocal[0]: p for p in effect.parameters if p.reciprocal}
-    known = [
+    parameter_names = [
         name for p in effect.parameters for name in ([p.reciprocal[0]] if p.reciprocal else []) + [p.name]
     ]
     # A choice or a reference cannot be identified: if the case does not give one, the default is used.
     chosen = {p.name: p.start for p in effect.parameters if p.of_mesh and not p.scan}
-    for name, given in table.parameters.items():
+    for name, raw in table.parameters.items():
         at = (*keys, "parameters", name)
-        parameter = own.get(name) or reciprocal.get(name)
+        parameter = by_name.get(name) or reciprocal.get(name)
         if parameter is None:
             what = f"{dotted(at)} is not a parameter of {effect.name}"
-            findings.append(Finding(at, what, nearest(name, known), ", ".join(known)))
-        elif not _used(parameter, effect, table):
+            findings.append(Finding(at, what, nearest(name, parameter_names), ", ".join(parameter_names)))
+        elif not _is_used(parameter, effect, table):
             words = " or ".join(p.name for p in effect.parameters if p.choices)
             what = f"{dotted(at)} has no meaning with this {words}"
-            expected = ", ".join(p.name for p in effect.parameters if _used(p, effect, table))
+            expected = ", ".join(p.name for p in effect.parameters if _is_used(p, effect, table))
             findings.append(Finding(at, what, expected=f'{expected}; or {words} = "{parameter.under}"'))
         elif parameter.choices:
-            if given in parameter.choices:
-                chosen[name] = float(parameter.choices.index(str(given)))
+            if raw in parameter.choices:
+                chosen[name] = float(parameter.choices.index(str(raw)))
             else:
-                findings.append(unknown_name(at, given, parameter.choices, f"choice of {name}"))
-        elif isinstance(given, str):
-            findings.append(Finding(at, f"{dotted(at)} = {shown(given)} is not a number"))
+                findings.append(unknown_name(at, raw, parameter.choices, f"choice of {name}"))
+        elif isinstance(raw, str):
+            findings.append(Finding(at, f"{dotted(at)} = {shown(raw)} is not a number"))
         elif parameter.name in values:
             what = f"{dotted(at)} is given twice: {parameter.name} is 1/{parameter.reciprocal[0]}"  # type: ignore[index]
             findings.append(Finding(at, what, expected="give one of them"))
         else:
-            inverted = name not in own
-            value = (1.0 / given if given else math.inf) if inverted else inside(parameter, given, rotational)
+            inverted = name not in by_name
+            value = (1.0 / raw if raw else math.inf) if inverted else inside(parameter, raw, rotational)
             values[parameter.name] = value
             low, high = parameter.bounds(shape)
             if not parameter.admits(value) or not low <= value <= high:
-                what = f"{dotted(at)} = {shown(given)} is out of bounds"
+                what = f"{dotted(at)} = {shown(raw)} is out of bounds"
                 findings.append(Finding(at, what, expected=_bounds(parameter, inverted, rotational, shape)))
     return chosen | values, findings
 
 
-def _used(parameter: EffectParameter, effect: Effect, table: EffectTable) -> bool:
+def _is_used(parameter: EffectParameter, effect: Effect, table: EffectTable) -> bool:
     """Whether a parameter is used with the choices that a table makes."""
-    chosen = [table.parameters.get(p.name, p.choices[round(p.start)]) for p in effect.parameters if p.choices]
-    return parameter.under in ("", *chosen)
+    choices = [
+        table.parameters.get(p.name, p.choices[round(p.start)]) for p in effect.parameters if p.choices
+    ]
+    return parameter.under in ("", *choices)
 
 
 def _bounds(parameter: EffectParameter, inverted: bool, rotational: bool, shape: Shape | None) -> str:

@@ -87,10 +87,10 @@ def unknown_name(keys: Keys, name: object, known: Iterable[str], kind: str) -> F
 
 def explain(error: ValidationError, model: type[BaseModel], at: Keys, section: str) -> list[Finding]:
     """Translate pydantic's findings about one table into findings with the keys of the case file."""
-    return [_explained(item, model, at, section) for item in error.errors(include_url=False)]
+    return [_finding_of(item, model, at, section) for item in error.errors(include_url=False)]
 
 
-def _explained(item: Any, model: type[BaseModel], at: Keys, section: str) -> Finding:
+def _finding_of(item: Any, model: type[BaseModel], at: Keys, section: str) -> Finding:
     loc: Keys = tuple(item["loc"])
     keys, key, kind, context = at + loc, dotted(at + loc), item["type"], item.get("ctx", {})
     if kind == "extra_forbidden":
@@ -112,9 +112,12 @@ def _explained(item: Any, model: type[BaseModel], at: Keys, section: str) -> Fin
         field = next((f for name, f in fields.items() if place[-1] in (name, f.alias)), None)
         literals = [t for t in _types(field and field.annotation) if typing.get_origin(t) is typing.Literal]
         choices = [choice for t in literals for choice in typing.get_args(t) if isinstance(choice, str)]
-        near = nearest(item["input"], choices, cutoff=0.5) if isinstance(item["input"], str) else ""
+        nearest_name = nearest(item["input"], choices, cutoff=0.5) if isinstance(item["input"], str) else ""
         return Finding(
-            keys, f"{key} = {shown(item['input'])} is not allowed", near, ", ".join(map(shown, choices))
+            keys,
+            f"{key} = {shown(item['input'])} is not allowed",
+            nearest_name,
+            ", ".join(map(shown, choices)),
         )
     template = _REQUIREMENTS.get(kind)
     requirement = template.format(**context) if template else item["msg"].replace("Input should", "should")

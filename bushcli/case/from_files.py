@@ -107,12 +107,12 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
     coupons = [entry for entry in entries if entry not in bushing]
     # A length in mm, in proportion to the travel of the recordings.
     travels = [
-        8.0 if modes()[one.source.mode].rotational else float(abs(one.recording.displacement).max())
-        for one in bushing
+        8.0 if modes()[entry.source.mode].rotational else float(abs(entry.recording.displacement).max())
+        for entry in bushing
     ]
     reach = max((min(max(travel, 2.0), 50.0) for travel in travels), default=8.0)
     head = _HEAD.format(
-        title=_quoted(printable(folder.resolve().name) or "bushing"),
+        title=_json_string(printable(folder.resolve().name) or "bushing"),
         # Rubber twice as thick as the largest travel, and a bush of usual proportions around it.
         inner=reach,
         outer=3.0 * reach,
@@ -130,9 +130,11 @@ def _written(file: Path, folder: Path) -> str:
 
 def _names(entries: Sequence[_Entry]) -> list[str]:
     """Return the names of channels: that of the file if the mode occurs more than once, else an empty one."""
-    found = [entry.source.mode for entry in entries]
+    entry_modes = [entry.source.mode for entry in entries]
     stems = numbered([entry.source.file.stem for entry in entries])
-    return [stem if found.count(mode) > 1 else "" for mode, stem in zip(found, stems, strict=True)]
+    return [
+        stem if entry_modes.count(mode) > 1 else "" for mode, stem in zip(entry_modes, stems, strict=True)
+    ]
 
 
 def _entry(file: Path, tables: TableCache) -> _Entry:
@@ -141,9 +143,9 @@ def _entry(file: Path, tables: TableCache) -> _Entry:
     if path is not None:
         return path
     errors: list[tuple[bool, RecordingError]] = []
-    for kind, machine in _ordered(file):
-        named = modes_of_name(file.stem, modes()[kind[0]].specimen)
-        guessed = next((mode for mode in named if mode in kind), None)
+    for kind, machine in _kinds_in_order(file):
+        modes_in_name = modes_of_name(file.stem, modes()[kind[0]].specimen)
+        guessed = next((mode for mode in modes_in_name if mode in kind), None)
         for source, remarks in _ways(Source(guessed or kind[0], file), machine, tables):
             try:
                 recording = read_recording(source, tables=tables)
@@ -153,22 +155,23 @@ def _entry(file: Path, tables: TableCache) -> _Entry:
                     fitting = _fitting(source, tables)
                 errors.append((not fitting, error))
                 continue
-            own = modes()[kind[0]]
+            mode_of_file = modes()[kind[0]]
             # Those of the same specimen, with the same kind of displacement.
             alike = [
-                one.name
-                for one in modes().values()
-                if one.words and (one.specimen, one.rotational) == (own.specimen, own.rotational)
+                mode.name
+                for mode in modes().values()
+                if mode.words
+                and (mode.specimen, mode.rotational) == (mode_of_file.specimen, mode_of_file.rotational)
             ]
-            possible = named if len(named) > 1 else kind if len(kind) > 1 else alike
-            others = ", ".join(mode for mode in possible if mode != guessed)
+            possible = modes_in_name if len(modes_in_name) > 1 else kind if len(kind) > 1 else alike
+            other_modes = ", ".join(mode for mode in possible if mode != guessed)
             what = f"<-- mode: the file name does not state it; the columns suit {', '.join(kind)}"
-            if guessed is not None and others:
-                what = f"<-- mode: guessed from the name of the file; it may also be {others}"
-            if guessed is None or others:
+            if guessed is not None and other_modes:
+                what = f"<-- mode: guessed from the name of the file; it may also be {other_modes}"
+            if guessed is None or other_modes:
                 remarks = (what, *remarks)
             return _Entry(source, recording, remarks)
-    raise min(errors, key=lambda one: one[0])[1]
+    raise min(errors, key=lambda error: error[0])[1]
 
 
 def _path(file: Path, tables: TableCache) -> _Entry | None:
@@ -189,12 +192,12 @@ def _path(file: Path, tables: TableCache) -> _Entry | None:
             recording = read_recording(Source(PAIR_MODES[k], file, name, columns, six=six), tables=tables)
         except RecordingError:
             continue  # a motion that stands still
-        known = ", ".join([*(name for name in MOTIONS if name in motions), *forces])
-        return _Entry(source, recording, (f"motions and reactions found: {known}",))
+        names = ", ".join([*(name for name in MOTIONS if name in motions), *forces])
+        return _Entry(source, recording, (f"motions and reactions found: {names}",))
     return None
 
 
-def _ordered(file: Path) -> list[tuple[tuple[str, ...], bool]]:
+def _kinds_in_order(file: Path) -> list[tuple[tuple[str, ...], bool]]:
     """Return the kinds of modes, those in the file's name first; each with whether a coupon is in machine units.
 
     A file with stress and strain is of a coupon; one with force and travel can be of either, and is a bushing's unless
@@ -211,11 +214,15 @@ def _ordered(file: Path) -> list[tuple[tuple[str, ...], bool]]:
         kinds[specimen].append(tuple(mode.name for mode in sorted(group, key=lambda mode: not mode.is_usual)))
     order = [(kind, False) for kind in (*kinds["coupon"], *kinds["bushing"])]
     order += [(kind, True) for kind in kinds["coupon"]]
-    named = {mode for specimen in ("bushing", "coupon") for mode in modes_of_name(file.stem, specimen)}
+    modes_in_name = {
+        mode for specimen in ("bushing", "coupon") for mode in modes_of_name(file.stem, specimen)
+    }
     order = [
-        entry for entry in order if named & set(entry[0]) or any(modes()[name].is_usual for name in entry[0])
+        entry
+        for entry in order
+        if modes_in_name & set(entry[0]) or any(modes()[name].is_usual for name in entry[0])
     ]
-    return sorted(order, key=lambda entry: not named & set(entry[0]))
+    return sorted(order, key=lambda entry: not modes_in_name & set(entry[0]))
 
 
 def _ways(source: Source, machine: bool, tables: TableCache) -> Iterator[tuple[Source, tuple[str, ...]]]:
@@ -237,10 +244,10 @@ def _ways(source: Source, machine: bool, tables: TableCache) -> Iterator[tuple[S
     units: dict[Quantity, str] = {"time": "s"}
     for quantity in _QUANTITIES[1:]:
         units[quantity] = _USUAL[source.measured(quantity, mode.specimen, mode.rotational)]
-    plain = None if format_of(source.file) else read_table(source.file)
-    if plain is not None and len(plain.names) in (2, 3) and not any(plain.names) and not any(plain.units):
+    table = None if format_of(source.file) else read_table(source.file)
+    if table is not None and len(table.names) in (2, 3) and not any(table.names) and not any(table.units):
         # Two or three columns in the most common order.
-        names: tuple[Quantity, ...] = _QUANTITIES[3 - len(plain.names) :]
+        names: tuple[Quantity, ...] = _QUANTITIES[3 - len(table.names) :]
         columns: dict[Quantity, str | int] = {name: i for i, name in enumerate(names, start=1)}
         what = "<-- columns, units: the file has no header; time, travel and force in this order?"
         yield replace(source, columns=columns, units={name: units[name] for name in names}), (*remarks, what)
@@ -252,8 +259,8 @@ def _ways(source: Source, machine: bool, tables: TableCache) -> Iterator[tuple[S
 def _fitting(source: Source, tables: TableCache) -> list[Table]:
     """Return the tables of a file that have a displacement and a force of the mode."""
     name = format_of(source.file)
-    found = list(tables.tables(source.file, name, ()).tables) if name else [read_table(source.file)]
-    return [t for t in found if has_columns(t, source, modes()[source.mode], ("displacement", "force"))]
+    candidates = list(tables.tables(source.file, name, ()).tables) if name else [read_table(source.file)]
+    return [t for t in candidates if has_columns(t, source, modes()[source.mode], ("displacement", "force"))]
 
 
 def _with_choices(source: Source, tables: TableCache) -> tuple[Source, tuple[str, ...]]:
@@ -265,23 +272,23 @@ def _with_choices(source: Source, tables: TableCache) -> tuple[Source, tuple[str
     table = fitting[0]
     if len(fitting) > 1:
         source = replace(source, group=table.part)
-        remarks.append(f"<-- group: also {', '.join(_quoted(t.part) for t in fitting[1:6])}")
+        remarks.append(f"<-- group: also {', '.join(_json_string(t.part) for t in fitting[1:6])}")
     columns: dict[Quantity, str | int] = {}
     # Where each channel has a time beside it, none of these is that of all.
     several_times = len(clock_columns(table, source, mode)) > 1
     for quantity in _QUANTITIES[1:] if several_times else _QUANTITIES:
-        wanted = WantedColumn.of(source, mode, quantity)
-        several = candidates(table, wanted) or by_unit(table, wanted)
-        if len(several) > 1:
-            columns[quantity] = several[0] + 1
-            for i in several:
+        column = WantedColumn.of(source, mode, quantity)
+        indices = candidates(table, column) or by_unit(table, column)
+        if len(indices) > 1:
+            columns[quantity] = indices[0] + 1
+            for i in indices:
                 # A channel that stands still is not the one.
                 with suppress(RecordingError):
                     values = table.numbers(i)
                     if values.min() < values.max():
                         columns[quantity] = i + 1
                         break
-            others = ", ".join(f"{i + 1} ({_quoted(table.names[i])})" for i in several[:6])
+            others = ", ".join(f"{i + 1} ({_json_string(table.names[i])})" for i in indices[:6])
             remarks.append(f"<-- columns: the {quantity} could be any of {others}")
     return replace(source, columns=columns), tuple(remarks)
 
@@ -295,7 +302,7 @@ def _table(entry: _Entry, name: str, section: str, folder: Path) -> str:
     lines = [f"# {form}: {len(recording.force)} samples, {time}", f"[[{section}]]"]
     lines.append(f"mode = {json.dumps(source.mode)}")
     if name:
-        lines.append(f"name = {_quoted(name)}")
+        lines.append(f"name = {_json_string(name)}")
     lines.append(f"file = {json.dumps(file, ensure_ascii=False)}")
     if source.group is not None:
         lines.append(f"group = {json.dumps(source.group, ensure_ascii=False)}")
@@ -318,5 +325,5 @@ def _table(entry: _Entry, name: str, section: str, folder: Path) -> str:
     return "\n" + "\n".join(printable(line.replace("\n", " ")) for line in lines) + "\n"
 
 
-def _quoted(text: str) -> str:
+def _json_string(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)

@@ -34,11 +34,11 @@ def youngs_modulus(shore_a: float) -> float:
 
 def from_hardness(law: str, shore_a: float, bulk_modulus: float = math.inf) -> Material:
     """Return a law whose initial shear modulus is E/3 of a hardness, in the proportions of its start values."""
-    chosen = laws()[law]
-    factor = youngs_modulus(shore_a) / 3.0 / float(chosen.shear_modulus(**chosen.start))
+    model = laws()[law]
+    factor = youngs_modulus(shore_a) / 3.0 / float(model.shear_modulus(**model.start))
     values = {
-        name: value * factor if chosen.parameter(name).unit == "MPa" else value
-        for name, value in chosen.start.items()
+        name: value * factor if model.parameter(name).unit == "MPa" else value
+        for name, value in model.start.items()
     }
     return Material(law, bulk_modulus, values, hardness=shore_a)
 

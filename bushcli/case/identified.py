@@ -51,60 +51,69 @@ def identified(result: Mapping[str, Any]) -> dict[str, Any]:
     result : mapping
         The JSON of `direct`, `dynamic`, `fit`, `inverse` or `diagnose`.
     """
-    shown = result["case"]
-    command, effects = result["command"], [dict(one) for one in shown.get("effects", [])]
+    case_document = result["case"]
+    command, effects = result["command"], [dict(effect) for effect in case_document.get("effects", [])]
     material = (
-        _with_law(shown, result.get("material", {}))
+        _with_law(case_document, result.get("material", {}))
         if command in ("direct", "dynamic", "diagnose")
-        else shown["material"]
+        else case_document["material"]
     )
     if command == "diagnose":
         effects = [
             {
-                "name": one["name"],
-                "parameters": {name: value["value"] for name, value in one["parameters"].items()},
-                "channels": one.get("channels"),
+                "name": effect["name"],
+                "parameters": {name: value["value"] for name, value in effect["parameters"].items()},
+                "channels": effect.get("channels"),
             }
-            for one in result.get("effects", [])
+            for effect in result.get("effects", [])
         ]
     elif "law" in result:  # a fit of tables alone has none
-        material, effects = _with_parameters(shown, result)
-    known = {key: value for key, value in material.items() if key != "hardness"}
-    return {"material": known, "effects": effects}
+        material, effects = _with_parameters(case_document, result)
+    identified_material = {key: value for key, value in material.items() if key != "hardness"}
+    return {"material": identified_material, "effects": effects}
 
 
-def _with_law(shown: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, Any]:
-    kept = {key: value for key, value in shown["material"].items() if key != "terms"}
-    return kept | {
-        key: found[key] for key in ("law", "bulk_modulus", "density", "parameters") if key in found
+def _with_law(case_document: Mapping[str, Any], identified_law: Mapping[str, Any]) -> dict[str, Any]:
+    material = {key: value for key, value in case_document["material"].items() if key != "terms"}
+    return material | {
+        key: identified_law[key]
+        for key in ("law", "bulk_modulus", "density", "parameters")
+        if key in identified_law
     }
 
 
 def _with_parameters(
-    shown: Mapping[str, Any], result: Mapping[str, Any]
+    case_document: Mapping[str, Any], result: Mapping[str, Any]
 ) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """Return the identified law, and the effects of the case with the values identified with it."""
-    values = {name: of["value"] for name, of in result.get("parameters", {}).items()}
+    values = {name: estimate["value"] for name, estimate in result.get("parameters", {}).items()}
     law = {
         name: value
         for name, value in values.items()
         if "." not in name and name not in ("compliance", "density")
     }
     # Parameters that were fixed with --fix keep the value of the case.
-    if result["law"] == shown["material"]["law"]:
-        law = {**(shown["material"].get("parameters") or {}), **law}
-    found = {"law": result["law"], "bulk_modulus": result.get("bulk_modulus"), "parameters": law}
-    found |= {name: value for name, value in values.items() if name == "density"}
-    effects = [dict(one, parameters=dict(one.get("parameters") or {})) for one in shown.get("effects", [])]
+    if result["law"] == case_document["material"]["law"]:
+        law = {**(case_document["material"].get("parameters") or {}), **law}
+    material = {"law": result["law"], "bulk_modulus": result.get("bulk_modulus"), "parameters": law}
+    material |= {name: value for name, value in values.items() if name == "density"}
+    effects = [
+        dict(effect, parameters=dict(effect.get("parameters") or {}))
+        for effect in case_document.get("effects", [])
+    ]
     for full, value in values.items():
         owner, _, parameter = full.rpartition(".")
-        for one in effects:
+        for effect in effects:
             # "offset@radial" belongs to the rig of a channel; without one, the first effect of that name is meant.
-            rig, channels = rig_of(owner), one.get("channels")
-            if owner and one["name"] == effect_name(owner) and (not rig or (channels and channels[0] == rig)):
-                one["parameters"][parameter] = value
+            rig, channels = rig_of(owner), effect.get("channels")
+            if (
+                owner
+                and effect["name"] == effect_name(owner)
+                and (not rig or (channels and channels[0] == rig))
+            ):
+                effect["parameters"][parameter] = value
                 break
-    return _with_law(shown, found), effects
+    return _with_law(case_document, material), effects
 
 
 def identified_case(case: Case, result: Mapping[str, Any], folder: Path) -> str | None:
@@ -119,12 +128,14 @@ def identified_case(case: Case, result: Mapping[str, Any], folder: Path) -> str 
     folder : Path
         Folder of the case file to be, to which file names are relative.
     """
-    found = identified(result)
-    material = {key: value for key, value in found["material"].items() if value is not None}
+    sections = identified(result)
+    material = {key: value for key, value in sections["material"].items() if value is not None}
     if not case.tables or not material.get("parameters"):
         return None
-    data = deepcopy(dict(case.tables)) | {"material": material, "effects": found["effects"]}
-    means = [{"mode": one["mode"], "file": f"{one['mode']}-mean.csv"} for one in result.get("curves", [])]
+    data = deepcopy(dict(case.tables)) | {"material": material, "effects": sections["effects"]}
+    means = [
+        {"mode": curve["mode"], "file": f"{curve['mode']}-mean.csv"} for curve in result.get("curves", [])
+    ]
     if result["command"] == "batch":
         data.pop("specimens")
     for section, keys in _FILES.items():
@@ -138,8 +149,8 @@ def identified_case(case: Case, result: Mapping[str, Any], folder: Path) -> str 
     if result["command"] == "batch":
         # The mean of the parts, which the law was identified from, in the folder of the result.
         data["recordings"] = means
-    said = f"# Identified by bushcli {result['command']} from {case.path.name}; this folder given as a case means it."
-    return f"{said}\n{toml_text(data)}"
+    header = f"# Identified by bushcli {result['command']} from {case.path.name}; this folder given as a case means it."
+    return f"{header}\n{toml_text(data)}"
 
 
 def toml_text(data: Mapping[str, Any]) -> str:
@@ -147,7 +158,7 @@ def toml_text(data: Mapping[str, Any]) -> str:
     order = sorted(data, key=lambda key: _ORDER.index(key) if key in _ORDER else len(_ORDER))
     lists = {key: value if isinstance(value, list) else [value] for key, value in data.items()}
     plain = [
-        key for key in order if not lists[key] or not all(isinstance(one, Mapping) for one in lists[key])
+        key for key in order if not lists[key] or not all(isinstance(table, Mapping) for table in lists[key])
     ]
     lines = [f"{key} = {inline(data[key])}" for key in plain if data[key] is not None and data[key] != []]
     for key in order:

@@ -37,10 +37,10 @@ def too_deep_line(text: str) -> int | None:
     for number, line in enumerate(text.split("\n"), start=1):
         if line.count(".") <= DEEPEST:
             continue
-        plain = _QUOTED.sub("q", line).partition("#")[0]
+        unquoted = _QUOTED.sub("q", line).partition("#")[0]
         if any(
             part.count(".") > DEEPEST and len(_DOT.findall(part)) > DEEPEST
-            for part in re.split(r"[=,{}\[\]]", plain)
+            for part in re.split(r"[=,{}\[\]]", unquoted)
         ):
             return number
     return None
@@ -48,15 +48,15 @@ def too_deep_line(text: str) -> int | None:
 
 def is_too_deep(data: Any) -> bool:
     """Whether tables and lists are nested deeper than `DEEPEST`."""
-    level = [data]
+    nested = [data]
     for _ in range(DEEPEST + 1):
-        level = [
+        nested = [
             inner
-            for value in level
+            for value in nested
             for inner in (value.values() if isinstance(value, dict) else value)
             if isinstance(inner, (dict, list))
         ]
-        if not level:
+        if not nested:
             return False
     return True
 
@@ -76,8 +76,8 @@ def mesh_size(shape: Shape, mesh: MeshOptions, used: Iterable[str]) -> Iterator[
     for key in ("across", "along", "around"):
         if getattr(mesh.refinement, key) is not None and key not in shape.counted:
             what = f"mesh.elements_{key} has no meaning for this shape: its mesh has no elements in that direction"
-            own = "".join(f"; elements_{one} refines the mesh" for one in shape.counted)
-            yield Finding(("mesh", f"elements_{key}"), what, expected="leave it out" + own)
+            alternatives = "".join(f"; elements_{direction} refines the mesh" for direction in shape.counted)
+            yield Finding(("mesh", f"elements_{key}"), what, expected="leave it out" + alternatives)
     for name in sorted(names):
         mode = modes()[name]
         dimension = 2 if mode.section is not None and shape.axisymmetric else 3

@@ -56,20 +56,22 @@ def load_case(path: str | Path, overrides: Sequence[str] = (), tables: TableCach
         It lists everything that is wrong, with file or override, key, and what was expected.
     """
     path = _case_file(Path(path))
-    data, done = apply(_read(path), overrides)
+    data, applied = apply(_read(path), overrides)
     if is_too_deep(data):
         raise CaseError(
             Problem(str(path), f"has tables nested more than {DEEPEST} deep", "", "see docs/case-file.md")
         )
     written, (data, deviating) = deepcopy(data), nominal(data)
-    return replace(_built(data, done, path, tables), toleranced=deviating, tables=written)
+    return replace(_build(data, applied, path, tables), toleranced=deviating, tables=written)
 
 
-def _built(data: dict[str, Any], done: list[Override], path: Path, tables: TableCache | None = None) -> Case:
+def _build(
+    data: dict[str, Any], applied: list[Override], path: Path, tables: TableCache | None = None
+) -> Case:
     builder = Builder(path.parent, tables)
     case = builder.case(data, path)
     if case is None:
-        raise CaseError(*_problems(builder.findings, path, done))
+        raise CaseError(*_problems(builder.findings, path, applied))
     return case
 
 
@@ -98,7 +100,7 @@ def load_part(path: Path, overrides: Sequence[str] = ()) -> Case:
         "geometry": {"shape": shape_of_part(path), "file": path.name},
         "material": {"law": "neo_hookean", "parameters": {"C10": 0.5}},
     }
-    return _built(*apply(data, overrides), path)
+    return _build(*apply(data, overrides), path)
 
 
 def _case_file(path: Path) -> Path:
@@ -109,15 +111,15 @@ def _case_file(path: Path) -> Path:
     if (folder / IDENTIFIED).is_file():
         return folder / IDENTIFIED
     try:
-        shown = json.loads(read_bounded(folder / RESULT, LARGEST_RESULT))["case"]
-        file = found_case(Path(shown["path"]), folder)
+        document = json.loads(read_bounded(folder / RESULT, LARGEST_RESULT))["case"]
+        file = found_case(Path(document["path"]), folder)
         now = json.loads(json.dumps(resolved(load_case(file))))
     except (OSError, ValueError, KeyError, TypeError, TooLarge):
         what = "is a folder whose result names no case"
         raise CaseError(
             Problem(str(path), what, expected="a case file, or a folder of `bushcli inverse`")
         ) from None
-    differing = [key for key in now if key != "path" and now[key] != shown.get(key)]
+    differing = [key for key in now if key != "path" and now[key] != document.get(key)]
     if differing:
         what = f"holds a result of another state of {file} ({', '.join(differing)} differ)"
         raise CaseError(Problem(str(path), what, expected=f"give {file}, with --set as in that run"))
@@ -141,10 +143,12 @@ def _read(path: Path) -> dict[str, Any]:
             raise CaseError(Problem(f"{path}:{deep}", what, "", "see docs/case-file.md"))
         return tomllib.loads(text)
     except FileNotFoundError:
-        beside = [p.name for p in path.parent.glob("*.toml")] if path.parent.is_dir() else []
+        file_names = [p.name for p in path.parent.glob("*.toml")] if path.parent.is_dir() else []
         slashed = str(path).replace("\\", "/")
-        like = slashed if Path(slashed).is_file() else nearest(path.name, beside)
-        raise CaseError(Problem(str(path), "no such case file", like, ", ".join(sorted(beside)))) from None
+        like = slashed if Path(slashed).is_file() else nearest(path.name, file_names)
+        raise CaseError(
+            Problem(str(path), "no such case file", like, ", ".join(sorted(file_names)))
+        ) from None
     except IsADirectoryError:
         inside = sorted(p.name for p in path.glob("*.toml"))
         expected = f"a case file, such as {path / inside[0]}" if inside else "a case file in TOML"
@@ -178,18 +182,18 @@ def _wanted() -> str:
 def _syntax(path: Path, text: str, message: str) -> Problem:
     """Return a TOML error with ``file:line:column`` and the line that it is in."""
     words, _, place = message.rpartition(" (at ")
-    found = re.match(r"line (\d+), column (\d+)", place)
+    match = re.match(r"line (\d+), column (\d+)", place)
     lines = text.rstrip().split("\n")
     # "at end of document" gives no place.
-    line, column = (int(found[1]), int(found[2])) if found else (len(lines), len(lines[-1]) + 1)
+    line, column = (int(match[1]), int(match[2])) if match else (len(lines), len(lines[-1]) + 1)
     context = lines[line - 1].strip() if line <= len(lines) else ""
     where = f"{path}:{line}:{column}"
     what = f"is not valid TOML: {words or message}"
     # The line as TOML has it where only its signs are wrong, or a number has the unit of all case files.
-    plain = context.translate(_PLAIN)
-    pointed = _COMMA.sub(r"\1\3.\2\4", plain)
-    without_unit = _COMMA.sub(r"\1\3.\2\4", _WITH_UNIT.sub(r"\1", plain))
-    for better in (plain, pointed, without_unit, pointed.replace("\\", "/")):
+    ascii_text = context.translate(_PLAIN)
+    pointed = _COMMA.sub(r"\1\3.\2\4", ascii_text)
+    without_unit = _COMMA.sub(r"\1\3.\2\4", _WITH_UNIT.sub(r"\1", ascii_text))
+    for better in (ascii_text, pointed, without_unit, pointed.replace("\\", "/")):
         with suppress(tomllib.TOMLDecodeError):
             if tomllib.loads(better) and better != context:
                 return Problem(where, what, expected=f"in: {context[:80]}; write {better[:80]}")
@@ -211,9 +215,9 @@ def _problems(findings: Sequence[Finding], path: Path, overrides: Sequence[Overr
     """Return the findings as problems, one per key, each with the file or the override that it comes from."""
     # A radius that is missing because its diameter is given is said once.
     seen: set[Keys] = {
-        (*one.keys[:-1], str(one.keys[-1]).replace("diameter", "radius"))
-        for one in findings
-        if one.keys and "half the diameter" in one.expected
+        (*finding.keys[:-1], str(finding.keys[-1]).replace("diameter", "radius"))
+        for finding in findings
+        if finding.keys and "half the diameter" in finding.expected
     }
     problems = []
     for finding in findings:
@@ -224,8 +228,8 @@ def _problems(findings: Sequence[Finding], path: Path, overrides: Sequence[Overr
         where = owner.where if owner else str(path)
         problems.append(Problem(where, finding.what, finding.nearest, finding.expected))
         if len(problems) == MOST_PROBLEMS:
-            left = len({one.keys for one in findings}) - len(seen)
-            problems += [Problem(str(path), f"has {left} more problems")] if left else []
+            remaining = len({finding.keys for finding in findings}) - len(seen)
+            problems += [Problem(str(path), f"has {remaining} more problems")] if remaining else []
             break
     changed = next((o for o in overrides if o.keys == ("material", "law")), None)
     if any(o.keys[:2] == ("material", "parameters") for o in overrides):

@@ -48,15 +48,15 @@ def load_case(
             what = f"{dotted(keys)}: mode {shown(table.mode)} has six motions; {other} gives one"
         expected = f'mode = "{PATH}" with a table [load_cases.path], or {other} with another mode'
         return None, [Finding(at if raw is not None else keys, what, expected=expected)]
-    wrong = []
+    earlier = []
     if table.rate is not None:
         what = f"{dotted((*keys, 'rate'))} has no meaning: {dotted((*at, 'time'))} gives the times"
-        wrong.append(Finding((*keys, "rate"), what))
+        earlier.append(Finding((*keys, "rate"), what))
     path = validated(raw, at, PathTable, "[load_cases.path]")
     if path is None:
-        return None, wrong
-    found, findings = prescribed(path, at, shape)
-    return None if found is None else PathLoadCase(table.mode, steps=table.steps, six=found), wrong + findings
+        return None, earlier
+    six, findings = prescribed(path, at, shape)
+    return None if six is None else PathLoadCase(table.mode, steps=table.steps, six=six), earlier + findings
 
 
 def prescribed(table: PathTable, keys: Keys, shape: Shape | None) -> tuple[SixPath | None, list[Finding]]:
@@ -64,19 +64,21 @@ def prescribed(table: PathTable, keys: Keys, shape: Shape | None) -> tuple[SixPa
     findings = []
     time = np.array(table.time)
     motion, load = np.zeros((2, len(time), 6))
-    named = set(table.free or ())
+    free_names = set(table.free or ())
     unit = np.repeat([1.0, math.pi / 180.0], 3)
-    given = {name: values for name in (*MOTIONS, *REACTIONS) if (values := getattr(table, name)) is not None}
+    columns = {
+        name: values for name in (*MOTIONS, *REACTIONS) if (values := getattr(table, name)) is not None
+    }
     for k, (name, force) in enumerate(zip(MOTIONS, REACTIONS, strict=True)):
-        twice = [f'"{name}" in {dotted((*keys, "free"))}'] if name in named else []
-        twice += [dotted((*keys, key)) for key in (name, force) if key in given]
-        if len(twice) > 1:
+        prescriptions = [f'"{name}" in {dotted((*keys, "free"))}'] if name in free_names else []
+        prescriptions += [dotted((*keys, key)) for key in (name, force) if key in columns]
+        if len(prescriptions) > 1:
             expected = "one of them: a motion is prescribed, or its force is, or it is free of force"
-            what = f"{' and '.join(twice)} are given"
-            findings.append(Finding((*keys, name if name in given else force), what, expected=expected))
-        motion[:, k] = unit[k] * _at_knots(given.get(name), (*keys, name), len(time), findings)
-        load[:, k] = _at_knots(given.get(force), (*keys, force), len(time), findings)
-    free = tuple(k for k in range(6) if MOTIONS[k] in named or REACTIONS[k] in given)
+            what = f"{' and '.join(prescriptions)} are given"
+            findings.append(Finding((*keys, name if name in columns else force), what, expected=expected))
+        motion[:, k] = unit[k] * _at_knots(columns.get(name), (*keys, name), len(time), findings)
+        load[:, k] = _at_knots(columns.get(force), (*keys, force), len(time), findings)
+    free = tuple(k for k in range(6) if MOTIONS[k] in free_names or REACTIONS[k] in columns)
     if np.any(np.diff(time) <= 0.0) or time[0] != 0.0:
         at, what = (*keys, "time"), "does not begin at 0" if time[0] != 0.0 else "does not increase"
         findings.append(Finding(at, f"{dotted(at)} {what}", expected="increasing times in s, from 0"))
@@ -84,8 +86,8 @@ def prescribed(table: PathTable, keys: Keys, shape: Shape | None) -> tuple[SixPa
         return None, findings
     if np.abs(motion).max() < SMALLEST and not load.any():
         what = f"{dotted(keys)} moves nothing"
-        known = ", ".join((*MOTIONS, *REACTIONS))
-        return None, [Finding(keys, what, expected=f"give values of at least one of {known}")]
+        possible = ", ".join((*MOTIONS, *REACTIONS))
+        return None, [Finding(keys, what, expected=f"give values of at least one of {possible}")]
     for number, part in enumerate((slice(0, 2), slice(2, 3), slice(3, 6))):
         # Across the axis, along it, and about: named by the motion that goes furthest.
         size = float(np.linalg.norm(motion[:, part], axis=1).max())
@@ -122,7 +124,7 @@ def channels(
         at = (*keys, only[0] if only else "mode")
         what = f"{dotted(at)} has no meaning for mode {source.mode}"
         return [source], [Finding(at, what, expected='mode = "path"')] if only else []
-    refused = _refused(table, keys)
+    refused = _meaningless_keys(table, keys)
     if refused:
         return [], refused
     # With the readers, which few cases need.
@@ -131,8 +133,8 @@ def channels(
     free = tuple(k for k, name in enumerate(MOTIONS) if name in (table.free or ()))
     try:
         motions, forces = columns_of(source, table.motions, table.forces, tables)
-        whole = SixColumns(motions, free, source.label, chosen(table.motions, table.forces))
-        _, motion = read_motions(source, whole, tables)
+        six_columns = SixColumns(motions, free, source.label, chosen(table.motions, table.forces))
+        _, motion = read_motions(source, six_columns, tables)
     except RecordingError as error:
         return [], [Finding((*keys, "file"), str(error))]
     moves = [k for k in range(6) if np.ptp(motion[:, k]) > SMALLEST]
@@ -142,7 +144,7 @@ def channels(
         what = f"{dotted(keys)} has no reaction along a motion in which the sleeve moves"
         pairs = ", ".join(f"{force} with {motion}" for motion, force in zip(MOTIONS, REACTIONS, strict=True))
         return [], [Finding((*keys, "file"), what, expected=f"columns such as ux_mm and fx_N: {pairs}")]
-    found = []
+    sources = []
     for k in paired:
         name = f"{source.label}.{REACTIONS[k]}"
         if name in taken:
@@ -151,13 +153,13 @@ def channels(
         columns = {"displacement": motions[MOTIONS[k]], "force": forces[REACTIONS[k]]}
         if "time" in source.columns:
             columns["time"] = source.columns["time"]
-        found.append(replace(source, mode=PAIR_MODES[k], name=name, columns=columns, six=whole))  # type: ignore[arg-type]
-    return found, []
+        sources.append(replace(source, mode=PAIR_MODES[k], name=name, columns=columns, six=six_columns))  # type: ignore[arg-type]
+    return sources, []
 
 
-def _refused(table: RecordingTable, keys: Keys) -> list[Finding]:
+def _meaningless_keys(table: RecordingTable, keys: Keys) -> list[Finding]:
     """Return findings for keys that a recorded path does not take, and for names of no known motion or reaction."""
-    found = []
+    findings = []
     for key in ("displacement", "force"):
         for section in ("columns", "units"):
             if getattr(getattr(table, section), key) is not None:
@@ -165,18 +167,18 @@ def _refused(table: RecordingTable, keys: Keys) -> list[Finding]:
                 expected = (
                     "motions = {ux = ...} and forces = {fx = ...}, with units in the header: ux_mm, mz_Nmm"
                 )
-                found.append(Finding(at, f"{dotted(at)} has no meaning for mode path", expected=expected))
+                findings.append(Finding(at, f"{dotted(at)} has no meaning for mode path", expected=expected))
     for key in ("reverse", "cycles"):
         if getattr(table, key) is not None:
-            found.append(Finding((*keys, key), f"{dotted((*keys, key))} has no meaning for mode path"))
-    named: tuple[tuple[str, Mapping[str, object] | None, tuple[str, ...]], ...] = (
+            findings.append(Finding((*keys, key), f"{dotted((*keys, key))} has no meaning for mode path"))
+    named_sections: tuple[tuple[str, Mapping[str, object] | None, tuple[str, ...]], ...] = (
         ("motions", table.motions, MOTIONS),
         ("forces", table.forces, REACTIONS),
     )
-    for key, names, known in named:
-        found += [
-            unknown_name((*keys, key, name), name, known, key[:-1])
+    for key, names, names_of_columns in named_sections:
+        findings += [
+            unknown_name((*keys, key, name), name, names_of_columns, key[:-1])
             for name in names or ()
-            if name not in known
+            if name not in names_of_columns
         ]
-    return found
+    return findings

@@ -61,7 +61,7 @@ def apply(data: dict[str, Any], texts: Sequence[str]) -> tuple[dict[str, Any], l
     CaseError
         When an override has no key or value, or leads through something that is not a table.
     """
-    data, done = deepcopy(data), []
+    data, applied = deepcopy(data), []
     for text in texts:
         name, equals, value = text.partition("=")
         segments = [_SEGMENT.match(segment.strip()) for segment in name.strip().split(".")]
@@ -75,15 +75,15 @@ def apply(data: dict[str, Any], texts: Sequence[str]) -> tuple[dict[str, Any], l
             )
         if not equals or not keys:
             raise CaseError(Problem(_where(text), "is not KEY=VALUE", expected="e.g. geometry.length=38"))
-        keys, added = _by_name(data, keys, text)
-        given: Any = value.strip()
+        keys, added_keys = _by_name(data, keys, text)
+        content: Any = value.strip()
         with suppress(ValueError, RecursionError):
-            table = tomllib.loads(f"value = {given}")
+            table = tomllib.loads(f"value = {content}")
             # A line break in the text could smuggle in further keys.
-            given = table["value"] if len(table) == 1 else given
-        created = _put(data, keys, given, _where(text))
-        done.append(Override(text, keys, added or created))
-    return data, done
+            content = table["value"] if len(table) == 1 else content
+        created = _put(data, keys, content, _where(text))
+        applied.append(Override(text, keys, added_keys or created))
+    return data, applied
 
 
 def _where(text: str) -> str:
@@ -105,24 +105,24 @@ def _by_name(data: dict[str, Any], keys: Keys, text: str) -> tuple[Keys, Keys]:
     entries = data.get("effects", [])
     if keys[0] != "effects" or len(keys) < 2 or not isinstance(entries, list):
         return keys, ()
-    name, rest = keys[1], keys[2:]
+    name, inner_keys = keys[1], keys[2:]
     if isinstance(name, int) or name.isdigit():
         return keys, ()
-    if not rest or rest[0] not in ("name", "parameters", "channels"):
-        rest = ("parameters", *rest)
+    if not inner_keys or inner_keys[0] not in ("name", "parameters", "channels"):
+        inner_keys = ("parameters", *inner_keys)
     name, rig = effect_name(name), rig_of(name)
-    named = [i for i, entry in enumerate(entries) if isinstance(entry, dict) and entry.get("name") == name]
-    channels = {i: found if isinstance(found := entries[i].get("channels"), list) else [] for i in named}
-    there = [i for i in named if not rig or not channels[i] or rig in channels[i]]
-    if len(there) == 1:
-        return ("effects", there[0], *rest), ()
-    if named:
-        known = ", ".join(f"effects.{name}@{few[0]}" for few in channels.values() if few)
-        what = f"several effects are called {name}" if there else f"no {name} has the channel {rig}"
-        raise CaseError(Problem(_where(text), what, expected=known))
-    added: Keys = ("effects", len(entries)) if "effects" in data else ("effects",)
+    indices = [i for i, entry in enumerate(entries) if isinstance(entry, dict) and entry.get("name") == name]
+    channels = {i: names if isinstance(names := entries[i].get("channels"), list) else [] for i in indices}
+    matching = [i for i in indices if not rig or not channels[i] or rig in channels[i]]
+    if len(matching) == 1:
+        return ("effects", matching[0], *inner_keys), ()
+    if indices:
+        expected_keys = ", ".join(f"effects.{name}@{few[0]}" for few in channels.values() if few)
+        what = f"several effects are called {name}" if matching else f"no {name} has the channel {rig}"
+        raise CaseError(Problem(_where(text), what, expected=expected_keys))
+    added_keys: Keys = ("effects", len(entries)) if "effects" in data else ("effects",)
     data["effects"] = [*entries, {"name": name, **({"channels": [rig]} if rig else {})}]
-    return ("effects", len(entries), *rest), added
+    return ("effects", len(entries), *inner_keys), added_keys
 
 
 def _put(data: dict[str, Any], keys: Keys, value: Any, where: str) -> Keys:
@@ -168,8 +168,8 @@ def _index(table: list[Any], key: str | int, path: Keys, keys: Keys, where: str)
         entries_named = ((i, entry) for i, entry in enumerate(table) if isinstance(entry, dict))
         called = (i for i, entry in entries_named if key in (entry.get("name"), entry.get("mode")))
         number = next(called, None)
-        left = dotted(keys[len(path) + (number is not None) :])
-        example = f"{name}.{number or 0}.{left}".rstrip(".")
+        inner_keys = dotted(keys[len(path) + (number is not None) :])
+        example = f"{name}.{number or 0}.{inner_keys}".rstrip(".")
         raise CaseError(
             Problem(where, f"{name} is a list", expected=f"give the number of the entry: {example}")
         )

@@ -19,12 +19,12 @@ class _Rebuilder(Builder):
     looks_for_files = False
 
 
-def rebuilt_case(shown: dict[str, Any], folder: Path) -> Case:
+def rebuilt_case(document: dict[str, Any], folder: Path) -> Case:
     """Return the case of a result.
 
     Parameters
     ----------
-    shown : dict
+    document : dict
         The entry "case" of a result, with changes such as an identified material.
     folder : Path
         Folder of the result. The case file is searched for from the working folder, then from this one upwards.
@@ -34,8 +34,10 @@ def rebuilt_case(shown: dict[str, Any], folder: Path) -> Case:
     CaseError
         Something in it is wrong, such as a geometry file that is no longer there.
     """
-    path = found_case(Path(str(shown.get("path", "case.toml"))), folder)
-    data = {key: _given(value) for key, value in shown.items() if key != "path" and value is not None}
+    path = found_case(Path(str(document.get("path", "case.toml"))), folder)
+    data = {
+        key: _without_null(value) for key, value in document.items() if key != "path" and value is not None
+    }
     material = data.get("material")
     if isinstance(material, dict) and material.get("bulk_modulus") == "inf":
         material["bulk_modulus"] = float("inf")
@@ -43,19 +45,22 @@ def rebuilt_case(shown: dict[str, Any], folder: Path) -> Case:
     case = builder.case(data, path)
     if case is None:
         raise CaseError(
-            *(Problem(str(folder), one.what, one.nearest, one.expected) for one in builder.findings)
+            *(
+                Problem(str(folder), finding.what, finding.nearest, finding.expected)
+                for finding in builder.findings
+            )
         )
     return case
 
 
-def read_result(file: Path, given: Path | None = None) -> dict[str, Any]:
+def read_result(file: Path, shown_path: Path | None = None) -> dict[str, Any]:
     """Return the result of a command on a case.
 
     Parameters
     ----------
     file : Path
         The result, result.json.
-    given : Path, optional
+    shown_path : Path, optional
         Folder that the user named, for the message where the result is missing.
 
     Raises
@@ -68,7 +73,7 @@ def read_result(file: Path, given: Path | None = None) -> dict[str, Any]:
     except FileNotFoundError:
         what = "is a folder without result.json"
         expected = "a case file, or a folder written with -o"
-        raise InputError(Problem(str(given or file), what, "", expected)) from None
+        raise InputError(Problem(str(shown_path or file), what, "", expected)) from None
     except (OSError, ValueError, RecursionError, TooLarge) as error:
         reason = getattr(error, "strerror", None) or "it is not JSON written by bushcli"
         raise InputError(Problem(str(file), f"cannot be read: {reason}")) from None
@@ -83,13 +88,13 @@ def found_case(path: Path, folder: Path) -> Path:
     if path.is_absolute() or path.exists():
         return path
     above = (parent / path for parent in folder.resolve().parents)
-    return next((one for one in above if one.exists()), path)
+    return next((candidate for candidate in above if candidate.exists()), path)
 
 
-def _given(value: Any) -> Any:
+def _without_null(value: Any) -> Any:
     """Return a value without keys that are null, because TOML has no null."""
     if isinstance(value, dict):
-        return {key: _given(item) for key, item in value.items() if item is not None}
+        return {key: _without_null(item) for key, item in value.items() if item is not None}
     if isinstance(value, list):
-        return [_given(item) for item in value]
+        return [_without_null(item) for item in value]
     return value

@@ -50,7 +50,7 @@ class CaseTable(BaseModel):
 
 def _numbers(value: Any) -> tuple[float, ...]:
     values = value if isinstance(value, list) else [value]
-    if not values or any(isinstance(one, bool) or not isinstance(one, (int, float)) for one in values):
+    if not values or any(isinstance(value, bool) or not isinstance(value, (int, float)) for value in values):
         raise ValueError(
             "neither a number nor a list of at least one number, written without quotes and unit"
         )

@@ -37,8 +37,8 @@ def source_of(table: FileTable, mode: str, file: Path) -> Source:
         delimiter=DELIMITERS.get(table.delimiter or "", table.delimiter),
         decimal=table.decimal,
         reverse=None if table.reverse is None else tuple(sorted(set(table.reverse))),
-        accept=tuple(sorted({one for one in table.accept or () if not isinstance(one, str)})),
-        accepted_faults=tuple(sorted({one for one in table.accept or () if isinstance(one, str)})),
+        accept=tuple(sorted({fault for fault in table.accept or () if not isinstance(fault, str)})),
+        accepted_faults=tuple(sorted({fault for fault in table.accept or () if isinstance(fault, str)})),
         group=table.group,
         rows=table.rows or {},
         sample_rate=table.sample_rate,
@@ -55,21 +55,21 @@ def wrong_units(keys: Keys, source: Source) -> Iterator[Finding]:
     mode = modes()[source.mode]
     for quantity, unit in source.units.items():
         measured = source.measured(quantity, mode.specimen, mode.rotational)
-        found = scaled_unit(unit, measured)
+        scaled = scaled_unit(unit, measured)
         if quantity == "time" and is_form(unit):
             continue
-        if found is None or found.measured != measured:
+        if scaled is None or scaled.measured != measured:
             kind = f"unit of {quantity} for mode {source.mode}"
             yield unknown_name((*keys, "units", quantity), unit, UNITS[measured], kind)
 
 
-def _have_same_samples(one: Source, other: Source) -> bool:
+def _have_same_samples(source: Source, other: Source) -> bool:
     """Whether two sources have samples of the same columns of a file in common."""
-    same = all(getattr(one, key) == getattr(other, key) for key in ("mode", "columns", "group", "rows"))
-    if not same or one.six or other.six:
+    same = all(getattr(source, key) == getattr(other, key) for key in ("mode", "columns", "group", "rows"))
+    if not same or source.six or other.six:
         return False
-    shared = one.cycles is None or other.cycles is None or set(one.cycles) & set(other.cycles)
-    return bool(shared) and one.file.resolve() == other.file.resolve()
+    shared = source.cycles is None or other.cycles is None or set(source.cycles) & set(other.cycles)
+    return bool(shared) and source.file.resolve() == other.file.resolve()
 
 
 class SourceBuilder:
@@ -99,7 +99,7 @@ class SourceBuilder:
         """Return the sources of a list of tables; a file with a table of its own is left out of the patterns."""
         sources: list[Source] = []
         listed = [(table, keys, *self.files((*keys, "file"), table.file)) for table, keys in tables]
-        alone = {
+        listed_files = {
             (files[0].resolve(), table.mode)
             for table, _, files, pattern in listed
             if not pattern and is_file(files[0])
@@ -111,7 +111,9 @@ class SourceBuilder:
                 self.findings.append(Finding((*keys, "name"), what))
             if pattern:
                 files = [
-                    one for one in files if not alone & {(one.resolve(), table.mode), (one.resolve(), None)}
+                    file
+                    for file in files
+                    if not listed_files & {(file.resolve(), table.mode), (file.resolve(), None)}
                 ]
             if pattern and table.name is not None and len(files) > 1:
                 what = f"{dotted((*keys, 'name'))} is one name, but {shown(table.file)} matches {len(files)} files"
@@ -128,52 +130,56 @@ class SourceBuilder:
                 known = mode is not None and self.known(keys, mode, specimen)
                 name = table.name or (file.stem if pattern or parts else mode or file.stem)
                 numbered = (name if i == 1 else f"{name}_{i}" for i in count(1))
-                unused = next(one for one in numbered if one not in taken)
+                unused = next(name for name in numbered if name not in taken)
                 source = self._source(table, keys, file, mode or "", known, unused)
-                found, wrong = (
+                channels, path_findings = (
                     motion_path.channels(source, table, keys, taken, self.tables)
                     if known and is_file(file)
                     else ([source], [])
                 )
-                again = next((one for one in sources if _have_same_samples(one, source)), None)
-                if again is not None:
+                duplicate = next(
+                    (earlier for earlier in sources if _have_same_samples(earlier, source)), None
+                )
+                if duplicate is not None:
                     at = (*keys, "file")
-                    what = f"{dotted(at)} = {shown(table.file)} lists the recording of {again.label} a second time"
+                    what = f"{dotted(at)} = {shown(table.file)} lists the recording of {duplicate.label} a second time"
                     expected = "one entry for each recording: counted twice, its data look more certain than they are"
                     self.findings.append(Finding(at, what, expected=expected))
-                sources += found
-                self.findings += wrong
+                sources += channels
+                self.findings += path_findings
         return tuple(sources)
 
     def _mode(self, keys: Keys, table: RecordingTable, file: Path, usual: str) -> str | None:
         if table.mode is not None:
-            said = contradicted(file.stem, table.mode) if table.mode in modes() and table.name is None else ()
-            if said:
-                here = f"{dotted((*keys, 'mode'))} = {shown(table.mode)}"
-                what = f"{here}, but the name of the file, {shown(file.name)}, says {' or '.join(said)}"
-                expected = f'mode = "{said[0]}"; or name = "{table.mode}", if the file is misnamed'
+            modes_in_name = (
+                contradicted(file.stem, table.mode) if table.mode in modes() and table.name is None else ()
+            )
+            if modes_in_name:
+                setting = f"{dotted((*keys, 'mode'))} = {shown(table.mode)}"
+                what = f"{setting}, but the name of the file, {shown(file.name)}, says {' or '.join(modes_in_name)}"
+                expected = f'mode = "{modes_in_name[0]}"; or name = "{table.mode}", if the file is misnamed'
                 self.findings.append(Finding((*keys, "mode"), what, expected=expected))
             return table.mode
-        found = mode_of_name(file.stem, usual)
-        if found is None:
+        mode_name = mode_of_name(file.stem, usual)
+        if mode_name is None:
             names = ", ".join(mode.name for mode in modes().values() if mode.specimen == usual)
-            several = modes_of_name(file.stem, usual)
-            says = f"may mean {' or '.join(several)}" if several else "does not contain a mode"
+            possible = modes_of_name(file.stem, usual)
+            says = f"may mean {' or '.join(possible)}" if possible else "does not contain a mode"
             what = f"{dotted((*keys, 'mode'))} is missing, and the name {shown(file.name)} {says}"
-            self.findings.append(Finding((*keys, "mode"), what, expected=", ".join(several) or names))
-        return found
+            self.findings.append(Finding((*keys, "mode"), what, expected=", ".join(possible) or names))
+        return mode_name
 
     def _source(
         self, table: RecordingTable, keys: Keys, file: Path, mode: str, known: bool, name: str
     ) -> Source:
-        turned = known and modes()[mode].rotational
+        rotational = known and modes()[mode].rotational
         source = replace(
             source_of(table, mode, file),
             name=name,
             cycles=tuple(sorted(set(table.cycles))) if table.cycles else None,
             branch=getattr(table, "branch", None),
             largest_stretch=getattr(table, "largest_stretch", None),
-            rate=None if table.rate is None else math.radians(table.rate) if turned else table.rate,
+            rate=None if table.rate is None else math.radians(table.rate) if rotational else table.rate,
             conditioning=table.conditioning,
             standard=table.standard,
             temperature=table.temperature,
@@ -188,9 +194,9 @@ class SourceBuilder:
 
     def _specimen(self, keys: Keys, table: RecordingTable, mode: str) -> Specimen:
         """Return the dimensions of a coupon in machine units, and which stress and strain its file holds."""
-        given = [key for key in _OF_SPECIMEN if getattr(table, key) is not None]
-        if given and mode and modes()[mode].specimen != "coupon":
-            at: Keys = (*keys, given[0])
+        keys_of_specimen = [key for key in _OF_SPECIMEN if getattr(table, key) is not None]
+        if keys_of_specimen and mode and modes()[mode].specimen != "coupon":
+            at: Keys = (*keys, keys_of_specimen[0])
             what = f"{dotted(at)} belongs to a material test, but mode {mode} to a {modes()[mode].specimen}"
             self.findings.append(Finding(at, what))
             return Specimen()
@@ -208,13 +214,13 @@ class SourceBuilder:
             area = table.width * table.thickness
         elif table.diameter is not None:
             area = 0.25 * math.pi * table.diameter**2
-        raw = {"stress": ("a force", area), "strain": ("a travel", table.gauge_length)}
-        for key, (measured, size) in raw.items():
-            value, known = getattr(table, key), modes().get(mode)
+        machine_units = {"stress": ("a force", area), "strain": ("a travel", table.gauge_length)}
+        for key, (measured, size) in machine_units.items():
+            value, coupon_mode = getattr(table, key), modes().get(mode)
             possible: tuple[str, ...] = ("engineering", "true")
-            if known is not None and known.needs_compressibility:
+            if coupon_mode is not None and coupon_mode.needs_compressibility:
                 possible = ("engineering", *(("true", "pressure") if key == "stress" else ("volume",)))
-            elif known is not None and known.sheared:
+            elif coupon_mode is not None and coupon_mode.sheared:
                 possible = ("engineering",)
             what = ""
             if value is not None and value not in possible:
@@ -222,9 +228,13 @@ class SourceBuilder:
             elif value is not None and value != "engineering" and size is not None:
                 what = f"contradicts the dimensions: the file holds {measured}"
             if what:
-                expected = " or ".join(f'"{one}"' for one in (possible if size is None else ("engineering",)))
-                found = Finding((*keys, key), f'{dotted((*keys, key))} = "{value}" {what}', expected=expected)
-                self.findings.append(found)
+                expected = " or ".join(
+                    f'"{value}"' for value in (possible if size is None else ("engineering",))
+                )
+                finding = Finding(
+                    (*keys, key), f'{dotted((*keys, key))} = "{value}" {what}', expected=expected
+                )
+                self.findings.append(finding)
         return Specimen(table.gauge_length, area, table.stress, table.strain)
 
     def files(self, keys: Keys, name: str) -> tuple[list[Path], bool]:
@@ -233,8 +243,8 @@ class SourceBuilder:
             return [self.folder / name], False
         name = with_slashes(self.folder, name)
         if not _PATTERN.search(name) or is_file(self.folder / name):
-            found = find_file(self.folder, keys, name, self.findings)
-            return [found or Path(name)], False
+            match = find_file(self.folder, keys, name, self.findings)
+            return [match or Path(name)], False
         if "**" in name or Path(name).is_absolute():
             what = f"{dotted(keys)} = {shown(name)} is not a supported pattern"
             self.findings.append(
@@ -296,13 +306,13 @@ def find_file(folder: Path, keys: Keys, name: str, findings: list[Finding]) -> P
         if file.is_file():
             return file
         parent = file.parent
-        beside = [p.name for p in parent.iterdir() if p.is_file()] if parent.is_dir() else []
+        file_names = [p.name for p in parent.iterdir() if p.is_file()] if parent.is_dir() else []
         reason = "is a directory" if file.is_dir() else "does not exist"
         if file.exists() and not file.is_dir():
-            beside, reason = [], "is a device or a pipe, not a file"
+            file_names, reason = [], "is a device or a pipe, not a file"
     except (OSError, ValueError):
-        beside, reason = [], "is not a file name"
-    near = nearest(file.name, beside)
+        file_names, reason = [], "is not a file name"
+    nearest_name = nearest(file.name, file_names)
     place = f"looked in {file.parent}" if reason == "does not exist" else ""
-    findings.append(Finding(keys, f"{dotted(keys)} = {shown(name)} {reason}", near, place))
+    findings.append(Finding(keys, f"{dotted(keys)} = {shown(name)} {reason}", nearest_name, place))
     return None

@@ -45,24 +45,24 @@ class Toleranced:
 
 def toleranced(text: str) -> Toleranced | None:
     """Return a number with a tolerance, such as "22.0 +- 0.1" or "350 ± 15 %"; None for any other text."""
-    found = _TOLERANCE.match(text) if len(text) <= _LONGEST else None
-    if found is None:
+    match = _TOLERANCE.match(text) if len(text) <= _LONGEST else None
+    if match is None:
         return None
-    nominal, deviation = float(found[1]), float(found[2])
-    if found[3]:
+    nominal, deviation = float(match[1]), float(match[2])
+    if match[3]:
         deviation *= 0.01 * abs(nominal)
     return Toleranced(nominal, deviation) if deviation > 0.0 else None
 
 
 def nominal(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Toleranced]]:
     """Return a case's tables, changed in place, with plain numbers, and the tolerances by key."""
-    found = {}
+    tolerances = {}
     for table, key, keys, value in list(_texts(data)):
-        one = toleranced(value)
-        if one is not None:
-            table[key] = one.nominal
-            found[dotted(keys)] = one
-    return data, found
+        tolerance = toleranced(value)
+        if tolerance is not None:
+            table[key] = tolerance.nominal
+            tolerances[dotted(keys)] = tolerance
+    return data, tolerances
 
 
 def _texts(value: Any, keys: Keys = ()) -> Iterator[tuple[Any, Any, Keys, str]]:

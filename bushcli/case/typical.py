@@ -81,7 +81,7 @@ def unusual(case: Case, material: Material, paths: Iterable[Path] = ()) -> tuple
         Recordings of the bushing and of coupons, and programs of load cases from files; those of the case file are
         looked at in any case. A recording of six motions is left out.
     """
-    found: list[tuple[str, str]] = []
+    remarks: list[tuple[str, str]] = []
     shear = laws()[material.law].shear_modulus(**material.parameters) if material.parameters else SHEAR[0]
     if not SHEAR[0] <= shear <= SHEAR[1]:
         message = f"the rubber has an initial shear modulus of {shear:.3g} MPa; {SHEAR_WORDS}"
@@ -96,36 +96,42 @@ def unusual(case: Case, material: Material, paths: Iterable[Path] = ()) -> tuple
             remedy = "give material.parameters in MPa: if they are in GPa, multiply them by 1000"
         else:
             remedy = "check that material.parameters are in MPa"
-        found.append((message, remedy))
+        remarks.append((message, remedy))
     bulk = material.bulk_modulus
     if material.parameters and np.isfinite(bulk) and not BULK[0] <= bulk <= BULK[1]:
         message = f"the bulk modulus is {bulk:.4g} MPa; solid rubber has some 2000, at least {BULK[0]:g} MPa"
-        found.append(
+        remarks.append(
             (message, "give material.bulk_modulus in MPa, or leave it out for an incompressible rubber")
         )
     units = "give the dimensions in mm; of a file in another unit than it states, set geometry.unit"
     overall, wall = case.geometry.overall, case.geometry.wall
     if overall is not None and not OVERALL[0] <= overall <= OVERALL[1]:
-        usual = f"bushings are {OVERALL[0]:g} to {OVERALL[1]:g} mm large"
-        found.append((f"the bushing is {overall:.4g} mm in size; {usual}", units))
+        usual_range = f"bushings are {OVERALL[0]:g} to {OVERALL[1]:g} mm large"
+        remarks.append((f"the bushing is {overall:.4g} mm in size; {usual_range}", units))
     elif wall is not None and not THICKNESS[0] <= wall.thickness <= THICKNESS[1]:
-        usual = f"bushings have {THICKNESS[0]:g} to {THICKNESS[1]:g} mm"
-        found.append((f"the rubber is {wall.thickness:.4g} mm thick between the bonds; {usual}", units))
+        usual_range = f"bushings have {THICKNESS[0]:g} to {THICKNESS[1]:g} mm"
+        remarks.append(
+            (f"the rubber is {wall.thickness:.4g} mm thick between the bonds; {usual_range}", units)
+        )
     looked_at: dict[str, tuple[str, Array, Array | None]] = {}
-    for one in case.load_cases:
-        if one.by_force or not one.path:
+    for load_case in case.load_cases:
+        if load_case.by_force or not load_case.path:
             continue
-        q = np.asarray(one.path, dtype=float)
-        time = None if not one.rate else np.concatenate([[0.0], np.cumsum(np.abs(np.diff(q)))]) / one.rate
-        looked_at[one.label] = (one.mode, q, time)
+        q = np.asarray(load_case.path, dtype=float)
+        time = (
+            None
+            if not load_case.rate
+            else np.concatenate([[0.0], np.cumsum(np.abs(np.diff(q)))]) / load_case.rate
+        )
+        looked_at[load_case.label] = (load_case.mode, q, time)
     looked_at |= {
         path.name: (path.mode, path.displacement, path.time)
         for path in paths
         if getattr(path, "six", None) is None
     }
     for name, (mode, q, time) in looked_at.items():
-        found += _of_the_path(case.geometry, name, mode, q, time)
-    return tuple(Condition("unusual_value", message, remedy) for message, remedy in found)
+        remarks += _of_the_path(case.geometry, name, mode, q, time)
+    return tuple(Condition("unusual_value", message, remedy) for message, remedy in remarks)
 
 
 def _of_the_path(
@@ -142,9 +148,9 @@ def _of_the_path(
     size = f"{'' if wall is None else f'{wall.thickness:.3g} mm of '}rubber"
     unit = "degrees" if mode.rotational else "mm"
     if mode.specimen == "bushing" and strain > 0.0 and not STRAIN[0] <= strain <= STRAIN[1]:
-        shown = np.degrees(strain * reference) if mode.rotational else strain * reference
+        travel = np.degrees(strain * reference) if mode.rotational else strain * reference
         message = (
-            f"{name}: a travel of {shown:.4g} {unit} on {size} is a shear strain of {100 * strain:.3g} %"
+            f"{name}: a travel of {travel:.4g} {unit} on {size} is a shear strain of {100 * strain:.3g} %"
         )
         yield (
             message,
@@ -158,8 +164,8 @@ def _of_the_path(
         moving = speed[speed > 0.1 * speed.max(initial=0.0)]
         rate = float(np.median(moving)) / reference if len(moving) else 0.0
     if rate > 0.0 and not RATE[0] <= rate <= RATE[1]:
-        usual = f"tests of rubber have {RATE[0]:g} to {RATE[1]:g} per s"
-        message = f"{name}: the rubber is strained by {rate:.2g} per s; {usual}"
+        usual_range = f"tests of rubber have {RATE[0]:g} to {RATE[1]:g} per s"
+        message = f"{name}: the rubber is strained by {rate:.2g} per s; {usual_range}"
         yield (
             message,
             'give time in s: of a recording in ms, units = { time = "ms" }; of a load case, rate per s',

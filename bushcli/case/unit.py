@@ -75,10 +75,10 @@ def turning(
     """
     rotational = [(name, mode) for name, mode in channels if modes()[mode].rotational]
     return {
-        one.full_name(p): p
-        for one in active
-        for p in one.parameters
-        if p.unit != _rotational(p)[0] and any(one.acts_on(name, mode, None) for name, mode in rotational)
+        effect.full_name(p): p
+        for effect in active
+        for p in effect.parameters
+        if p.unit != _rotational(p)[0] and any(effect.acts_on(name, mode, None) for name, mode in rotational)
     }
 
 
@@ -88,5 +88,5 @@ def _factor(parameter: EffectParameter, rotational: bool) -> float:
 
 def _rotational(parameter: EffectParameter) -> tuple[str, float]:
     """Return the unit and its factor in a rotational mode; only parameters of a channel change their unit."""
-    own = (parameter.unit, 1.0)
-    return _ROTATIONAL.get(parameter.unit, own) if parameter.of_channel else own
+    unit_of_parameter = (parameter.unit, 1.0)
+    return _ROTATIONAL.get(parameter.unit, unit_of_parameter) if parameter.of_channel else unit_of_parameter

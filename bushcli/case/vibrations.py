@@ -22,49 +22,51 @@ def test(
     table: LoadCaseTable, keys: Keys, shape: Shape | None, validated: Callable[..., Any]
 ) -> tuple[DynamicTest | None, list[Finding]]:
     """Return a dynamic test, and what is wrong with it."""
-    given, at = table.dynamic, (*keys, "dynamic")
-    assert given is not None
+    dynamic, keys_of_dynamic = table.dynamic, (*keys, "dynamic")
+    assert dynamic is not None
     posed = modes()[table.mode].follow is not None
     findings = list(_meaningless(table, keys, posed))
-    frequency = _frequencies(given.frequency, (*at, "frequency"), validated, findings)
+    frequency = _frequencies(dynamic.frequency, (*keys_of_dynamic, "frequency"), validated, findings)
     path, motion = None, 0
     if posed:
-        pose, wrong = motion_path.load_case(table, keys, shape, validated)
-        findings += wrong
+        pose, pose_findings = motion_path.load_case(table, keys, shape, validated)
+        findings += pose_findings
         path = None if pose is None else pose.six
-        if given.motion is not None:
-            motion = MOTIONS.index(given.motion)
+        if dynamic.motion is not None:
+            motion = MOTIONS.index(dynamic.motion)
         elif path is not None:
             # The one that goes furthest, a degree counted as a mm.
             motion = int(np.argmax(np.abs(path.motion[-1]) * np.repeat([1.0, math.degrees(1.0)], 3)))
         if path is not None and motion in path.free:
-            what = f"{dotted((*at, 'motion'))}: {MOTIONS[motion]} is free of force"
+            what = f"{dotted((*keys_of_dynamic, 'motion'))}: {MOTIONS[motion]} is free of force"
             findings.append(
-                Finding((*at, "motion"), what, expected="one of the motions that the path prescribes")
+                Finding(
+                    (*keys_of_dynamic, "motion"), what, expected="one of the motions that the path prescribes"
+                )
             )
-    turned = motion >= 3 if posed else modes()[table.mode].rotational
-    unit = math.radians(1.0) if turned else 1.0
-    name = "preload" if given.preload_force is None else "preload_force"
-    values = getattr(given, name) or (0.0,)
-    preload = values if given.preload_force is not None else tuple(unit * q for q in values)
-    if given.preload is not None and given.preload_force is not None:
-        what = f"{dotted(at)} has preload and preload_force"
-        findings.append(Finding((*at, name), what, expected="give one of the two"))
+    rotational = motion >= 3 if posed else modes()[table.mode].rotational
+    unit = math.radians(1.0) if rotational else 1.0
+    name = "preload" if dynamic.preload_force is None else "preload_force"
+    values = getattr(dynamic, name) or (0.0,)
+    preload = values if dynamic.preload_force is not None else tuple(unit * q for q in values)
+    if dynamic.preload is not None and dynamic.preload_force is not None:
+        what = f"{dotted(keys_of_dynamic)} has preload and preload_force"
+        findings.append(Finding((*keys_of_dynamic, name), what, expected="give one of the two"))
     if len(set(preload)) < len(preload):
-        what = f"{dotted((*at, name))} = {shown(list(values))} has a value twice"
-        findings.append(Finding((*at, name), what, expected="each preload once"))
-    amplitude = given.amplitude or ()
-    if len(set(amplitude)) < len(amplitude) or any(one <= 0.0 for one in amplitude):
-        what = f"{dotted((*at, 'amplitude'))} = {shown(list(amplitude))}"
+        what = f"{dotted((*keys_of_dynamic, name))} = {shown(list(values))} has a value twice"
+        findings.append(Finding((*keys_of_dynamic, name), what, expected="each preload once"))
+    amplitude = dynamic.amplitude or ()
+    if len(set(amplitude)) < len(amplitude) or any(value <= 0.0 for value in amplitude):
+        what = f"{dotted((*keys_of_dynamic, 'amplitude'))} = {shown(list(amplitude))}"
         expected = "peaks above 0, each once; without amplitude the vibration is small"
-        findings.append(Finding((*at, "amplitude"), what, expected=expected))
-    for q in preload if given.preload_force is None else ():
+        findings.append(Finding((*keys_of_dynamic, "amplitude"), what, expected=expected))
+    for q in preload if dynamic.preload_force is None else ():
         if shape is not None and q:
-            findings += checks.travel((*at, "preload"), table.mode, (0.0, q), shape)
+            findings += checks.travel((*keys_of_dynamic, "preload"), table.mode, (0.0, q), shape)
     if findings or (posed and path is None):
         return None, findings
-    peaks = tuple(unit * one for one in amplitude)
-    by_force, transfer = given.preload_force is not None, given.point == "transfer"
+    peaks = tuple(unit * peak for peak in amplitude)
+    by_force, transfer = dynamic.preload_force is not None, dynamic.point == "transfer"
     if path is None:
         return DynamicTest(table.mode, frequency, preload, by_force, peaks, transfer, steps=table.steps), []
     # All six motions are possible in a vibration, also where the path keeps a plane of symmetry.
@@ -75,21 +77,25 @@ def test(
 
 def _meaningless(table: LoadCaseTable, keys: Keys, posed: bool) -> list[Finding]:
     """Return findings for keys that a dynamic test does not take."""
-    given = table.dynamic
-    assert given is not None
+    dynamic = table.dynamic
+    assert dynamic is not None
     unused = LoadCaseTable.model_fields.keys() - {"mode", "steps", "dynamic", "temperature"}
     unused -= {"path"} if posed else set()
     expected = "the vibration and its preload are in [load_cases.dynamic]: frequency, amplitude, preload"
-    found = [
+    findings = [
         Finding((*keys, name), f"{dotted((*keys, name))} has no meaning in a dynamic test", expected=expected)
         for name in sorted(unused & table.model_fields_set)
     ]
     for name in ("preload", "preload_force") if posed else ("motion",):
-        if getattr(given, name) is not None:
+        if getattr(dynamic, name) is not None:
             at = (*keys, "dynamic", name)
-            of = "the end of [load_cases.path] is the preload" if posed else "only mode path has six motions"
-            found.append(Finding(at, f"{dotted(at)} has no meaning for mode {table.mode}", expected=of))
-    return found
+            meaning = (
+                "the end of [load_cases.path] is the preload" if posed else "only mode path has six motions"
+            )
+            findings.append(
+                Finding(at, f"{dotted(at)} has no meaning for mode {table.mode}", expected=meaning)
+            )
+    return findings
 
 
 def _frequencies(
@@ -104,7 +110,7 @@ def _frequencies(
         wide = max(table.first, table.last) > 10.0 * min(table.first, table.last)
         spacing = table.spacing or ("logarithmic" if wide else "linear")
         spaced = np.geomspace if spacing == "logarithmic" else np.linspace
-        values = tuple(float(f"{one:.12g}") for one in spaced(table.first, table.last, table.points))
+        values = tuple(float(f"{value:.12g}") for value in spaced(table.first, table.last, table.points))
     else:
         values = cast(tuple[float, ...], raw)
     for value in values:

@@ -42,7 +42,7 @@ class _Commands(click.Group):
         typed = list(sys.argv[1:] if args is None else args)
         # DOLFINx and reports cannot contain bytes that are no text.
         for text in typed:
-            if any("\ud800" <= one <= "\udfff" for one in text):
+            if any("\ud800" <= character <= "\udfff" for character in text):
                 what = "contains bytes that are not text in the encoding of this system"
                 click.echo(
                     f"error: {printable(text)}: {what} (rename the file, or write the value anew)", err=True

@@ -25,6 +25,6 @@ def batch(run: Run, model: str | None, strict: bool) -> int:
     law = model or case.material.law
     with run.timed("batch"):
         progress = search_progress(run, Task(case, law).turned, 1)
-        found = compared(case, law, tables=run.tables, progress=progress, told=run.say)
-    run.deliver(found)
-    return verdict_code(found.conditions, found.fit.converged, strict and bool(found.outliers))
+        comparison = compared(case, law, tables=run.tables, progress=progress, told=run.say)
+    run.deliver(comparison)
+    return verdict_code(comparison.conditions, comparison.fit.converged, strict and bool(comparison.outliers))

@@ -53,7 +53,7 @@ def check(run: Run, strict: bool) -> int:
     coupons = [read_coupon(source, run.tables) for source in case.coupons]
     tables = [read_dynamic(source, run.tables) for source in case.dynamic]
     # What is not compared is simulated: its contents and its faults count too.
-    records, materials = [one.record for one in curves], [one.record for one in coupons]
+    records, materials = [curve.record for curve in curves], [curve.record for curve in coupons]
     if not case.needs_fit:
         check_material(case, case.material)
     for curve in records:
@@ -61,29 +61,32 @@ def check(run: Run, strict: bool) -> int:
     check_play_of_load_cases(case, run.tables)
     programs = [
         None
-        if one.source is None
+        if load_case.source is None
         else replace(
-            read_program(one.source, run.tables, "force" if one.by_force else "displacement"), name=one.label
+            read_program(load_case.source, run.tables, "force" if load_case.by_force else "displacement"),
+            name=load_case.label,
         )
-        for one in case.load_cases
+        for load_case in case.load_cases
     ]
     run.tables.clear()  # all is read: what the search for faults needs is not taken by the texts
     faults = (*find_faults(case, [*records, *materials]), *table_faults(case.geometry, tables))
     if not any(fault.fatal for fault in faults):
         check_travel(case, records, faults)
-    forced = {one.label for one in case.load_cases if one.by_force}
-    moved = [one for one in programs if one is not None and one.name not in forced]
-    odd = unusual(case, case.material, (*records, *materials, *moved))
-    found = (
+    forced = {load_case.label for load_case in case.load_cases if load_case.by_force}
+    displacement_programs = [
+        program for program in programs if program is not None and program.name not in forced
+    ]
+    doubts = unusual(case, case.material, (*records, *materials, *displacement_programs))
+    conditions = (
         *unedited(case.path),
         *known_from_hardness(case.material),
         *untried_dolfinx(installed_dolfinx()),
-        *odd,
+        *doubts,
     )
-    tests = protocol(case, curves, coupons, moved)
-    checked = Checked(case, records, materials, tests, faults, programs, found, tables)
+    tests = protocol(case, curves, coupons, displacement_programs)
+    checked = Checked(case, records, materials, tests, faults, programs, conditions, tables)
     run.deliver(checked)
-    return NEGATIVE if strict and (faults or tests.violated or odd) else DONE
+    return NEGATIVE if strict and (faults or tests.violated or doubts) else DONE
 
 
 @click.command()
@@ -175,22 +178,22 @@ def direct(
         raise InputError(Problem("--unrelaxed", what, "", "add --stiffness-matrix, or leave it out"))
     case = run.load()
     # Tables of coupons are fitted, not compared.
-    tables = [one for one in case.dynamic if modes()[one.mode].specimen == "bushing"]
+    tables = [source for source in case.dynamic if modes()[source.mode].specimen == "bushing"]
     read: list[DynamicTable] = []
     if tables:
         from bushcli.recording.dynamic.read import read_dynamic
 
-        read = [read_dynamic(one, run.tables) for one in tables]
+        read = [read_dynamic(source, run.tables) for source in tables]
     if not case.recordings and not case.load_cases and not tables:
         expected = case.expected("[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`")
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
-    found = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
+    fit = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
     interrupted = False
     with run.timed("solve"), march_progress(run) as progress:
         try:
             response = predict(
                 case,
-                found.material if found else None,
+                fit.material if fit else None,
                 mesh_check=mesh_check,
                 fields=None if no_fields else run.staged,
                 pictures=run.output is not None,
@@ -210,10 +213,10 @@ def direct(
 
         with run.timed("dynamic"):
             vibrations, doubts = compare_tables(case, response.material, read)
-    run.deliver(DirectResult(response, compared, found, vibrations if tables else None, doubts))
+    run.deliver(DirectResult(response, compared, fit, vibrations if tables else None, doubts))
     if interrupted:
         raise KeyboardInterrupt
-    if not response.complete or sum(len(one.table) for one in vibrations) < sum(map(len, read)):
+    if not response.complete or sum(len(vibration.table) for vibration in vibrations) < sum(map(len, read)):
         return NOT_CONVERGED
     good = all(misfit.within for misfit in compared.values())
     return NEGATIVE if strict and not good else DONE

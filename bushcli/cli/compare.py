@@ -29,18 +29,18 @@ def compare(run: Run, before: tuple[Path, ...]) -> int:
     from bushcli.study.compare import compare as compared
 
     paths = [*before, run.path]
-    whole = [path.parent if path.name == "result.json" else path for path in paths]
-    if len({path.resolve() for path in whole}) < len(whole):
+    folders = [path.parent if path.name == "result.json" else path for path in paths]
+    if len({path.resolve() for path in folders}) < len(folders):
         raise InputError(Problem(str(paths[-1]), "is given twice", "", "two or more results or cases"))
     # The shortest names that tell the paths apart: their last parts, as many as it takes.
-    parts, count = [path.resolve().parts for path in whole], 1
-    while len({one[-count:] for one in parts}) < len(parts):
+    parts, count = [path.resolve().parts for path in folders], 1
+    while len({part[-count:] for part in parts}) < len(parts):
         count += 1
-    names = ["/".join(one[-count:]) for one in parts]
-    found = [_item(run, path, name) for path, name in zip(paths, names, strict=True)]
+    names = ["/".join(part[-count:]) for part in parts]
+    results = [_item(run, path, name) for path, name in zip(paths, names, strict=True)]
     if run.output is not None:
-        run.prepare(run.output, found[0][1])
-    result = compared([item for item, _ in found])
+        run.prepare(run.output, results[0][1])
+    result = compared([item for item, _ in results])
     run.deliver(result)
     return DONE
 
@@ -67,16 +67,16 @@ def _item(run: Run, path: Path, name: str) -> tuple[ComparedResult, Case]:
             try:
                 case_found = load_case(file.parent, (), run.tables)
                 if case_found.recordings or case_found.load_cases:
-                    curves = curves_in(_simulated(run, case_found, name))
+                    curves = curves_in(_simulated_item(run, case_found, name))
             except InputError as error:
                 run.say(f"{name} is compared without curves: {error}")
         return ComparedResult(name, result, curves), case
     case = load_case(path, run.overrides, run.tables)
-    result = _simulated(run, case, name)
+    result = _simulated_item(run, case, name)
     return ComparedResult(name, result, curves_in(result)), case
 
 
-def _simulated(run: Run, case: Case, name: str) -> dict[str, Any]:
+def _simulated_item(run: Run, case: Case, name: str) -> dict[str, Any]:
     """Return the result of `bushcli direct` on a case."""
     from bushcli.report import as_json
     from bushcli.report.results import DirectResult

@@ -80,15 +80,15 @@ def design(
     targets = [target(text) for text in stated]
     variables = [variable(text) for text in varied]
     bounds_of(variables)
-    keys = [one.key for one in variables]
-    twice = next((key for key in keys if keys.count(key) > 1), None)
-    if twice:
-        raise InputError(Problem(f"--vary {twice}", "is varied twice"))
+    keys = [variable.key for variable in variables]
+    duplicate = next((key for key in keys if keys.count(key) > 1), None)
+    if duplicate:
+        raise InputError(Problem(f"--vary {duplicate}", "is varied twice"))
     case = run.load()
     if case.geometry.specimen != "bushing":
         raise InputError(Problem(case.path.name, "is a coupon, which has no geometry to design"))
     tolerances = _tolerances(case, toleranced)
-    nominal = next((float(one.nominal) for one in variables if one.key == HARDNESS), None)
+    nominal = next((float(variable.nominal) for variable in variables if variable.key == HARDNESS), None)
     if HARDNESS in tolerances:
         nominal = tolerances[HARDNESS].nominal
     task = StudyTask(
@@ -100,18 +100,18 @@ def design(
         hardness=nominal,
     )
     start = []
-    for one in variables:
+    for searched in variables:
         # The case's value of a key, or the middle of the key's bounds if the case has none within them.
         value = float("nan")
         with suppress(NoAnswer):
-            value = number_at(one.key, resolved(case))
-        start.append(value if one.low <= value <= one.high else float(one.nominal))
+            value = number_at(searched.key, resolved(case))
+        start.append(value if searched.low <= value <= searched.high else float(searched.nominal))
     with pool(workers if workers or scheduler or starts > 1 else 1, scheduler) as shared:
         if shared is None:
             # This rank has answered until the first one left the context.
             return DONE
         with run.timed("design"), work_progress(run, "searches") as progress:
-            found = find(
+            result = find(
                 case,
                 task,
                 variables,
@@ -124,30 +124,30 @@ def design(
                 notify=progress,
                 tables=run.tables,
             )
-    run.deliver(found)
-    return NEGATIVE if strict and not all(one.met for one in found.targets) else DONE
+    run.deliver(result)
+    return NEGATIVE if strict and not all(target.met for target in result.targets) else DONE
 
 
-def _tolerances(case: Case, given: tuple[str, ...]) -> dict[str, Toleranced]:
+def _tolerances(case: Case, texts: tuple[str, ...]) -> dict[str, Toleranced]:
     """Return the tolerances of the case file and of ``--tolerance``, by key."""
     from bushcli.case import resolved
     from bushcli.case.toleranced import Toleranced, toleranced
     from bushcli.study.answers import NoAnswer, number_at
 
-    found = dict(case.toleranced)
-    for text in given:
+    tolerances = dict(case.toleranced)
+    for text in texts:
         key, _, spec = (part.strip() for part in text.partition("="))
-        one = toleranced(spec)
+        tolerance = toleranced(spec)
         try:
-            if one is None:
-                one = Toleranced(number_at(key, resolved(case)), float(spec))
+            if tolerance is None:
+                tolerance = Toleranced(number_at(key, resolved(case)), float(spec))
         except NoAnswer:
             expected = f'"{key}=NOMINAL +- DEVIATION"'
             raise InputError(Problem(f"--tolerance {text}", f"the case has no {key}", "", expected)) from None
         except ValueError:
-            one = None
-        if one is None or not one.deviation > 0.0:
+            tolerance = None
+        if tolerance is None or not tolerance.deviation > 0.0:
             expected = 'geometry.length=0.3, or "hardness=60 +- 5"'
             raise InputError(Problem(f"--tolerance {text}", "is not KEY=DEVIATION", "", expected))
-        found[key] = one
-    return found
+        tolerances[key] = tolerance
+    return tolerances

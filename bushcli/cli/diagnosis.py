@@ -85,28 +85,28 @@ def diagnose(
     from bushcli.runtime.store import SUFFIX
 
     case = run.load()
-    several = ranks_there_are() > 1
-    if several and workers > 1:
+    has_ranks = ranks_there_are() > 1
+    if has_ranks and workers > 1:
         raise InputError(Problem("--workers", "cannot be used under mpirun, which starts the workers"))
-    if scheduler and (several or workers > 1):
-        other = "mpirun" if several else "--workers"
+    if scheduler and (has_ranks or workers > 1):
+        other = "mpirun" if has_ranks else "--workers"
         raise InputError(
             Problem("--scheduler", f"cannot be combined with {other}", "", "give one of the two")
         )
     names = list(names_in(requested))
     if requested and not names:
         raise InputError(Problem("--effects", "names no effect", "", "NAME[,NAME...]"))
-    with elsewhere(several, scheduler) as executor:
-        if several and executor is None:
+    with elsewhere(has_ranks, scheduler) as executor:
+        if has_ranks and executor is None:
             # This rank has answered until the first one left the context.
             return DONE
         journal = run.output / "history-diagnose" if run.output else None
-        if several:
+        if has_ranks:
             # The other ranks work for this one, and end with it.
             listen(together=False)
         try:
             with run.timed("diagnose"):
-                found = find(
+                diagnosis = find(
                     case,
                     model=model,
                     effects=names or None,
@@ -126,30 +126,30 @@ def diagnose(
                 count = len(list(journal.glob(f"*{SUFFIX}")))
                 say_what_is_saved(error, run.output, f"{count} result{'s' * (count != 1)}")
             raise
-        run.deliver(found)
-        ended = {condition.name for condition in found.conditions}
+        run.deliver(diagnosis)
+        ended = {condition.name for condition in diagnosis.conditions}
         if "interrupted" in ended:
             return INTERRUPTED
         if "not_converged" in ended:
             return NOT_CONVERGED
-        return NEGATIVE if strict and found.verdict != "explained" else DONE
+        return NEGATIVE if strict and diagnosis.verdict != "explained" else DONE
 
 
 def _progress(run: Run, budget: float | None = None) -> Callable[[str, str, str], None] | None:
     """Return a function that prints a line per step on stderr: seconds spent and left, stage, effect, misfit."""
     if run.quiet or not is_first_rank():
         return None
-    begin, last = time.perf_counter(), ""
+    start, last = time.perf_counter(), ""
 
     def line(stage: str, what: str, text: str) -> None:
         nonlocal last
-        known, last = last == what, what if stage == "screen" else ""
+        repeated, last = last == what, what if stage == "screen" else ""
         if stage == "screen" and not run.verbose:
-            if known:
+            if repeated:
                 return
             text = ""
-        spent = time.perf_counter() - begin
-        left = "" if budget is None else f"{max(0.0, budget - spent):5.0f} s left  "
-        run.say(f"  {spent:5.0f} s  {left}{stage:10s} {what:30s} {text}".rstrip())
+        spent = time.perf_counter() - start
+        remaining = "" if budget is None else f"{max(0.0, budget - spent):5.0f} s left  "
+        run.say(f"  {spent:5.0f} s  {remaining}{stage:10s} {what:30s} {text}".rstrip())
 
     return line

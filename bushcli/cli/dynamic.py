@@ -24,15 +24,15 @@ def dynamic(run: Run, weighting: str) -> int:
     from bushcli.simulate.extent import measured, of_table
 
     case = run.load()
-    tested = [*measured(case), *(of_table(read_dynamic(one, run.tables)) for one in case.dynamic)]
-    found = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
+    tested = [*measured(case), *(of_table(read_dynamic(source, run.tables)) for source in case.dynamic)]
+    fit = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
     interrupted = False
     with run.timed("solve"), march_progress(run) as progress:
         try:
-            response = vibrate(case, found.material if found else None, progress=progress, tested=tested)
+            response = vibrate(case, fit.material if fit else None, progress=progress, tested=tested)
         except DynamicInterrupted as ended:
             response, interrupted = ended.response, True
-    run.deliver(DynamicResult(response, found))
+    run.deliver(DynamicResult(response, fit))
     if interrupted:
         raise KeyboardInterrupt
     return DONE if response.complete else NOT_CONVERGED

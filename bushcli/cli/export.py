@@ -84,19 +84,19 @@ def export(
 
     if ranks_there_are() > 1:
         raise InputError(Problem("bushcli export", "runs in one process only", "", "run it without mpirun"))
-    chosen, units = writer_for(program), unit_system(system)
-    chosen.check_form(form)
-    if unrelaxed and not chosen.static:
-        what = f"{chosen.name} has no single state: its file has the memory of the rubber, or the curves as they are"
+    writer, units = writer_for(program), unit_system(system)
+    writer.check_form(form)
+    if unrelaxed and not writer.static:
+        what = f"{writer.name} has no single state: its file has the memory of the rubber, or the curves as they are"
         raise InputError(Problem("--unrelaxed", what, "", "leave it out; it is for adams, altair and chrono"))
     if run.output is not None:
         check_file(run.output)
-    if chosen.kind == "force_law" and run.output is None:
+    if writer.kind == "force_law" and run.output is None:
         raise InputError(Problem("bushcli export", "an FMU is an archive, not text", "", "-o FILE.fmu"))
     if run.json and run.output is None:
         raise InputError(Problem("--json", "needs a file for the export itself", "", "-o FILE"))
     source = read_source(run.path, run.overrides, run.tables).without(without)
-    if source.case.needs_fit and chosen.kind != "matrix":
+    if source.case.needs_fit and writer.kind != "matrix":
         if not source.case.coupons:
             what = f"has no parameters of {source.case.material.law}, and no coupon tests to fit it to"
             remedy = "run `bushcli inverse CASE -o OUT`, then export OUT"
@@ -104,21 +104,21 @@ def export(
         fitted = fit_to_coupons(run, source.case)
         source = replace(source, case=replace(source.case, material=fitted.material))
     order = Order(source.case.title, source.where, units, form=form)
-    if chosen.kind == "card":
-        found = rubber_of(source.case.material, source.case.effects)
-        chosen.check(found, form)
-        order = replace(order, rubber=replace(found, density=density or found.density))
+    if writer.kind == "card":
+        material = rubber_of(source.case.material, source.case.effects)
+        writer.check(material, form)
+        order = replace(order, rubber=replace(material, density=density or material.density))
     else:
         # Curves and matrices that the source lacks are simulated.
         with run.timed("solve"), march_progress(run) as progress:
-            order = replace(order, bushing=bushing_of(source, chosen, progress, run.tables, unrelaxed))
-    content = chosen.text(order)
+            order = replace(order, bushing=bushing_of(source, writer, progress, run.tables, unrelaxed))
+    content = writer.text(order)
     if run.output is not None:
         write_file(run.output, content)
-        for line in (f"wrote {run.output} for {chosen.title}", *_said(order.bushing)):
+        for line in (f"wrote {run.output} for {writer.title}", *_said(order.bushing)):
             run.say(line)
         result = head("export", source.case, (), run.timings())
-        result |= {"program": chosen.name, "units": units.name, "file": str(run.output)}
+        result |= {"program": writer.name, "units": units.name, "file": str(run.output)}
         if order.bushing is not None and order.bushing.law is not None:
             result["force_law"] = order.bushing.law.summary()
         run.emit(cleaned(result))
@@ -131,18 +131,18 @@ def _said(bushing: BushingData | None) -> list[str]:
     """Return what a vehicle model leaves out, and how far a force law is from the bushing, a line per channel."""
     if bushing is None:
         return []
-    said = list(bushing.remarks)
-    for one in bushing.law.channels if bushing.law is not None else ():
-        said.append(
-            f"{one.name}: the force law deviates by {one.rms_percent:.2g} % of the force range (rms; at most "
-            f"{one.peak_percent:.2g} %) from a simulation that was not used to fit it"
+    remarks = list(bushing.remarks)
+    for channel in bushing.law.channels if bushing.law is not None else ():
+        remarks.append(
+            f"{channel.name}: the force law deviates by {channel.rms_percent:.2g} % of the force range (rms; at most "
+            f"{channel.peak_percent:.2g} %) from a simulation that was not used to fit it"
         )
-        if one.sines:
+        if channel.sines:
             stiffness, angle = (
-                max(map(abs, errors)) for errors in zip(*(s.errors for s in one.sines), strict=True)
+                max(map(abs, errors)) for errors in zip(*(s.errors for s in channel.sines), strict=True)
             )
-            said.append(
-                f"{one.name}: its dynamic stiffness deviates by at most {stiffness:.2g} %, its loss angle by "
-                f"{angle:.2g} degrees, from {len(one.sines)} vibrations along time, up to all of the travel"
+            remarks.append(
+                f"{channel.name}: its dynamic stiffness deviates by at most {stiffness:.2g} %, its loss angle by "
+                f"{angle:.2g} degrees, from {len(channel.sines)} vibrations along time, up to all of the travel"
             )
-    return said
+    return remarks

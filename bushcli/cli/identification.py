@@ -81,18 +81,20 @@ def fit(
         spectra, problems = fit_tables(case, run.tables)
     if problems and not spectra and not case.coupons:
         # The only tables of the case have no spectrum: what prevents it is the answer.
-        raise InputError(*(Problem(case.path.name, one.message, "", one.remedy) for one in problems))
+        raise InputError(
+            *(Problem(case.path.name, condition.message, "", condition.remedy) for condition in problems)
+        )
     if branch is not None:
         case = replace(case, coupons=tuple(replace(source, branch=branch) for source in case.coupons))
-    found = None
+    coupon_fit = None
     if case.coupons or not spectra:
-        found = fit_to_coupons(run, case, model, weighting, names_in(held_out), names_in(fixed))
-        found = replace(found, conditions=(*found.conditions, *problems))
+        coupon_fit = fit_to_coupons(run, case, model, weighting, names_in(held_out), names_in(fixed))
+        coupon_fit = replace(coupon_fit, conditions=(*coupon_fit.conditions, *problems))
         problems = ()
-    run.deliver(FitResult(case, found, spectra, problems))
-    if found is None:
+    run.deliver(FitResult(case, coupon_fit, spectra, problems))
+    if coupon_fit is None:
         return NEGATIVE if strict and problems else DONE
-    return verdict_code(found.conditions, found.converged, strict and bool(found.conditions))
+    return verdict_code(coupon_fit.conditions, coupon_fit.converged, strict and bool(coupon_fit.conditions))
 
 
 def fit_to_coupons(
@@ -200,9 +202,9 @@ def inverse(
         raise InputError(
             Problem("--workers", "cannot be combined with --scheduler, which has its own workers")
         )
-    chosen = names_in(models) or (case.material.law,)
-    if "all" in chosen:
-        chosen = tuple(laws())
+    model_names = names_in(models) or (case.material.law,)
+    if "all" in model_names:
+        model_names = tuple(laws())
     tasks = [
         Task(
             case,
@@ -217,13 +219,13 @@ def inverse(
             seed=seed,
             workers=workers,
         )
-        for law in chosen
+        for law in model_names
     ]
     refuse_fixed(tasks)
     fits = []
     with pool(None, scheduler) if scheduler else nullcontext() as shared:
         for task in tasks:
-            fits.append(_identified(run, task, resume, shared))
+            fits.append(_identified_fit(run, task, resume, shared))
             if any(condition.name == "interrupted" for condition in fits[-1].conditions):
                 break
     last = fits[-1]
@@ -232,7 +234,7 @@ def inverse(
     return verdict_code(last.conditions, fits[0].converged, strict and bool(fits[0].conditions))
 
 
-def _identified(run: Run, task: Task, resume: bool | None, shared: Pool | None) -> Fit:
+def _identified_fit(run: Run, task: Task, resume: bool | None, shared: Pool | None) -> Fit:
     """Identify one law, and save its evaluations if there is an output folder."""
     from bushcli.inverse import identify
 
@@ -243,12 +245,12 @@ def _identified(run: Run, task: Task, resume: bool | None, shared: Pool | None) 
             (("table of dynamic stiffness", "tables of dynamic stiffness"), task.case.dynamic),
         )
     }
-    shown = [
+    numbers_of_data = [
         f"{count} {kind if count == 1 else several}" for (kind, several), count in counts.items() if count
     ]
-    if shown:
+    if numbers_of_data:
         # Without any, the task says what is missing.
-        run.say(f"identifying {task.model} from {' and '.join(shown)}")
+        run.say(f"identifying {task.model} from {' and '.join(numbers_of_data)}")
     journal = run.output / f"history-{task.model}" if run.output else None
     progress = search_progress(run, task.turned, task.starts + task.globally)
     with run.timed(task.model):

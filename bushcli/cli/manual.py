@@ -24,20 +24,20 @@ _VARIABLES = (
 def manual() -> str:
     """Return the page in the macros of man(7)."""
     context = click.Context(main, info_name="bushcli")
-    head, *rest = _paragraphs(main.help or "")
+    head, *paragraphs = _paragraphs(main.help or "")
     lines = [
         '.\\" Made by bushcli.cli.manual from the help of the commands.',
         f'.TH BUSHCLI 1 "" "bushcli {__version__}" "User Commands"',
         ".SH NAME",
-        f"bushcli \\- {_escaped(head.rstrip('.').lower())}",
+        f"bushcli \\- {_escape(head.rstrip('.').lower())}",
         ".SH SYNOPSIS",
         ".B bushcli",
         ".I COMMAND",
         "[\\fIOPTIONS\\fR] [\\fIARGUMENTS\\fR]",
         ".SH DESCRIPTION",
     ]
-    for paragraph in rest:
-        lines += [".PP", _escaped(paragraph)]
+    for paragraph in paragraphs:
+        lines += [".PP", _escape(paragraph)]
     lines.append(".SH COMMANDS")
     for name in main.list_commands(context):
         command = main.get_command(context, name)
@@ -46,27 +46,27 @@ def manual() -> str:
     for title, entries in (("FILES", _FILES), ("ENVIRONMENT", _VARIABLES)):
         lines.append(f".SH {title}")
         for term, meaning in entries:
-            lines += [".TP", f".B {_escaped(term)}", _escaped(meaning)]
+            lines += [".TP", f".B {_escape(term)}", _escape(meaning)]
     return "\n".join(lines) + "\n"
 
 
 def _command(command: click.Command, context: click.Context) -> Iterator[str]:
     """Yield the lines of one command."""
     usage = " ".join(piece for piece in command.collect_usage_pieces(context))
-    yield f".SS bushcli {_escaped(command.name or '')} {_escaped(usage)}"
+    yield f".SS bushcli {_escape(command.name or '')} {_escape(usage)}"
     for paragraph in _paragraphs(command.help or ""):
-        yield from (".PP", _escaped(paragraph))
+        yield from (".PP", _escape(paragraph))
     for parameter in command.get_params(context):
         record = parameter.get_help_record(context)
         if record is not None:
-            yield from (".TP", f".B {_escaped(record[0])}", _escaped(record[1]))
+            yield from (".TP", f".B {_escape(record[0])}", _escape(record[1]))
 
 
 def _paragraphs(text: str) -> list[str]:
     return [" ".join(part.split()) for part in re.split(r"\n\s*\n", text.strip()) if part.strip()]
 
 
-def _escaped(text: str) -> str:
+def _escape(text: str) -> str:
     """Return text with the characters escaped that man(7) would take for macros."""
     text = text.replace("\\", "\\e").replace("-", "\\-").replace("±", "\\(+-").replace("`", "\\(ga")
     return f"\\&{text}" if text.startswith((".", "'")) else text

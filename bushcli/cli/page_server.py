@@ -45,8 +45,8 @@ class _Quiet(SimpleHTTPRequestHandler):
         if self.headers.get("Host", "").rsplit(":", 1)[0] not in self.hosts:
             self.send_error(403)
             return None
-        asked = Path(self.translate_path(self.path))
-        if asked != self.page or not self.page.resolve().is_relative_to(self.page.parent.resolve()):
+        path = Path(self.translate_path(self.path))
+        if path != self.page or not self.page.resolve().is_relative_to(self.page.parent.resolve()):
             self.send_error(404)
             return None
         return super().send_head()

@@ -26,15 +26,15 @@ def march_progress(run: Run) -> Iterator[Callable[[str, int, int, int, float], N
         yield None
         return
     if not on_terminal(sys.stderr) or run.verbose:
-        begin: dict[str, float] = {}
+        starts: dict[str, float] = {}
 
         def line(name: str, step: int, steps: int, newton: int, q: float) -> None:
-            start = begin.setdefault(name, time.perf_counter())
+            start = starts.setdefault(name, time.perf_counter())
             if not run.verbose and step not in {steps, *(round(steps * share / 4) for share in (1, 2, 3))}:
                 return
             spent = time.perf_counter() - start
-            left = spent / step * (steps - step)
-            run.say(f"{name}: step {step}/{steps}, {newton} iterations, {left:.0f} s left")
+            remaining = spent / step * (steps - step)
+            run.say(f"{name}: step {step}/{steps}, {newton} iterations, {remaining:.0f} s left")
 
         yield line
         return
@@ -55,14 +55,14 @@ def work_progress(run: Run, what: str) -> Iterator[Callable[[int, int, int], Non
     if run.quiet or not is_first_rank():
         yield None
         return
-    begin, first, shown = time.perf_counter(), -1, -1
+    start, already_done, shown = time.perf_counter(), -1, -1
 
     def left(done: int, total: int) -> float:
         """Return the seconds left; results of an earlier run took no time."""
-        nonlocal first
-        if first < 0:
-            first = max(0, done - 1)
-        return (time.perf_counter() - begin) / max(done - first, 1) * (total - done)
+        nonlocal already_done
+        if already_done < 0:
+            already_done = max(0, done - 1)
+        return (time.perf_counter() - start) / max(done - already_done, 1) * (total - done)
 
     if not on_terminal(sys.stderr) or run.verbose:
 
@@ -71,8 +71,8 @@ def work_progress(run: Run, what: str) -> Iterator[Callable[[int, int, int], Non
             remaining, tenth = left(done, total), 10 * done // total
             if tenth != shown or run.verbose:
                 shown = tenth
-                lost = f", {failed} failed" if failed else ""
-                run.say(f"{what}: {done}/{total}{lost}, {remaining:.0f} s left")
+                failures = f", {failed} failed" if failed else ""
+                run.say(f"{what}: {done}/{total}{failures}, {remaining:.0f} s left")
 
         yield line
         return
@@ -96,7 +96,7 @@ def _bars(done: str) -> Progress:
 
 
 def search_progress(
-    run: Run, turned: Mapping[str, EffectParameter], starts: int = 1
+    run: Run, rotational: Mapping[str, EffectParameter], starts: int = 1
 ) -> Callable[[Evaluation], None] | None:
     """Return a function that prints one line for each evaluation of an identification.
 
@@ -107,26 +107,32 @@ def search_progress(
 
     from bushcli.inverse.file_units import values_in_file_units
 
-    begin, started = time.perf_counter(), 0
+    start, started = time.perf_counter(), 0
 
-    def line(found: Evaluation) -> None:
+    def line(evaluation: Evaluation) -> None:
         nonlocal started
-        if found.start > started:
-            started = found.start
-            left = (time.perf_counter() - begin) / started * (starts - started)
-            run.say(f"start {started + 1} of {starts}, about {left:.0f} s left")
-        run.say(progress_line(replace(found, parameters=values_in_file_units(found.parameters, turned))))
+        if evaluation.start > started:
+            started = evaluation.start
+            remaining = (time.perf_counter() - start) / started * (starts - started)
+            run.say(f"start {started + 1} of {starts}, about {remaining:.0f} s left")
+        run.say(
+            progress_line(
+                replace(evaluation, parameters=values_in_file_units(evaluation.parameters, rotational))
+            )
+        )
 
     return line
 
 
-def progress_line(found: Evaluation) -> str:
+def progress_line(evaluation: Evaluation) -> str:
     """Return one evaluation as a line: "  4  misfit  1.064  it 2  C10 0.118"."""
-    misfit = "no solution     " if math.isnan(found.cost) else f"misfit {math.sqrt(found.cost):9.4g}"
-    if found.stage == "profile":
+    misfit = (
+        "no solution     " if math.isnan(evaluation.cost) else f"misfit {math.sqrt(evaluation.cost):9.4g}"
+    )
+    if evaluation.stage == "profile":
         where = "profile"
     else:
-        where = f"it {found.iteration}" if found.iteration else "start"
-    shown = "  ".join(f"{name} {value:.5g}" for name, value in found.parameters.items())
-    start = f"start {found.start}  " if found.start else ""
-    return f"  {found.number:3d}  {misfit}  {start}{where:7s}  {shown}{'  best' if found.best else ''}"
+        where = f"it {evaluation.iteration}" if evaluation.iteration else "start"
+    values = "  ".join(f"{name} {value:.5g}" for name, value in evaluation.parameters.items())
+    start = f"start {evaluation.start}  " if evaluation.start else ""
+    return f"  {evaluation.number:3d}  {misfit}  {start}{where:7s}  {values}{'  best' if evaluation.best else ''}"

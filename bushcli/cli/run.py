@@ -89,7 +89,7 @@ class Run:
         from bushcli.report.writers.folder import moves_to, occupy, staging
 
         check_output(output, case, self.command)
-        several, ends = ranks_there_are() > 1, click.get_current_context()
+        has_ranks, ends = ranks_there_are() > 1, click.get_current_context()
         if is_first_rank():
             refused = None
             try:
@@ -97,7 +97,7 @@ class Run:
                 ends.with_resource(staging(output))
             except InputError as error:
                 refused = error
-        if several:
+        if has_ranks:
             from mpi4py import MPI
 
             refused = MPI.COMM_WORLD.bcast(refused if is_first_rank() else None)
@@ -132,14 +132,14 @@ class Run:
         failure: BaseException | None = None
         if self.output is not None and is_first_rank():
             hold()
-        found = report.as_json(result)
-        found["timings_s"] = {**self.timings(), **found["timings_s"]}
+        document = report.as_json(result)
+        document["timings_s"] = {**self.timings(), **document["timings_s"]}
         if self.output is not None and is_first_rank():
             from bushcli.report.writers.files import write
             from bushcli.report.writers.folder import QUESTION, NotDrawn
 
             try:
-                answer = {**found, QUESTION: self.question}
+                answer = {**document, QUESTION: self.question}
                 files = report.as_files(result)
                 written = write(self.output, answer, files, lambda: report.as_document(result))
                 self._say_where(self.output, written[0].parent)
@@ -155,7 +155,7 @@ class Run:
                 failure = error
         if self.shows:
             self.show(report.as_document(result))
-        self.emit(found)
+        self.emit(document)
         if failure is not None:
             raise failure
 
@@ -165,9 +165,9 @@ class Run:
             return
         from bushcli.report.writers.folder import earlier_result
 
-        kept = (earlier_result(output) or {}).get("command", "")
+        earlier_command = (earlier_result(output) or {}).get("command", "")
         _complain(
-            f"interrupted before the end: {output} keeps the finished result of `bushcli {kept}`; "
+            f"interrupted before the end: {output} keeps the finished result of `bushcli {earlier_command}`; "
             f"the unfinished one is in {place}"
         )
 
@@ -206,14 +206,14 @@ class Run:
 
         from bushcli.report.writers.terminal import terminal_text
 
-        shown = terminal_text(document)
+        renderable = terminal_text(document)
         if on_terminal(sys.stdout):
             # On a narrower console tables lose words; lines that wrap are the lesser evil.
             console = Console(highlight=False, width=max(Console().width, NARROWEST))
-            console.print(shown)
+            console.print(renderable)
             return
         text = io.StringIO()
-        Console(file=text, width=WIDTH, highlight=False, no_color=True).print(shown)
+        Console(file=text, width=WIDTH, highlight=False, no_color=True).print(renderable)
         click.echo("\n".join(printable(line.rstrip()) for line in text.getvalue().rstrip().splitlines()))
 
     def emit(self, result: dict[str, Any]) -> None:
@@ -307,7 +307,7 @@ def on_a_case(
 
 def verdict_code(conditions: Iterable[Condition], converged: bool, negative: bool) -> int:
     """Return the code of an identification: interrupted, not converged, or whether its verdict is negative."""
-    if any(one.name == "interrupted" for one in conditions):
+    if any(condition.name == "interrupted" for condition in conditions):
         # mpirun ends all ranks as soon as one has ended with this code, and the first one may still be writing.
         wait_for_ranks()
         return INTERRUPTED
@@ -329,7 +329,7 @@ def finish(work: Callable[[], int | None], debug: bool) -> None:
         _complain(f"error: {error}")
         code = WRONG_INPUT
     except KeyboardInterrupt:
-        code = _interrupted()
+        code = _code_of_interrupt()
     except BrokenPipeError:
         # A pipeline that ends early (`| head`) is not an error.
         sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 - the interpreter flushes it at exit
@@ -343,11 +343,11 @@ def finish(work: Callable[[], int | None], debug: bool) -> None:
     except Exception as error:  # the last line of defence between a traceback and a user
         if debug:
             raise
-        code = _interrupted() if is_interrupt(error) else mistaken(error)
+        code = _code_of_interrupt() if is_interrupt(error) else mistaken(error)
     sys.exit(code)
 
 
-def _interrupted() -> int:
+def _code_of_interrupt() -> int:
     if is_first_rank():
         click.echo("interrupted", err=True)
     return INTERRUPTED
@@ -371,8 +371,8 @@ def unwritable(error: OSError) -> int:
             place = cache
         if place.startswith(cache) or cache.startswith(f"{place}/"):
             expected = "compiled kernels are saved there; BUSHCLI_CACHE=/path chooses another folder"
-    done = "written" if place == "standard output" else "read or written"
-    what = f"cannot be {done}: {error.strerror or error}"
+    action = "written" if place == "standard output" else "read or written"
+    what = f"cannot be {action}: {error.strerror or error}"
     _complain(f"error: {Problem(place[:300], what, '', expected)}")
     # The interpreter flushes it at exit, and would fail again.
     sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115
@@ -392,11 +392,11 @@ def mistaken(error: Exception) -> int:
     limit = _memory_limit()
     if isinstance(error, MemoryError) or (limit and isinstance(error, ImportError)):
         # Under a limit a library that cannot be mapped is an error of its import.
-        known = (
+        memory = (
             f"this shell allows a process {limit / 1e9:.2g} GB (ulimit -v)" if limit else "the memory is full"
         )
         expected = "`ulimit -v unlimited`, a smaller mesh, or fewer processes"
-        _complain(f"error: {Problem('memory', f'is not enough: {known}', '', expected)}")
+        _complain(f"error: {Problem('memory', f'is not enough: {memory}', '', expected)}")
         return WRONG_INPUT
     if is_first_rank():
         click.echo(printable(f"internal error: {type(error).__name__}: {error}"), err=True)

@@ -71,12 +71,12 @@ def say_what_is_saved(error: BaseException, folder: Path | None, what: str) -> N
     """Say on stderr, where a run has been interrupted or its scheduler was lost, what is saved and how to go on."""
     from bushcli.runtime.executor import SchedulerLost
 
-    lost = isinstance(error, SchedulerLost)
-    if folder is None or not (lost or is_interrupt(error)) or not is_first_rank():
+    scheduler_lost = isinstance(error, SchedulerLost)
+    if folder is None or not (scheduler_lost or is_interrupt(error)) or not is_first_rank():
         return
-    again = shlex.join(["bushcli", *sys.argv[1:]])
-    after = " (with a scheduler that runs)" if lost else ""
-    click.echo(f"no result yet; {what} are saved in {folder}; to continue{after}: {again}", err=True)
+    command = shlex.join(["bushcli", *sys.argv[1:]])
+    after = " (with a scheduler that runs)" if scheduler_lost else ""
+    click.echo(f"no result yet; {what} are saved in {folder}; to continue{after}: {command}", err=True)
 
 
 @contextmanager
@@ -91,21 +91,21 @@ def pool(workers: int | None, scheduler: str | None) -> Iterator[Pool | None]:
     from bushcli.runtime.executor import Pool, dask, processes
     from bushcli.runtime.workers import ranks
 
-    several = ranks_there_are()
-    if workers is not None and (several > 1 or scheduler):
-        where = "mpirun" if several > 1 else "--scheduler"
+    rank_count = ranks_there_are()
+    if workers is not None and (rank_count > 1 or scheduler):
+        where = "mpirun" if rank_count > 1 else "--scheduler"
         raise InputError(Problem("--workers", f"cannot be combined with {where}, which has its own workers"))
-    if several > 1 and scheduler:
+    if rank_count > 1 and scheduler:
         raise InputError(Problem("--scheduler", "cannot be used under mpirun", "", "give one of the two"))
-    if several > 1:
+    if rank_count > 1:
         with ranks() as executor:
-            yield None if executor is None else Pool(executor, several - 1)
+            yield None if executor is None else Pool(executor, rank_count - 1)
     elif scheduler:
-        with dask(scheduler) as found:
-            yield found
+        with dask(scheduler) as started:
+            yield started
     else:
-        with processes(workers or len(os.sched_getaffinity(0))) as found:
-            yield found
+        with processes(workers or len(os.sched_getaffinity(0))) as started:
+            yield started
 
 
 @contextmanager
@@ -124,8 +124,8 @@ def elsewhere(several: bool, scheduler: str | None) -> Iterator[Executor | None]
         with ranks() as executor:
             yield executor
     elif scheduler:
-        with dask(scheduler) as found:
-            yield found.executor
+        with dask(scheduler) as cluster:
+            yield cluster.executor
     else:
         yield None
 
@@ -147,10 +147,10 @@ class PositiveNumber(click.FloatRange):
         click.BadParameter
             It is not a finite number above zero.
         """
-        found = float(super().convert(value, param, ctx))
-        if not math.isfinite(found):
+        number = float(super().convert(value, param, ctx))
+        if not math.isfinite(number):
             self.fail(f"{value} is not a finite number.", param, ctx)
-        return found
+        return number
 
 
 def names_in(options: Sequence[str]) -> tuple[str, ...]:

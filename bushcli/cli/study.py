@@ -108,12 +108,12 @@ def study(
             try:
                 with run.timed("study"), work_progress(run, "designs") as progress:
 
-                    def notify(finished: int, count: int, lost: int) -> None:
+                    def notify(finished: int, count: int, failed: int) -> None:
                         done[0] = finished
                         if progress is not None:
-                            progress(finished, count, lost)
+                            progress(finished, count, failed)
 
-                    found, rows = simulate(
+                    result, rows = simulate(
                         case,
                         task,
                         plan,
@@ -127,8 +127,8 @@ def study(
             except BaseException as error:
                 say_what_is_saved(error, run.output, f"{done[0]} of {len(plan.rows)} designs")
                 raise
-            run.deliver(StudyResult(found, rows.write))
-            return NEGATIVE if strict and found.failed else DONE
+            run.deliver(StudyResult(result, rows.write))
+            return NEGATIVE if strict and result.failed else DONE
 
 
 def _plan(
@@ -142,21 +142,27 @@ def _plan(
     from bushcli.study.plan import from_list, plan
     from bushcli.study.variable import of_tolerance, variable
 
-    given = [variable(text) for text in varied]
+    variables = [variable(text) for text in varied]
     if listed is not None:
         if sampling or designs:
             name = "--sampling" if sampling else "--designs"
             raise InputError(Problem(name, "cannot be combined with --list, which gives the designs"))
-        return from_list(listed, given)
-    fixed = sampling == "grid" or (sampling is None and given and all(one.values for one in given))
+        return from_list(listed, variables)
+    fixed = sampling == "grid" or (
+        sampling is None and variables and all(variable.values for variable in variables)
+    )
     if not fixed:
-        keys = {one.key for one in given}
+        keys = {variable.key for variable in variables}
         origin = str(case.path)
-        given += [of_tolerance(key, one, origin) for key, one in case.toleranced.items() if key not in keys]
-    return plan(given, sampling, designs, seed)
+        variables += [
+            of_tolerance(key, tolerance, origin)
+            for key, tolerance in case.toleranced.items()
+            if key not in keys
+        ]
+    return plan(variables, sampling, designs, seed)
 
 
-def _task(run: Run, case: Case, plan: Plan, asked: tuple[str, ...], curves: bool) -> StudyTask:
+def _task(run: Run, case: Case, plan: Plan, questions: tuple[str, ...], curves: bool) -> StudyTask:
     from bushcli.case.hardness import HARDNESS
     from bushcli.report.json.study import described
     from bushcli.study.answers import answer, default_answers
@@ -165,9 +171,9 @@ def _task(run: Run, case: Case, plan: Plan, asked: tuple[str, ...], curves: bool
     if not case.load_cases and not case.recordings:
         expected = case.expected("[[recordings]] or [[load_cases]]")
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
-    answers = tuple(answer(case, text) for text in asked) or default_answers(case)
+    answers = tuple(answer(case, text) for text in questions) or default_answers(case)
     material = fit_to_coupons(run, case).material if case.needs_fit else None
-    hardness = next((one for one in plan.variables if one.key == HARDNESS), None)
+    hardness = next((variable for variable in plan.variables if variable.key == HARDNESS), None)
     if hardness is not None and not hardness.numeric:
         raise InputError(
             Problem(f"--vary hardness={hardness.spec}", "is not a Shore A hardness", "", '"60 +- 5"')
@@ -180,7 +186,7 @@ def _task(run: Run, case: Case, plan: Plan, asked: tuple[str, ...], curves: bool
         curves=curves,
         material=material,
         hardness=None if hardness is None else float(hardness.nominal),
-        describe=described if any(one.of_result for one in answers) else None,
+        describe=described if any(answer.of_result for answer in answers) else None,
     )
 
 

@@ -29,9 +29,9 @@ def init(places: tuple[Path, ...], files: tuple[Path, ...]) -> None:
     """
     # A new folder has no suffix, a file that does not exist is reported as such.
     folders = [place for place in places if place.is_dir() or not (place.suffix or place.exists())]
-    named = [place for place in places if place.is_file()]
-    if named and not files:
-        what = f"{named[0]} is a file; to write a case for files of a rig: bushcli init --from {named[0]}"
+    named_files = [place for place in places if place.is_file()]
+    if named_files and not files:
+        what = f"{named_files[0]} is a file; to write a case for files of a rig: bushcli init --from {named_files[0]}"
         raise click.UsageError(what)
     if len(folders) > 1 or (not files and len(places) > len(folders)):
         raise click.UsageError(f"Got unexpected extra argument ({places[-1]})")
@@ -43,8 +43,8 @@ def init(places: tuple[Path, ...], files: tuple[Path, ...]) -> None:
         if files:
             from bushcli.case.from_files import case_from_files
 
-            given = [*files, *(place for place in places if place not in folders)]
-            _say(write_case(folder, case_from_files(given, folder)))
+            paths = [*files, *(place for place in places if place not in folders)]
+            _say(write_case(folder, case_from_files(paths, folder)))
             _say(f"try: bushcli check {folder / 'case.toml'}", err=True)
             return DONE
         for file in write_example(folder):
@@ -86,18 +86,18 @@ def doctor(json: bool) -> None:
     def work() -> int:
         from bushcli.runtime.doctor import examine
 
-        found = examine()
+        examination = examine()
         if not is_first_rank():
             return DONE
         if json:
-            problems = [vars(problem) for problem in found.problems]
-            click.echo(json_format.dumps({"facts": dict(found.facts), "problems": problems}, indent=2))
+            problems = [vars(problem) for problem in examination.problems]
+            click.echo(json_format.dumps({"facts": dict(examination.facts), "problems": problems}, indent=2))
         else:
-            width = max(map(len, found.facts))
-            for name, fact in found.facts.items():
+            width = max(map(len, examination.facts))
+            for name, fact in examination.facts.items():
                 _say(f"{name:{width}s}  {fact}")
-            for problem in found.problems:
+            for problem in examination.problems:
                 _say(f"problem: {problem.message}\n  remedy: {problem.remedy}")
-        return NEGATIVE if found.problems else DONE
+        return NEGATIVE if examination.problems else DONE
 
     finish(work, debug=False)

@@ -32,7 +32,7 @@ REPORT = "report.html"
 )
 def view(output: Path, serve: bool, port: int) -> None:
     """Open the page of a result in the browser; OUTPUT is the folder that was given with -o, or the page itself."""
-    finish(lambda: _served(_page(output), port) if serve else _opened(_page(output)), debug=False)
+    finish(lambda: _serve(_page(output), port) if serve else _opened(_page(output)), debug=False)
 
 
 def _page(output: Path) -> Path:
@@ -42,7 +42,7 @@ def _page(output: Path) -> Path:
         return page.absolute()
     if not output.exists():
         raise InputError(Problem(str(output), "does not exist", "", "the folder that was given with -o"))
-    below = sorted(str(found.parent) for found in output.glob(f"*/{REPORT}")) if output.is_dir() else []
+    below = sorted(str(page.parent) for page in output.glob(f"*/{REPORT}")) if output.is_dir() else []
     what = f"has no {REPORT}" if output.is_dir() else "is not a page"
     raise InputError(
         Problem(str(output), what, "", ", ".join(below[:5]) or "a folder that was given with -o")
@@ -59,7 +59,7 @@ def _opened(page: Path) -> int:
     return DONE
 
 
-def _served(page: Path, port: int) -> int:
+def _serve(page: Path, port: int) -> int:
     # Python's web server takes a hundredth of a second to load, which no other command needs.
     from bushcli.cli.page_server import page_server
 

@@ -56,13 +56,13 @@ class ActiveEffect:
     @property
     def parameters(self) -> tuple[EffectParameter, ...]:
         """The parameters that the model uses: all that are not optional, and all of a branch with a given value."""
-        given = {p.branch for p in self.effect.parameters if p.name in self.values}
+        branches = {p.branch for p in self.effect.parameters if p.name in self.values}
         used = {
             "",
             *(p.choice(self.values.get(p.name, p.start)) for p in self.effect.parameters if p.choices),
         }
         return tuple(
-            p for p in self.effect.parameters if (not p.optional or p.branch in given) and p.under in used
+            p for p in self.effect.parameters if (not p.optional or p.branch in branches) and p.under in used
         )
 
     def with_values(self, parameters: Mapping[str, float]) -> ActiveEffect:
@@ -79,17 +79,17 @@ class ActiveEffect:
     @property
     def variant(self) -> str:
         """What distinguishes it from the same effect in another model: "2 branches", "outer bottom"; often empty."""
-        found = []
+        words = []
         if self.effect.branches > 1:
             count = len({p.branch for p in self.parameters if p.branch != p.name})
-            found += [f"{count} branches"] if count > 1 else []
-        found += [f"with {p.name}" for p in self.parameters if p.branch == p.name]
+            words += [f"{count} branches"] if count > 1 else []
+        words += [f"with {p.name}" for p in self.parameters if p.branch == p.name]
         for p in self.parameters:
             if p.choices:
-                found.append(p.choices[round(self.values[p.name])].replace("_", " "))
+                words.append(p.choices[round(self.values[p.name])].replace("_", " "))
             elif p.of_mesh:
-                found.append(f"{p.name} {self.values[p.name]:g} {p.unit}")
-        return ", ".join(found)
+                words.append(f"{p.name} {self.values[p.name]:g} {p.unit}")
+        return ", ".join(words)
 
     @property
     def is_off(self) -> bool:
@@ -153,8 +153,8 @@ class ActiveEffect:
 
     def off(self) -> ActiveEffect:
         """Return the effect with its amplitudes off; shape parameters keep their values or get their start values."""
-        off = {p.name: p.off for p in self.parameters if p.off is not None}
-        return replace(self, values=dict(self.started().values) | off)
+        values = {p.name: p.off for p in self.parameters if p.off is not None}
+        return replace(self, values=dict(self.started().values) | values)
 
 
 def identity(effect: Effect, channels: tuple[str, ...] | None) -> str:
@@ -164,12 +164,15 @@ def identity(effect: Effect, channels: tuple[str, ...] | None) -> str:
 
 def uniquely_named(active: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
     """Return the effects with unique names: if an effect occurs more than once, all but the first are named by rig."""
-    seen: set[str] = set()
+    names: set[str] = set()
     rigs: dict[int, str] = {}
-    for one in sorted(active, key=lambda one: one.channels or ()):
-        rigs[id(one)] = (one.channels or ("",))[0] if one.effect.name in seen else ""
-        seen.add(one.effect.name)
-    return tuple(one if one.rig == rigs[id(one)] else replace(one, rig=rigs[id(one)]) for one in active)
+    for effect in sorted(active, key=lambda effect: effect.channels or ()):
+        rigs[id(effect)] = (effect.channels or ("",))[0] if effect.effect.name in names else ""
+        names.add(effect.effect.name)
+    return tuple(
+        effect if effect.rig == rigs[id(effect)] else replace(effect, rig=rigs[id(effect)])
+        for effect in active
+    )
 
 
 def acting(
@@ -195,9 +198,9 @@ def acting(
         Degrees C, in place of the channel's.
     """
     return tuple(
-        one.at(one.temperatures.get(channel) if temperature is None else temperature)
-        for one in active
-        if one.acts_on(channel, mode, kind)
+        effect.at(effect.temperatures.get(channel) if temperature is None else temperature)
+        for effect in active
+        if effect.acts_on(channel, mode, kind)
     )
 
 
@@ -222,8 +225,8 @@ def require_values(active: Sequence[ActiveEffect], where: str) -> None:
             "",
             "give every parameter of the effect a value; only a fit can start without one",
         )
-        for one in active
-        for name in one.lacking
+        for effect in active
+        for name in effect.lacking
     ]
     if problems:
         raise InputError(*problems)
@@ -250,12 +253,12 @@ def require_time(active: Sequence[ActiveEffect], channel: str, mode: str, where:
     problems = [
         Problem(
             where,
-            f"has no time, which the effect {one.name} needs",
+            f"has no time, which the effect {effect.name} needs",
             "",
             "add a column with the time in s, or leave this channel out of the effect's channels = [...]",
         )
-        for one in acting(active, channel, mode)
-        if one.effect.needs_time
+        for effect in acting(active, channel, mode)
+        if effect.effect.needs_time
     ]
     if problems:
         raise InputError(*problems)
@@ -279,22 +282,22 @@ def in_state(effects: Iterable[ActiveEffect], unrelaxed: bool) -> tuple[ActiveEf
     unrelaxed : bool
         Whether the state is that in a sudden step.
     """
-    found = []
-    for one in effects:
-        if not one.effect.fades:
-            found.append(one)
-        elif unrelaxed and not one.effect.slides:
+    states = []
+    for active in effects:
+        if not active.effect.fades:
+            states.append(active)
+        elif unrelaxed and not active.effect.slides:
             # All times grow by one factor: what a clock gains by motion, over the relaxation times, is the same.
-            times = {p.name: one.values[p.name] for p in one.parameters if p.unit == "s"}
+            times = {p.name: active.values[p.name] for p in active.parameters if p.unit == "s"}
             factor = NEVER / min((time for time in times.values() if time > 0.0), default=1.0)
             slowed = {name: factor * time for name, time in times.items()}
             slowed |= {
-                p.name: one.values[p.name] * factor ** -one.values[p.per_time]
-                for p in one.parameters
+                p.name: active.values[p.name] * factor ** -active.values[p.per_time]
+                for p in active.parameters
                 if p.per_time
             }
-            found.append(replace(one, values={**one.values, **slowed}))
-    return tuple(found)
+            states.append(replace(active, values={**active.values, **slowed}))
+    return tuple(states)
 
 
 def state_in_words(effects: Iterable[ActiveEffect], unrelaxed: bool) -> str:
@@ -306,9 +309,9 @@ def state_in_words(effects: Iterable[ActiveEffect], unrelaxed: bool) -> str:
     unrelaxed : bool
         As in `in_state`.
     """
-    fading = [one.effect for one in effects if one.effect.fades]
-    left = [one.name for one in fading if not unrelaxed or one.slides]
-    without = f"without {' and '.join(sorted(left, reverse=True))}" if left else ""
-    if unrelaxed and len(left) < len(fading):
+    fading = [active.effect for active in effects if active.effect.fades]
+    excluded = [effect.name for effect in fading if not unrelaxed or effect.slides]
+    without = f"without {' and '.join(sorted(excluded, reverse=True))}" if excluded else ""
+    if unrelaxed and len(excluded) < len(fading):
         return "unrelaxed force: as in a sudden step" + (f", {without}" if without else "")
     return f"fully relaxed force: {without}" if without else ""

@@ -17,12 +17,12 @@ def features_of(active: Sequence[ActiveEffect]) -> list[Installed]:
     active
         Effects of one channel; parameters without a value get their start value.
     """
-    found = []
-    for one in active:
-        if one.effect.feature is not None:
-            values = one.started().values
-            words = {p.name: p.choice(values[p.name]) for p in one.effect.parameters if p.choices}
+    features = []
+    for effect in active:
+        if effect.effect.feature is not None:
+            values = effect.started().values
+            words = {p.name: p.choice(values[p.name]) for p in effect.effect.parameters if p.choices}
             numbers = {name: value for name, value in values.items() if name not in words}
-            warm = math.nan if one.temperature is None else one.temperature
-            found.append(Installed(one.name, one.effect.feature(**words), numbers, warm))
-    return found
+            temperature = math.nan if effect.temperature is None else effect.temperature
+            features.append(Installed(effect.name, effect.effect.feature(**words), numbers, temperature))
+    return features

@@ -380,17 +380,17 @@ class Effect:
         kind : Kind or None
             Kind of the channels, None for any.
         """
-        known = modes()[mode]
+        mode_of_channel = modes()[mode]
         if kind is not None and kind not in self.kinds:
             return False
-        if known.follow is not None and self.rig is not None:
+        if mode_of_channel.follow is not None and self.rig is not None:
             # A rig's effects act on one displacement and one force.
             return False
-        return known.specimen in self.specimens and (self.modes is None or mode in self.modes)
+        return mode_of_channel.specimen in self.specimens and (self.modes is None or mode in self.modes)
 
 
 def unsuited(
-    effect: Effect, shape: Shape, others: Collection[str] = (), values: Mapping[str, float] | None = None
+    effect: Effect, shape: Shape, other_names: Collection[str] = (), values: Mapping[str, float] | None = None
 ) -> tuple[tuple[str, str], ...]:
     """Return why a specimen cannot have an effect, each reason with what would be valid; empty where it can.
 
@@ -400,7 +400,7 @@ def unsuited(
         Effect to be added.
     shape : Shape
         The specimen.
-    others : collection of str
+    other_names : collection of str
         Names of the other effects of the model.
     values : mapping of str to float or None
         Values of the effect's parameters by name, N, mm, MPa, s, rad, as far as they are known.
@@ -416,18 +416,18 @@ def unsuited(
             "draw the sleeves as bodies in the section or the CAD file, with [geometry.plates.inner_sleeve]"
         )
         return ((what, expected),)
-    given = values or {}
-    sleeved = any(other.adds_sleeves for name, other in effects().items() if name in others)
-    chosen = {p.choice(given.get(p.name, p.start)) for p in effect.parameters if p.choices}
-    found = [
+    start_values = values or {}
+    sleeved = any(other.adds_sleeves for name, other in effects().items() if name in other_names)
+    choices_made = {p.choice(start_values.get(p.name, p.start)) for p in effect.parameters if p.choices}
+    reasons = [
         (f"the effect cannot be combined with an elastic {name}", "make it rigid")
         for name, choices in effect.rigid
-        if (not choices or chosen & set(choices)) and (name in shape.elastic_sleeves or sleeved)
+        if (not choices or choices_made & set(choices)) and (name in shape.elastic_sleeves or sleeved)
     ]
     if effect.adds_sleeves and len(shape.elastic_sleeves) == 2:
         expected = "leave them out of [geometry], or change their youngs_modulus there"
-        found.append(("both sleeves are elastic already", expected))
-    return tuple(found)
+        reasons.append(("both sleeves are elastic already", expected))
+    return tuple(reasons)
 
 
 @cache
@@ -435,24 +435,29 @@ def effects() -> Mapping[str, Effect]:
     """Return all effects found in ``bushcli/effects/library``, by name, in alphabetical order."""
     package = importlib.import_module("bushcli.effects.library")
     modules = sorted(module.name for module in pkgutil.iter_modules(package.__path__))
-    found: list[Effect] = [
+    library: list[Effect] = [
         importlib.import_module(f"{package.__name__}.{module}").EFFECT for module in modules
     ]
     # The file of one of two rivals names the other: a new effect changes no other file.
-    naming = {one.name: {other.name for other in found if one.name in other.rivals} for one in found}
+    naming = {
+        effect.name: {other.name for other in library if effect.name in other.rivals} for effect in library
+    }
     return MappingProxyType(
-        {one.name: replace(one, rivals=tuple(sorted({*one.rivals} | naming[one.name]))) for one in found}
+        {
+            effect.name: replace(effect, rivals=tuple(sorted({*effect.rivals} | naming[effect.name])))
+            for effect in library
+        }
     )
 
 
 def effects_on(kind: Kind) -> dict[str, Effect]:
     """Return the effects that act on channels of a kind, by name."""
-    return {name: one for name, one in effects().items() if kind in one.kinds}
+    return {name: effect for name, effect in effects().items() if kind in effect.kinds}
 
 
 def effect_in_force_law(part: ForceLawPart) -> Effect:
     """Return the first effect that is a part of the force law of an export, such as the Maxwell branches."""
-    return next(one for one in effects().values() if one.in_force_law == part)
+    return next(effect for effect in effects().values() if effect.in_force_law == part)
 
 
 def effect(name: str) -> Effect:

@@ -77,18 +77,18 @@ def bushing_path(active: Sequence[ActiveEffect], travel: Travel, columns: Sequen
     """
     changes = _changes(active, columns)
     q = Signal(travel.displacement, np.zeros((len(travel.displacement), len(columns))))
-    for change, given in changes:
-        if change.zero in given:
-            q = q + given[change.zero]
-    for change, given in changes:
+    for change, parameters in changes:
+        if change.zero in parameters:
+            q = q + parameters[change.zero]
+    for change, parameters in changes:
         if change.drive is not None:
-            q = change.drive(q, given)
+            q = change.drive(q, parameters)
     return q
 
 
 def is_zeroed(active: Sequence[ActiveEffect]) -> bool:
     """Whether the rig was set to zero under a preload, which the path then has to begin with."""
-    return any(change.zero in given for change, given in _changes(active, ()))
+    return any(change.zero in parameters for change, parameters in _changes(active, ()))
 
 
 def extension(active: Sequence[ActiveEffect], force: Signal, columns: Sequence[str]) -> Signal:
@@ -104,9 +104,9 @@ def extension(active: Sequence[ActiveEffect], force: Signal, columns: Sequence[s
         Full names of the P parameters, in the order of the derivatives.
     """
     total = Signal(np.zeros_like(force.value), np.zeros_like(force.slope))
-    for change, given in _changes(active, columns):
+    for change, parameters in _changes(active, columns):
         if change.spring is not None:
-            total = total + change.spring(force, given)
+            total = total + change.spring(force, parameters)
     return total
 
 
@@ -120,8 +120,8 @@ def has_springs(active: Sequence[ActiveEffect], columns: Sequence[str]) -> bool:
     columns : sequence of str
         Full names of the parameters by which derivatives are wanted.
     """
-    found = extension(active, Signal(np.ones(1), np.zeros((1, len(columns)))), columns)
-    return bool(np.any(found.value) or np.any(found.slope))
+    elongation = extension(active, Signal(np.ones(1), np.zeros((1, len(columns)))), columns)
+    return bool(np.any(elongation.value) or np.any(elongation.slope))
 
 
 def parallel(
@@ -147,9 +147,9 @@ def parallel(
     time : (n,) array or None
         Seconds since the start of the recording.
     """
-    for change, given in _changes(active, columns):
+    for change, parameters in _changes(active, columns):
         if change.parallel is not None:
-            force = change.parallel(q, force, time, given)
+            force = change.parallel(q, force, time, parameters)
     return force
 
 
@@ -192,7 +192,7 @@ def reading(
     if lagging or at is not None:
         if time is None:
             raise ValueError("a force without time cannot be logged late or at other times")
-        force = _late(time, force, lag, time if at is None else at, corners)
+        force = _delayed_force(time, force, lag, time if at is None else at, corners)
     logged_at = time if at is None else at
     elapsed = None if time is None or logged_at is None else logged_at - time[0]
     return _read(active, columns, force, elapsed)
@@ -201,9 +201,9 @@ def reading(
 def _lag(active: Sequence[ActiveEffect], columns: Sequence[str]) -> Signal:
     """Return the time by which the force is logged late, s."""
     lag = Signal(np.zeros(()), np.zeros(len(columns)))
-    for change, given in _changes(active, columns):
+    for change, parameters in _changes(active, columns):
         if change.clock is not None:
-            lag = lag + given[change.clock]
+            lag = lag + parameters[change.clock]
     return lag
 
 
@@ -211,9 +211,9 @@ def _read(
     active: Sequence[ActiveEffect], columns: Sequence[str], force: Signal, elapsed: Array | None
 ) -> Signal:
     """Return what the load cell reads of a force, at times since the recording began (s)."""
-    for change, given in _changes(active, columns):
+    for change, parameters in _changes(active, columns):
         if change.read is not None:
-            force = change.read(force, elapsed, given)
+            force = change.read(force, elapsed, parameters)
     return force
 
 
@@ -251,11 +251,11 @@ def sampled(
     return _read(active, columns, Signal(matrix @ force.value, slope), times - times[0])
 
 
-def has_slope(one: ActiveEffect) -> bool:
+def has_slope(active: ActiveEffect) -> bool:
     """Whether an effect of the rig is smooth about any preload: with free play the force depends on the amplitude."""
-    ((change, given),) = _changes((one,), (_SLOPE,))
+    ((change, parameters),) = _changes((active,), (_SLOPE,))
     at_rest = Signal(np.zeros(1), np.ones((1, 1)))
-    return change.drive is None or bool(change.drive(at_rest, given).slope[0, 0] == 1.0)
+    return change.drive is None or bool(change.drive(at_rest, parameters).slope[0, 0] == 1.0)
 
 
 @dataclass(frozen=True)
@@ -278,8 +278,8 @@ class RigStiffness:
 
     def scaled(self, factor: Signal) -> RigStiffness:
         """Return the stiffness times a factor (n,), real or complex."""
-        by = factor.value[:, None] * self.slope + self.value[:, None] * factor.slope
-        return RigStiffness(factor.value * self.value, factor.value * self.by_part, by)
+        slope = factor.value[:, None] * self.slope + self.value[:, None] * factor.slope
+        return RigStiffness(factor.value * self.value, factor.value * self.by_part, slope)
 
 
 def vibrating(
@@ -312,45 +312,51 @@ def vibrating(
     force_slope : shape (P,) or None
         Derivatives of the static force; None = zero.
     """
-    local, held = (_SLOPE, *columns), np.zeros(len(columns))
+    local, no_slopes = (_SLOPE, *columns), np.zeros(len(columns))
     changes, omega = _changes(active, local), 2.0 * np.pi * frequency
     slope = np.zeros((3, len(local)))
     slope[:, 1:] = 0.0 if force_slope is None else force_slope
     bare = Signal(np.full(3, force), slope)
 
-    def beside(moved: Signal) -> Signal:
-        return parallel(active, moved, bare, local, np.zeros(3))
+    def beside(displacement: Signal) -> Signal:
+        return parallel(active, displacement, bare, local, np.zeros(3))
 
     at_rest = Signal(np.full(3, q), np.zeros((3, len(local))))
-    stop, carried = _rate(beside, q, held), beside(at_rest).sampled(np.array([1]))
+    stop, carried = _rate(beside, q, no_slopes), beside(at_rest).sampled(np.array([1]))
     spring = _rate(lambda load: extension(active, load, local), float(carried.value[0]), carried.slope[0, 1:])
-    both = stiffness + stop.value
-    soft = 1.0 / (1.0 + spring.value * both)
-    found = RigStiffness(
-        soft * both,
+    parallel_stiffness = stiffness + stop.value
+    soft = 1.0 / (1.0 + spring.value * parallel_stiffness)
+    measured = RigStiffness(
+        soft * parallel_stiffness,
         soft**2,
-        np.outer(soft**2, stop.slope) - np.outer((soft * both) ** 2, spring.slope),
+        np.outer(soft**2, stop.slope) - np.outer((soft * parallel_stiffness) ** 2, spring.slope),
     )
-    for change, given in changes:
+    for change, parameters in changes:
         if change.vibrate is not None:
-            factor, added = change.vibrate(omega, given)
-            found = found.scaled(Signal(factor.value, factor.slope[:, 1:]))
-            found = replace(found, value=found.value + added.value, slope=found.slope + added.slope[:, 1:])
-    for change, given in changes:
+            factor, added_stiffness = change.vibrate(omega, parameters)
+            measured = measured.scaled(Signal(factor.value, factor.slope[:, 1:]))
+            measured = replace(
+                measured,
+                value=measured.value + added_stiffness.value,
+                slope=measured.slope + added_stiffness.slope[:, 1:],
+            )
+    for change, parameters in changes:
         if change.clock is not None:
-            late = np.exp(-1j * omega * given[change.clock].value)
-            found = found.scaled(Signal(late, (-1j * omega * late)[:, None] * given[change.clock].slope[1:]))
-    gain = _rate(lambda load: _read(active, local, load, np.zeros(3)), float(carried.value[0]), held)
-    whole = np.ones(len(omega))
-    return found.scaled(Signal(gain.value * whole, np.tile(gain.slope, (len(whole), 1))))
+            late = np.exp(-1j * omega * parameters[change.clock].value)
+            measured = measured.scaled(
+                Signal(late, (-1j * omega * late)[:, None] * parameters[change.clock].slope[1:])
+            )
+    gain = _rate(lambda load: _read(active, local, load, np.zeros(3)), float(carried.value[0]), no_slopes)
+    ones = np.ones(len(omega))
+    return measured.scaled(Signal(gain.value * ones, np.tile(gain.slope, (len(ones), 1))))
 
 
-def _rate(change: Callable[[Signal], Signal], at: float, by: Array) -> Signal:
+def _rate(change: Callable[[Signal], Signal], point: float, slopes_by_parameter: Array) -> Signal:
     """Return the slope of a change of a signal at a value, and its derivatives (P,) by the parameters."""
-    step = _NEAR * max(abs(at), 1.0)
-    columns = np.column_stack([np.ones(3), np.tile(by, (3, 1))])
-    found = change(Signal(at + step * np.array([-1.0, 0.0, 1.0]), columns)).slope
-    return Signal(found[1, 0], np.asarray((found[2, 1:] - found[0, 1:]) / (2.0 * step), dtype=np.float64))
+    step = _NEAR * max(abs(point), 1.0)
+    columns = np.column_stack([np.ones(3), np.tile(slopes_by_parameter, (3, 1))])
+    slopes = change(Signal(point + step * np.array([-1.0, 0.0, 1.0]), columns)).slope
+    return Signal(slopes[1, 0], np.asarray((slopes[2, 1:] - slopes[0, 1:]) / (2.0 * step), dtype=np.float64))
 
 
 def elastic_response(
@@ -380,7 +386,7 @@ def elastic_response(
     """
     zeroed = is_zeroed(active)
     q = np.concatenate([[0.0], travel.displacement]) if zeroed else travel.displacement
-    driven = bushing_path(active, Travel(q), columns)
+    displacement = bushing_path(active, Travel(q), columns)
     # The stiffness is carried as the derivative by one more column, which has no parameter's name.
     local = ("", *columns)
     elapsed = None if travel.time is None else travel.time - travel.time[0]
@@ -397,11 +403,11 @@ def elastic_response(
     def taken(q: Array) -> Signal:
         return extension(active, carried(q), local)
 
-    q = _shared(driven.value, taken) if has_springs(active, columns) else driven.value
+    q = _shared(displacement.value, taken) if has_springs(active, columns) else displacement.value
     force, springs = carried(q), taken(q)
     # From q + u(q, p) = d(p): (1 + du/dq) dq = dd - du at fixed q.
-    moved = (driven.slope - springs.slope[:, 1:]) / (1.0 + springs.slope[:, 0])[:, None]
-    carried_force = Signal(force.value, force.slope[:, 1:] + force.slope[:, :1] * moved)
+    path_slope = (displacement.slope - springs.slope[:, 1:]) / (1.0 + springs.slope[:, 0])[:, None]
+    carried_force = Signal(force.value, force.slope[:, 1:] + force.slope[:, :1] * path_slope)
     if zeroed:
         carried_force = counted(carried_force)
     return reading(active, travel.time, carried_force, columns)
@@ -415,22 +421,28 @@ def counted(force: Signal) -> Signal:
 def _changes(active: Sequence[ActiveEffect], columns: Sequence[str]) -> list[tuple[RigChange, Given]]:
     """Return the changes of the rig in their order, each with its parameters."""
     ordered = sorted(
-        active, key=lambda one: (0 if one.effect.rig is None else one.effect.rig.order, one.name)
+        active, key=lambda effect: (0 if effect.effect.rig is None else effect.effect.rig.order, effect.name)
     )
-    return [(one.effect.rig, _given(one, columns)) for one in ordered if one.effect.rig is not None]
+    return [
+        (effect.effect.rig, _parameter_signals(effect, columns))
+        for effect in ordered
+        if effect.effect.rig is not None
+    ]
 
 
-def _given(one: ActiveEffect, columns: Sequence[str]) -> Given:
-    lacking = [one.full_name(p) for p in one.parameters if p.name not in one.values and not p.choices]
+def _parameter_signals(active: ActiveEffect, columns: Sequence[str]) -> Given:
+    lacking = [
+        active.full_name(p) for p in active.parameters if p.name not in active.values and not p.choices
+    ]
     if lacking:
         raise ValueError(f"no value for {', '.join(lacking)}")
     return {
         p.name: Signal(
-            np.array(float(one.values[p.name])),
-            np.array([float(column == one.full_name(p)) for column in columns]),
+            np.array(float(active.values[p.name])),
+            np.array([float(column == active.full_name(p)) for column in columns]),
         )
-        for p in one.parameters
-        if p.name in one.values
+        for p in active.parameters
+        if p.name in active.values
     }
 
 
@@ -461,25 +473,27 @@ def _shared(target: Array, taken: Callable[[Array], Signal]) -> Array:
     raise NoEquilibrium(f"bushing and series spring do not reach the same force within {_MOST_STEPS} steps")
 
 
-def _late(time: Array, force: Signal, lag: Signal, at: Array, corners: Sequence[int]) -> Signal:
+def _delayed_force(
+    time: Array, force: Signal, lag: Signal, sample_times: Array, corners: Sequence[int]
+) -> Signal:
     """Return the force at ``at - lag``."""
     from scipy.interpolate import CubicHermiteSpline  # 0.1 s: only where it is needed
 
-    when = at - lag.value
+    when = sample_times - lag.value
     data = np.column_stack([force.value, force.slope])
     result = np.where((when < time[0])[:, None], data[0], data[-1])
     rate = np.zeros((len(when), 2))  # towards earlier and towards later times: they differ at corners
     edges = sorted({0, len(time) - 1, *corners})
-    for first, last in pairwise(edges):
-        x, y = time[first : last + 1], data[first : last + 1]
+    for first_sample, last in pairwise(edges):
+        x, y = time[first_sample : last + 1], data[first_sample : last + 1]
         slopes = np.gradient(y, x, axis=0, edge_order=2 if len(x) > 2 else 1)
         piece = CubicHermiteSpline(x, y, slopes)
         rates = piece.derivative()
         inside = (when >= x[0]) & (when <= x[-1])
         result[inside] = piece(when[inside])
-        for side, of in enumerate([inside & (when > x[0]), inside & (when < x[-1])]):
-            rate[of, side] = rates(when[of])[:, 0]
-    if at is time and lag.value == 0.0:
+        for side, samples in enumerate([inside & (when > x[0]), inside & (when < x[-1])]):
+            rate[samples, side] = rates(when[samples])[:, 0]
+    if sample_times is time and lag.value == 0.0:
         result = data  # to the last digit
     slope = result[:, 1:] - rate.mean(axis=1)[:, None] * lag.slope
     return Signal(result[:, 0], slope)

@@ -15,9 +15,9 @@ _TITLES = {
 
 def title(name: str) -> str:
     """Return the title of an effect for the start of a line: "Offset (radial)" for "offset@radial"."""
-    own, rig = effect_name(name), rig_of(name)
-    known = effects().get(own)
-    words = _TITLES.get(own) or getattr(known, "title", "") or own.replace("_", " ").capitalize()
+    stem, rig = effect_name(name), rig_of(name)
+    effect = effects().get(stem)
+    words = _TITLES.get(stem) or getattr(effect, "title", "") or stem.replace("_", " ").capitalize()
     return f"{words} ({rig})" if rig else words
 
 
@@ -28,6 +28,6 @@ def phrase(name: str) -> str:
 
 def within(words: str) -> str:
     """Return the title of an effect as part of a sentence: "internal friction", but "Mullins softening"."""
-    first = words.split(maxsplit=1)[0] if words else ""
-    people = {one.title.split()[0] for one in effects().values() if one.of_a_person}
-    return words if first in people or not first[1:].islower() else words[:1].lower() + words[1:]
+    first_word = words.split(maxsplit=1)[0] if words else ""
+    people = {effect.title.split()[0] for effect in effects().values() if effect.of_a_person}
+    return words if first_word in people or not first_word[1:].islower() else words[:1].lower() + words[1:]

@@ -22,7 +22,7 @@ from cases.mode import modes
 
 def bushing_of(
     source: ExportSource,
-    chosen: Writer,
+    writer: Writer,
     progress: Progress | None = None,
     tables: TableCache | None = None,
     unrelaxed: bool = False,
@@ -33,7 +33,7 @@ def bushing_of(
     ----------
     source : ExportSource
         Case whose parameters all have values, and the curves that exist already.
-    chosen : Writer
+    writer : Writer
         Of kind "bushing", "matrix", "force_law" or "vibration".
     progress : callable or None
         As in `bushcli.simulate.predict.predict`.
@@ -50,76 +50,88 @@ def bushing_of(
     if source.case.geometry.specimen != "bushing":
         what = "is a coupon; a vehicle model needs a bushing"
         raise InputError(Problem(source.where, what, "", "choose another geometry.shape"))
-    if chosen.kind == "vibration":
-        return _vibrating(source, progress)
-    said = state_in_words(source.case.effects, unrelaxed)
+    if writer.kind == "vibration":
+        return _dynamic_stiffness(source, progress)
+    state = state_in_words(source.case.effects, unrelaxed)
     matrix = source.stiffness_matrix
-    if chosen.static and any(one.effect.fades for one in source.case.effects):
+    if writer.static and any(active.effect.fades for active in source.case.effects):
         matrix = matrix if source.state == ("unrelaxed" if unrelaxed else "relaxed") else None
-    if chosen.kind == "matrix":
+    if writer.kind == "matrix":
         if matrix is None:
             what = f"has no stiffness matrix{' in this state' if source.stiffness_matrix is not None else ''}"
             raise InputError(Problem(source.where, what, "", matrix_remedy(unrelaxed)))
-        return BushingData((), matrix, (*([said] if said else ()), *_of_matrix(source)), unrelaxed=unrelaxed)
-    left = [one for one in source.case.effects if one.effect.acts == "rig"]
-    remarks = [f"without effects of the rig: {', '.join(one.name for one in left)}"] if left else []
-    if chosen.static and said:
-        remarks.append(said)
-    effects = tuple(one for one in source.case.effects if one not in left)
-    settled = in_state(effects, unrelaxed) if chosen.static else effects
-    several = _several(source.case)
-    if several:
-        remarks.append(f"without {', '.join(several)}: a path of several motions gives no curve of one")
-    kept = replace(
+        return BushingData(
+            (), matrix, (*([state] if state else ()), *_of_matrix(source)), unrelaxed=unrelaxed
+        )
+    rig = [active for active in source.case.effects if active.effect.acts == "rig"]
+    remarks = [f"without effects of the rig: {', '.join(effect.name for effect in rig)}"] if rig else []
+    if writer.static and state:
+        remarks.append(state)
+    effects = tuple(effect for effect in source.case.effects if effect not in rig)
+    settled = in_state(effects, unrelaxed) if writer.static else effects
+    path_labels = _labels_of_paths(source.case)
+    if path_labels:
+        remarks.append(f"without {', '.join(path_labels)}: a path of several motions gives no curve of one")
+    reduced = replace(
         source.case,
         effects=settled,
-        load_cases=tuple(one for one in source.case.load_cases if one.label not in several),
-        recordings=tuple(one for one in source.case.recordings if one.label not in several),
+        load_cases=tuple(
+            load_case for load_case in source.case.load_cases if load_case.label not in path_labels
+        ),
+        recordings=tuple(
+            recording for recording in source.case.recordings if recording.label not in path_labels
+        ),
     )
     tables = TableCache() if tables is None else tables
-    if chosen.kind == "force_law":
+    if writer.kind == "force_law":
         ranges: dict[str, tuple[str, str, float, float]] = {}
         # A result contains the paths; the files of its recordings may have moved.
-        moved = [(one.name, one.mode, one.displacement) for one in source.curves]
-        for name, mode, q in moved or _moved(kept, tables):
+        paths = [(curve.name, curve.mode, curve.displacement) for curve in source.curves]
+        for name, mode, q in paths or _paths_of_channels(reduced, tables):
             ranges.setdefault(mode, (name, mode, float(min(q.min(), 0.0)), float(max(q.max(), 0.0))))
         if not ranges:
             raise _nothing(source)
         return BushingData(
-            (), None, tuple(remarks), BushingLaw(reduce(kept, list(ranges.values()), progress))
+            (), None, tuple(remarks), BushingLaw(reduce(reduced, list(ranges.values()), progress))
         )
     as_they_are = source.curves and settled == source.case.effects
-    curves = source.curves if as_they_are else _simulated(source, kept, progress, tables)
+    curves = source.curves if as_they_are else _simulated_curves(source, reduced, progress, tables)
     of_matrix = [] if matrix is None else _of_matrix(source)
-    if not chosen.static and matrix is not None and said:
+    if not writer.static and matrix is not None and state:
         of_matrix.append(f"the stiffness matrix is that of the {source.state} rubber, without friction")
     return BushingData(curves, matrix, (*remarks, *of_matrix), unrelaxed=unrelaxed)
 
 
-def _vibrating(source: ExportSource, progress: Progress | None) -> BushingData:
+def _dynamic_stiffness(source: ExportSource, progress: Progress | None) -> BushingData:
     """Return dynamic stiffness, which is without the rig and without effects that depend on the amplitude."""
-    left = [one.effect.name for one in source.case.effects if one.effect.acts == "rig" or one.effect.slides]
-    found = list(source.vibrations)
-    if not found and not source.case.vibrations:
+    excluded = [
+        active.effect.name
+        for active in source.case.effects
+        if active.effect.acts == "rig" or active.effect.slides
+    ]
+    vibrations = list(source.vibrations)
+    if not vibrations and not source.case.vibrations:
         remedy = "add a table [load_cases.dynamic] to load cases, or export the folder of `bushcli dynamic CASE -o OUT`"
         raise InputError(Problem(source.where, "has no vibrations", "", remedy))
-    if not found:
+    if not vibrations:
         from bushcli.simulate.dynamic import vibrate
 
         response = vibrate(source.case, progress=progress)
         if not response.complete:
             failures = ("preload_not_reached", "unstable_preload")
-            failed = next(one for one in response.conditions if one.name in failures)
+            failed = next(condition for condition in response.conditions if condition.name in failures)
             raise InputError(Problem(source.where, failed.message, "", failed.remedy))
-        for one in response.curves:
-            values = one.stiffness if one.matrix is None else one.matrix
-            static = (one.preload, one.force)
-            test = one.test
-            found += motions(one.name, test.mode, static, test.transfer, one.frequency, values, one.amplitude)
-    remarks = [f"dynamic stiffness of small vibrations, without {' and '.join(left)}"] if left else []
-    if any(one.static is None for one in found):
+        for curve in response.curves:
+            values = curve.stiffness if curve.matrix is None else curve.matrix
+            static = (curve.preload, curve.force)
+            test = curve.test
+            vibrations += motions(
+                curve.name, test.mode, static, test.transfer, curve.frequency, values, curve.amplitude
+            )
+    remarks = [f"dynamic stiffness of small vibrations, without {' and '.join(excluded)}"] if excluded else []
+    if any(vibration.static is None for vibration in vibrations):
         remarks.append("without coupling between motions: of a pose's matrix only the diagonal is written")
-    return BushingData((), None, tuple(remarks), vibrations=tuple(found))
+    return BushingData((), None, tuple(remarks), vibrations=tuple(vibrations))
 
 
 def _of_matrix(source: ExportSource) -> list[str]:
@@ -127,12 +139,14 @@ def _of_matrix(source: ExportSource) -> list[str]:
     if source.stiffness_matrix is None:
         return []
     lacking = [
-        one.name for one in source.case.effects if one.effect.feature is None and one.effect.acts != "rig"
+        active.name
+        for active in source.case.effects
+        if active.effect.feature is None and active.effect.acts != "rig"
     ]
     return [f"the stiffness matrix is that without {' and '.join(lacking)}"] if lacking else []
 
 
-def _simulated(
+def _simulated_curves(
     source: ExportSource, case: Case, progress: Progress | None, tables: TableCache
 ) -> tuple[ForceCurve, ...]:
     """Return the curves of a case with some of the source's effects."""
@@ -155,15 +169,15 @@ def _simulated(
     )
 
 
-def _several(case: Case) -> list[str]:
+def _labels_of_paths(case: Case) -> list[str]:
     """Return the names of the channels that move in six directions at once."""
     channels: tuple[LoadCase | Source, ...] = (*case.load_cases, *case.recordings)
-    return [one.label for one in channels if one.six is not None]
+    return [channel.label for channel in channels if channel.six is not None]
 
 
 def _nothing(source: ExportSource) -> InputError:
     what = "has neither [[load_cases]] nor [[recordings]], which give the range of displacement"
-    if _several(source.case):
+    if _labels_of_paths(source.case):
         what = 'has only paths of six motions (mode = "path"), which give no curve of a single motion'
     elif source.case.vibrations:
         what = (
@@ -172,7 +186,7 @@ def _nothing(source: ExportSource) -> InputError:
     return InputError(Problem(source.where, what, "", 'add [[load_cases]] with mode = "axial" and amplitude'))
 
 
-def _moved(case: Case, tables: TableCache) -> Iterator[tuple[str, str, Array]]:
+def _paths_of_channels(case: Case, tables: TableCache) -> Iterator[tuple[str, str, Array]]:
     """Yield name, mode and displacement of the channels that move a bushing in one direction."""
     for load in case.load_cases:
         if modes()[load.mode].specimen != "bushing":

@@ -21,11 +21,11 @@ def stresses(order: Order, factor: float = 1.0) -> Mapping[str, float]:
     """Return the law's parameters in the order's units, the energy multiplied by a factor."""
     from forms.law import law
 
-    one = rubber(order)
-    known = law(one.law)
+    material = rubber(order)
+    model = law(material.law)
     return {
-        name: order.units.of_stress(value) if known.parameter(name).unit == "MPa" else value
-        for name, value in one.stiffened(factor).items()
+        name: order.units.of_stress(value) if model.parameter(name).unit == "MPa" else value
+        for name, value in material.stiffened(factor).items()
     }
 
 
@@ -47,27 +47,27 @@ def poisson_field(order: Order, program: str, width: int) -> str:
     InputError
         The digits of the field give another bulk modulus, or the ratio is zero, which counts as "not given".
     """
-    one = rubber(order)
-    ratio = poisson_ratio(one.shear_modulus, one.bulk_modulus)
+    material = rubber(order)
+    ratio = poisson_ratio(material.shear_modulus, material.bulk_modulus)
     text = f"{ratio:.{min(width - 2, 16)}f}".lstrip("0").rjust(width)
     if not 0.0 < float(text) < 0.5 or not math.isclose(
-        bulk_modulus(one.shear_modulus, float(text)), one.bulk_modulus, rel_tol=0.01
+        bulk_modulus(material.shear_modulus, float(text)), material.bulk_modulus, rel_tol=0.01
     ):
         raise bulk_refused(order, program, f"takes Poisson's ratio, which would be written as {text.strip()}")
     return text
 
 
-def bulk_refused(order: Order, program: str, why: str) -> InputError:
+def bulk_refused(order: Order, program: str, reason: str) -> InputError:
     """Return the error that a program would take another bulk modulus than that of the rubber."""
-    what = f"the program {why}: not the bulk modulus of {rubber(order).bulk_modulus:.6g} MPa"
+    what = f"the program {reason}: not the bulk modulus of {rubber(order).bulk_modulus:.6g} MPa"
     return InputError(
         Problem(f"--to {program}", what, "", "a rubber has some 2000: --set material.bulk_modulus=2000")
     )
 
 
-def instantaneous_shares(one: ExportedRubber) -> list[tuple[float, float]]:
+def instantaneous_shares(material: ExportedRubber) -> list[tuple[float, float]]:
     """Return (share, tau in s) of each branch: the share of the instantaneous stiffness that relaxes with tau."""
-    return [(g / one.instantaneous, tau) for g, tau in one.series]
+    return [(g / material.instantaneous, tau) for g, tau in material.series]
 
 
 def joined(numbers: Sequence[float], per_line: int = 8) -> str:

@@ -42,23 +42,25 @@ def strain_classes(grid: Array, path: Sequence[tuple[Array, Array]], volume: Arr
         isochoric = C / np.cbrt(np.linalg.det(C))[..., None, None]
         # |A, B|^2 = tr(A^-1 (B - A) B^-1 (B - A)) / 2, as in the law.
         change = np.diff(isochoric, axis=0)
-        first, second = (np.linalg.solve(one, change) for one in (isochoric[:-1], isochoric[1:]))
+        first, second = (np.linalg.solve(gradient, change) for gradient in (isochoric[:-1], isochoric[1:]))
         steps = np.sqrt(np.maximum(np.einsum("qpij,qpji->qp", first, second) / 2.0, 0.0))
         sides.append((q, np.vstack([np.zeros(len(volume)), np.sign(q[-1]) * np.cumsum(steps, axis=0)])))
         # That of a branch which has relaxed at rest, where the assembly may have strained the rubber.
         energy += volume * (np.trace(np.linalg.solve(isochoric[0], isochoric[-1]), axis1=-2, axis2=-1) - 3.0)
     order = np.argsort(sum(np.abs(strain[-1]) for _, strain in sides))
     share = np.cumsum(energy[order]) / energy.sum()
-    found = []
+    classes = []
     parts = np.split(order, np.searchsorted(share, np.arange(1, CLASSES) / CLASSES))
-    for own in filter(len, parts):
-        known = {
+    for points_of_class in filter(len, parts):
+        energy_at = {
             float(x): float(y)
             for q, strain in sides
-            for x, y in zip(q, strain[:, own] @ energy[own], strict=True)
+            for x, y in zip(q, strain[:, points_of_class] @ energy[points_of_class], strict=True)
         }
-        x = np.array(sorted(known))
-        spline = CubicSpline(x, np.array([known[one] for one in x]) / energy[own].sum())
+        x = np.array(sorted(energy_at))
+        spline = CubicSpline(
+            x, np.array([energy_at[position] for position in x]) / energy[points_of_class].sum()
+        )
         data = {"strain": spline(grid).tolist(), "strain_slope": spline(grid, 1).tolist()}
-        found.append({"share": float(energy[own].sum() / energy.sum()), **data})
-    return found
+        classes.append({"share": float(energy[points_of_class].sum() / energy.sum()), **data})
+    return classes

@@ -57,31 +57,33 @@ class ForceCurve:
         grid = np.unique(np.append(np.linspace(low, high, 41), 0.0))
         branches = [np.interp(grid, *part, left=np.nan, right=np.nan) for part in _monotone(q, force)]
         with np.errstate(all="ignore"):
-            known = np.sum(np.isfinite(branches), axis=0)
-            mean = np.nansum(branches, axis=0) / np.maximum(known, 1)
-        grid, mean = grid[known > 0], mean[known > 0]
+            count = np.sum(np.isfinite(branches), axis=0)
+            mean = np.nansum(branches, axis=0) / np.maximum(count, 1)
+        grid, mean = grid[count > 0], mean[count > 0]
         if low >= -1e-9 * high or high <= 1e-9 * -low:
-            both = np.concatenate([-grid[::-1], grid]) if high > -low else np.concatenate([grid, -grid[::-1]])
+            doubled = (
+                np.concatenate([-grid[::-1], grid]) if high > -low else np.concatenate([grid, -grid[::-1]])
+            )
             forces = (
                 np.concatenate([-mean[::-1], mean]) if high > -low else np.concatenate([mean, -mean[::-1]])
             )
-            grid, first = np.unique(both, return_index=True)
-            mean = forces[first]
+            grid, indices = np.unique(doubled, return_index=True)
+            mean = forces[indices]
         return grid, mean
 
 
 def _monotone(q: Array, force: Array) -> list[tuple[Array, Array]]:
     """Return the monotone parts of a curve, each in the order of rising displacement."""
     step = np.sign(np.diff(q))
-    parts, begin = [], 0
+    parts, start = [], 0
     for end in range(1, len(q)):
         if end == len(q) - 1 or step[end] * step[end - 1] < 0:
-            part = slice(begin, end + 1)
-            x, y = (q[part], force[part]) if q[end] >= q[begin] else (q[part][::-1], force[part][::-1])
-            kept, first = np.unique(x, return_index=True)
-            if len(kept) > 1:
-                parts.append((kept, y[first]))
-            begin = end
+            part = slice(start, end + 1)
+            x, y = (q[part], force[part]) if q[end] >= q[start] else (q[part][::-1], force[part][::-1])
+            unique_x, indices = np.unique(x, return_index=True)
+            if len(unique_x) > 1:
+                parts.append((unique_x, y[indices]))
+            start = end
     return parts
 
 
@@ -119,19 +121,19 @@ class BushingData:
 
     def by_mode(self) -> dict[str, ForceCurve]:
         """Return the first curve of each mode."""
-        found: dict[str, ForceCurve] = {}
+        curves: dict[str, ForceCurve] = {}
         for curve in self.curves:
-            found.setdefault(curve.mode, curve)
-        return found
+            curves.setdefault(curve.mode, curve)
+        return curves
 
-    def curve_of(self, direction: str, of: str) -> tuple[Array, Array]:
+    def curve_of(self, direction: str, program: str) -> tuple[Array, Array]:
         """Return the curve of a direction FX to TZ: a simulated one, else a line of the stiffness matrix.
 
         Parameters
         ----------
         direction : str
             "FX", "FY", "FZ", "TX", "TY" or "TZ"; the bushing's axis is z.
-        of : str
+        program : str
             Name of the writer, for the message.
 
         Raises
@@ -150,12 +152,12 @@ class BushingData:
             return q, float(self.stiffness_matrix[i, i]) * q
         what = f"{direction} needs a curve in mode {mode}, but there is none"
         remedy = f'add [[load_cases]] with mode = "{mode}", or {matrix_remedy(self.unrelaxed)}'
-        raise InputError(Problem(f"--to {of}", what, "", remedy))
+        raise InputError(Problem(f"--to {program}", what, "", remedy))
 
 
 def curves_of(result: dict[str, Any]) -> tuple[ForceCurve, ...]:
     """Return the curves in the JSON of `direct`; those of a path of several directions are left out."""
-    found = []
+    curves = []
     for entry in result.get("load_cases", []):
         mode = entry.get("mode")
         force = entry.get("force")
@@ -166,7 +168,7 @@ def curves_of(result: dict[str, Any]) -> tuple[ForceCurve, ...]:
         q = np.array(entry["displacement"], dtype=float)
         q = np.radians(q) if modes()[mode].rotational else q
         time = entry.get("time")
-        found.append(
+        curves.append(
             ForceCurve(
                 str(entry.get("name", mode)),
                 mode,
@@ -175,7 +177,7 @@ def curves_of(result: dict[str, Any]) -> tuple[ForceCurve, ...]:
                 None if time is None else np.array(time, dtype=float),
             )
         )
-    return tuple(found)
+    return tuple(curves)
 
 
 def matrix_of(result: dict[str, Any]) -> tuple[Array | None, str]:
@@ -187,7 +189,7 @@ def matrix_of(result: dict[str, Any]) -> tuple[Array | None, str]:
         for entry in (*result.get("load_cases", []), result):
             matrix = entry.get(key)
             if matrix is not None:
-                found = np.array(matrix, dtype=float)
-                if found.shape == (6, 6) and np.isfinite(found).all():
-                    return found, str(entry.get("stiffness_matrix_state", ""))
+                stiffness = np.array(matrix, dtype=float)
+                if stiffness.shape == (6, 6) and np.isfinite(stiffness).all():
+                    return stiffness, str(entry.get("stiffness_matrix_state", ""))
     return None, ""

@@ -25,28 +25,28 @@ class BushingLaw:
         return {
             "channels": [
                 {
-                    "name": one.name,
-                    "mode": one.mode,
-                    "maxwell": [{"g": g, "tau": tau} for g, tau in one.data["maxwell"]],
-                    "sliders": len(one.data["sliders"]),
-                    "clocks": len(one.data["clock"].get("classes", ())),
-                    "softens": bool(one.data["softening"]),
-                    "set": one.data["set"],
-                    "warming": dict(zip(("amount", "tau"), one.data["warming"], strict=False)),
-                    "displacement_from": _shown(one, one.data["displacement"][0]),
-                    "displacement_to": _shown(one, one.data["displacement"][-1]),
-                    "rms_percent": one.rms_percent,
-                    "peak_percent": one.peak_percent,
-                    "vibrations": [_vibration(one, sine) for sine in one.sines],
+                    "name": channel.name,
+                    "mode": channel.mode,
+                    "maxwell": [{"g": g, "tau": tau} for g, tau in channel.data["maxwell"]],
+                    "sliders": len(channel.data["sliders"]),
+                    "clocks": len(channel.data["clock"].get("classes", ())),
+                    "softens": bool(channel.data["softening"]),
+                    "set": channel.data["set"],
+                    "warming": dict(zip(("amount", "tau"), channel.data["warming"], strict=False)),
+                    "displacement_from": _in_file_units(channel, channel.data["displacement"][0]),
+                    "displacement_to": _in_file_units(channel, channel.data["displacement"][-1]),
+                    "rms_percent": channel.rms_percent,
+                    "peak_percent": channel.peak_percent,
+                    "vibrations": [_vibration(channel, sine) for sine in channel.sines],
                 }
-                for one in self.channels
+                for channel in self.channels
             ]
         }
 
     def data(self, name: str, title: str, units: UnitSystem) -> dict[str, Any]:
         """Return the data of an FMU."""
         length, moment = f"{units.length:.12g}", f"{units.force * units.length:.12g}"
-        errors = "; ".join(f"{one.name} {one.rms_percent:.2g} % rms" for one in self.channels)
+        errors = "; ".join(f"{channel.name} {channel.rms_percent:.2g} % rms" for channel in self.channels)
         return {
             "name": name,
             "description": f"{title}: force law with memory, written by bushcli; "
@@ -68,20 +68,20 @@ class BushingLaw:
                 units.force_name: {"kg": "1", "m": "1", "s": "-2", "factor": f"{units.force:.12g}"},
                 f"{units.force_name}.{units.length_name}": {"kg": "1", "m": "2", "s": "-2", "factor": moment},
             },
-            "channels": {_identifier(one.name): _channel(one, units) for one in self.channels},
+            "channels": {_identifier(channel.name): _channel(channel, units) for channel in self.channels},
         }
 
 
 def _identifier(name: str) -> str:
     """Return the name of a channel as prefix of variables: letters, digits and underscores, a letter first."""
-    plain = "".join(c if c.isascii() and c.isalnum() else "_" for c in name)
-    return plain if plain[:1].isalpha() else f"channel_{plain}"
+    identifier = "".join(c if c.isascii() and c.isalnum() else "_" for c in name)
+    return identifier if identifier[:1].isalpha() else f"channel_{identifier}"
 
 
-def _vibration(one: Reduced, sine: Sine) -> dict[str, float]:
+def _vibration(channel: Reduced, sine: Sine) -> dict[str, float]:
     stiffness, angle = sine.errors
     return {
-        "amplitude": _shown(one, sine.amplitude),
+        "amplitude": _in_file_units(channel, sine.amplitude),
         "frequency": sine.frequency,
         "stiffness": abs(sine.simulated),
         "loss_angle_deg": math.degrees(cmath.phase(sine.simulated)),
@@ -90,16 +90,16 @@ def _vibration(one: Reduced, sine: Sine) -> dict[str, float]:
     }
 
 
-def _shown(one: Reduced, q: float) -> float:
-    return math.degrees(q) if modes()[one.mode].rotational else q
+def _in_file_units(channel: Reduced, q: float) -> float:
+    return math.degrees(q) if modes()[channel.mode].rotational else q
 
 
-def _channel(one: Reduced, units: UnitSystem) -> dict[str, Any]:
+def _channel(channel: Reduced, units: UnitSystem) -> dict[str, Any]:
     """Return a channel's data in the units of the FMU, whose time is always in s."""
-    turned = modes()[one.mode].rotational
-    length = 1.0 if turned else units.of_length(1.0)
-    force = units.of_moment(1.0) if turned else units.of_force(1.0)
-    data = one.data
+    rotational = modes()[channel.mode].rotational
+    length = 1.0 if rotational else units.of_length(1.0)
+    force = units.of_moment(1.0) if rotational else units.of_force(1.0)
+    data = channel.data
 
     def scaled(values: Any, factor: float) -> Any:
         return (factor * np.array(values)).tolist()
@@ -113,7 +113,7 @@ def _channel(one: Reduced, units: UnitSystem) -> dict[str, Any]:
         softening["reached"] = scaled(softening["reached"], length)
         softening |= {key: scaled(softening[key], force) for key in ("lost", "lost_slope")}
     return {
-        "rotational": turned,
+        "rotational": rotational,
         "displacement": scaled(data["displacement"], length),
         "force": scaled(data["force"], force),
         "force_slope": scaled(data["force_slope"], force / length),

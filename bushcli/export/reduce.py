@@ -127,21 +127,21 @@ def reduce(
     InputError
         A force law of this kind cannot express an effect, or the bushing cannot be simulated that far.
     """
-    for one in case.effects:
-        if one.effect.acts == "rubber" and one.effect.in_force_law is None:
-            what = f"a force law with memory cannot express the effect {one.effect.name}"
-            remedy = f"use --without {one.effect.name} for a force law without it"
+    for active in case.effects:
+        if active.effect.acts == "rubber" and active.effect.in_force_law is None:
+            what = f"a force law with memory cannot express the effect {active.effect.name}"
+            remedy = f"use --without {active.effect.name} for a force law without it"
             raise InputError(Problem("--to fmu", what, "", remedy))
-    found = []
+    laws = []
     for name, mode, low, high in channels:
         try:
-            found.append(_Bushing(case, name, mode, progress).reduced(low, high))
+            laws.append(_Bushing(case, name, mode, progress).reduced(low, high))
         except NotConverged as failure:
             what = f"{name}: no equilibrium on the way to {max(abs(low), abs(high)):.4g} ({failure.reason})"
             raise InputError(
                 Problem(case.path.name, what, "", "give a smaller amplitude in [[load_cases]]")
             ) from None
-    return tuple(found)
+    return tuple(laws)
 
 
 class _Bushing:
@@ -149,28 +149,30 @@ class _Bushing:
 
     def __init__(self, case: Case, name: str, mode: str, progress: Progress | None) -> None:
         self.case, self.name, self.mode, self.progress = case, name, mode, progress
-        active = [one for one in acting(case.effects, name, mode) if one.effect.acts != "rig"]
-        active = [one for one in active if not one.is_off]
+        active = [effect for effect in acting(case.effects, name, mode) if effect.effect.acts != "rig"]
+        active = [effect for effect in active if not effect.is_off]
         #: Effects that are states of the force law, by state.
         self.states = {
-            one.effect.in_force_law: one for one in active if one.effect.in_force_law not in (None, "curve")
+            effect.effect.in_force_law: effect
+            for effect in active
+            if effect.effect.in_force_law not in (None, "curve")
         }
-        self.others = [one for one in active if one.effect.in_force_law in (None, "curve")]
+        self.others = [effect for effect in active if effect.effect.in_force_law in (None, "curve")]
 
     def force(self, q: Array, time: Array | None, memory: Sequence[ActiveEffect] = ()) -> Array:
         """Return the force along a path."""
-        return self._simulated(q, time, memory)[1].force
+        return self._simulate(q, time, memory)[1].force
 
-    def _simulated(
+    def _simulate(
         self, q: Array, time: Array | None, memory: Sequence[ActiveEffect], keep_states: bool = False
     ) -> tuple[Simulation, Answer]:
         """Return the force of the bushing along a path, with some of its effects."""
         from bushcli.simulate.predict import rubber_of
         from bushcli.simulate.simulation import Simulation
 
-        def report(step: int, steps: int, newton: int, at: float) -> None:
+        def report(step: int, steps: int, newton: int, q: float) -> None:
             if self.progress is not None:
-                self.progress(self.name, step, steps, newton, at)
+                self.progress(self.name, step, steps, newton, q)
 
         simulation = Simulation(
             self.case.geometry,
@@ -188,9 +190,12 @@ class _Bushing:
         """Return the force law between two displacements."""
         from scipy.interpolate import CubicSpline
 
-        kept, *_ = self._values("set") or (0.0,)
+        permanent_set, *_ = self._values("set") or (0.0,)
         # Largest distances of the rubber from its set position, after the largest displacement to the other side.
-        grid = _grid(low * (1.0 - kept) - kept * high, high * (1.0 - kept) - kept * low)
+        grid = _grid(
+            low * (1.0 - permanent_set) - permanent_set * high,
+            high * (1.0 - permanent_set) - permanent_set * low,
+        )
         static, _ = self._there_and_back(grid)
         data: dict[str, Any] = {"displacement": grid, "maxwell": [], "sliders": []}
         viscous, friction, mullins = (self.states.get(part) for part in ("maxwell", "sliders", "softening"))
@@ -202,10 +207,10 @@ class _Bushing:
             # A branch that does not relax and has the law's initial shear modulus.
             branch = effect_in_force_law("maxwell")
             ones = {p.name: 1.0 for p in branch.parameters if not p.optional}
-            one = in_state([ActiveEffect(branch, ones)], unrelaxed=True)
-            unrelaxed, solved = self._there_and_back(grid, one)
+            saturated = in_state([ActiveEffect(branch, ones)], unrelaxed=True)
+            unrelaxed, solutions = self._there_and_back(grid, saturated)
             elastic = unrelaxed - static
-            clock = self._clock(grid, solved)
+            clock = self._clock(grid, solutions)
         data["maxwell"] = [[g, tau] for g, tau in series]
         if friction is not None:
             data["sliders"] = self._sliders(friction, grid, static, elastic)
@@ -215,17 +220,17 @@ class _Bushing:
         data = {
             key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in data.items()
         }
-        data |= {"clock": clock, "set": kept, "warming": warming}
+        data |= {"clock": clock, "set": permanent_set, "warming": warming}
         times = [tau for _, tau in (*series, *clock.get("maxwell", ()))] + warming[1:]
-        program = _program(low, high, times, grows=mullins is not None or kept > 0.0)
+        program = _program(low, high, times, grows=mullins is not None or permanent_set > 0.0)
         simulated = self.force(program[:, 1], program[:, 0], list(self.states.values()))
         sines = self._sines(data, low, high, 10.0 * max(times)) if clock else ()
         return Reduced(self.name, self.mode, data, program, simulated, follow(data, program), sines)
 
-    def _sines(self, data: Mapping[str, Any], low: float, high: float, rest: float) -> tuple[Sine, ...]:
+    def _sines(self, data: Mapping[str, Any], low: float, high: float, hold: float) -> tuple[Sine, ...]:
         """Return vibrations of rising amplitude about the middle, after a ramp and a rest (s) there."""
         middle, most = 0.5 * (low + high), 0.5 * (high - low)
-        time = [np.linspace(0.0, 1.0, 11), 1.0 + rest * np.geomspace(1e-6, 1.0, 13)]
+        time = [np.linspace(0.0, 1.0, 11), 1.0 + hold * np.geomspace(1e-6, 1.0, 13)]
         path, last = [time[0] * middle, np.full(13, middle)], []
         # Of one and a half periods the last one is evaluated.
         turn = 2.0 * np.pi * np.arange(1, 3 * SAMPLES // 2 + 1) / SAMPLES
@@ -238,11 +243,11 @@ class _Bushing:
         forces = self.force(program[:, 1], program[:, 0], list(self.states.values())), follow(data, program)
         wave = 2j / SAMPLES * np.exp(-1j * turn[-SAMPLES:])
         return tuple(
-            Sine(*kind, *(complex(force[own] @ wave) / kind[0] for force in forces))
-            for kind, own in zip(kinds, last, strict=True)
+            Sine(*kind, *(complex(force[samples] @ wave) / kind[0] for force in forces))
+            for kind, samples in zip(kinds, last, strict=True)
         )
 
-    def _clock(self, grid: Array, solved: Sequence[tuple[Simulation, Answer]]) -> dict[str, Any]:
+    def _clock(self, grid: Array, solutions: Sequence[tuple[Simulation, Answer]]) -> dict[str, Any]:
         """Return the clock, its branches, and the classes of strain in elastic motions to each side; empty without."""
         from cases.stretches import metric_at, stretch_points
 
@@ -254,7 +259,7 @@ class _Bushing:
         assert branches is not None
         clock, *paced = branches(thinned.values)
         path, volume = [], np.empty(0)
-        for simulation, answer in solved:
+        for simulation, answer in solutions:
             points = stretch_points(simulation.model)
             assert answer.history.states is not None
             C = [metric_at(points, x).reshape(-1, 3, 3) for x in answer.history.states]
@@ -262,28 +267,28 @@ class _Bushing:
             volume = points.weight.ravel()
         return {
             **{name: float(value) for name, value in clock.parameters.items()},
-            "maxwell": [[float(one.parameters[key]) for key in ("g", "tau")] for one in paced],
+            "maxwell": [[float(effect.parameters[key]) for key in ("g", "tau")] for effect in paced],
             "classes": strain_classes(grid, path, volume),
         }
 
     def _values(self, part: ForceLawPart) -> list[float]:
         """Return the values of the effect that is a state of the force law; empty without it."""
-        one = self.states.get(part)
-        return [] if one is None else [float(one.values[p.name]) for p in one.parameters]
+        effect = self.states.get(part)
+        return [] if effect is None else [float(effect.values[p.name]) for p in effect.parameters]
 
     def _there_and_back(
         self, grid: Array, memory: Sequence[ActiveEffect] = ()
     ) -> tuple[Array, list[tuple[Simulation, Answer]]]:
         """Return the force at the points of a grid, each side loaded from rest, and what was simulated."""
-        force, solved = np.zeros_like(grid), []
+        force, solutions = np.zeros_like(grid), []
         for side in (grid >= 0.0, grid <= 0.0):
             q = grid[side] if grid[side][-1] > 0.0 else grid[side][::-1]
             if len(q) < 2:
                 continue
-            solved.append(self._simulated(q, _second(len(q)), memory, keep_states=bool(memory)))
-            found = solved[-1][1].force
-            force[side] = found if grid[side][-1] > 0.0 else found[::-1]
-        return force, solved
+            solutions.append(self._simulate(q, _second(len(q)), memory, keep_states=bool(memory)))
+            reaction = solutions[-1][1].force
+            force[side] = reaction if grid[side][-1] > 0.0 else reaction[::-1]
+        return force, solutions
 
     def _sliders(
         self, friction: ActiveEffect, grid: Array, static: Array, elastic: Array
@@ -350,5 +355,5 @@ def _program(low: float, high: float, times: Sequence[float], grows: bool) -> Ar
     for (t0, q0), (t1, q1) in pairwise(corners):
         # linspace ends at the corner itself: one that is missed by rounding would be a motion before a hold.
         rows += list(zip(np.linspace(t0, t1, 11)[1:], np.linspace(q0, q1, 11)[1:], strict=True))
-    found = np.array(rows)
-    return found * np.array([unit, 1.0])
+    program = np.array(rows)
+    return program * np.array([unit, 1.0])

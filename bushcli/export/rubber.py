@@ -76,24 +76,26 @@ def rubber_of(material: Material, active: Sequence[ActiveEffect]) -> ExportedRub
     active : sequence of ActiveEffect
         Effects of the case, all with values.
     """
-    there = [one for one in active if not one.is_off]
+    present = [effect for effect in active if not effect.is_off]
     parts = {
-        one.effect.name: one.effect.on_card(one.values) for one in there if one.effect.on_card is not None
+        effect.effect.name: effect.effect.on_card(effect.values)
+        for effect in present
+        if effect.effect.on_card is not None
     }
-    left = [one for one in there if one.effect.on_card is None]
+    inexpressible = [effect for effect in present if effect.effect.on_card is None]
     factor = math.prod(part.factor for part in parts.values())
     compliance = 1.0 / material.bulk_modulus + sum(part.compliance for part in parts.values())
-    plain = ExportedRubber(material.law, dict(material.parameters), math.inf)
+    long_term = ExportedRubber(material.law, dict(material.parameters), math.inf)
     series = {name: part.series for name, part in parts.items() if part.series}
     softening = {name: part.softening for name, part in parts.items() if part.softening is not None}
     return ExportedRubber(
         law=material.law,
-        parameters=plain.stiffened(factor),
+        parameters=long_term.stiffened(factor),
         bulk_modulus=factor / compliance if compliance else math.inf,
         series=tuple(branch for part in series.values() for branch in part),
-        softening=next((replace(one, m=one.m * factor) for one in softening.values()), None),
+        softening=next((replace(mullins, m=mullins.m * factor) for mullins in softening.values()), None),
         effects={"series": tuple(series), "softening": tuple(softening)},
-        inexpressible=tuple(one.name for one in left if one.effect.acts == "rubber"),
-        beside=tuple(one.name for one in left if one.effect.acts != "rubber"),
+        inexpressible=tuple(effect.name for effect in inexpressible if effect.effect.acts == "rubber"),
+        beside=tuple(effect.name for effect in inexpressible if effect.effect.acts != "rubber"),
         density=material.density / DENSITY,
     )

@@ -44,28 +44,37 @@ def softening(force: Simulate, mullins: ActiveEffect, grid: Array, virgin: Array
     """
     from scipy.interpolate import CubicSpline
 
-    first = CubicSpline(grid, virgin)
+    spline = CubicSpline(grid, virgin)
     sign = 1.0 if grid[-1] >= -grid[0] else -1.0
     end, other = max(grid[-1], -grid[0]), min(grid[-1], -grid[0])
     share: Array = np.linspace(-1.0, 1.0, 2 * POINTS + 1, dtype=np.float64)
     curves: list[Array] = []
-    reached = end * np.linspace(0.0, 1.0, REACHED + 1)[1:]
-    for largest in reached:
+    amplitudes = end * np.linspace(0.0, 1.0, REACHED + 1)[1:]
+    for largest in amplitudes:
         back = sign * largest * share[::-1]
         # On the other side only up to the bushing's largest displacement there.
         back = back[sign * back >= -other * (1.0 + 1e-9)]
-        there = np.linspace(0.0, sign * largest, _THERE, endpoint=False)
-        q = np.concatenate([there, back])
+        loading = np.linspace(0.0, sign * largest, _THERE, endpoint=False)
+        q = np.concatenate([loading, back])
         simulated = force(q, np.linspace(0.0, 1.0, len(q), dtype=np.float64), [mullins])[_THERE:]
-        lost = first(back) - simulated
+        lost = spline(back) - simulated
         lost[0] = 0.0  # at the turning point
         # Where one side was not reached, the force of the other one is mirrored.
         rising = slice(None, None, -int(sign))
-        at, lost = (back / largest)[rising], lost[rising]
-        own, mirrored = np.interp(share, at, lost), -np.interp(-share, at, lost)
-        curves.append(np.where((share >= at[0] - 1e-9) & (share <= at[-1] + 1e-9), own, mirrored))
+        unloading, lost = (back / largest)[rising], lost[rising]
+        same_side, mirrored = (
+            np.interp(share, unloading, lost),
+            -np.interp(-share, unloading, lost),
+        )
+        curves.append(
+            np.where(
+                (share >= unloading[0] - 1e-9) & (share <= unloading[-1] + 1e-9),
+                same_side,
+                mirrored,
+            )
+        )
     return {
-        "reached": reached.tolist(),
+        "reached": amplitudes.tolist(),
         "share": share.tolist(),
         "lost": [lost.tolist() for lost in curves],
         "lost_slope": [CubicSpline(share, lost)(share, 1).tolist() for lost in curves],

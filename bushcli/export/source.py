@@ -63,19 +63,19 @@ class ExportSource:
         InputError
             The case has no such effect.
         """
-        there = [one.effect.name for one in self.case.effects]
+        present = [active.effect.name for active in self.case.effects]
         for name in names:
-            if name not in there:
-                known = ", ".join(there) or "the case has no effects"
+            if name not in present:
+                expected = ", ".join(present) or "the case has no effects"
                 what = f'"{name}" is not an effect of this case'
-                raise InputError(Problem("--without", what, nearest(name, there), known))
-        kept = tuple(one for one in self.case.effects if one.effect.name not in names)
+                raise InputError(Problem("--without", what, nearest(name, present), expected))
+        remaining = tuple(active for active in self.case.effects if active.effect.name not in names)
         # What was simulated with the effect is wrong without it; a relaxed matrix has no effect that fades.
         curves, vibrations = ((), ()) if names else (self.curves, self.vibrations)
-        fading = all(one.effect.fades for one in self.case.effects if one.effect.name in names)
+        fading = all(active.effect.fades for active in self.case.effects if active.effect.name in names)
         matrix = self.stiffness_matrix if self.state == "relaxed" and fading else None
         matrix = matrix if names else self.stiffness_matrix
-        case = replace(self.case, effects=kept)
+        case = replace(self.case, effects=remaining)
         return replace(self, case=case, curves=curves, stiffness_matrix=matrix, vibrations=vibrations)
 
 
@@ -108,14 +108,14 @@ def read_source(path: Path, overrides: Sequence[str] = (), tables: TableCache | 
     else:
         result = read_result(file, path)
         if result.get("command") not in _COMMANDS:
-            known = ", ".join(f"`bushcli {name}`" for name in _COMMANDS)
+            commands = ", ".join(f"`bushcli {name}`" for name in _COMMANDS)
             raise InputError(
-                Problem(str(file), "is not a result that can be exported", "", f"one of {known}")
+                Problem(str(file), "is not a result that can be exported", "", f"one of {commands}")
             )
         try:
             case = rebuilt_case(dict(result["case"]) | identified(result), file.parent)
-            found = curves_of(result), *matrix_of(result), vibrations_in(result)
-            source = ExportSource(case, str(path), *found)
+            exported = curves_of(result), *matrix_of(result), vibrations_in(result)
+            source = ExportSource(case, str(path), *exported)
         except (KeyError, TypeError, AttributeError, ValueError):
             raise InputError(
                 Problem(str(file), "is not a complete result of bushcli", "", "run the command again")

@@ -33,7 +33,7 @@ def units_block(units: UnitSystem, angle: str) -> list[str]:
     return block("UNITS", [f"{name:13s} = '{value}'" for name, value in values.items()])
 
 
-def curve(order: Order, direction: str, of: str) -> list[str]:
+def curve(order: Order, direction: str, program: str) -> list[str]:
     """Return rows of displacement (length or degrees) and force of a direction.
 
     Raises
@@ -42,21 +42,21 @@ def curve(order: Order, direction: str, of: str) -> list[str]:
         The direction has neither a curve nor a stiffness, or its curve is not that of a spring.
     """
     assert order.bushing is not None
-    q, force = order.bushing.curve_of(direction, of)
+    q, force = order.bushing.curve_of(direction, program)
     if len(q) < 2:
-        raise InputError(Problem(f"--to {of}", f"the curve of {direction} has fewer than two points"))
-    turned = direction.startswith("T")
-    x = [math.degrees(value) if turned else order.units.of_length(value) for value in q]
-    y = [order.units.of_moment(value) if turned else order.units.of_force(value) for value in force]
+        raise InputError(Problem(f"--to {program}", f"the curve of {direction} has fewer than two points"))
+    rotational = direction.startswith("T")
+    x = [math.degrees(value) if rotational else order.units.of_length(value) for value in q]
+    y = [order.units.of_moment(value) if rotational else order.units.of_force(value) for value in force]
     return [f"{a:16.9g} {b:16.9g}" for a, b in zip(x, y, strict=True)]
 
 
 def comments(bushing: BushingData) -> list[str]:
     """Return the comment lines that state the source of each direction's curve, and the bushing's remarks."""
     curves = bushing.by_mode()
-    found = {
+    remarks = {
         direction: f"simulated, {curves[mode].name}" if mode in curves else "a line of the stiffness matrix"
         for direction, mode in zip(FORCES, map(mode_of, FORCES), strict=True)
     }
-    lines = [f"{direction}: {found[direction]}" for direction in FORCES] + list(bushing.remarks)
+    lines = [f"{direction}: {remarks[direction]}" for direction in FORCES] + list(bushing.remarks)
     return [f"$ {one_line(line)}" for line in lines]

@@ -72,8 +72,8 @@ class UnitSystem:
 
 SYSTEMS: Mapping[str, UnitSystem] = MappingProxyType(
     {
-        one.name: one
-        for one in (
+        system.name: system
+        for system in (
             UnitSystem("N-mm-s", 1.0, 1e-3, 1.0, "N", "mm", "s", "MPa", "t/mm3"),
             UnitSystem("SI", 1.0, 1.0, 1.0, "N", "m", "s", "Pa", "kg/m3"),
             UnitSystem("kN-mm-ms", 1e3, 1e-3, 1e-3, "kN", "mm", "ms", "GPa", "kg/mm3"),
@@ -92,7 +92,7 @@ def unit_system(name: str) -> UnitSystem:
     InputError
         When there is no such system; the message names the nearest.
     """
-    folded = {known.casefold(): system for known, system in SYSTEMS.items()}
+    folded = {name.casefold(): system for name, system in SYSTEMS.items()}
     if name.casefold() in folded:
         return folded[name.casefold()]
     raise InputError(

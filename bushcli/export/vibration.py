@@ -70,7 +70,7 @@ class Vibration:
         return f"{point} {per * q:.4g} {unit} and {force:.4g} {'N mm' if self.rotational else 'N'}{peak}"
 
 
-def by_direction(vibrations: tuple[Vibration, ...], of: str) -> dict[str, Vibration]:
+def by_direction(vibrations: tuple[Vibration, ...], program: str) -> dict[str, Vibration]:
     """Return the vibration of each direction FX to TZ: of the first load case, at its first preload and amplitude.
 
     Raises
@@ -78,25 +78,25 @@ def by_direction(vibrations: tuple[Vibration, ...], of: str) -> dict[str, Vibrat
     InputError
         A direction has none.
     """
-    found: dict[str, Vibration] = {}
-    for one in vibrations:
-        for direction in one.directions:
-            found.setdefault(direction, one)
-    lacking = dict.fromkeys(mode_of(direction) for direction in FORCES if direction not in found)
+    directions: dict[str, Vibration] = {}
+    for vibration in vibrations:
+        for direction in vibration.directions:
+            directions.setdefault(direction, vibration)
+    lacking = dict.fromkeys(mode_of(direction) for direction in FORCES if direction not in directions)
     if lacking:
-        missing = ", ".join(one for one in FORCES if one not in found)
+        missing = ", ".join(direction for direction in FORCES if direction not in directions)
         what = f"no dynamic stiffness in {missing}, where the bushing would be free"
         tables = " and ".join(f'mode = "{mode}"' for mode in lacking)
         remedy = (
             f"add [[load_cases]] with {tables}, each with a table [load_cases.dynamic]; or --to csv_dynamic"
         )
-        raise InputError(Problem(f"--to {of}", what, "", remedy))
-    return {direction: found[direction] for direction in FORCES}
+        raise InputError(Problem(f"--to {program}", what, "", remedy))
+    return {direction: directions[direction] for direction in FORCES}
 
 
 def vibrations_in(result: dict[str, Any]) -> tuple[Vibration, ...]:
     """Return what the JSON of `dynamic` has; coupons are left out."""
-    found: list[Vibration] = []
+    vibrations: list[Vibration] = []
     for entry in result["load_cases"] if result["command"] == "dynamic" else ():
         matrix = entry.get("storage_matrix")
         if matrix is None:
@@ -109,8 +109,10 @@ def vibrations_in(result: dict[str, Any]) -> tuple[Vibration, ...]:
         transfer = entry["point"] == "transfer"
         frequency = np.array(entry["frequency"], dtype=float)
         amplitude = None if peak is None else unit * peak
-        found += motions(entry["name"], mode, (q, preload["force"]), transfer, frequency, values, amplitude)
-    return tuple(found)
+        vibrations += motions(
+            entry["name"], mode, (q, preload["force"]), transfer, frequency, values, amplitude
+        )
+    return tuple(vibrations)
 
 
 def motions(

@@ -57,8 +57,8 @@ class Order:
     @property
     def name(self) -> str:
         """The title as a name that every program accepts: letters, digits and underscores, a letter first."""
-        plain = "".join(c if c.isascii() and c.isalnum() else "_" for c in self.title)[:40].strip("_")
-        return plain if plain[:1].isalpha() else f"rubber_{plain}".strip("_")
+        identifier = "".join(c if c.isascii() and c.isalnum() else "_" for c in self.title)[:40].strip("_")
+        return identifier if identifier[:1].isalpha() else f"rubber_{identifier}".strip("_")
 
 
 @dataclass(frozen=True)
@@ -123,16 +123,24 @@ class Writer:
         InputError
             The message names the nearest form, or the programs that have it.
         """
-        having = {
-            known: [one.name for one in all_writers().values() if known in one.forms and one.kind == "card"]
-            for known in (TIME_PRONY, FREQUENCY_PRONY, FREQUENCY_TABULAR)
+        writers_of_form = {
+            form_of_card: [
+                writer.name
+                for writer in all_writers().values()
+                if form_of_card in writer.forms and writer.kind == "card"
+            ]
+            for form_of_card in (TIME_PRONY, FREQUENCY_PRONY, FREQUENCY_TABULAR)
         }
-        if form not in having:
+        if form not in writers_of_form:
             what = f'"{form}" is not a form of viscoelasticity'
-            raise InputError(Problem("--viscoelastic", what, nearest(form, having), ", ".join(having)))
-        if form != TIME_PRONY and self.name not in having[form]:
+            raise InputError(
+                Problem("--viscoelastic", what, nearest(form, writers_of_form), ", ".join(writers_of_form))
+            )
+        if form != TIME_PRONY and self.name not in writers_of_form[form]:
             what = f"{self.title} has no viscoelasticity in the form {form}"
-            raise InputError(Problem("--viscoelastic", what, "", f"it is for {', '.join(having[form])}"))
+            raise InputError(
+                Problem("--viscoelastic", what, "", f"it is for {', '.join(writers_of_form[form])}")
+            )
 
     def check(self, rubber: ExportedRubber, form: str = TIME_PRONY) -> None:
         """Refuse a rubber that the program cannot express.
@@ -148,14 +156,14 @@ class Writer:
         InputError
             With one sentence for each feature that the program cannot express.
         """
-        found: list[Problem] = []
+        problems: list[Problem] = []
 
         def refuse(what: str, remedy: str) -> None:
-            found.append(Problem(f"--to {self.name}", what, "", remedy))
+            problems.append(Problem(f"--to {self.name}", what, "", remedy))
 
         if form != TIME_PRONY and not rubber.series:
-            named = effect_in_force_law("maxwell").name
-            remedy = f'add [[effects]] name = "{named}", or leave --viscoelastic out'
+            effect_name = effect_in_force_law("maxwell").name
+            remedy = f'add [[effects]] name = "{effect_name}", or leave --viscoelastic out'
             refuse(f"a rubber without viscoelasticity has no {form} form", remedy)
         if rubber.law not in self.laws:
             refuse(
@@ -171,9 +179,9 @@ class Writer:
                 if not called:
                     refuse(f"{self.title} has no model for the effect {effect}", remedy)
                 elif only is not None and rubber.law not in only:
-                    known = ", ".join(sorted(only))
+                    laws = ", ".join(sorted(only))
                     refuse(
-                        f"{self.title} takes {called} with the laws {known} only, not with {rubber.law}",
+                        f"{self.title} takes {called} with the laws {laws} only, not with {rubber.law}",
                         remedy,
                     )
         for name in rubber.inexpressible:
@@ -186,8 +194,8 @@ class Writer:
                 f"{self.title} cannot express an exactly incompressible rubber",
                 "a finite bulk modulus: --set material.bulk_modulus=2000",
             )
-        if found:
-            raise InputError(*found)
+        if problems:
+            raise InputError(*problems)
 
     def text(self, order: Order) -> bytes:
         """Return the whole file: comments on its contents and the differences, then the program's data."""
@@ -195,15 +203,15 @@ class Writer:
         if isinstance(written, bytes):
             return written
         begin, end = self.comment
-        said = [one_line(line) for line in _preamble(self, order)]
+        preamble = [one_line(line) for line in _preamble(self, order)]
         if end:
             # In XML a comment must not contain two hyphens.
-            said = [re.sub("-(?=-)", "- ", line) for line in said]
-        lines = [f"{begin} {line}{end}" for line in said] if begin else []
+            preamble = [re.sub("-(?=-)", "- ", line) for line in preamble]
+        lines = [f"{begin} {line}{end}" for line in preamble] if begin else []
         # XML begins with its declaration, before any comment.
-        declaration, rest = written.split("\n", 1) if written.startswith("<?xml") else ("", written)
+        declaration, content = written.split("\n", 1) if written.startswith("<?xml") else ("", written)
         parts = [declaration] if declaration else []
-        return ("\n".join([*parts, *lines, rest.rstrip("\n")]) + "\n").encode("ascii", "replace")
+        return ("\n".join([*parts, *lines, content.rstrip("\n")]) + "\n").encode("ascii", "replace")
 
 
 def one_line(text: str) -> str:
@@ -215,15 +223,15 @@ def one_line(text: str) -> str:
     return printable(" ".join(text.split()))
 
 
-def _preamble(one: Writer, order: Order) -> list[str]:
+def _preamble(writer: Writer, order: Order) -> list[str]:
     units = order.units
     lines = [
-        f"{one.title}, written by bushcli {__version__}",
+        f"{writer.title}, written by bushcli {__version__}",
         f"from {order.where}: {order.title}",
         f"units: {units.force_name}, {units.length_name}, {units.time_name}"
-        + (f"; stress {units.stress_name}, density {units.density_name}" if one.kind == "card" else ""),
+        + (f"; stress {units.stress_name}, density {units.density_name}" if writer.kind == "card" else ""),
     ]
-    rubber = order.rubber if one.kind == "card" else None
+    rubber = order.rubber if writer.kind == "card" else None
     if rubber is not None:
         values = ", ".join(f"{name} {value:.8g}" for name, value in rubber.parameters.items())
         bulk = "incompressible" if rubber.bulk_modulus == float("inf") else f"{rubber.bulk_modulus:.8g} MPa"
@@ -241,18 +249,20 @@ def _preamble(one: Writer, order: Order) -> list[str]:
             lines.append(
                 f"not in this card, because it is not a property of the rubber: {', '.join(rubber.beside)}"
             )
-    return lines + list(one.remarks)
+    return lines + list(writer.remarks)
 
 
 @cache
 def all_writers() -> Mapping[str, Writer]:
     """All writers found in ``bushcli/export/writers``, by name, in alphabetical order."""
     package = importlib.import_module("bushcli.export.writers")
-    found = (
+    writers = (
         importlib.import_module(f"{package.__name__}.{m.name}").WRITER
         for m in pkgutil.iter_modules(package.__path__)
     )
-    return MappingProxyType({one.name: one for one in sorted(found, key=lambda one: one.name)})
+    return MappingProxyType(
+        {writer.name: writer for writer in sorted(writers, key=lambda writer: writer.name)}
+    )
 
 
 def writer_for(name: str) -> Writer:
@@ -266,6 +276,8 @@ def writer_for(name: str) -> Writer:
     try:
         return all_writers()[name]
     except KeyError:
-        known = ", ".join(all_writers())
-        near = nearest(name, all_writers())
-        raise InputError(Problem("--to", f'"{name}" is not a known program', near, known)) from None
+        programs = ", ".join(all_writers())
+        nearest_name = nearest(name, all_writers())
+        raise InputError(
+            Problem("--to", f'"{name}" is not a known program', nearest_name, programs)
+        ) from None

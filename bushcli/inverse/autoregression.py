@@ -66,13 +66,15 @@ def errors_of(residual: Array, rows: Array, freedom: float) -> CorrelatedErrors:
     length = np.linalg.norm(columns, axis=0)
     left_vectors, size, _ = np.linalg.svd(columns / np.where(length > 0.0, length, 1.0), full_matrices=False)
     basis = left_vectors[:, size > RANK * size[0]]
-    rest = residual - basis @ (basis.T @ residual)
-    if float(rest @ rest) <= ROUNDING * power:
+    projected = residual - basis @ (basis.T @ residual)
+    if float(projected @ projected) <= ROUNDING * power:
         return CorrelatedErrors(plain, 0.0, 1.0)
-    correlation = _correlation(rest, basis)
+    correlation = _correlation(projected, basis)
     # White errors have the usual unbiased variance; what several recordings disagree on is in the power alone.
-    left = n - float(np.trace(basis.T @ correlated(correlation, basis)))
-    variance = max(power / n, float(rest @ rest) / left, plain if correlation == 0.0 else 0.0)
+    degrees_of_freedom = n - float(np.trace(basis.T @ correlated(correlation, basis)))
+    variance = max(
+        power / n, float(projected @ projected) / degrees_of_freedom, plain if correlation == 0.0 else 0.0
+    )
     time = max(_time(correlation), correlation_time(residual - residual.mean()))
     return CorrelatedErrors(variance, correlation, time)
 
@@ -91,10 +93,10 @@ def _time(correlation: float) -> float:
     return (1.0 + correlation) / (1.0 - correlation)
 
 
-def _correlation(rest: Array, basis: Array) -> float:
+def _correlation(residual: Array, basis: Array) -> float:
     """Return the correlation with which residuals have, in the mean, the one found between neighbours."""
-    n = len(rest)
-    observed = float(rest[1:] @ rest[:-1]) / float(rest @ rest)
+    n = len(residual)
+    observed = float(residual[1:] @ residual[:-1]) / float(residual @ residual)
     shifted = np.zeros_like(basis)
     shifted[:-1] += 0.5 * basis[1:]
     shifted[1:] += 0.5 * basis[:-1]

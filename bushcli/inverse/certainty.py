@@ -81,10 +81,10 @@ def inverted(information: Array) -> tuple[Array, Mask]:
     size = np.sqrt(np.maximum(np.diag(information), 0.0))
     size = np.where(size > 0.0, size, 1.0)
     values, vectors = np.linalg.eigh(information / np.outer(size, size))
-    known = values > RESOLVED * values[-1]
-    lost = vectors[:, ~known]
-    inverse = (vectors[:, known] / values[known]) @ vectors[:, known].T
-    return inverse / np.outer(size, size), np.asarray((lost**2).sum(axis=1) > RESOLVED**0.5)
+    determined = values > RESOLVED * values[-1]
+    undetermined = vectors[:, ~determined]
+    inverse = (vectors[:, determined] / values[determined]) @ vectors[:, determined].T
+    return inverse / np.outer(size, size), np.asarray((undetermined**2).sum(axis=1) > RESOLVED**0.5)
 
 
 def leverage(problem: LeastSquaresProblem, x: Array) -> dict[str, dict[str, float]]:

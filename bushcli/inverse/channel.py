@@ -194,7 +194,7 @@ class Channel(FitChannel):
         model: FiniteElementModel,
         noise: float,
         weighting: Weighting | None,
-        bad: NDArray[np.bool_],
+        faulty: NDArray[np.bool_],
         branch: str = "",
     ) -> None:
         self.recording, self.model, self.noise, self.branch = recording, model, noise, branch
@@ -212,7 +212,7 @@ class Channel(FitChannel):
         else:
             self.scale = np.maximum(size, RELATIVE_FLOOR * float(size.max()))
         # Spikes and stuck samples are not the bushing's response.
-        self.scale[bad] = np.inf
+        self.scale[faulty] = np.inf
 
     @property
     @override
@@ -256,13 +256,13 @@ class SweptChannel(Channel):
         recording: Recording,
         model: FiniteElementModel,
         weighting: Weighting | None,
-        bad: NDArray[np.bool_],
+        faulty: NDArray[np.bool_],
         branch: str = "",
     ) -> None:
         # The noise of the displacement is converted by the mean stiffness.
         of_displacement = recording.noise_of_motion
         noise = float(np.hypot(force_noise(recording), of_displacement))
-        super().__init__(recording, model, noise, weighting, bad, branch)
+        super().__init__(recording, model, noise, weighting, faulty, branch)
         # Solved curves by parameter values and names of the derivatives.
         self._solved: dict[tuple[object, ...], ChannelForces] = {}
 
@@ -271,16 +271,16 @@ class SweptChannel(Channel):
         self, parameters: Mapping[str, float], names: Sequence[str], limit: StepLimit | None = None
     ) -> ChannelForces:
         # The model has no parameters of effects that do not act on this channel.
-        own = {k: v for k, v in parameters.items() if k in self.model.constants}
-        self.model.set_parameters(own)
-        asked = (*own.items(), *names)
-        if asked not in self._solved:
+        constants = {k: v for k, v in parameters.items() if k in self.model.constants}
+        self.model.set_parameters(constants)
+        key = (*constants.items(), *names)
+        if key not in self._solved:
             if len(self._solved) == CACHED:
                 self._solved.pop(next(iter(self._solved)))
-            self._solved[asked] = self._swept(names, StepLimit() if limit is None else limit)
-        return self._solved[asked]
+            self._solved[key] = self._sweep(names, StepLimit() if limit is None else limit)
+        return self._solved[key]
 
-    def _swept(self, names: Sequence[str], limit: StepLimit) -> ChannelForces:
+    def _sweep(self, names: Sequence[str], limit: StepLimit) -> ChannelForces:
         ends: list[Array] = []
 
         def at_the_end(solver: Equilibrium) -> None:
@@ -305,19 +305,19 @@ class SweptChannel(Channel):
         fine = np.linspace(q.min(), q.max(), 101)
         if q.min() < 0.0 < q.max():
             fine = np.unique(np.append(fine, 0.0))
-        return Curve(self.recording.mode, fine, self._interpolated(answer, fine)[:, 0])
+        return Curve(self.recording.mode, fine, self._interpolate(answer, fine)[:, 0])
 
     @override
     def at_samples(self, answer: ChannelForces) -> tuple[Array, Array]:
-        both = self._interpolated(answer, self.recording.displacement)
-        return both[:, 0], both[:, 1:]
+        columns = self._interpolate(answer, self.recording.displacement)
+        return columns[:, 0], columns[:, 1:]
 
-    def _interpolated(self, answer: ChannelForces, at: Array) -> Array:
+    def _interpolate(self, answer: ChannelForces, displacement: Array) -> Array:
         """Return force and derivatives at displacements (n,), shape (n, 1 + parameters)."""
         from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
 
         q, values = answer.displacement, np.column_stack([answer.force, answer.slope])
-        return np.asarray(CubicSpline(*(unfolded(q, values) if self.odd else (q, values)))(at))
+        return np.asarray(CubicSpline(*(unfolded(q, values) if self.odd else (q, values)))(displacement))
 
 
 class FollowedChannel(Channel):
@@ -333,11 +333,11 @@ class FollowedChannel(Channel):
         recording: Recording,
         simulation: FollowedPath,
         weighting: Weighting | None,
-        bad: NDArray[np.bool_],
+        faulty: NDArray[np.bool_],
         branch: str = "",
         corrected: Corrected | None = None,
     ) -> None:
-        super().__init__(recording, simulation.model, force_noise(recording), weighting, bad, branch)
+        super().__init__(recording, simulation.model, force_noise(recording), weighting, faulty, branch)
         self.simulation, self.active, self.before = simulation, simulation.active, simulation.remembered
         self._correction = None if corrected is None else corrected(recording.name, self.model)
 

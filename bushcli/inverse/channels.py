@@ -41,17 +41,17 @@ def curve_channel(
     prepared: Prepare = prepare,
     paths: Paths | None = None,
     corrected: Corrected | None = None,
-    bad: NDArray[np.bool_] | None = None,
+    faulty: NDArray[np.bool_] | None = None,
     branch: str = "",
 ) -> Channel:
     """Return the channel of a recording: of the case's bushing, or of another shape. An effect may require its time."""
     shape, mode, mesh = shape or case.geometry, modes()[recording.mode], case.mesh.refinement
-    bad = bad_samples(recording) if bad is None else bad
+    faulty = bad_samples(recording) if faulty is None else faulty
     paths = {} if paths is None else paths
     simulation = followed(recording, case, shape, rubber, mesh, comm, prepared, paths)
     if simulation is None:
-        return SweptChannel(recording, prepared(shape, mode, rubber, mesh, comm), weighting, bad, branch)
-    return FollowedChannel(recording, simulation, weighting, bad, branch, corrected)
+        return SweptChannel(recording, prepared(shape, mode, rubber, mesh, comm), weighting, faulty, branch)
+    return FollowedChannel(recording, simulation, weighting, faulty, branch, corrected)
 
 
 def coupon_channels(
@@ -63,10 +63,10 @@ def coupon_channels(
     for source in case.coupons:
         recording = read_coupon(source, tables)
         branch, used = fitted_branch(source, recording)
-        bad = bad_samples(recording) | ~used
+        faulty = bad_samples(recording) | ~used
         channels.append(
             curve_channel(
-                recording, case, rubber, weighting, MPI.COMM_SELF, shape=shape, bad=bad, branch=branch
+                recording, case, rubber, weighting, MPI.COMM_SELF, shape=shape, faulty=faulty, branch=branch
             )
         )
     return channels
@@ -78,12 +78,12 @@ def fitted_branch(source: Source, recording: Recording) -> tuple[str, NDArray[np
     A law has no memory: fitted to loading and unloading it would follow neither, but their mean. The branch is empty
     where the recording has no other. Raises `InputError` where the branch that the case chooses has too few samples.
     """
-    whole = np.ones(len(recording.displacement), dtype=bool)
+    all_samples = np.ones(len(recording.displacement), dtype=bool)
     if source.branch == "both":
-        return "both", whole
+        return "both", all_samples
     used = on_branch(recording, source.branch or "loading")
     if used.all() or (source.branch is None and np.count_nonzero(used) < FEWEST):
-        return "", whole
+        return "", all_samples
     if np.count_nonzero(used) < FEWEST:
         what = f"has {np.count_nonzero(used)} samples of {source.branch}"
         raise InputError(
@@ -106,7 +106,7 @@ def bushing_channels(
     channels = []
     for source in case.recordings:
         recording = measured.recording(source)
-        bad = bad_samples(recording, measured.faults(recording))
+        faulty = bad_samples(recording, measured.faults(recording))
         channels.append(
             curve_channel(
                 recording,
@@ -117,7 +117,7 @@ def bushing_channels(
                 prepared=prepared,
                 paths=paths,
                 corrected=corrected,
-                bad=bad,
+                faulty=faulty,
             )
         )
     return channels

@@ -71,10 +71,10 @@ def additions(task: Task, recordings: Sequence[Recording]) -> list[ContainedPart
     terms = [p.name for p in task.law.parameters if p.optional and p.name in start]
     for number in dict.fromkeys(name[-1] for name in terms):
         names = tuple(name for name in terms if name[-1] == number)
-        off = {name: 0.0 for name in names if name in task.law.linear}
-        shape = {name: (start[name],) for name in names if name not in off}
+        absent = {name: 0.0 for name in names if name in task.law.linear}
+        shape = {name: (start[name],) for name in names if name not in absent}
         earlier = {name: f"{name[:-1]}{int(number) - 1}" for name in names}
-        parts.append(ContainedPart(names, off, shape, "law", earlier))
+        parts.append(ContainedPart(names, absent, shape, "law", earlier))
     for active in task.effects:
         if active.effect.needs_temperature:
             # It shifts the branches, and changes nothing before they are there: it begins at its start values.
@@ -86,17 +86,19 @@ def additions(task: Task, recordings: Sequence[Recording]) -> list[ContainedPart
             continue
         latest: dict[str, str] = {}
         for branch in dict.fromkeys(p.branch if p.optional else "" for p in free.values()):
-            own = {name: p for name, p in free.items() if (p.branch if p.optional else "") == branch}
-            off = {name: p.off for name, p in own.items() if p.off is not None}
+            branch_parameters = {
+                name: p for name, p in free.items() if (p.branch if p.optional else "") == branch
+            }
+            absent = {name: p.off for name, p in branch_parameters.items() if p.off is not None}
             grid = {
                 name: tuple(dict.fromkeys((start[name], *_grid(p, scales, task.period(active)))))
-                for name, p in own.items()
+                for name, p in branch_parameters.items()
                 if p.off is None
             }
-            earlier = {name: latest[p.stem] for name, p in own.items() if p.stem in latest}
-            latest |= {p.stem: name for name, p in own.items()}
-            if off:
-                parts.append(ContainedPart(tuple(own), off, grid, active.name, earlier))
+            earlier = {name: latest[p.stem] for name, p in branch_parameters.items() if p.stem in latest}
+            latest |= {p.stem: name for name, p in branch_parameters.items()}
+            if absent:
+                parts.append(ContainedPart(tuple(branch_parameters), absent, grid, active.name, earlier))
     return parts
 
 
@@ -112,10 +114,10 @@ def _grid(parameter: EffectParameter, scales: Mapping[str, float], period: float
 class Contained(LeastSquaresProblem):
     """A problem with some parameters held: its vectors have the others only, all solutions are those of the whole."""
 
-    def __init__(self, whole: LeastSquaresProblem, at: Array, free: Sequence[str]) -> None:
-        self.whole, self.at = whole, at.copy()
+    def __init__(self, whole: LeastSquaresProblem, point: Array, free: Sequence[str]) -> None:
+        self.whole, self.at = whole, point.copy()
         self.free = np.array([name in free for name in whole.names])
-        held = {n: float(v) for n, v, f in zip(whole.names, at, self.free, strict=True) if not f}
+        held = {n: float(v) for n, v, f in zip(whole.names, point, self.free, strict=True) if not f}
         names = [name for name in whole.names if name in free]
         super().__init__(
             whole.channels, whole.law, names, whole.fixed | held, whole.bounds.of(self.free), whole.states
@@ -147,7 +149,7 @@ def from_contained(
     problem: LeastSquaresProblem, start: Array, loss: Loss = "linear", every: Sequence[ContainedPart] = ()
 ) -> Minimum:
     """Search from the smallest model on, one addition after the other."""
-    x, added, left = (
+    x, added, remaining = (
         _without(problem, problem.bounds.inside(start), every),
         list[ContainedPart](),
         list(every),
@@ -155,16 +157,16 @@ def from_contained(
     free = [name for name in problem.names if not any(name in part.names for part in every)]
     amplitudes = {*problem.law.linear, *(name for part in every for name in part.off)}
     lowest = _searched(problem, x, free, loss) if every else None
-    while lowest is not None and left:
-        first = {part.after: part for part in reversed(left)}
+    while lowest is not None and remaining:
+        next_parts = {part.after: part for part in reversed(remaining)}
         sizes = [name for name in free if name in amplitudes]
-        tried = [(*_begun(problem, lowest.x, sizes, part), part) for part in first.values()]
-        gain, point, chosen = max(tried, key=lambda trial: trial[0])
-        left.remove(chosen)
+        trials = [(*_begun(problem, lowest.x, sizes, part), part) for part in next_parts.values()]
+        gain, point, chosen = max(trials, key=lambda trial: trial[0])
+        remaining.remove(chosen)
         added.append(chosen)
         free += chosen.names
         if point is not None and gain > NEGLIGIBLE * lowest.cost * len(problem.channels):
-            starts = [_shortened(problem, lowest.x, point)]
+            starts = [_shorten(problem, lowest.x, point)]
         else:
             # The derivative by a gap or a play vanishes where it is absent: it begins at its start value.
             starts = [np.where([name in chosen.names for name in problem.names], start, lowest.x)]
@@ -179,7 +181,7 @@ def from_contained(
         x = _without(problem, lowest.x, [part])
         _, point = _begun(problem, x, [name for name in free if name in amplitudes], part)
         if point is not None:
-            lowest = _lower(problem, lowest, _shortened(problem, x, point), free, loss)
+            lowest = _lower(problem, lowest, _shorten(problem, x, point), free, loss)
     if lowest is None or problem.cost(start) < lowest.cost:
         direct = search(problem, start, loss)
         lowest = direct if lowest is None or direct.cost < lowest.cost else lowest
@@ -189,11 +191,11 @@ def from_contained(
 
 def _without(problem: LeastSquaresProblem, x: Array, parts: Sequence[ContainedPart]) -> Array:
     """Return a point, shape (p,), with the amplitudes of some parts off."""
-    off = {name: value for part in parts for name, value in part.off.items()}
-    return np.array([off.get(name, value) for name, value in zip(problem.names, x, strict=True)])
+    absent = {name: value for part in parts for name, value in part.off.items()}
+    return np.array([absent.get(name, value) for name, value in zip(problem.names, x, strict=True)])
 
 
-def _shortened(problem: LeastSquaresProblem, x: Array, point: Array) -> Array:
+def _shorten(problem: LeastSquaresProblem, x: Array, point: Array) -> Array:
     """Return the point with the least misfit, shape (p,), on the way to one that was predicted."""
     best = point
     for share in SHARES:
@@ -238,14 +240,14 @@ def _begun(
     index = {name: i for i, name in enumerate(problem.names)}
 
     def predicted(shape: Mapping[str, float]) -> tuple[float, Array | None]:
-        at = x.copy()
-        at[[index[name] for name in shape]] = list(shape.values())
-        held = Contained(problem, at, [*sizes, *part.off])
-        value = held.residual(at[held.free])
+        point = x.copy()
+        point[[index[name] for name in shape]] = list(shape.values())
+        held = Contained(problem, point, [*sizes, *part.off])
+        value = held.residual(point[held.free])
         if not np.isfinite(value).all():
             return 0.0, None
-        step, left = full_step(held, at[held.free])
-        return float(value @ value) - left, held.all_of(at[held.free] + step)
+        step, remaining = full_step(held, point[held.free])
+        return float(value @ value) - remaining, held.all_of(point[held.free] + step)
 
     best = {name: values[0] for name, values in part.grid.items()}
     gain, point = predicted(best)
@@ -274,7 +276,7 @@ def _split(problem: LeastSquaresProblem, x: Array, part: ContainedPart) -> Array
 
 def _in_order(problem: LeastSquaresProblem, every: Sequence[ContainedPart], start: Array, x: Array) -> Array:
     """Return the parameters, shape (p,), with equal branches numbered in the order of their start values."""
-    index, off = (
+    index, absent = (
         {name: i for i, name in enumerate(problem.names)},
         {name for part in every for name in part.off},
     )
@@ -282,11 +284,11 @@ def _in_order(problem: LeastSquaresProblem, every: Sequence[ContainedPart], star
     columns: dict[str, dict[str, list[int]]] = {}
     for part in every:
         for name, before in part.earlier.items() if set(part.earlier) == set(part.names) else ():
-            known = columns.setdefault(part.after, {})
-            known[name] = [*known.pop(before, [index[before]]), index[name]]
+            indices = columns.setdefault(part.after, {})
+            indices[name] = [*indices.pop(before, [index[before]]), index[name]]
     ordered = x.copy()
     for of_effect in columns.values():
-        times = next((places for name, places in of_effect.items() if name not in off), None)
+        times = next((places for name, places in of_effect.items() if name not in absent), None)
         if times is not None:
             order = np.argsort(x[times])[np.argsort(np.argsort(start[times], kind="stable"))]
             for places in of_effect.values():

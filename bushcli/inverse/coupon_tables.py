@@ -68,10 +68,10 @@ def fit_tables(
         table = read_dynamic(source, tables)
         faults = table_faults(case.geometry, [table])
         conditions += [condition(fault) for fault in faults]
-        off = np.zeros(len(table), dtype=bool)
+        faulty = np.zeros(len(table), dtype=bool)
         for fault in faults:
-            off |= fault.samples & (not fault.fatal)
-        table = table.rows(~off)
+            faulty |= fault.samples & (not fault.fatal)
+        table = table.rows(~faulty)
         if swept := _sweeps(table):
             fits.append(TableSweep(table, swept))
         # The rows of the smallest amplitude and of the preload nearest to zero: a spectrum is linear.

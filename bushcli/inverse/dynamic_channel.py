@@ -59,8 +59,8 @@ class DynamicChannel(FitChannel):
     ) -> None:
         self.table, self._temperature = table, temperature
         check_preloads(case, table)
-        there = acting(case.effects, table.name, table.mode, "dynamic", temperature)
-        self.active = tuple(active.started() for active in there)
+        acting_effects = acting(case.effects, table.name, table.mode, "dynamic", temperature)
+        self.active = tuple(active.started() for active in acting_effects)
         by_force = bool((np.isnan(table.preload) & ~np.isnan(table.preload_force)).any())
         problems: list[Problem] = []
         if stored is not None:
@@ -79,7 +79,7 @@ class DynamicChannel(FitChannel):
         )
         # Rows of a recorded table that are faulty are left out by those who compare models.
         self.faults = () if stored is not None else table_faults(case.geometry, [table])
-        used = self._used()
+        used = self._fitted_rows()
         self._turned = np.exp(-1j * table.loss_angle)
         self.measured = np.concatenate([table.stiffness, np.zeros(len(table))])
         errors, unknown = _errors(table)
@@ -108,11 +108,11 @@ class DynamicChannel(FitChannel):
         simulation = self._simulation
         reduced = simulation.reduced(parameters, names, StepLimit() if limit is None else limit)
         value, slope = simulation.stiffness(reduced, parameters, names)
-        turned, by = value * self._turned, slope * self._turned[:, None]
+        delayed, derivatives = value * self._turned, slope * self._turned[:, None]
         return ChannelForces(
             np.tile(simulation.travels(reduced), 2),
-            np.concatenate([turned.real, turned.imag]),
-            np.concatenate([by.real, by.imag]),
+            np.concatenate([delayed.real, delayed.imag]),
+            np.concatenate([derivatives.real, derivatives.imag]),
             reduced.states,
         )
 
@@ -161,16 +161,16 @@ class DynamicChannel(FitChannel):
         # Effects of the rig are in the simulation.
         rubber = [active for active in self.active if active not in simulation.rig]
         doubtful = [doubt for curves in reduced.curves for curve in curves for doubt in doubts(curve)]
-        left = [
+        conditions = [
             condition
             for condition in left_out(self.table, "fitted")
             if not simulation.uneven or condition.name != "amplitude_left_out"
         ]
-        return [*left, *effects_left_out(self.name, rubber), *doubtful]
+        return [*conditions, *effects_left_out(self.name, rubber), *doubtful]
 
     def _unfit_rig(self, where: str, by_force: bool) -> Iterator[Problem]:
         """Yield why effects of the rig cannot be fitted to the table."""
-        for active in (one for one in self.active if one.effect.acts == "rig"):
+        for active in (effect for effect in self.active if effect.effect.acts == "rig"):
             stops = active.effect.rig is not None and active.effect.rig.parallel is not None
             if has_slope(active) and not (stops and by_force):
                 continue
@@ -184,14 +184,14 @@ class DynamicChannel(FitChannel):
             expected = f'{remedy}give the effect "{active.name}" channels = [...] without {self.name}, or leave it out'
             yield Problem(where, what, "", expected)
 
-    def _used(self) -> NDArray[np.bool_]:
+    def _fitted_rows(self) -> NDArray[np.bool_]:
         """Return which rows (n,) are fitted: of small amplitude, and not faulty."""
         table, used = self.table, np.ones(len(self.table), dtype=bool)
         for fault in self.faults:
             used &= ~(fault.samples & (not fault.fatal))
-        known = ~np.isnan(table.amplitude)
-        if known.any() and not self._simulation.uneven:
-            used &= ~(known & (table.amplitude > SPREAD * np.nanmin(table.amplitude)))
+        has_amplitude = ~np.isnan(table.amplitude)
+        if has_amplitude.any() and not self._simulation.uneven:
+            used &= ~(has_amplitude & (table.amplitude > SPREAD * np.nanmin(table.amplitude)))
         if not used.any():
             what = f"{table.name}: none of its {len(table)} rows can be fitted"
             raise InputError(

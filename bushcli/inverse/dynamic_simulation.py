@@ -84,14 +84,20 @@ class ReducedCurves:
                 (before * math.log(value / before), before / value) if scales else (value - before, 1.0)
             )
         for model in (curve.model for group in self.curves for curve in group):
-            rest, by = model.stiffness(np.zeros(1), ()).real, model.slopes_by_parameters(np.zeros(1), ()).real
-            factor = beside = 0.0
+            stiffness, slopes = (
+                model.stiffness(np.zeros(1), ()).real,
+                model.slopes_by_parameters(np.zeros(1), ()).real,
+            )
+            factor = remainder = 0.0
             for i, (name, change) in enumerate(zip(model.changes.names, model.changes.matrices, strict=True)):
                 step = steps.get(name, (0.0, 1.0))[0]
                 # A factor on all moduli alone, as on those of the branches, is exact.
-                own = step * float(np.trace(change.viscous) / np.trace(model.reduced.viscous))
-                factor, beside = factor + own, beside + abs(step * float((by[i] / rest)[0]) - own)
-            if abs(factor) > math.log(FACTOR) or beside > BESIDE:
+                relative_change = step * float(np.trace(change.viscous) / np.trace(model.reduced.viscous))
+                factor, remainder = (
+                    factor + relative_change,
+                    remainder + abs(step * float((slopes[i] / stiffness)[0]) - relative_change),
+                )
+            if abs(factor) > math.log(FACTOR) or remainder > BESIDE:
                 return None
         return replace(self, steps=steps)
 
@@ -120,10 +126,12 @@ class DynamicSimulation:
         self._density, self._temperature, self._near = density, temperature, stored is not None
         self.rig = tuple(effect for effect in active if effect.effect.acts == "rig")
         self._rubber = {effect.name for effect in active if effect not in self.rig}
-        known = table.amplitude[~np.isnan(table.amplitude)]
+        amplitudes = table.amplitude[~np.isnan(table.amplitude)]
         #: Whether amplitude thins the rubber of the simulation.
-        self.uneven = thinned_of(active) is not None and len(known) > 0
-        self._preloads = _preloads(table, (float(known.min()), float(known.max())) if self.uneven else ())
+        self.uneven = thinned_of(active) is not None and len(amplitudes) > 0
+        self._preloads = _preloads(
+            table, (float(amplitudes.min()), float(amplitudes.max())) if self.uneven else ()
+        )
         self._known: Store = {} if stored is None else stored(model, self.uneven)
 
     def _relaxation(self, parameters: Mapping[str, float]) -> tuple[Branches, ThinnedSpectrum | None]:
@@ -141,41 +149,41 @@ class DynamicSimulation:
     ) -> ReducedCurves:
         """Return the reduced models of the preloads, which are used again while they are accurate enough."""
         # Constants of the model, on which the preloads depend.
-        own = {k: v for k, v in parameters.items() if k in self.model.constants}
+        constants = {k: v for k, v in parameters.items() if k in self.model.constants}
         if self._temperature is not None and "temperature" in self.model.constants:
-            own["temperature"] = self._temperature
+            constants["temperature"] = self._temperature
         if self._near:
             # Another channel may ask for others.
             held = {effect.full_name(p) for effect in self.active for p in effect.parameters if p.of_mesh}
-            moving = tuple(name for name in own if name not in {"temperature", *held})
+            moving = tuple(name for name in constants if name not in {"temperature", *held})
         else:
-            moving = tuple(name for name in names if name in own)
-        key = tuple(own.items())
-        known = self._known.pop(key, None)
-        if known is None and self._near:
-            moved = (known.moved(own) for known in self._known.values())
-            near = [
+            moving = tuple(name for name in names if name in constants)
+        key = tuple(constants.items())
+        curves_near = self._known.pop(key, None)
+        if curves_near is None and self._near:
+            updated = (neighbour.moved(constants) for neighbour in self._known.values())
+            candidates = [
                 curves
-                for curves in moved
+                for curves in updated
                 if curves is not None and self.error(curves, parameters) <= PROMISED
             ]
-            if near:
-                return min(near, key=lambda curves: sum(abs(step) for step, _ in curves.steps.values()))
+            if candidates:
+                return min(candidates, key=lambda curves: sum(abs(step) for step, _ in curves.steps.values()))
         if (
-            known is None
-            or not set(moving) <= set(known.names)
-            or not self.error(known, parameters) <= PROMISED
+            curves_near is None
+            or not set(moving) <= set(curves_near.names)
+            or not self.error(curves_near, parameters) <= PROMISED
         ):
-            self.model.set_parameters(own)
+            self.model.set_parameters(constants)
             ends: list[Array] = []
-            curves = [self._marched(group.test, parameters, moving, limit, ends) for group in self._preloads]
-            known = ReducedCurves(curves, isochoric_sample(self.model.comm, ends), moving, own)
+            curves = [self._march(group.test, parameters, moving, limit, ends) for group in self._preloads]
+            curves_near = ReducedCurves(curves, isochoric_sample(self.model.comm, ends), moving, constants)
             if len(self._known) == CACHED:
                 self._known.pop(next(iter(self._known)))
-        self._known[key] = known
-        return known
+        self._known[key] = curves_near
+        return curves_near
 
-    def _marched(
+    def _march(
         self,
         test: DynamicTest,
         parameters: Mapping[str, float],
@@ -190,27 +198,27 @@ class DynamicSimulation:
             # Vectors for any relaxation that rows of these frequencies show.
             slow, fast = 0.5 / np.pi / self.table.frequency.min(), 0.5 / np.pi / self.table.frequency.max()
             branches = [*branches, (1.0, float(slow)), (1.0, float(fast))]
-        made = Vibrations(self.table.name, test, self.model, branches, density, thinned, names)
+        vibrations = Vibrations(self.table.name, test, self.model, branches, density, thinned, names)
 
         def observe(solver: Equilibrium) -> None:
-            before = len(made.curves)
-            made.observe(solver)
-            if len(made.curves) > before:
+            before = len(vibrations.curves)
+            vibrations.observe(solver)
+            if len(vibrations.curves) > before:
                 ends.append(principal_stretches(self.model).reshape(-1, 3))
 
-        for program in made.test.programs():
+        for program in vibrations.test.programs():
             history = march(
                 self.model,
                 program,
-                drive=made.drive,
+                drive=vibrations.drive,
                 progress=lambda *_: meet(self.model.comm),
                 observer=observe,
                 failure_limit=limit.steps,
             )
             limit.learn(history)
-        if len(made.curves) < len(test.preload):
+        if len(vibrations.curves) < len(test.preload):
             raise unsolved("a preload is unstable")
-        return [made.curves[i][0] for i in range(len(test.preload))]
+        return [vibrations.curves[i][0] for i in range(len(test.preload))]
 
     def stiffness(
         self, reduced: ReducedCurves, parameters: Mapping[str, float], names: Sequence[str]
@@ -221,38 +229,42 @@ class DynamicSimulation:
         value = np.empty(len(self.table), dtype=np.complex128)
         slope = np.zeros((len(self.table), len(names)), dtype=np.complex128)
         # Constants that have moved since the curves were computed change them, whether they are asked for or not.
-        wanted = (*names, *(name for name in reduced.steps if name not in names))
-        by = self._by_parameter(parameters, wanted, len(branches))
+        all_names = (*names, *(name for name in reduced.steps if name not in names))
+        derivatives_by_parameter = self._by_parameter(parameters, all_names, len(branches))
         for group, curves in zip(self._preloads, reduced.curves, strict=True):
             for number, curve in enumerate(curves):
                 rows = group.rows[group.number == number]
                 frequency, model = self.table.frequency[rows], curve.model
-                force = np.zeros(len(wanted))
-                asked = [i for i, name in enumerate(model.changes.names) if name in wanted]
-                places = [wanted.index(model.changes.names[i]) for i in asked]
-                force[places] = model.changes.force[asked]
+                force = np.zeros(len(all_names))
+                indices = [i for i, name in enumerate(model.changes.names) if name in all_names]
+                places = [all_names.index(model.changes.names[i]) for i in indices]
+                force[places] = model.changes.force[indices]
                 if curve.uneven is not None:
-                    part, own = self._thinned(curve, curve.uneven, rows, parameters, wanted)
+                    part, derivatives = self._thinned_stiffness(
+                        curve, curve.uneven, rows, parameters, all_names
+                    )
                 else:
                     part = model.stiffness(frequency, branches, density)
-                    own = np.zeros((len(rows), len(wanted)), dtype=np.complex128)
-                    if wanted:
+                    derivatives = np.zeros((len(rows), len(all_names)), dtype=np.complex128)
+                    if all_names:
                         by_constants = model.slopes_by_parameters(frequency, branches, density)
-                        own[:, places] = by_constants[asked].T
+                        derivatives[:, places] = by_constants[indices].T
                         by_g, by_tau, by_density = model.slopes(frequency, branches, density)
-                        own += np.vstack([by_g, by_tau, DENSITY * by_density]).T @ by
+                        derivatives += (
+                            np.vstack([by_g, by_tau, DENSITY * by_density]).T @ derivatives_by_parameter
+                        )
                 held = curve.force
                 if reduced.steps:
-                    step, rate = np.array([reduced.steps.get(name, (0.0, 1.0)) for name in wanted]).T
+                    step, rate = np.array([reduced.steps.get(name, (0.0, 1.0)) for name in all_names]).T
                     held += float(sum(force * step))
-                    moved = np.exp((own / part[:, None]) @ step)
-                    part, own = part * moved, own * moved[:, None] * rate
+                    rescaling = np.exp((derivatives / part[:, None]) @ step)
+                    part, derivatives = part * rescaling, derivatives * rescaling[:, None] * rate
                 measured = vibrating(rig, part, frequency, curve.preload, held, names, force[: len(names)])
                 value[rows] = measured.value
-                slope[rows] = measured.slope + measured.by_part[:, None] * own[:, : len(names)]
+                slope[rows] = measured.slope + measured.by_part[:, None] * derivatives[:, : len(names)]
         return value, slope
 
-    def _thinned(
+    def _thinned_stiffness(
         self,
         curve: DynamicCurve,
         uneven: UnevenModel,
@@ -262,21 +274,21 @@ class DynamicSimulation:
     ) -> tuple[Complex, Complex]:
         """Return K* (m,) of rows of the bushing alone at their amplitudes, and its derivatives (m, names)."""
 
-        def model(given: Mapping[str, float]) -> UnevenModel:
-            branches, thinned = self._relaxation(given)
+        def model(values: Mapping[str, float]) -> UnevenModel:
+            branches, thinned = self._relaxation(values)
             assert thinned is not None
-            return uneven.of(thinned, branches, _density(given))
+            return uneven.of(thinned, branches, _density(values))
 
-        here, table = model(parameters), self.table
+        uneven_model, table = model(parameters), self.table
         # A row that does not say its amplitude is one of the smallest.
         amplitude = np.nan_to_num(table.amplitude[rows], nan=np.nanmin(table.amplitude))
-        balances = here.balances(amplitude, table.frequency[rows])
+        balances = uneven_model.balances(amplitude, table.frequency[rows])
         value = np.array([balance.stiffness for balance in balances])
         slope = np.zeros((len(rows), len(names)), dtype=np.complex128)
         for i, name in enumerate(names):
             if name in curve.model.changes.names:
                 change = curve.model.changes.matrices[curve.model.changes.names.index(name)]
-                slope[:, i] = here.along(change, balances)
+                slope[:, i] = uneven_model.along(change, balances)
             elif name == "density" or name.partition(".")[0] in self._rubber:
                 step = THINNED_STEP * max(abs(parameters[name]), 1e-3)
                 more, less = (model({**parameters, name: parameters[name] + d}) for d in (step, -step))
@@ -286,7 +298,7 @@ class DynamicSimulation:
                         (a.stiffness - b.stiffness) / (2.0 * step) for a, b in zip(*ends, strict=True)
                     ]
                 else:
-                    slope[:, i] = here.slope(balances, more, less) / (2.0 * step)
+                    slope[:, i] = uneven_model.slope(balances, more, less) / (2.0 * step)
         return value, slope
 
     def _by_parameter(self, parameters: Mapping[str, float], names: Sequence[str], branches: int) -> Array:
@@ -294,14 +306,14 @@ class DynamicSimulation:
         free = [i for i, name in enumerate(names) if name.partition(".")[0] in self._rubber]
 
         def flat(values: Array) -> Array:
-            given = {**parameters, **{names[i]: float(v) for i, v in zip(free, values, strict=True)}}
-            return np.array(self._branches(given), dtype=float).T.ravel()
+            changed = {**parameters, **{names[i]: float(v) for i, v in zip(free, values, strict=True)}}
+            return np.array(self._branches(changed), dtype=float).T.ravel()
 
-        by = np.zeros((2 * branches + 1, len(names)))
+        derivatives = np.zeros((2 * branches + 1, len(names)))
         # The parameters are the moduli and times themselves: differences are exact.
-        by[:-1, free] = differences(flat, np.array([parameters[names[i]] for i in free]))
-        by[-1] = [name == "density" for name in names]
-        return by
+        derivatives[:-1, free] = differences(flat, np.array([parameters[names[i]] for i in free]))
+        derivatives[-1] = [name == "density" for name in names]
+        return derivatives
 
     def travels(self, reduced: ReducedCurves) -> Array:
         """Return the preload (n,) of each row, mm or rad."""
@@ -325,9 +337,9 @@ def _density(parameters: Mapping[str, float]) -> float | None:
 def _preloads(table: DynamicTable, amplitude: tuple[float, ...] = ()) -> list[_Preloads]:
     """Return the preloads of a table: those by travel, rest included, and those by force; for some amplitudes."""
     by_force = np.isnan(table.preload) & ~np.isnan(table.preload_force)
-    given = np.where(np.isnan(table.preload), 0.0, table.preload)
+    displacement = np.where(np.isnan(table.preload), 0.0, table.preload)
     groups = []
-    for is_force, values in ((False, given), (True, table.preload_force)):
+    for is_force, values in ((False, displacement), (True, table.preload_force)):
         rows = np.flatnonzero(by_force == is_force)
         if len(rows):
             levels, number = np.unique(gathered(values[rows]), return_inverse=True)

@@ -63,14 +63,14 @@ def descend(
     while steps < STEPS and rejected < WALL and not settled:
         before = float(value @ value)
         # Steps are measured by the misfit: the rows of stability change too fast.
-        at = LinearisedProblem(problem, x, value, slope)
-        trial, left = at.step(radius, held)
-        predicted = before - left
-        length = float(np.linalg.norm((trial - x) * at.norms))
+        linearised = LinearisedProblem(problem, x, value, slope)
+        trial, remaining = linearised.step(radius, held)
+        predicted = before - remaining
+        length = float(np.linalg.norm((trial - x) * linearised.norms))
         if predicted <= enough * max(before, least):
             settled = True
             break
-        if length <= min(problem.stopping.tolerance, SHORT) * float(np.linalg.norm(x * at.norms)):
+        if length <= min(problem.stopping.tolerance, SHORT) * float(np.linalg.norm(x * linearised.norms)):
             break
         after = problem.residual(trial)
         steps += 1
@@ -113,9 +113,9 @@ class LinearisedProblem:
 
     def cost(self, s: Array) -> tuple[float, Array]:
         """Half the sum of squares, of the misfit to first order and of the exact penalty; and its derivative."""
-        rest = self._misfit + self._slope @ s
-        values, by = self.stability(s)
-        return 0.5 * float(rest @ rest + values[0]), self._slope.T @ rest + 0.5 * by[0]
+        residual = self._misfit + self._slope @ s
+        values, slopes = self.stability(s)
+        return 0.5 * float(residual @ residual + values[0]), self._slope.T @ residual + 0.5 * slopes[0]
 
     def stability(self, s: Array) -> tuple[Array, Array]:
         """Sum of squares of the penalty, then the margin in each state; and their derivative."""

@@ -104,11 +104,11 @@ def compared_curves(
         if channel in problem.channels:
             i = problem.channels.index(channel)
             if after is not None:
-                curves.append(_compared(channel, after[i], before[i] if before else None, held_out=False))
+                curves.append(_fitted_curve(channel, after[i], before[i] if before else None, held_out=False))
             continue
         with suppress(NotConverged):
             answer = channel.solve(problem.parameters(x), problem.names)
-            curves.append(_compared(channel, answer, None, held_out=True))
+            curves.append(_fitted_curve(channel, answer, None, held_out=True))
     return tuple(curves)
 
 
@@ -140,7 +140,7 @@ def compared_tables(
     return tuple(tables), tuple(conditions)
 
 
-def _compared(
+def _fitted_curve(
     channel: Channel, answer: ChannelForces, started: ChannelForces | None, held_out: bool
 ) -> FittedCurve:
     recording = channel.recording
@@ -148,19 +148,19 @@ def _compared(
     used = np.isfinite(channel.scale)
     measured = recording.force[used]
 
-    def curve(solved: ChannelForces) -> tuple[Curve, float]:
-        force, _ = channel.at_samples(solved)
+    def curve(answer: ChannelForces) -> tuple[Curve, float]:
+        force, _ = channel.at_samples(answer)
         rms = rms_percent(force[used] - measured, measured)
         return Curve(recording.mode, recording.displacement, force, recording.time), rms
 
     fitted, rms = curve(answer)
-    first, first_rms = curve(started) if started is not None else (None, float("nan"))
+    start_curve, first_rms = curve(started) if started is not None else (None, float("nan"))
     return FittedCurve(
         name=channel.name,
         recording=recording,
         fitted=fitted,
         rms_percent=rms,
-        started=first,
+        started=start_curve,
         started_percent=first_rms,
         noise_percent=100 * channel.noise / float(np.ptp(measured)),
         held_out=held_out,

@@ -34,23 +34,23 @@ def parameter_unit(fit: Fit, name: str) -> str:
         return _OF_RUBBER[name]
     of_effects = {active.full_name(p): p for active in fit.effects for p in active.parameters}
     if name in of_effects:
-        return unit(of_effects[name], name in _turned(fit))
+        return unit(of_effects[name], name in _rotational_parameters(fit))
     return law(fit.material.law).parameter(name).unit
 
 
 def values_in_file_units(
-    inside: Mapping[str, float], turned: Mapping[str, EffectParameter]
+    inside: Mapping[str, float], rotational: Mapping[str, EffectParameter]
 ) -> dict[str, float]:
-    """Return values by full name in the units of the case file; `turned` are those in degrees (`turning`).
+    """Return values by full name in the units of the case file; `rotational` are those in degrees (`turning`).
 
     Parameters
     ----------
     inside : Mapping[str, float]
         Values by full name, in N, mm, MPa, s, rad.
-    turned : Mapping[str, EffectParameter]
+    rotational : Mapping[str, EffectParameter]
         Parameters that the case file gives in degrees, by full name.
     """
-    return {name: _value(value, turned.get(name)) for name, value in inside.items()}
+    return {name: _value(value, rotational.get(name)) for name, value in inside.items()}
 
 
 def in_file_units(fit: Fit) -> Fit:
@@ -58,48 +58,57 @@ def in_file_units(fit: Fit) -> Fit:
 
     The law, the curves and the material are unchanged, and so are `Fit.effects`, from which the model is built.
     """
-    turned = _turned(fit)
-    if not turned:
+    rotational = _rotational_parameters(fit)
+    if not rotational:
         return fit
     return replace(
         fit,
-        parameters={name: _estimate(of, turned.get(name)) for name, of in fit.parameters.items()},
+        parameters={
+            name: _estimate(estimate, rotational.get(name)) for name, estimate in fit.parameters.items()
+        },
         profiles=tuple(
-            replace(p, values=np.array([_value(float(v), turned.get(p.name)) for v in p.values]))
+            replace(p, values=np.array([_value(float(v), rotational.get(p.name)) for v in p.values]))
             for p in fit.profiles
         ),
         evaluations=tuple(
-            replace(e, parameters=values_in_file_units(e.parameters, turned)) for e in fit.evaluations
+            replace(e, parameters=values_in_file_units(e.parameters, rotational)) for e in fit.evaluations
         ),
         end_points=tuple(
             replace(
                 e,
-                start=values_in_file_units(e.start, turned),
-                parameters=values_in_file_units(e.parameters, turned),
+                start=values_in_file_units(e.start, rotational),
+                parameters=values_in_file_units(e.parameters, rotational),
             )
             for e in fit.end_points
         ),
     )
 
 
-def _turned(fit: Fit) -> dict[str, EffectParameter]:
+def _rotational_parameters(fit: Fit) -> dict[str, EffectParameter]:
     channels = [(curve.name, curve.recording.mode) for curve in fit.curves]
     return turning(
         fit.effects, [*channels, *((compared.table.name, compared.table.mode) for compared in fit.tables)]
     )
 
 
-def _value(inside: float, turned: EffectParameter | None) -> float:
-    return inside if turned is None or not math.isfinite(inside) else outside(turned, inside, rotational=True)
+def _value(inside: float, parameter: EffectParameter | None) -> float:
+    return (
+        inside
+        if parameter is None or not math.isfinite(inside)
+        else outside(parameter, inside, rotational=True)
+    )
 
 
-def _estimate(of: Estimate, turned: EffectParameter | None) -> Estimate:
-    ends = of.interval and (_value(of.interval[0], turned), _value(of.interval[1], turned))
+def _estimate(estimate: Estimate, parameter: EffectParameter | None) -> Estimate:
+    ends = estimate.interval and (
+        _value(estimate.interval[0], parameter),
+        _value(estimate.interval[1], parameter),
+    )
     return replace(
-        of,
-        value=_value(of.value, turned),
-        std=_value(of.std, turned),
-        lower=_value(of.lower, turned),
-        upper=_value(of.upper, turned),
+        estimate,
+        value=_value(estimate.value, parameter),
+        std=_value(estimate.std, parameter),
+        lower=_value(estimate.lower, parameter),
+        upper=_value(estimate.upper, parameter),
         interval=ends,
     )

@@ -232,13 +232,13 @@ class _Searches:
                 told(fault)
 
     def _check_temperatures(self, effect: ActiveEffect) -> None:
-        there = [
+        same_effect = [
             active
             for channel in self.problem.channels
             for active in channel.active
             if active.name == effect.name
         ]
-        temperatures = {active.temperature for active in there}
+        temperatures = {active.temperature for active in same_effect}
         free = [p for p in effect.parameters if not self.task.is_fixed(effect.full_name(p))]
         if effect.effect.needs_temperature and free and len(temperatures) == 1:
             what = f"the effect {effect.name} cannot be identified: all that is fitted was measured at "
@@ -285,17 +285,17 @@ class _Searches:
         """Search from all starts. Raises `InputError` where the start cannot be solved at all."""
         task, problem = self.task, self.problem
         every = additions(task, [channel.recording for channel in self.curves if channel in problem.channels])
-        first = first_minimum(problem, self.start, task.loss, partial(from_contained, every=every))
-        if first is None:
+        first_start = first_minimum(problem, self.start, task.loss, partial(from_contained, every=every))
+        if first_start is None:
             raise InputError(self.unsolvable())
-        self.minima.append(first.minimum)
-        self.instead = first.instead
+        self.minima.append(first_start.minimum)
+        self.instead = first_start.instead
         states = {0: problem.states}
-        points = self._further_starts(first.initial)
+        points = self._further_starts(first_start.initial)
         limits = tuple(problem.limits)
-        given = [
+        assignments = [
             starts.Assignment(
-                number, point, first.states, limits, first.minimum.cost, self.journal, self.resume
+                number, point, first_start.states, limits, first_start.minimum.cost, self.journal, self.resume
             )
             for number, point in enumerate(points, 1)
         ]
@@ -311,7 +311,7 @@ class _Searches:
                 states[len(self.minima)] = refined.states
                 self.minima.append(refined.minimum)
 
-        starts.refine_start(task, problem.channels, given, done, forward, self.pool)
+        starts.refine_start(task, problem.channels, assignments, done, forward, self.pool)
         problem.begin_profiles(states[_best(self.minima)])
 
     def _further_starts(self, initial: Array) -> list[Array]:
@@ -344,8 +344,8 @@ class _Searches:
                     if better is None:
                         break
                     # The search had ended too early: from here the misfit falls further.
-                    on = search(self.problem, better, self.task.loss)
-                    best = replace(on, start=best.start, iterations=best.iterations + on.iterations)
+                    minimum = search(self.problem, better, self.task.loss)
+                    best = replace(minimum, start=best.start, iterations=best.iterations + minimum.iterations)
         except KeyboardInterrupt:
             # The search is complete: its result is kept although intervals are missing.
             cut = True
@@ -363,7 +363,9 @@ class _Searches:
         rubber = material(task, problem, best.x)
         uncertainty = certainty.uncertainty(problem, best.x)
         parameters, correlation = estimates(task, problem, best.x, uncertainty, profiles)
-        tables, known = compared_tables(problem, self.dynamic, best.x, self.start, uncertainty.deviations)
+        tables, table_conditions = compared_tables(
+            problem, self.dynamic, best.x, self.start, uncertainty.deviations
+        )
         singular, undetermined = certainty.directions(problem, best.x)
         fit = Fit(
             material=rubber,
@@ -394,7 +396,7 @@ class _Searches:
         starts_loaded = ((channel.name, channel.before) for channel in self.curves)
         doubts = conditions(fit, task, best, interrupted)
         doubts += tuple(not_from_rest(name, before) for name, before in starts_loaded if before is not None)
-        doubts += known
+        doubts += table_conditions
         doubts += self._outside()
         if fatal:
             # What a fit to wrong data looks like would only distract from the fault.

@@ -145,11 +145,11 @@ class Journal:
     def find(self, x: Array) -> list[ChannelForces] | None:
         """Return the answers saved for exactly these parameters, none if the march failed; None if nothing is saved."""
         question = self._question(x)
-        known = self._known.get(question[1].tobytes())
-        if known is not None:
-            return known
-        there, answers = self._store.read(self._store.file(_WORK, question), question)
-        return answers if there else None
+        stored_answers = self._known.get(question[1].tobytes())
+        if stored_answers is not None:
+            return stored_answers
+        stored, answers = self._store.read(self._store.file(_WORK, question), question)
+        return answers if stored else None
 
     def add(self, x: Array, answers: list[ChannelForces]) -> None:
         """Save an evaluation, on disk before this returns; where that fails, `failure` says so."""

@@ -192,15 +192,15 @@ def minimise(
         x, ended, message = watched.best[1], isinstance(stopped, FlatValley | Settled), str(stopped)
     linear = loss == "linear"
     is_minimum = linear and predicted_decrease(problem, x) <= STATIONARY
-    beside = linear and watched.failed > 0 and not is_minimum
+    beside_failure = linear and watched.failed > 0 and not is_minimum
     return Minimum(
         start,
         x,
         problem.cost(x),
         watched.iterations,
-        (ended or is_minimum) and not beside,
+        (ended or is_minimum) and not beside_failure,
         message,
-        beside,
+        beside_failure,
         bool(problem.instability(x).max(initial=0.0) > ACTIVE),
         is_minimum and bool(np.all(np.abs(x - start) <= STAYED * np.maximum(np.abs(start), 1e-12))),
         watched.rejected > 0,
@@ -211,8 +211,8 @@ def minimise(
 def predicted_decrease(problem: LeastSquaresProblem, x: Array) -> float:
     """Return the share of the cost that a full Gauss-Newton step within the bounds would remove; zero at a minimum."""
     value = problem.residual(x)
-    _, left = full_step(problem, x)
-    return float(value @ value - left) / max(float(value @ value), NOTHING * len(problem.channels))
+    _, remaining = full_step(problem, x)
+    return float(value @ value - remaining) / max(float(value @ value), NOTHING * len(problem.channels))
 
 
 def full_step(problem: LeastSquaresProblem, x: Array) -> tuple[Array, float]:

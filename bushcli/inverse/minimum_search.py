@@ -43,12 +43,12 @@ def search(
         Called at each point of the search; returns why it ends there, or None.
     """
     iterations, point = 0, start
-    known: set[bytes] = set()
+    evaluated: set[bytes] = set()
 
     def explained(x: Array) -> bool:
         # A point is checked once: its states do not change.
-        new = x.tobytes() not in known
-        known.add(x.tobytes())
+        new = x.tobytes() not in evaluated
+        evaluated.add(x.tobytes())
         return new and watch(problem, x)
 
     for last in (*[False] * problem.stopping.rounds, True):

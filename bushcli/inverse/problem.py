@@ -75,8 +75,8 @@ class Bounds:
 
     def inside(self, x: Array) -> Array:
         """Return the nearest point slightly off the bounds, on which interior methods cannot start."""
-        off = 1e-9 * np.minimum(self.upper - self.lower, 1.0 + np.abs(x))
-        return np.clip(x, self.lower + off, self.upper - off)
+        margin = 1e-9 * np.minimum(self.upper - self.lower, 1.0 + np.abs(x))
+        return np.clip(x, self.lower + margin, self.upper - margin)
 
     def of(self, free: NDArray[np.bool_]) -> Bounds:
         """Return the bounds of some of the parameters, chosen by a mask, shape (parameters,)."""
@@ -272,8 +272,8 @@ class LeastSquaresProblem:
 
     def law_parameters(self, x: Array) -> dict[str, float]:
         """Parameters of the law alone, by name."""
-        known = {parameter.name for parameter in self.law.parameters}
-        return {name: value for name, value in self.parameters(x).items() if name in known}
+        names_of_law = {parameter.name for parameter in self.law.parameters}
+        return {name: value for name, value in self.parameters(x).items() if name in names_of_law}
 
     # -- evaluation ----------------------------------------------------------------------------------------------
 
@@ -330,22 +330,22 @@ class LeastSquaresProblem:
         """
         key = _key(x)
         if key not in self._known:
-            solved = self.journal.find(x) if self.journal is not None else None
-            if solved is None:
+            answers = self.journal.find(x) if self.journal is not None else None
+            if answers is None:
                 meet(self.channels[0].comm)
                 try:
-                    solved = [
+                    answers = [
                         channel.solve(self.parameters(x), self.names, limit)
                         for channel, limit in zip(self.channels, self.limits, strict=True)
                     ]
                 except NotConverged:
-                    solved = []
+                    answers = []
                 if self.journal is not None:
-                    self.journal.add(x, solved)
-            if not all(answer.is_finite for answer in solved):
-                solved = []
-            self._known[key] = solved or None
-            self.forward_solves += len(solved) or 1
+                    self.journal.add(x, answers)
+            if not all(answer.is_finite for answer in answers):
+                answers = []
+            self._known[key] = answers or None
+            self.forward_solves += len(answers) or 1
             self._report(x, iteration)
         return self._known[key]
 
@@ -426,8 +426,8 @@ def smallest_moduli(law: Law, parameters: Mapping[str, float], states: Array) ->
 
 def penalty(smallest: Array) -> Array:
     """Return the rows of the misfit (n,) by the smallest moduli in each state (n,), in shear moduli."""
-    beyond = (STABILITY_MARGIN - smallest) / STABILITY_EDGE
-    lacking = np.where(beyond > -12.0, STABILITY_EDGE * np.logaddexp(0.0, beyond), 0.0)
+    excess = (STABILITY_MARGIN - smallest) / STABILITY_EDGE
+    lacking = np.where(excess > -12.0, STABILITY_EDGE * np.logaddexp(0.0, excess), 0.0)
     return np.asarray(STABILITY_WEIGHT / np.sqrt(max(len(smallest), 1)) * lacking)
 
 

@@ -87,10 +87,10 @@ def parameters_to_profile(problem: LeastSquaresProblem, best: Minimum, uncertain
     (three terms of Ogden on one curve): the other parameters can then follow any change of one, and the interval of a
     single parameter is meaningless.
     """
-    x, own = best.x, problem.law_parameters(best.x)
+    x, law_parameters = best.x, problem.law_parameters(best.x)
     if len(x) < 2 or len(certainty.directions(problem, x)[1]) > OPEN:
         return []
-    of_law = [i for i, name in enumerate(problem.names) if name in own]
+    of_law = [i for i, name in enumerate(problem.names) if name in law_parameters]
     deviations = np.sqrt(np.abs(np.diag(uncertainty.covariance)))
     bent = best.beside_failure or best.at_edge or (deviations > POOR * np.abs(x))[of_law].any()
     return of_law if bent else []
@@ -107,17 +107,17 @@ def profiles_of(
     States in which the law was found unstable on the way lead the later profiles around parameters that cannot be
     solved. Earlier profiles that ended at such parameters are computed again.
     """
-    again = list(parameters_to_profile(problem, best, uncertainty))
-    while again:
-        known = len(problem.states)
-        for index in again:
+    indices = list(parameters_to_profile(problem, best, uncertainty))
+    while indices:
+        count = len(problem.states)
+        for index in indices:
             profiles[index], better = profile(problem, best.x, index, uncertainty)
             if better is not None:
                 return better
-        again = [
+        indices = [
             index
-            for index in again
-            if len(problem.states) > known and {"stability", "unsolvable"} & {*profiles[index].limits}
+            for index in indices
+            if len(problem.states) > count and {"stability", "unsolvable"} & {*profiles[index].limits}
         ]
     return None
 
@@ -171,11 +171,11 @@ class _Along:
             if value == points[-1].value:
                 return points[1:], "bound"
             evaluations = len(self.problem.evaluations)
-            refitted = self._refitted(points, value)
+            refitted = self._refit(points, value)
             if isinstance(refitted, _Point):
                 points.append(refitted)
                 if refitted.root**2 >= RISE_95:
-                    return self._closed(points)
+                    return self._close(points)
                 continue
             # A point that is far from stable needed no solution, and counts less.
             solved = len(self.problem.evaluations) > evaluations
@@ -200,20 +200,20 @@ class _Along:
         half = 0.5 * (last.value + failed_at)
         return float(min(value, half) if spread > 0 else max(value, half))
 
-    def _closed(self, points: list[_Point]) -> tuple[list[_Point], Limit]:
+    def _close(self, points: list[_Point]) -> tuple[list[_Point], Limit]:
         """Add a point before the last if the rise is too steep to interpolate; return the points and their limit."""
         for _ in range(2):
             inner, outer = points[-2], points[-1]
             if outer.root - inner.root < APART:
                 break
-            between = self._refitted(points[:-1], 0.5 * (inner.value + outer.value))
+            between = self._refit(points[:-1], 0.5 * (inner.value + outer.value))
             if not isinstance(between, _Point):
                 break
             points[-1:] = [between, outer] if between.root**2 < RISE_95 else [between]
         last = points[-1]
         return points[1:], "stability" if self._rise_by_instability(last.x) > 0.5 * last.root**2 else "misfit"
 
-    def _refitted(self, points: list[_Point], value: float) -> _Point | Limit:
+    def _refit(self, points: list[_Point], value: float) -> _Point | Limit:
         """Refit all other parameters, starting from the last point; return the reason if that fails."""
         for is_last in (False, True):
             end = self._minimum(points[-1].x, value)
@@ -230,15 +230,15 @@ class _Along:
         rise = (self.problem.cost(other) - self.best) / self.unit
         return _Point(value, float(np.sign(rise) * np.sqrt(abs(rise))), other)
 
-    def _minimum(self, known: Array, value: float) -> Array | Limit:
+    def _minimum(self, minimum: Array, value: float) -> Array | Limit:
         """Return the parameters with the least misfit and this value of the parameter, by steps from a solved point.
 
         Curves are nearly linear over such a step, and the law's stability is cheap to evaluate: one or two evaluations
         are usually enough.
         """
         problem, index = self.problem, self.index
-        at = LinearisedProblem(problem, known, problem.residual(known), problem.jacobian(known))
-        x, _ = at.step(held=index, value=value - known[index])
+        linearised = LinearisedProblem(problem, minimum, problem.residual(minimum), problem.jacobian(minimum))
+        x, _ = linearised.step(held=index, value=value - minimum[index])
         x[index] = value
         if self._rise_by_instability(x) > FAR * RISE_95:
             return "stability"

@@ -167,8 +167,8 @@ class SpectrumFit:
         temperature : shape (n,)
             Degrees C; between the steps log a_T is a straight line, beyond them it is held.
         """
-        turned = np.exp(2j * np.pi * frequency * self.lag)
-        return self.spectrum.at(2.0 * np.pi * self.reduced(frequency, temperature)) * turned
+        delay = np.exp(2j * np.pi * frequency * self.lag)
+        return self.spectrum.at(2.0 * np.pi * self.reduced(frequency, temperature)) * delay
 
     def reduced(self, frequency: Array, temperature: Array) -> Array:
         """Return the frequencies (n,) in Hz that are the same at the reference temperature.
@@ -217,7 +217,7 @@ def relaxed(time: Array, modulus: Array) -> Spectrum:
     """Return the spectrum of a relaxation test: moduli (n,) in MPa at times (n,) in s after the step."""
     times = _grid(np.asarray(1.0 / time, dtype=np.float64))
     design = np.column_stack([np.ones(len(time)), np.exp(-np.outer(time, 1.0 / times))]) / modulus[:, None]
-    _, values = _regularised(design, np.ones(len(time)), None)
+    _, values = _regularise(design, np.ones(len(time)), None)
     positive = values[1:] > 0.0
     return Spectrum(float(values[0]), values[1:][positive], times[positive])
 
@@ -269,8 +269,8 @@ class _Problem:
 
     def relative(self, modulus: Complex) -> Array:
         """Return real and imaginary parts (2 n, ...) over the measured ones."""
-        both = np.stack([modulus.real.T / self.storage, modulus.imag.T / self.loss], axis=-2)
-        return np.asarray(both.reshape(*both.shape[:-2], -1).T, dtype=np.float64)
+        parts = np.stack([modulus.real.T / self.storage, modulus.imag.T / self.loss], axis=-2)
+        return np.asarray(parts.reshape(*parts.shape[:-2], -1).T, dtype=np.float64)
 
     def design(self, shifts: Array, times: Array) -> Array:
         """Return the relative response (2 n, k + 1) of the equilibrium and of each term."""
@@ -281,13 +281,13 @@ class _Problem:
     def weight(self, shifts: Array) -> float:
         """Return the weight of the penalty by cross-validation."""
         design = self.design(shifts, _grid(self.reduced(shifts)))
-        return _regularised(design, np.ones(len(design)), None)[0]
+        return _regularise(design, np.ones(len(design)), None)[0]
 
     def solve(self, shifts: Array, weight: float) -> _Solved:
         """Return the spectrum for given parameters."""
         times = _grid(self.reduced(shifts))
         design = self.design(shifts, times)
-        _, values = _regularised(design, np.ones(len(design)), weight)
+        _, values = _regularise(design, np.ones(len(design)), weight)
         residual = design @ values - 1.0
         penalty = weight * _curvature(design) @ values
         return _Solved(times, values, residual, design, float(residual @ residual + penalty @ penalty))
@@ -295,13 +295,13 @@ class _Problem:
     def derivative(self, shifts: Array, solved: _Solved) -> Array:
         """Return the derivative (2 n, p) of the residual by the free parameters, at a given spectrum."""
         spectrum = Spectrum(float(solved.values[0]), solved.values[1:], solved.times)
-        turned = np.exp(1j * self.omega * shifts[-1])
-        slope = spectrum.slope(self.reduced(shifts)) * turned
-        modulus = spectrum.at(self.reduced(shifts)) * turned
+        delay = np.exp(1j * self.omega * shifts[-1])
+        slope = spectrum.slope(self.reduced(shifts)) * delay
+        modulus = spectrum.at(self.reduced(shifts)) * delay
         columns = [slope * (self.step_of == k) for k in range(len(shifts) - 1)] + [1j * self.omega * modulus]
         return self.relative(np.column_stack(columns))[:, self.free]
 
-    def _eliminated(self, shifts: Array, solved: _Solved) -> Array:
+    def _projected_derivative(self, shifts: Array, solved: _Solved) -> Array:
         """Return the derivative (2 n, p) with the spectrum eliminated (Kaufman's approximation)."""
         derivative = self.derivative(shifts, solved)
         span, _ = np.linalg.qr(solved.design[:, solved.values > 0.0])
@@ -309,7 +309,7 @@ class _Problem:
 
     def step(self, shifts: Array, solved: _Solved) -> Array:
         """Return the step (t + 1,) of the parameters by Gauss and Newton, at most one decade."""
-        derivative = self._eliminated(shifts, solved)
+        derivative = self._projected_derivative(shifts, solved)
         scale = np.linalg.norm(derivative, axis=0)
         scaled, *_ = np.linalg.lstsq(derivative / scale, -solved.residual, rcond=1e-8)
         change = np.zeros(len(shifts))
@@ -321,10 +321,12 @@ class _Problem:
         spread = np.zeros(len(shifts))
         if not self.free.any():
             return spread
-        derivative = self._eliminated(shifts, solved)
+        derivative = self._projected_derivative(shifts, solved)
         scale = np.linalg.norm(derivative, axis=0)
-        left = max(len(solved.residual) - np.count_nonzero(solved.values) - derivative.shape[1], 1)
-        variance = float(solved.residual @ solved.residual) / left
+        degrees_of_freedom = max(
+            len(solved.residual) - np.count_nonzero(solved.values) - derivative.shape[1], 1
+        )
+        variance = float(solved.residual @ solved.residual) / degrees_of_freedom
         scaled = derivative / scale
         spread[self.free] = (
             np.sqrt(np.maximum(variance * np.diag(np.linalg.pinv(scaled.T @ scaled)), 0.0)) / scale
@@ -339,14 +341,14 @@ class _Problem:
         solved = self.solve(shifts, weight)
         for _ in range(_STEPS if self.free.any() else 0):
             change, share = self.step(shifts, solved), 1.0
-            tried = self.solve(shifts + change, weight)
-            while tried.cost >= solved.cost and share > 1e-3:
+            candidate = self.solve(shifts + change, weight)
+            while candidate.cost >= solved.cost and share > 1e-3:
                 share *= 0.5
-                tried = self.solve(shifts + share * change, weight)
-            if tried.cost >= solved.cost:
+                candidate = self.solve(shifts + share * change, weight)
+            if candidate.cost >= solved.cost:
                 break
-            done = solved.cost - tried.cost < 1e-7 * solved.cost
-            shifts, solved = shifts + share * change, tried
+            done = solved.cost - candidate.cost < 1e-7 * solved.cost
+            shifts, solved = shifts + share * change, candidate
             if done:
                 break
         return shifts, solved
@@ -376,11 +378,11 @@ class _Problem:
         """Return the spring-pot of the rows at given shifts: E_inf and E_1 are linear, the exponent is searched for."""
         from scipy.optimize import minimize_scalar, nnls
 
-        turned = np.exp(1j * self.omega * shifts[-1])[:, None]
+        delay = np.exp(1j * self.omega * shifts[-1])[:, None]
 
         def solved(exponent: float) -> tuple[Array, Array]:
             power = (1j * self.reduced(shifts)) ** exponent
-            design = self.relative(np.column_stack([np.ones(len(power), dtype=complex), power]) * turned)
+            design = self.relative(np.column_stack([np.ones(len(power), dtype=complex), power]) * delay)
             values, _ = nnls(design, np.ones(len(design)))
             return values, design @ values - 1.0
 
@@ -399,7 +401,7 @@ def _curvature(design: Array) -> Array:
     return scale * np.diff(np.eye(count + 1)[1:], 2, axis=0) if count > 2 else np.zeros((0, count + 1))
 
 
-def _regularised(design: Array, target: Array, weight: float | None) -> tuple[float, Array]:
+def _regularise(design: Array, target: Array, weight: float | None) -> tuple[float, Array]:
     """Return the weight of the penalty and the values (k + 1,) >= 0; the weight by cross-validation where it is None.
 
     Generalised cross-validation (Golub, Heath and Wahba 1979, doi:10.1080/00401706.1979.10489751), with the degrees of
@@ -409,13 +411,13 @@ def _regularised(design: Array, target: Array, weight: float | None) -> tuple[fl
 
     rows = _curvature(design)
     best: tuple[float, float, Array] | None = None
-    for tried in _WEIGHTS if weight is None else [weight]:
-        penalised = np.vstack([design, tried * rows])
+    for trial_weight in _WEIGHTS if weight is None else [weight]:
+        penalised = np.vstack([design, trial_weight * rows])
         values, _ = nnls(
             penalised, np.concatenate([target, np.zeros(len(rows))]), maxiter=100 * design.shape[1]
         )
         if weight is not None:
-            return float(tried), values
+            return float(trial_weight), values
         active = values > 0.0
         residual = design @ values - target
         normal = penalised[:, active].T @ penalised[:, active]
@@ -424,6 +426,6 @@ def _regularised(design: Array, target: Array, weight: float | None) -> tuple[fl
         )
         score = float(residual @ residual) / max(1.0 - free / len(target), 1e-3) ** 2
         if best is None or score < best[0]:
-            best = score, float(tried), values
+            best = score, float(trial_weight), values
     assert best is not None
     return best[1], best[2]

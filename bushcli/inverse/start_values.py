@@ -58,11 +58,11 @@ def candidates(problem: LeastSquaresProblem, start: Array) -> Iterator[Array]:
     for enlarged in ENLARGED[1:]:
         if shaping.any():
             yield problem.bounds.inside(np.where(shaping, start * enlarged, start))
-    own = own_start(problem, start)
-    size, own_size = shear(problem, start), shear(problem, own)
+    law_start = own_start(problem, start)
+    size, own_size = shear(problem, start), shear(problem, law_start)
     for share in SHARES:
         # Both are mixed at the stiffness of the law's own start: a start on its bounds may be nine decades off.
-        mixed = share * start * (own_size / size if size > 0 else 1.0) + (1 - share) * own
+        mixed = share * start * (own_size / size if size > 0 else 1.0) + (1 - share) * law_start
         for enlarged in ENLARGED if share == 0.0 else ENLARGED[:1]:
             yield problem.bounds.inside(np.where(shaping, mixed * enlarged, mixed))
 
@@ -77,14 +77,14 @@ def own_start(problem: LeastSquaresProblem, start: Array) -> Array:
     start : Array
         Values of the parameters that are not the law's, shape (parameters,).
     """
-    known = {parameter.name: parameter.start for parameter in problem.law.parameters}
-    return np.array([known.get(name, value) for name, value in zip(problem.names, start, strict=True)])
+    values = {parameter.name: parameter.start for parameter in problem.law.parameters}
+    return np.array([values.get(name, value) for name, value in zip(problem.names, start, strict=True)])
 
 
 def own_parameters(problem: LeastSquaresProblem) -> NDArray[np.bool_]:
     """Return which of the parameters belong to the law."""
-    known = {parameter.name for parameter in problem.law.parameters}
-    return np.array([name in known for name in problem.names])
+    names = {parameter.name for parameter in problem.law.parameters}
+    return np.array([name in names for name in problem.names])
 
 
 def scalable(problem: LeastSquaresProblem) -> NDArray[np.bool_]:
@@ -133,10 +133,10 @@ def scaled(problem: LeastSquaresProblem, trial: Array) -> Array:
         best = trial.copy()
         best[free], _ = bounded_step(-wanted, slope, problem.bounds.lower[free], problem.bounds.upper[free])
         points.append(best)
-    tried = [problem.bounds.inside(point) for point in points]
-    costs = [problem.cost(point) for point in tried]
+    candidates = [problem.bounds.inside(point) for point in points]
+    costs = [problem.cost(point) for point in candidates]
     reached = [(cost, i) for i, cost in enumerate(costs) if np.isfinite(cost)]
-    return tried[min(reached)[1]] if reached else trial
+    return candidates[min(reached)[1]] if reached else trial
 
 
 def sized(problem: LeastSquaresProblem, x: Array, enough: float = ENOUGH) -> Array:
@@ -164,17 +164,17 @@ def sized(problem: LeastSquaresProblem, x: Array, enough: float = ENOUGH) -> Arr
         value = problem.residual(x)
         low = np.concatenate([[-MOST], (problem.bounds.lower - x)[effects]])
         high = np.concatenate([[MOST], (problem.bounds.upper - x)[effects]])
-        change, left = bounded_step(value, problem.jacobian(x) @ ways, low, high)
+        change, remaining = bounded_step(value, problem.jacobian(x) @ ways, low, high)
         before = float(value @ value)
-        if before - left <= enough * before:
+        if before - remaining <= enough * before:
             break
         step = ways @ change
         cost = problem.cost(x)
-        tried = [problem.bounds.inside(x + share * step) for share in SHORTENED]
-        better = next((i for i, point in enumerate(tried) if problem.cost(point) < cost), None)
+        candidates = [problem.bounds.inside(x + share * step) for share in SHORTENED]
+        better = next((i for i, point in enumerate(candidates) if problem.cost(point) < cost), None)
         if better is None:
             break
-        x = tried[better]
+        x = candidates[better]
         if better > 0 and problem.cost(x) > (1.0 - enough) * cost:
             break
     return x

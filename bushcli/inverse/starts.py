@@ -148,7 +148,7 @@ class _GivenUp(Exception):
 def refine(
     task: Task,
     channels: list[FitChannel],
-    given: Assignment,
+    assignment: Assignment,
     progress: Progress | None = None,
     stopped: Callable[[], bool] = lambda: False,
 ) -> Refined:
@@ -161,16 +161,16 @@ def refine(
         costs.append(evaluation.cost)
         if stopped():
             raise _GivenUp(INTERRUPTED)
-        if is_outperformed(costs, given.reference):
+        if is_outperformed(costs, assignment.reference):
             raise _GivenUp("given up: the misfit stays far above the first start's")
 
     journal = None
-    if given.journal is not None:
-        folder = given.journal.with_name(f"{given.journal.name}-start-{given.number}")
-        identity = {**task.identity(), "number": given.number, "point": given.point.tolist()}
-        journal = open_journal(folder, identity, None if given.resume else given.resume)
-    problem = task.pose(channels, journal, follow, given.states, given.number, given.limits)
-    initial = problem.bounds.inside(given.point)
+    if assignment.journal is not None:
+        folder = assignment.journal.with_name(f"{assignment.journal.name}-start-{assignment.number}")
+        identity = {**task.identity(), "number": assignment.number, "point": assignment.point.tolist()}
+        journal = open_journal(folder, identity, None if assignment.resume else assignment.resume)
+    problem = task.pose(channels, journal, follow, assignment.states, assignment.number, assignment.limits)
+    initial = problem.bounds.inside(assignment.point)
     nowhere = Minimum(initial, initial, float("nan"), 0, False, "the start cannot be solved")
     try:
         with unwrapped_interrupts():
@@ -221,15 +221,17 @@ class ProblemCache:
 @contextmanager
 def coarse_costs(task: Task, tables: TableCache, pool: Pool | None = None) -> Iterator[Costs]:
     """Give a function for the costs of many parameter sets on the coarse mesh, by the task's workers or by a pool."""
-    with nullcontext(pool) if pool is not None else processes(task.workers) as chosen:
+    with nullcontext(pool) if pool is not None else processes(task.workers) as workers:
         cache = ProblemCache(tables)
-        yield lambda points: [float(cost) for cost in _asked(chosen, cache, _cost_there, task, points)]
+        yield lambda points: [
+            float(cost) for cost in _answers_in_order(workers, cache, _cost_in_worker, task, points)
+        ]
 
 
 def refine_start(
     task: Task,
     channels: list[FitChannel],
-    given: Sequence[Assignment],
+    assignments: Sequence[Assignment],
     done: Callable[[Refined], None],
     progress: Progress | None,
     pool: Pool | None = None,
@@ -237,57 +239,60 @@ def refine_start(
     """Refine starts, one by one or shared among workers or a pool; an interrupt comes after `done` has all results."""
     cache = ProblemCache()
     if pool is not None:
-        alone = [replace(assignment, journal=None, resume=False) for assignment in given]
-        for refined in _asked(pool, cache, _refined_there, task, alone):
+        independent = [replace(assignment, journal=None, resume=False) for assignment in assignments]
+        for refined in _answers_in_order(pool, cache, _refine_in_worker, task, independent):
             if isinstance(refined, Refined):
                 _hand_over(refined, done, progress)
         return
-    if task.workers == 1 or len(given) < 2:
-        for assignment in given:
+    if task.workers == 1 or len(assignments) < 2:
+        for assignment in assignments:
             refined = refine(task, channels, assignment, progress)
             done(refined)
             if refined.minimum.message == INTERRUPTED:
                 raise KeyboardInterrupt
         return
-    with processes(min(task.workers, len(given))) as own, TemporaryDirectory() as folder:
+    with processes(min(task.workers, len(assignments))) as started, TemporaryDirectory() as folder:
         # Ctrl-C does not reach the processes: a file tells them to end with the best so far.
-        stop, work = Path(folder) / "stop", with_cache(_refined_there, cache, here=False)
-        futures = [own.executor.submit(work, task, i, assignment, stop) for i, assignment in enumerate(given)]
-        left = list(futures)
+        stop, work = Path(folder) / "stop", with_cache(_refine_in_worker, cache, in_process=False)
+        futures = [
+            started.executor.submit(work, task, i, assignment, stop)
+            for i, assignment in enumerate(assignments)
+        ]
+        unfinished = list(futures)
         try:
-            while left:
-                _hand_over(left[0].result(), done, progress)
-                left.pop(0)
+            while unfinished:
+                _hand_over(unfinished[0].result(), done, progress)
+                unfinished.pop(0)
         except KeyboardInterrupt:
             stop.touch()
-            for future in left:
+            for future in unfinished:
                 future.cancel()
-            for future in left:
+            for future in unfinished:
                 if not future.cancelled():
                     _hand_over(future.result(), done, progress)
             raise
 
 
-def _asked(
-    pool: Pool, cache: ProblemCache, work: Callable[..., Any], task: Task, given: Sequence[Any]
+def _answers_in_order(
+    pool: Pool, cache: ProblemCache, work: Callable[..., Any], task: Task, arguments: Sequence[Any]
 ) -> list[Any]:
     """Return the answers in the order of the questions; nan for a question whose process died."""
     answers: dict[int, Any] = {}
-    questions = [(task, i, argument) for i, argument in enumerate(given)]
+    questions = [(task, i, argument) for i, argument in enumerate(arguments)]
     for (_, number, _), answer in pool.answers(work, questions, cache):
         answers[number] = float("nan") if isinstance(answer, Died) else answer
-    return [answers[i] for i in range(len(given))]
+    return [answers[i] for i in range(len(arguments))]
 
 
-def _cost_there(cache: ProblemCache, task: Task, _: int, x: Array) -> float:
+def _cost_in_worker(cache: ProblemCache, task: Task, _: int, x: Array) -> float:
     return cache.problem(task, coarse=True).cost(x)
 
 
-def _refined_there(
-    cache: ProblemCache, task: Task, _: int, given: Assignment, stop: Path | None = None
+def _refine_in_worker(
+    cache: ProblemCache, task: Task, _: int, assignment: Assignment, stop: Path | None = None
 ) -> Refined:
     stopped = stop.exists if stop is not None else lambda: False
-    return refine(task, cache.problem(task, coarse=False).channels, given, None, stopped)
+    return refine(task, cache.problem(task, coarse=False).channels, assignment, None, stopped)
 
 
 def _hand_over(refined: Refined, done: Callable[[Refined], None], progress: Progress | None) -> None:

@@ -103,17 +103,17 @@ class Task:
     @property
     def material(self) -> Material:
         """Law with start values."""
-        given = self.case.material
-        chosen = self.law
-        same = given.law == chosen.name
-        empty = replace(given, law=chosen.name, parameters={}, terms=given.terms if same else self.terms)
-        names = given.parameter_names if same else empty.parameter_names
-        values = {name: chosen.parameter(name).start for name in names}
+        material = self.case.material
+        law = self.law
+        same = material.law == law.name
+        empty = replace(material, law=law.name, parameters={}, terms=material.terms if same else self.terms)
+        names = material.parameter_names if same else empty.parameter_names
+        values = {name: law.parameter(name).start for name in names}
         if same:
-            values |= given.parameters
+            values |= material.parameters
         unknown = [name for name in self.start if name not in values]
         if unknown:
-            what = f"{unknown[0]} is not a parameter of {chosen.name}"
+            what = f"{unknown[0]} is not a parameter of {law.name}"
             raise InputError(Problem("start values", what, nearest(unknown[0], values), ", ".join(values)))
         return replace(empty, parameters=values | dict(self.start))
 
@@ -137,8 +137,10 @@ class Task:
 
     def period(self, active: ActiveEffect) -> float | None:
         """Return the period (s) of the highest frequency of the tables that an effect changes; None without any."""
-        own = [f for (name, mode), f in self._highest.items() if active.acts_on(name, mode, "dynamic")]
-        return 1.0 / max(own) if own else None
+        frequencies = [
+            f for (name, mode), f in self._highest.items() if active.acts_on(name, mode, "dynamic")
+        ]
+        return 1.0 / max(frequencies) if frequencies else None
 
     @property
     def effect_values(self) -> dict[str, float]:
@@ -163,8 +165,8 @@ class Task:
         meshed = {active.full_name(p) for active in self.effects for p in active.parameters if p.of_mesh}
         active = name.partition(".")[0]
         # "viscoelasticity.tau": the times of all branches.
-        known = {name, name.rstrip("0123456789"), active, effect_name(active)}
-        return bool(known & set(self.fixed)) or name in meshed
+        names = {name, name.rstrip("0123456789"), active, effect_name(active)}
+        return bool(names & set(self.fixed)) or name in meshed
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -200,12 +202,12 @@ class Task:
             elif name == "density":
                 rows.append((material.density / DENSITY, *DENSITIES))
             elif name == "compliance":
-                known = 1.0 / material.bulk_modulus if np.isfinite(material.bulk_modulus) else 1e-3
+                compressibility = 1.0 / material.bulk_modulus if np.isfinite(material.bulk_modulus) else 1e-3
                 bounds = COMPLIANCE_OF_TEST if self.source == "coupons" else COMPLIANCE
-                rows.append((min(max(known, bounds[0]), bounds[1]), *bounds))
+                rows.append((min(max(compressibility, bounds[0]), bounds[1]), *bounds))
             else:
-                own = self.law.parameter(name)
-                rows.append((material.parameters[name], own.lower, own.upper))
+                parameter = self.law.parameter(name)
+                rows.append((material.parameters[name], parameter.lower, parameter.upper))
         start, lower, upper = np.array(rows, dtype=float).reshape(-1, 3).T
         return start, Bounds(lower, upper, np.array([name in spread for name in self.names], dtype=bool))
 
@@ -253,7 +255,7 @@ class Task:
                     f"{expected}; or `bushcli inverse`, which identifies the parameters from [[recordings]]"
                 )
                 raise InputError(Problem(str(case.path), what, "", expected))
-            every = coupon_channels(case, rubber, self.weighting, measured)
+            all_channels = coupon_channels(case, rubber, self.weighting, measured)
         else:
             if not case.recordings and not self._highest:
                 what = "there are no [[recordings]] to identify a law from"
@@ -262,23 +264,30 @@ class Task:
             if case.geometry.meeting:
                 # Contact is modelled in one process: each one identifies the law by itself.
                 comm = MPI.COMM_SELF
-            every = bushing_channels(case, rubber, comm, prepared, measured, corrected)
-        known = [*(channel.name for channel in every), *(source.label for source in case.dynamic)]
+            all_channels = bushing_channels(case, rubber, comm, prepared, measured, corrected)
+        channel_names = [
+            *(channel.name for channel in all_channels),
+            *(source.label for source in case.dynamic),
+        ]
         for name in self.hold_out:
-            if name not in known:
+            if name not in channel_names:
                 what = f'"{name}" is not a channel of this case'
-                raise InputError(Problem("--hold-out", what, nearest(name, known), ", ".join(known)))
-        fitted = [channel for channel in every if channel.name not in self.hold_out]
+                raise InputError(
+                    Problem("--hold-out", what, nearest(name, channel_names), ", ".join(channel_names))
+                )
+        fitted = [channel for channel in all_channels if channel.name not in self.hold_out]
         if not fitted and not {name for name, _ in self._highest} - set(self.hold_out):
-            raise InputError(Problem("--hold-out", "leaves no channel to fit", "", ", ".join(known)))
-        return fitted, [channel for channel in every if channel.name in self.hold_out]
+            raise InputError(Problem("--hold-out", "leaves no channel to fit", "", ", ".join(channel_names)))
+        return fitted, [channel for channel in all_channels if channel.name in self.hold_out]
 
     def _case(self, coarse: bool) -> Case:
         """The case, with a coarse mesh if asked for."""
         if not coarse:
             return self.case
-        few = self.case.geometry.coarse
-        return replace(self.case, mesh=MeshOptions(few.across, few.along, few.around))
+        coarse_elements = self.case.geometry.coarse
+        return replace(
+            self.case, mesh=MeshOptions(coarse_elements.across, coarse_elements.along, coarse_elements.around)
+        )
 
     def problem(
         self,
@@ -344,11 +353,11 @@ class Task:
             Failed steps after which marches are given up, by channel, as an earlier search left them.
         """
         material = self.material
-        known = {**material.parameters, **self.effect_values}
-        fixed = {name: value for name, value in known.items() if self.is_fixed(name)}
+        values = {**material.parameters, **self.effect_values}
+        fixed = {name: value for name, value in values.items() if self.is_fixed(name)}
         if states is None:
-            every = [*STRETCHES, *(stretch for channel in fitted for stretch in channel.stretches)]
-            states = coupon_states((min(every), max(every)))
+            stretches = [*STRETCHES, *(stretch for channel in fitted for stretch in channel.stretches)]
+            states = coupon_states((min(stretches), max(stretches)))
         return LeastSquaresProblem(
             fitted,
             self.law,
@@ -400,7 +409,7 @@ def refuse_fixed(tasks: Sequence[Task]) -> None:
     ------
     InputError
     """
-    known = dict.fromkeys(
+    parameter_names = dict.fromkeys(
         name
         for task in tasks
         for name in (
@@ -415,11 +424,11 @@ def refuse_fixed(tasks: Sequence[Task]) -> None:
         Problem(
             "--fix",
             f"no law or effect of this identification has {name}",
-            nearest(name, known),
-            ", ".join(known),
+            nearest(name, parameter_names),
+            ", ".join(parameter_names),
         )
         for name in tasks[0].fixed
-        if name not in known
+        if name not in parameter_names
     ]
     problems += [
         Problem("--fix", f"leaves no parameter of {task.model} to identify")

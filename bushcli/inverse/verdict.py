@@ -138,8 +138,8 @@ class _Doubts:
     def start(self) -> Iterator[Condition]:
         """Whether the search stayed at a start that is no minimum."""
         best = self.best
-        moved = np.max(np.abs(best.x - best.start) / np.maximum(np.abs(best.start), 1e-12))
-        stayed = moved <= STAYED and not best.stationary and self.fit.iterations <= 2
+        relative_change = np.max(np.abs(best.x - best.start) / np.maximum(np.abs(best.start), 1e-12))
+        stayed = relative_change <= STAYED and not best.stationary and self.fit.iterations <= 2
         if stayed and any(map(_poorly, self.fitted)):
             yield Condition(
                 "start_not_left",
@@ -241,10 +241,10 @@ class _Doubts:
         for mode, (low, high) in self.fit.stability.items():
             used = [(modes()[c.recording.mode], c.recording.displacement) for c in self.fit.curves]
             # Simple shear reaches the states of a planar test.
-            reached = [
+            stretches = [
                 test.stretch(q) for test, q in used if ("planar" if test.sheared else test.name) == mode
             ]
-            if high < max((float(r.max()) for r in reached), default=0.0):
+            if high < max((float(r.max()) for r in stretches), default=0.0):
                 yield Condition(
                     "unstable_law",
                     f"the fitted law is unstable in {mode} deformation beyond stretch {high:.3g}, inside the test's "
@@ -285,11 +285,11 @@ class _Doubts:
             used = {curve.recording.mode for curve in self.fit.curves}
             held = [curve.name for curve in self.fit.curves if curve.held_out]
             # Translations first, then rotations.
-            known = sorted(modes().values(), key=lambda mode: (mode.rotational, mode.name))
-            single = [mode for mode in known if mode.specimen == "bushing" and mode.follow is None]
+            ordered = sorted(modes().values(), key=lambda mode: (mode.rotational, mode.name))
+            single = [mode for mode in ordered if mode.specimen == "bushing" and mode.follow is None]
             other = [f" or in mode {mode.name}" for mode in single if mode.name not in used][:1]
-            again = f"fit {' and '.join(held)} as well, which was held out; " if held else ""
-            remedy = f"{again}a recording to a larger displacement{''.join(other)} would determine it; or "
+            remedy_of_held = f"fit {' and '.join(held)} as well, which was held out; " if held else ""
+            remedy = f"{remedy_of_held}a recording to a larger displacement{''.join(other)} would determine it; or "
             remedy += "fix one of them (--fix), or use a law with fewer parameters"
         for combination in self.fit.undetermined:
             yield Condition("undetermined", combination.text, remedy)
@@ -343,9 +343,11 @@ class _Doubts:
 
     def predictions(self) -> Iterator[Condition]:
         """Channels held out that are not predicted."""
-        solved = {curve.name for curve in self.fit.curves} | {table.table.name for table in self.fit.tables}
+        channel_names = {curve.name for curve in self.fit.curves} | {
+            table.table.name for table in self.fit.tables
+        }
         for name in self.task.hold_out:
-            if name not in solved:
+            if name not in channel_names:
                 yield Condition(
                     "held_out_not_predicted",
                     f"{name}, which was held out, cannot be simulated with the identified parameters",
@@ -363,9 +365,9 @@ class _Doubts:
 
     def failed_solves(self) -> Iterator[Condition]:
         """Many trials that could not be solved."""
-        failed, tried = self.fit.failed_solves, self.fit.sweeps
-        if failed > FAILED * tried:
-            what = f"{failed} of {tried} trials could not be solved and made the search step back"
+        failed, sweeps = self.fit.failed_solves, self.fit.sweeps
+        if failed > FAILED * sweeps:
+            what = f"{failed} of {sweeps} trials could not be solved and made the search step back"
             yield Condition(
                 "failed_solves", what, "give start values nearer to the answer in [material.parameters]"
             )

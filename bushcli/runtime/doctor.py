@@ -63,9 +63,9 @@ def examine() -> Examination:
                 Condition(f"no_{name}", f"{name} ({purpose}) cannot be imported: {error}", _SET_UP)
             )
     problems += untried_dolfinx(_version(modules["dolfinx"])) if "dolfinx" in modules else ()
-    for found in (_blas(modules), _mpi(modules), _compiler(), _cache(), _threads()):
-        facts |= found.facts
-        problems += found.problems
+    for part in (_blas(modules), _mpi(modules), _compiler(), _cache(), _threads()):
+        facts |= part.facts
+        problems += part.problems
     return Examination(facts, tuple(problems))
 
 
@@ -88,7 +88,9 @@ def blas_among(libraries: Iterable[str]) -> str:
         # Debian has the reference BLAS in a folder of the first name, conda-forge in files of the second.
         "reference": ("/blas/libblas.so", "librefblas", "/libcblas.so", "/libblas.so"),
     }
-    return next((kind for kind, marks in kinds.items() if any(m in p for m in marks for p in shared)), "")
+    return next(
+        (kind for kind, patterns in kinds.items() if any(m in p for m in patterns for p in shared)), ""
+    )
 
 
 def _blas(modules: Mapping[str, ModuleType]) -> Examination:

@@ -106,39 +106,39 @@ class Pool:
         Exception
             What the work raises.
         """
-        work = with_cache(work, cache, here=isinstance(self.executor, Here))
+        work = with_cache(work, cache, in_process=isinstance(self.executor, Here))
         following = iter(questions)
-        asked: dict[Future[Any], Question] = {}
+        running: dict[Future[Any], Question] = {}
         suspects: list[tuple[Question, int]] = []
         try:
             while True:
-                while not suspects and len(asked) < AHEAD * self.workers:
+                while not suspects and len(running) < AHEAD * self.workers:
                     question = next(following, None)
                     if question is None:
                         break
-                    asked[self._submitted(work, question)] = question
-                if not asked and not suspects:
+                    running[self._submit(work, question)] = question
+                if not running and not suspects:
                     return
                 if suspects:
                     # One question at a time: the next death shows which one is the cause.
                     yield self._alone(work, *suspects.pop(0))
                     continue
-                done, _ = wait(asked, return_when=FIRST_COMPLETED)
+                done, _ = wait(running, return_when=FIRST_COMPLETED)
                 # In the order of the questions, which a dictionary keeps.
-                for future in [one for one in asked if one in done]:
-                    if _died(future) and self._again is not None:
+                for future in [candidate for candidate in running if candidate in done]:
+                    if _has_died(future) and self._again is not None:
                         continue
-                    question = asked.pop(future)
-                    yield question, Died(str(future.exception())) if _died(future) else future.result()
-                if self._again is not None and any(_died(one) for one in done if one in asked):
-                    suspects = [(question, 1) for question in asked.values()]
-                    asked.clear()
+                    question = running.pop(future)
+                    yield question, Died(str(future.exception())) if _has_died(future) else future.result()
+                if self._again is not None and any(_has_died(ended) for ended in done if ended in running):
+                    suspects = [(question, 1) for question in running.values()]
+                    running.clear()
                     self.executor = self._again()
         finally:
-            for future in asked:
+            for future in running:
                 future.cancel()
 
-    def _submitted(self, work: Callable[..., Any], question: Question) -> Future[Any]:
+    def _submit(self, work: Callable[..., Any], question: Question) -> Future[Any]:
         try:
             return self.executor.submit(work, *question)
         except BrokenExecutor as error:
@@ -149,9 +149,9 @@ class Pool:
 
     def _alone(self, work: Callable[..., Any], question: Question, deaths: int) -> tuple[Question, Any]:
         while deaths < DEATHS:
-            future = self._submitted(work, question)
+            future = self._submit(work, question)
             wait([future])
-            if not _died(future):
+            if not _has_died(future):
                 return question, future.result()
             deaths += 1
             assert self._again is not None
@@ -159,7 +159,7 @@ class Pool:
         return question, Died("the process that worked on it ended")
 
 
-def _died(future: Future[Any]) -> bool:
+def _has_died(future: Future[Any]) -> bool:
     """Whether there is no answer because processes ended: `BrokenProcessPool`, or Dask's `KilledWorker`."""
     error = future.exception()
     return isinstance(error, BrokenExecutor) or type(error).__name__ == "KilledWorker"
@@ -180,8 +180,8 @@ def processes(count: int = 1) -> Iterator[Pool]:
     started: list[Workers] = []
 
     def start() -> Executor:
-        for one in started:
-            one.stop()
+        for executor in started:
+            executor.stop()
         started.append(Workers(count))
         return started[-1].start()
 
@@ -217,7 +217,7 @@ def dask(address: str) -> Iterator[Pool]:
     place = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
     client: Any = None
     try:
-        client = _connected(
+        client = _connect(
             lambda: distributed.Client(**place, timeout=TIMEOUT, set_as_default=False, name="bushcli")
         )
         workers = len(client.sync(client.scheduler.ncores, callback_timeout=TIMEOUT))
@@ -240,19 +240,19 @@ def dask(address: str) -> Iterator[Pool]:
         _close(client, 1.0 if watched is not None and watched.lost else TIMEOUT)
 
 
-def _connected(connect: Callable[[], Any]) -> Any:
+def _connect(connect: Callable[[], Any]) -> Any:
     """Return a client of Dask, whose own limit of time does not hold where a port accepts and never answers."""
-    found: Future[Any] = Future()
+    connection: Future[Any] = Future()
 
     def work() -> None:
         try:
-            found.set_result(connect())
+            connection.set_result(connect())
         except Exception as error:  # noqa: BLE001 - raised where the client is wanted
-            found.set_exception(error)
+            connection.set_exception(error)
 
     threading.Thread(target=work, daemon=True).start()
     try:
-        return found.result(timeout=1.5 * TIMEOUT)
+        return connection.result(timeout=1.5 * TIMEOUT)
     except TimeoutError as error:
         raise TimeoutError(str(error) or f"no answer within {1.5 * TIMEOUT:g} s") from None
 
@@ -283,14 +283,14 @@ class _Watched(Executor):
             self._end()
             return future
         try:
-            there = self._executor.submit(fn, *args, **kwargs)
+            remote = self._executor.submit(fn, *args, **kwargs)
         except Exception as error:
             if not _is_of_connection(error):
                 raise
             self._lose(str(error) or "the connection is closed")
             return future
-        there.add_done_callback(lambda done: self._hand_over(done, future))
-        future.add_done_callback(lambda done: there.cancel() if done.cancelled() else None)
+        remote.add_done_callback(lambda done: self._hand_over(done, future))
+        future.add_done_callback(lambda done: remote.cancel() if done.cancelled() else None)
         return future
 
     def _hand_over(self, done: Future[Any], future: Future[Any]) -> None:
@@ -311,12 +311,12 @@ class _Watched(Executor):
         while not self.lost and self._client.status not in ("closing", "closed"):
             time.sleep(TIMEOUT / 2.0)
             try:
-                there = self._client.sync(self._client.scheduler.ncores, callback_timeout=TIMEOUT)
+                cores = self._client.sync(self._client.scheduler.ncores, callback_timeout=TIMEOUT)
             except Exception as error:  # noqa: BLE001 - of whatever kind: it does not answer
                 if self._client.status not in ("closing", "closed"):
                     self._lose(f"it does not answer ({str(error) or type(error).__name__})")
                 continue
-            self._begin_without = math.inf if there else min(self._begin_without, time.monotonic())
+            self._begin_without = math.inf if cores else min(self._begin_without, time.monotonic())
             if time.monotonic() - self._begin_without > WORKERLESS:
                 self._lose(f"it has had no workers for {WORKERLESS:.0f} s")
 

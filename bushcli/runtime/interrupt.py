@@ -76,8 +76,8 @@ def listen(clock: Callable[[], float] = time.monotonic, together: bool | None = 
 
     hook = sys.unraisablehook
     sys.unraisablehook = _Dropped(hook.before if isinstance(hook, _Dropped) else hook, once_more)
-    for one in (signal.SIGINT, signal.SIGTERM, *([signal.SIGUSR1] if several else [])):
-        signal.signal(one, interrupt)
+    for signum in (signal.SIGINT, signal.SIGTERM, *([signal.SIGUSR1] if several else [])):
+        signal.signal(signum, interrupt)
     _keep_signals()
     # Under nohup a run goes on when its terminal is closed.
     if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
@@ -86,9 +86,9 @@ def listen(clock: Callable[[], float] = time.monotonic, together: bool | None = 
 
 def _keep_signals() -> None:
     """Have native libraries leave SIGHUP alone when they are loaded: PETSc would abort on it, and UCX swallow it."""
-    given = os.environ.get("PETSC_OPTIONS", "")
-    if _NO_HANDLERS not in given.split():
-        os.environ["PETSC_OPTIONS"] = f"{given} {_NO_HANDLERS}".strip()
+    options = os.environ.get("PETSC_OPTIONS", "")
+    if _NO_HANDLERS not in options.split():
+        os.environ["PETSC_OPTIONS"] = f"{options} {_NO_HANDLERS}".strip()
     # UCX, the transport of Open MPI, enters its debug mode on this signal, SIGHUP by default.
     os.environ.setdefault("UCX_DEBUG_SIGNO", "0")
 
@@ -108,9 +108,9 @@ class _Dropped:
 
 def _send_again(number: int) -> None:
     """Send a signal to this process after `AGAIN` seconds."""
-    again = threading.Timer(AGAIN, signal.raise_signal, [number])
-    again.daemon = True
-    again.start()
+    timer = threading.Timer(AGAIN, signal.raise_signal, [number])
+    timer.daemon = True
+    timer.start()
 
 
 def hold() -> None:
@@ -159,9 +159,9 @@ def end_with_parent(end: Callable[[], None]) -> None:
     def wait() -> None:
         from multiprocessing import parent_process
 
-        first = parent_process()
-        if first is not None:
-            first.join()
+        parent = parent_process()
+        if parent is not None:
+            parent.join()
         end()
 
     threading.Thread(target=wait, daemon=True).start()
@@ -187,7 +187,7 @@ def abandon_compilation(frame: FrameType | None) -> None:
         if caller.f_code.co_name in _COMPILER and caller.f_globals.get("__name__", "").startswith("ffcx."):
             folder, name = caller.f_locals.get("cache_dir"), caller.f_locals.get("module_name")
             # The source that another process is compiling, while this one waits, is kept.
-            waits = any(one.f_code.co_name == "get_cached_module" for one in _callers(frame))
+            waits = any(caller.f_code.co_name == "get_cached_module" for caller in _callers(frame))
             if folder and name and not waits:
                 source = Path(folder) / f"{name}.c"
                 if not source.with_suffix(".c.cached").exists():

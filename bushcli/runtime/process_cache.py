@@ -17,7 +17,7 @@ _caches: dict[type, Any] = {}
 _alone = threading.Lock()
 
 
-def with_cache(work: Callable[..., Any], cache: object | None, here: bool) -> Callable[..., Any]:
+def with_cache(work: Callable[..., Any], cache: object | None, in_process: bool) -> Callable[..., Any]:
     """Return work with its first argument given, so that it can be sent to other processes.
 
     Parameters
@@ -26,12 +26,12 @@ def with_cache(work: Callable[..., Any], cache: object | None, here: bool) -> Ca
         Function at module level.
     cache : object or None
         The caller's cache, of a class that can be made without arguments; None for work that takes no cache.
-    here : bool
+    in_process : bool
         Whether the work is done in this process.
     """
     if cache is None:
         return work
-    return partial(work, cache) if here else partial(_with_own_cache, type(cache), work)
+    return partial(work, cache) if in_process else partial(_with_own_cache, type(cache), work)
 
 
 def _with_own_cache(kind: type, work: Callable[..., Any], *question: Any) -> Any:

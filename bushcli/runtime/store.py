@@ -61,7 +61,9 @@ def code_revision() -> str:
     root = Path(__file__).resolve().parents[2]
     digest = hashlib.sha256(str(installed_dolfinx()).encode())
     for package in PACKAGES:
-        for file in sorted(one for one in (root / package).rglob("*") if one.suffix in {".py", ".c", ".h"}):
+        for file in sorted(
+            path for path in (root / package).rglob("*") if path.suffix in {".py", ".c", ".h"}
+        ):
             digest.update(file.relative_to(root).as_posix().encode())
             digest.update(file.read_bytes())
     return digest.hexdigest()
@@ -84,7 +86,7 @@ class Codec(Protocol):
     def encoded(self, answer: Any) -> dict[str, Any]:
         """Return the answer as plain arrays by name."""
 
-    def decoded(self, found: dict[str, Any], question: tuple[Any, ...]) -> Any:
+    def decoded(self, arrays: dict[str, Any], question: tuple[Any, ...]) -> Any:
         """Return the answer to a question from its arrays.
 
         Raises
@@ -137,8 +139,8 @@ class Store:
             self._unused = {} if resume else {file.name: _version(file) for file in results}
         except OSError as error:
             place = str(error.filename or folder)
-            said = f"cannot be written: {error.strerror or error}"
-            raise InputError(Problem(place, said, "", "give another -o, or remove it")) from None
+            what = f"cannot be written: {error.strerror or error}"
+            raise InputError(Problem(place, what, "", "give another -o, or remove it")) from None
         self.there, self.damaged = len(results), 0
         self._found = frozenset(file.name for file in results) if resume else frozenset()
         self.used: set[str] = set()
@@ -178,8 +180,8 @@ class Store:
             if file.name in self._unused and self._unused[file.name] == _version(file):
                 return False, None
             # Read completely first: a damaged archive would stay open.
-            with np.load(io.BytesIO(read_bounded(file, _LARGEST)), allow_pickle=False) as found:
-                answer = self.codec.decoded({name: found[name] for name in found.files}, question)
+            with np.load(io.BytesIO(read_bounded(file, _LARGEST)), allow_pickle=False) as arrays:
+                answer = self.codec.decoded({name: arrays[name] for name in arrays.files}, question)
             self.used |= {file.name} & self._found
             return True, answer
         except FileNotFoundError:

@@ -20,14 +20,14 @@ def untried_dolfinx(version: str | None) -> tuple[Condition, ...]:
     """Return a condition if bushcli was not tried with this version of DOLFINx, else an empty tuple."""
     if version is None or is_tried(version):
         return ()
-    first, last = (".".join(map(str, bound)) for bound in TRIED)
+    oldest, newest = (".".join(map(str, bound)) for bound in TRIED)
     where = "older" if release(version) < TRIED[0] else "newer"
     return (
         Condition(
             "untried_dolfinx",
-            f"DOLFINx {version} is {where} than those that bushcli was tested with, {first} to {last}: "
+            f"DOLFINx {version} is {where} than those that bushcli was tested with, {oldest} to {newest}: "
             "commands may end with an internal error",
             "run `make setup` in the checkout, or create the conda environment of environment.yml: "
-            f"both take a DOLFINx from {first} to {last}",
+            f"both take a DOLFINx from {oldest} to {newest}",
         ),
     )

@@ -121,29 +121,29 @@ class Workers:
             Reading of `time.perf_counter`, s, from which on this process begins no further question after the first:
             the answers are None, without `notify`.
         """
-        bound = with_cache(work, self._cache, here=self._executor is None)
+        bound = with_cache(work, self._cache, in_process=self._executor is None)
         answers: list[Any] = [None] * len(questions)
         waiting = []
         for i, question in enumerate(questions):
             file = self._file(work, question)
-            there, answer = (
+            stored, answer = (
                 (False, None) if file is None or self.store is None else self.store.read(file, question)
             )
-            if not there and self._executor is None and i > 0 and time.perf_counter() > deadline:
+            if not stored and self._executor is None and i > 0 and time.perf_counter() > deadline:
                 continue
-            if there or self._executor is None:
-                answers[i] = answer if there else _answer(self.store, file, bound, question)
+            if stored or self._executor is None:
+                answers[i] = answer if stored else _answer(self.store, file, bound, question)
                 if notify is not None:
                     notify(i, answers[i])
             else:
-                waiting.append((i, self._submitted(self._executor, file, bound, question)))
+                waiting.append((i, self._submit(self._executor, file, bound, question)))
         for i, future in waiting:
             answers[i] = future.result()
             if notify is not None:
                 notify(i, answers[i])
         return answers
 
-    def _submitted(
+    def _submit(
         self, executor: Executor, file: Path | None, work: Work, question: tuple[Any, ...]
     ) -> Future[Any]:
         if isinstance(executor, ProcessPoolExecutor):
@@ -198,15 +198,17 @@ def _deaf() -> Iterator[None]:
     # A signal that is blocked in this thread goes to another one, and the interpreter would still raise it here.
     main = threading.current_thread() is threading.main_thread()
     handlers = {
-        one: signal.signal(one, lambda number, _: received.append(number)) for one in _STOPPING if main
+        signum: signal.signal(signum, lambda number, _: received.append(number))
+        for signum in _STOPPING
+        if main
     }
     before = signal.pthread_sigmask(signal.SIG_BLOCK, _STOPPING)
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        for one, handler in handlers.items():
-            signal.signal(one, handler or signal.SIG_DFL)
+        for signum, handler in handlers.items():
+            signal.signal(signum, handler or signal.SIG_DFL)
     if received:
         signal.raise_signal(received[0])
 

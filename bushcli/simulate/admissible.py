@@ -46,8 +46,8 @@ def check_material(case: Case, material: Material) -> None:
     # This import loads UFL, which a case whose law is still to be fitted does not need.
     from cases.stability import coupon_limits
 
-    chosen = law(material.law)
-    for mode, (low, high) in coupon_limits(chosen, dict(material.parameters)).items():
+    model = law(material.law)
+    for mode, (low, high) in coupon_limits(model, dict(material.parameters)).items():
         if low > SMALL_STRAIN[0] or high < SMALL_STRAIN[1]:
             raise InputError(
                 Problem(

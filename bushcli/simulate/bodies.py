@@ -38,17 +38,17 @@ class _Kept:
 
     def move(self, shape: Shape) -> bool:
         """Move the model to another shape of the same elements; return False if it has to be built."""
-        model, held = self.model, self.model.motion.constrained.x.copy()
+        model, points = self.model, self.model.motion.constrained.x.copy()
         morph, nodes, places = self._morph
         if nodes is None or places is None:
             return False
         model.mesh.mesh.geometry.x[:] = morph.points(shape, nodes)
-        held[self._held] = morph.points(shape, places)
-        model.relocate(replace(model.mesh, shape=shape), held)
+        points[self._is_displacement] = morph.points(shape, places)
+        model.relocate(replace(model.mesh, shape=shape), points)
         return True
 
     @property
-    def _held(self) -> NDArray[np.bool_]:
+    def _is_displacement(self) -> NDArray[np.bool_]:
         """Which constrained unknowns are displacements, shape (n,)."""
         return self.model.motion.constrained.component >= 0
 
@@ -57,7 +57,7 @@ class _Kept:
         """The morph, with the places of the nodes and of the constrained displacements in the box of elements."""
         mesh, constrained = self.model.mesh, self.model.motion.constrained
         morph = Morph(mesh, self._refinement)
-        return morph, morph.places(mesh.mesh.geometry.x), morph.places(constrained.x[self._held])
+        return morph, morph.places(mesh.mesh.geometry.x), morph.places(constrained.x[self._is_displacement])
 
 
 class PreparedModels:
@@ -94,30 +94,31 @@ class PreparedModels:
         mirrors = setting_for(mode, dimension).mirrors & shape.mirror_planes
         elements = elements_of(shape, dimension, mirrors, refinement)
         metals = tuple(
-            (name, one.youngs_modulus, one.poissons_ratio) for name, one in shape.elastic_sleeves.items()
+            (name, sleeve.youngs_modulus, sleeve.poissons_ratio)
+            for name, sleeve in shape.elastic_sleeves.items()
         )
         law = rubber.law.name, tuple(rubber.parameters)
         effects = tuple((item.name, tuple(item.values)) for item in features)
         key = (elements or _Whole(shape), mode.name, law, metals, refinement, effects)
-        kept = self._kept.get(key)
-        if kept is None:
+        prepared = self._kept.get(key)
+        if prepared is None:
             self.made += 1
-            kept = self._kept[key] = _Kept(
+            prepared = self._kept[key] = _Kept(
                 prepare(shape, mode, rubber, refinement, comm, features), refinement
             )
             if len(self._kept) > CACHED_MODELS:
                 self._kept.popitem(last=False)
-            return kept.model
+            return prepared.model
         self._kept.move_to_end(key)
         self.moved += 1
-        if shape != kept.model.mesh.shape and not kept.move(shape):
+        if shape != prepared.model.mesh.shape and not prepared.move(shape):
             model = prepare(shape, mode, rubber, refinement, comm, features)
-            kept = self._kept[key] = _Kept(model, refinement)
+            prepared = self._kept[key] = _Kept(model, refinement)
         of_effects = {
             f"{item.name}.{name}": value for item in features for name, value in item.values.items()
         }
-        kept.model.set_parameters(dict(rubber.parameters) | of_effects, rubber.bulk_modulus)
-        return kept.model
+        prepared.model.set_parameters(dict(rubber.parameters) | of_effects, rubber.bulk_modulus)
+        return prepared.model
 
     def relocated(self, model: FiniteElementModel, shape: Shape, refinement: Refinement) -> bool:
         """Move one of these models to another shape; return False, and do nothing, if that needs other elements.
@@ -130,12 +131,12 @@ class PreparedModels:
         refinement : Refinement
             Refinement of the model's mesh.
         """
-        kept = next(one for one in self._kept.values() if one.model is model)
+        prepared = next(body for body in self._kept.values() if body.model is model)
         mesh = model.mesh
-        wanted = elements_of(shape, mesh.dimension, mesh.mirrors, refinement)
-        if wanted is None or wanted != elements_of(mesh.shape, mesh.dimension, mesh.mirrors, refinement):
+        elements = elements_of(shape, mesh.dimension, mesh.mirrors, refinement)
+        if elements is None or elements != elements_of(mesh.shape, mesh.dimension, mesh.mirrors, refinement):
             return shape == mesh.shape
-        return shape == mesh.shape or kept.move(shape)
+        return shape == mesh.shape or prepared.move(shape)
 
 
 class _Whole:

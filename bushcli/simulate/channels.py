@@ -85,12 +85,12 @@ class SimulatedChannel:
 def prescribed(case: Case, load: LoadCase, tables: TableCache) -> SimulatedChannel:
     """Return the channel of a load case."""
     program = load.program(tables)
-    active = tuple(one.started() for one in acting(case.effects, load.label, load.mode))
+    active = tuple(effect.started() for effect in acting(case.effects, load.label, load.mode))
     drive = with_all_beside(active, program.time) if load.by_force else None
 
     def followed(model: FiniteElementModel, keep: bool, report: StepProgress) -> History:
-        found = march(model, program, keep_states=keep, progress=report, drive=drive)
-        return found if drive is None else drive.carrying(found)
+        history = march(model, program, keep_states=keep, progress=report, drive=drive)
+        return history if drive is None else drive.carrying(history)
 
     return SimulatedChannel(
         load.label,
@@ -107,15 +107,19 @@ def prescribed(case: Case, load: LoadCase, tables: TableCache) -> SimulatedChann
 
 def with_all_beside(active: Sequence[ActiveEffect], time: Array | None = None) -> PrescribedForce:
     """Return a prescribed force that the bushing carries together with all that stands beside it."""
-    beside = [one for one in active if one.effect.rig is not None and one.effect.rig.parallel is not None]
-    if not beside:
+    parallel_effects = [
+        effect
+        for effect in active
+        if effect.effect.rig is not None and effect.effect.rig.parallel is not None
+    ]
+    if not parallel_effects:
         return PrescribedForce()
     began = 0.0 if time is None else float(time[0])
 
-    def carried(q: float, force: float, at: float) -> float:
-        moved, own = (Signal(np.array([value]), np.zeros((1, 0))) for value in (q, force))
-        elapsed = None if time is None else np.array([at - began])
-        return float(parallel(beside, moved, own, (), elapsed).value[0])
+    def carried(q: float, force: float, time_of_state: float) -> float:
+        displacement, reaction = (Signal(np.array([value]), np.zeros((1, 0))) for value in (q, force))
+        elapsed = None if time is None else np.array([time_of_state - began])
+        return float(parallel(parallel_effects, displacement, reaction, (), elapsed).value[0])
 
     return PrescribedForce(carried)
 
@@ -126,22 +130,22 @@ def recorded(case: Case, recording: Recording) -> SimulatedChannel:
     Without memory in the rubber, one solve over the range serves every cycle; if the curve is odd, one side of it.
     """
     low, high = min(0.0, float(recording.displacement.min())), max(0.0, float(recording.displacement.max()))
-    odd = is_odd(case.geometry, modes()[recording.mode])
-    if odd:
+    symmetric = is_odd(case.geometry, modes()[recording.mode])
+    if symmetric:
         low, high = (0.0, max(high, -low)) if high >= -low else (low, 0.0)
     targets = even_targets(low, high, RECORDED)
     furthest = high if high >= -low else low
     program = Program(np.linspace(0.0, furthest, RECORDED // 2 + 1, dtype=np.float64))
-    followed, whole = None, recording.record
-    if whole.six is not None:
-        followed, program, _ = six_schedule(whole.six.time, whole.six.motion, whole.six.free)
+    followed, record = None, recording.record
+    if record.six is not None:
+        followed, program, _ = six_schedule(record.six.time, record.six.motion, record.six.free)
     return SimulatedChannel(
         recording.name,
         recording.mode,
         lambda model, keep, report: sweep(model, targets, keep_states=keep, progress=report),
         program,
-        whole.time,
-        whole.displacement,
+        record.time,
+        record.displacement,
         recording,
         path=followed,
     )
@@ -159,11 +163,11 @@ def channels_to_simulate(
     """
     recordings, faults = measured(case)
     if not recordings and not case.load_cases and not case.dynamic:
-        wanted = case.expected("[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`")
-        raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
+        expected = case.expected("[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`")
+        raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     check_travel(case, recordings, faults)
     channels = [prescribed(case, load, measured.tables) for load in case.load_cases]
-    channels += [recorded(case, one) for one in recordings]
-    for channel in [one for one in channels if not one.by_force]:
+    channels += [recorded(case, recording) for recording in recordings]
+    for channel in [channel for channel in channels if not channel.by_force]:
         check_play(case, channel.name, channel.mode, channel.displacement)
     return channels, faults

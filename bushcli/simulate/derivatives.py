@@ -17,12 +17,12 @@ from cases.series import Extension
 Array = NDArray[np.float64]
 
 
-def columns(found: Array | None, inner: Sequence[str], names: Sequence[str], count: int) -> Array:
+def columns(derivatives: Array | None, inner: Sequence[str], names: Sequence[str], count: int) -> Array:
     """Spread the derivatives by some parameters over the columns of all parameters, with zeros elsewhere.
 
     Parameters
     ----------
-    found : (count, len(inner)) array or None
+    derivatives : (count, len(inner)) array or None
         Derivatives by the parameters `inner`, in the unit of the curve per unit of each parameter; None for all zero.
     inner : sequence of str
         Parameters that the model was differentiated by.
@@ -32,13 +32,13 @@ def columns(found: Array | None, inner: Sequence[str], names: Sequence[str], cou
         Number of samples.
     """
     spread = np.zeros((count, len(names)))
-    if found is not None:
-        spread[:, [names.index(name) for name in inner]] = found
+    if derivatives is not None:
+        spread[:, [names.index(name) for name in inner]] = derivatives
     return spread
 
 
 def elastic_curve(
-    history: History, odd: bool, inner: tuple[str, ...], names: tuple[str, ...]
+    history: History, symmetric: bool, inner: tuple[str, ...], names: tuple[str, ...]
 ) -> rig.Response:
     """Return the solved curve as a function of the displacement: force, stiffness, derivatives by all names."""
     from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
@@ -50,14 +50,14 @@ def elastic_curve(
             assert history.sensitivity is not None
             slope[:, i] = history.sensitivity[:, inner.index(name)]
     values = np.column_stack([history.force, slope])
-    if odd:
+    if symmetric:
         q, values = unfolded(q, values)
     spline = CubicSpline(q, values)
     stiffness = spline.derivative()
 
-    def response(at: Array) -> tuple[Array, Array, Array]:
-        found = spline(at)
-        return found[:, 0], stiffness(at)[:, 0], found[:, 1:]
+    def response(displacement: Array) -> tuple[Array, Array, Array]:
+        values = spline(displacement)
+        return values[:, 0], stiffness(displacement)[:, 0], values[:, 1:]
 
     return response
 
@@ -71,8 +71,8 @@ def extension_in_series(
     def extended(q: float, force: float, time: float) -> Extension:
         rows = np.zeros((2, 1, len(local)))
         rows[0, 0, 0] = rows[1, 0, 1] = 1.0
-        moved, pushed = Signal(np.array([q]), rows[0]), Signal(np.array([force]), rows[1])
-        total = rig.parallel(active, moved, pushed, local, np.array([max(time - start, 0.0)]))
+        displacement, reaction = Signal(np.array([q]), rows[0]), Signal(np.array([force]), rows[1])
+        total = rig.parallel(active, displacement, reaction, local, np.array([max(time - start, 0.0)]))
         springs = rig.extension(active, total, local)
         slope = springs.slope[0]
         return Extension(

@@ -117,10 +117,10 @@ def vibrate(
     return run.response()
 
 
-def is_in_vibrations(one: ActiveEffect) -> bool:
+def is_in_vibrations(active: ActiveEffect) -> bool:
     """Whether an effect that stays in a relaxed state has a dynamic stiffness, and not a force along a path alone."""
-    still = one.effect.feature is None or one.effect.has_memory
-    return one.effect.acts == "rig" or not still or thinned_of([one]) is not None
+    still = active.effect.feature is None or active.effect.has_memory
+    return active.effect.acts == "rig" or not still or thinned_of([active]) is not None
 
 
 def unfit(where: str, name: str, active: Sequence[ActiveEffect]) -> list[Problem]:
@@ -139,16 +139,14 @@ def unfit(where: str, name: str, active: Sequence[ActiveEffect]) -> list[Problem
     if not branches_of(active) and thinned_of(active) is None:
         what = f"{name}: no viscoelastic branch acts, so that there is no loss angle"
         branch = effect_in_force_law("maxwell")
-        given = ", ".join(f"{p.name} = ..." for p in branch.parameters if not p.optional)
-        expected = f'add [[effects]] name = "{branch.name}" with parameters = {{{given}}}; '
+        parameters = ", ".join(f"{p.name} = ..." for p in branch.parameters if not p.optional)
+        expected = f'add [[effects]] name = "{branch.name}" with parameters = {{{parameters}}}; '
         expected += f"{branch.amplitudes[0].name} = 0 says that the rubber has no loss"
         problems.append(Problem(where, what, "", expected))
-    for one in in_state(active, unrelaxed=False):
-        if not is_in_vibrations(one):
-            what = (
-                f"{name}: {readable_name(one.name)} changes the force along a path, and a vibration has none"
-            )
-            expected = f'give the effect "{one.name}" channels = [...] without {name}, or leave it out'
+    for effect in in_state(active, unrelaxed=False):
+        if not is_in_vibrations(effect):
+            what = f"{name}: {readable_name(effect.name)} changes the force along a path, and a vibration has none"
+            expected = f'give the effect "{effect.name}" channels = [...] without {name}, or leave it out'
             problems.append(Problem(where, what, "", expected))
     return problems
 
@@ -166,13 +164,13 @@ class _Run:
     def response(self, interrupted: bool = False) -> DynamicResponse:
         """Return the result so far."""
         curves = tuple(self.curves)
-        found = [*self._conditions, *(one for curve in curves for one in doubts(curve))]
+        conditions = [*self._conditions, *(condition for curve in curves for condition in doubts(curve))]
         if interrupted:
-            total = sum(len(one.preload) for one in self._case.vibrations)
+            total = sum(len(test.preload) for test in self._case.vibrations)
             what = f"interrupted after {len(curves)} of {total} preloads"
-            found.append(Condition("interrupted", what, "run it again"))
-        done = self._complete and not interrupted
-        return DynamicResponse(self._case, self._material, curves, tuple(found), done, self._seconds)
+            conditions.append(Condition("interrupted", what, "run it again"))
+        complete = self._complete and not interrupted
+        return DynamicResponse(self._case, self._material, curves, tuple(conditions), complete, self._seconds)
 
     def test(self, test: DynamicTest, tested: Sequence[Extent]) -> None:
         """Reach the preloads of a load case, and compute the stiffness about each."""
@@ -184,35 +182,41 @@ class _Run:
         mesh, mode = self._case.mesh.refinement, test.simulated_mode
         model = prepare(self._case.geometry, mode, rubber_of(self._material), mesh, self._comm, features)
         density, thinned = self._material.density, thinned_of(active)
-        made = Vibrations(name, test, model, branches_of(active), density, thinned)
+        vibrations = Vibrations(name, test, model, branches_of(active), density, thinned)
         try:
             for program in test.programs():
-                self._march(made, program)
+                self._march(vibrations, program)
         finally:
             # Also of a march that was interrupted.
-            self.curves += [one for i in sorted(made.curves) for one in made.curves[i]]
-            self._complete = self._complete and not made.unstable
-            for q in made.unstable.values():
+            self.curves += [curve for i in sorted(vibrations.curves) for curve in vibrations.curves[i]]
+            self._complete = self._complete and not vibrations.unstable
+            for q in vibrations.unstable.values():
                 what = f"{name}: the preload {test.place(q)} is unstable: the stiffness has a negative eigenvalue there"
                 remedy = "set a smaller preload, or a law that is stable there; the part buckles, or would jump to "
                 self._conditions.append(Condition("unstable_preload", what, f"{remedy}another state"))
-            self._seconds["dynamic"] += made.seconds
-            self._seconds["static"] -= made.seconds
+            self._seconds["dynamic"] += vibrations.seconds
+            self._seconds["static"] -= vibrations.seconds
 
-    def _march(self, made: Vibrations, program: Program) -> None:
+    def _march(self, vibrations: Vibrations, program: Program) -> None:
         def report(step: int, steps: int, newton: int, q: float) -> None:
             meet(self._comm)
             if self._progress is not None:
-                self._progress(made.name, step, steps, newton, q)
+                self._progress(vibrations.name, step, steps, newton, q)
 
-        begin = time.perf_counter()
+        start = time.perf_counter()
         try:
-            march(made.model, program, drive=made.drive, progress=report, observer=made.observe)
+            march(
+                vibrations.model,
+                program,
+                drive=vibrations.drive,
+                progress=report,
+                observer=vibrations.observe,
+            )
         except NotConverged as failure:
             self._complete = False
-            self._conditions.append(_not_reached(made.name, made.test, failure))
+            self._conditions.append(_not_reached(vibrations.name, vibrations.test, failure))
         finally:
-            self._seconds["static"] += time.perf_counter() - begin
+            self._seconds["static"] += time.perf_counter() - start
 
 
 def _not_reached(name: str, test: DynamicTest, failure: NotConverged) -> Condition:
@@ -242,36 +246,38 @@ def effects_left_out(name: str, active: Sequence[ActiveEffect]) -> list[Conditio
     active : sequence of ActiveEffect
         Effects that act on it.
     """
-    found = []
-    sliding = [one for one in active if one.effect.slides]
+    conditions = []
+    sliding = [effect for effect in active if effect.effect.slides]
     if sliding:
-        names = " and ".join(readable_name(one.name) for one in sliding)
+        names = " and ".join(readable_name(effect.name) for effect in sliding)
         what = f"{name}: {names} is left out: its stiffness depends on the amplitude"
-        found.append(Condition("effect_left_out", what, "add a vibration in time to compare: bushcli direct"))
-    rig = [one for one in active if one.effect.acts == "rig"]
+        conditions.append(
+            Condition("effect_left_out", what, "add a vibration in time to compare: bushcli direct")
+        )
+    rig = [effect for effect in active if effect.effect.acts == "rig"]
     if rig:
-        names = " and ".join(readable_name(one.name) for one in rig)
+        names = " and ".join(readable_name(effect.name) for effect in rig)
         what = f"{name}: the stiffness is that of the part, without {names} of the rig"
         remedy = "nothing to do, unless the part is compared with a rig's table: `bushcli direct` compares, with all "
         remedy += "effects of the rig but free play"
-        found.append(Condition("effect_left_out", what, remedy))
-    return found
+        conditions.append(Condition("effect_left_out", what, remedy))
+    return conditions
 
 
 def doubts(curve: DynamicCurve) -> list[Condition]:
     """Return what is doubtful about a curve: reduction, contact."""
-    found = []
+    conditions = []
     if not curve.reduction_error <= PROMISED:
         what = f"{curve.name}: the reduction may be wrong by {100 * curve.reduction_error:.2g} %"
         remedy = "ask for lower frequencies: near resonances of the rubber the stiffness changes by orders"
-        found.append(Condition("reduction_error", what, remedy))
+        conditions.append(Condition("reduction_error", what, remedy))
     if curve.touching:
         surfaces = ", ".join(f"{a} and {b}" for a, b in curve.touching)
         what = (
             f"{curve.name} at {curve.test.place(curve.preload)}: {surfaces} touch under the preload, and the "
             "vibration neither opens nor closes the contact"
         )
-        found.append(
+        conditions.append(
             Condition("contact_frozen", what, "holds for amplitudes that leave the contact as it is")
         )
-    return found
+    return conditions

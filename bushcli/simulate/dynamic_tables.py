@@ -85,11 +85,11 @@ class ComparedTable:
         """Root mean square of the misfit over the standard errors of the rows; nan where there are none."""
         if self.errors is None:
             return float("nan")
-        missed = (
+        deviations = (
             np.abs(self.simulated) - self.table.stiffness,
             np.angle(self.simulated) - self.table.loss_angle,
         )
-        return float(np.sqrt(np.mean((np.array(missed) / self.errors) ** 2)))
+        return float(np.sqrt(np.mean((np.array(deviations) / self.errors) ** 2)))
 
     @property
     def errors_in_words(self) -> str:
@@ -129,29 +129,35 @@ def compare_tables(
         dynamic stiffness.
     """
     compared, conditions = [], []
-    parts = [(one.rows(rows), warm) for one in tables for rows, warm in by_temperature(case, one)]
+    parts = [(table.rows(rows), warm) for table in tables for rows, warm in by_temperature(case, table)]
     for table, temperature in parts:
         check_preloads(case, table)
         own = acting(case.effects, table.name, table.mode, "dynamic", temperature)
         require_values(own, case.path.name)
-        known = table.amplitude[~np.isnan(table.amplitude)]
-        thinned = thinned_of(own) is not None and len(known) > 0
-        conditions += [one for one in left_out(table) if not thinned or one.name != "amplitude_left_out"]
+        amplitudes = table.amplitude[~np.isnan(table.amplitude)]
+        thinned = thinned_of(own) is not None and len(amplitudes) > 0
+        conditions += [
+            condition
+            for condition in left_out(table)
+            if not thinned or condition.name != "amplitude_left_out"
+        ]
         # What the rig changes is applied to the stiffness of the part; what has none is said by `vibrate`.
-        rig = tuple(one for one in own if one.effect.acts == "rig" and has_slope(one))
-        part = replace(case, effects=tuple(replace(one, channels=None) for one in own if one not in rig))
+        rig = tuple(active for active in own if active.effect.acts == "rig" and has_slope(active))
+        part = replace(
+            case, effects=tuple(replace(effect, channels=None) for effect in own if effect not in rig)
+        )
         preload, failed = _preloads(part, material, table, rig, comm)
         conditions += failed
-        kept = ~np.isnan(preload)
-        if not kept.any():
+        usable = ~np.isnan(preload)
+        if not usable.any():
             continue
-        rows = table.rows(kept)
-        ends = (float(known.min()), float(known.max())) if thinned else ()
+        rows = table.rows(usable)
+        ends = (float(amplitudes.min()), float(amplitudes.max())) if thinned else ()
         frequencies = np.unique(rows.frequency)
         test = DynamicTest(
             table.mode,
             tuple(frequencies[[0, -1]] if thinned else frequencies),
-            tuple(np.unique(preload[kept])),
+            tuple(np.unique(preload[usable])),
             amplitude=tuple(dict.fromkeys(ends)),
             steps=_STEPS,
             temperature=temperature,
@@ -159,7 +165,7 @@ def compare_tables(
         response = vibrate(replace(part, vibrations=(test,)), material, progress=progress, comm=comm)
         conditions += response.conditions
         # What a rig with these effects measures about the preloads that were reached.
-        preload, simulated = preload[kept], np.full(len(rows), np.nan, dtype=np.complex128)
+        preload, simulated = preload[usable], np.full(len(rows), np.nan, dtype=np.complex128)
         for curve in response.curves:
             own = preload == curve.preload
             if not np.isnan(simulated[own]).any():
@@ -172,10 +178,10 @@ def compare_tables(
                 amplitude = np.nan_to_num(amplitude, nan=curve.test.amplitude[0])
                 part_k = curve.uneven.stiffness(amplitude, frequency)[0]
             simulated[own] = vibrating(rig, part_k, frequency, curve.preload, curve.force).value
-        kept = ~np.isnan(simulated)
-        if kept.any():
+        usable = ~np.isnan(simulated)
+        if usable.any():
             error = max(curve.reduction_error for curve in response.curves)
-            compared.append(ComparedTable(rows.rows(kept), simulated[kept], preload[kept], error))
+            compared.append(ComparedTable(rows.rows(usable), simulated[usable], preload[usable], error))
     return tuple(compared), tuple(conditions)
 
 
@@ -193,7 +199,9 @@ def by_temperature(case: Case, table: DynamicTable) -> list[tuple[NDArray[np.int
         A row has no temperature, nor has the case.
     """
     heated = [
-        one for one in acting(case.effects, table.name, table.mode, "dynamic") if one.effect.needs_temperature
+        active
+        for active in acting(case.effects, table.name, table.mode, "dynamic")
+        if active.effect.needs_temperature
     ]
     if not heated:
         return [(np.arange(len(table)), None)]
@@ -230,10 +238,10 @@ def check_preloads(case: Case, table: DynamicTable) -> None:
     """
     travel = np.abs(np.nan_to_num(table.preload))
     row = int(np.argmax(travel))
-    found = next(checks.travel(("preload",), table.mode, (float(travel[row]),), case.geometry), None)
-    if travel[row] and found is not None:
-        remedy = f"{found.expected}; units = {{preload = ...}} in the recording's table, if the file has another unit"
-        raise InputError(Problem(table.places[row], found.what, "", remedy))
+    finding = next(checks.travel(("preload",), table.mode, (float(travel[row]),), case.geometry), None)
+    if travel[row] and finding is not None:
+        remedy = f"{finding.expected}; units = {{preload = ...}} in the recording's table, if the file has another unit"
+        raise InputError(Problem(table.places[row], finding.what, "", remedy))
 
 
 def left_out(table: DynamicTable, use: str = "compared") -> list[Condition]:
@@ -245,35 +253,37 @@ def left_out(table: DynamicTable, use: str = "compared") -> list[Condition]:
     use : {"compared", "fitted"}
         What is done with it: rows of larger amplitudes are compared, but not fitted.
     """
-    found = []
-    known = table.amplitude[~np.isnan(table.amplitude)]
-    if len(known) and known.max() > SPREAD * known.min():
-        what = f"{table.name}: the amplitudes differ {known.max() / known.min():.3g}-fold, "
+    conditions = []
+    amplitudes = table.amplitude[~np.isnan(table.amplitude)]
+    if len(amplitudes) and amplitudes.max() > SPREAD * amplitudes.min():
+        what = f"{table.name}: the amplitudes differ {amplitudes.max() / amplitudes.min():.3g}-fold, "
         what += "and the simulation is that of small ones"
         remedy = "compare the rows of the smallest amplitude"
         if use == "fitted":
             what += f": rows beyond {SPREAD:g} times the smallest are left out"
             remedy = "nothing to do"
         remedy += "; filled rubber is softer at larger ones"
-        found.append(Condition("amplitude_left_out", what, remedy))
-    warm = table.temperature[~np.isnan(table.temperature)]
-    if len(warm) and np.ptp(warm) > 5.0:
-        what = f"{table.name}: the temperatures go from {warm.min():.3g} to {warm.max():.3g} degrees C, "
+        conditions.append(Condition("amplitude_left_out", what, remedy))
+    degrees = table.temperature[~np.isnan(table.temperature)]
+    if len(degrees) and np.ptp(degrees) > 5.0:
+        what = (
+            f"{table.name}: the temperatures go from {degrees.min():.3g} to {degrees.max():.3g} degrees C, "
+        )
         what += "and the rubber of the simulation has one"
         remedy = (
             "compare the rows of one temperature" if use == "compared" else "give a table of one temperature"
         )
-        found.append(Condition("temperature_left_out", what, remedy))
-    return found
+        conditions.append(Condition("temperature_left_out", what, remedy))
+    return conditions
 
 
 def _preloads(
     case: Case, material: Material, table: DynamicTable, rig: Sequence[ActiveEffect], comm: MPI.Comm
 ) -> tuple[Array, list[Condition]]:
     """Return the displacement (n,) of each row's preload, nan where a force is not reached; equal ones are one."""
-    given = np.where(np.isnan(table.preload) & np.isnan(table.preload_force), 0.0, table.preload)
-    forces = np.where(np.isnan(given), table.preload_force, np.nan)
-    preload, conditions = gathered(given), []
+    displacement = np.where(np.isnan(table.preload) & np.isnan(table.preload_force), 0.0, table.preload)
+    forces = np.where(np.isnan(displacement), table.preload_force, np.nan)
+    preload, conditions = gathered(displacement), []
     levels, mode = gathered(forces), modes()[table.mode]
     features = features_of(in_state(case.effects, unrelaxed=False))
     for force in np.unique(levels[~np.isnan(levels)]):
@@ -299,14 +309,14 @@ def _preloads(
 
 def gathered(values: Array) -> Array:
     """Return preloads (n,), mm, rad, N or N mm, in which those that are one preload are equal to their mean."""
-    known = ~np.isnan(values)
-    order = np.flatnonzero(known)[np.argsort(values[known], kind="stable")]
+    finite = ~np.isnan(values)
+    order = np.flatnonzero(finite)[np.argsort(values[finite], kind="stable")]
     if not len(order):
         return values.copy()
-    step = _SAME_PRELOAD * max(float(np.abs(values[known]).max()), 1e-12)
+    step = _SAME_PRELOAD * max(float(np.abs(values[finite]).max()), 1e-12)
     number = np.concatenate([[0], np.cumsum(np.diff(values[order]) > step)])
-    found = values.copy()
+    means = values.copy()
     for k in range(number[-1] + 1):
         mean = float(np.mean(values[order[number == k]]))
-        found[order[number == k]] = 0.0 if abs(mean) < step else mean
-    return found
+        means[order[number == k]] = 0.0 if abs(mean) < step else mean
+    return means

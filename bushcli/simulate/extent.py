@@ -63,13 +63,13 @@ def of_path(mode: str, q: Array, time: Array | None, temperature: float | None) 
     temperature : float or None
         Degrees C.
     """
-    warm = () if temperature is None else (temperature,)
+    temperatures = () if temperature is None else (temperature,)
     pace: tuple[float, ...] = ()
     if time is not None and len(q) > 1:
         step = np.abs(np.diff(q)) / np.maximum(np.diff(time), 1e-12)
         moving = step > 0.1 * np.median(step[step > 0.0]) if (step > 0.0).any() else step > 0.0
         pace = (float(np.median(step[moving])),) if moving.any() else ()
-    return Extent(mode, warm, pace, (), (float(np.abs(q).max()),))
+    return Extent(mode, temperatures, pace, (), (float(np.abs(q).max()),))
 
 
 def of_table(table: DynamicTable) -> Extent:
@@ -83,19 +83,21 @@ def of_table(table: DynamicTable) -> Extent:
 
 def of_test(test: DynamicTest) -> Extent:
     """Return the extent of vibrations that are predicted."""
-    warm = () if test.temperature is None else (test.temperature,)
+    temperatures = () if test.temperature is None else (test.temperature,)
     amplitude = test.amplitude if isinstance(test.amplitude, tuple) else ()
-    return Extent(test.mode, warm, (), tuple(test.frequency), amplitude)
+    return Extent(test.mode, temperatures, (), tuple(test.frequency), amplitude)
 
 
 def measured(case: Case) -> list[Extent]:
     """Return the temperatures of the tests of a case, whose files are not read."""
     sources = (*case.recordings, *case.coupons)
-    return [Extent(one.mode, (one.temperature,)) for one in sources if one.temperature is not None]
+    return [
+        Extent(source.mode, (source.temperature,)) for source in sources if source.temperature is not None
+    ]
 
 
 def outside(
-    name: str, asked: Extent, known: Iterable[Extent], active: Sequence[ActiveEffect]
+    name: str, extent: Extent, known: Iterable[Extent], active: Sequence[ActiveEffect]
 ) -> list[Condition]:
     """Return a condition if a prediction lies outside of what was measured.
 
@@ -103,20 +105,20 @@ def outside(
     ----------
     name : str
         Name of the channel that is predicted.
-    asked : Extent
+    extent : Extent
     known : iterable of Extent
         Of the tests.
     active : sequence of ActiveEffect
         Effects of the channel: a temperature counts where one needs it, the rest where one has a memory.
     """
     known = list(known)
-    heated = any(one.effect.needs_temperature for one in active)
-    remembers = any(one.effect.has_memory for one in active)
+    heated = any(effect.effect.needs_temperature for effect in active)
+    remembers = any(effect.effect.has_memory for effect in active)
     # Frequencies are the rubber's, rates and amplitudes those of a mode.
-    alike = [one if one.mode == asked.mode else Extent("", frequency=one.frequency) for one in known]
-    there = [replace(one, temperature=()) for one in alike] if remembers else []
-    there += [Extent("", one.temperature) for one in known] if heated else []
-    beyond = list(_beyond(asked, there))
+    alike = [other if other.mode == extent.mode else Extent("", frequency=other.frequency) for other in known]
+    comparable = [replace(other, temperature=()) for other in alike] if remembers else []
+    comparable += [Extent("", other.temperature) for other in known] if heated else []
+    beyond = list(_beyond(extent, comparable))
     if not beyond:
         return []
     what = f"{name} is predicted outside of what was measured: {'; '.join(beyond)}"
@@ -127,28 +129,28 @@ def outside(
     ]
 
 
-def _beyond(asked: Extent, known: Sequence[Extent]) -> Iterator[str]:
-    turned = modes()[asked.mode].rotational
-    unit, factor = ("degrees", np.degrees(1.0)) if turned else ("mm", 1.0)
-    if modes()[asked.mode].specimen == "coupon":
+def _beyond(extent: Extent, known: Sequence[Extent]) -> Iterator[str]:
+    rotational = modes()[extent.mode].rotational
+    unit, factor = ("degrees", np.degrees(1.0)) if rotational else ("mm", 1.0)
+    if modes()[extent.mode].specimen == "coupon":
         unit = "strain"
-    for key, words, of, scale in (
+    for key, words, label, scale in (
         ("temperature", "degrees C", "", 1.0),
         ("rate", f"{unit}/s".replace("strain/s", "1/s"), "rates of ", factor),
         ("frequency", "Hz", "", 1.0),
         ("amplitude", unit, "up to ", factor),
     ):
-        wanted = scale * np.array(getattr(asked, key), dtype=float)
-        values = scale * np.array([v for one in known for v in getattr(one, key)], dtype=float)
-        if not len(wanted) or not len(values):
+        requested = scale * np.array(getattr(extent, key), dtype=float)
+        values = scale * np.array([v for other in known for v in getattr(other, key)], dtype=float)
+        if not len(requested) or not len(values):
             continue
         low, high = float(values.min()), float(values.max())
         if key == "temperature":
-            off = (wanted < low - _KELVINS) | (wanted > high + _KELVINS)
+            far = (requested < low - _KELVINS) | (requested > high + _KELVINS)
         elif key == "amplitude":
-            off, low = wanted > _SIZE * high, high
+            far, low = requested > _SIZE * high, high
         else:
-            off = (wanted < low / _PACE) | (wanted > high * _PACE)
-        if off.any():
-            there = f"{high:.3g}" if low == high else f"{low:.3g} to {high:.3g}"
-            yield f"{of}{wanted[off][np.argmax(np.abs(wanted[off] - low))]:.3g} {words} (measured: {there})"
+            far = (requested < low / _PACE) | (requested > high * _PACE)
+        if far.any():
+            measured = f"{high:.3g}" if low == high else f"{low:.3g} to {high:.3g}"
+            yield f"{label}{requested[far][np.argmax(np.abs(requested[far] - low))]:.3g} {words} (measured: {measured})"

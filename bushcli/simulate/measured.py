@@ -89,5 +89,5 @@ class Measured:
         """Return the faults of single samples of a recording; they are searched for once."""
         from bushcli.faults import sample_faults
 
-        kept = next((one for one in self._kept.values() if one.recording is recording), None)
-        return tuple(sample_faults(recording)) if kept is None else kept.faults
+        reading = next((reading for reading in self._kept.values() if reading.recording is recording), None)
+        return tuple(sample_faults(recording)) if reading is None else reading.faults

@@ -60,21 +60,23 @@ def meshes(case: Case, directory: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> tupl
         Ranks that share each mesh.
     """
     loads: tuple[Load, ...] = (*case.load_cases, *case.vibrations)
-    asked = {one.mode: one.simulated_mode for one in loads}
-    asked |= {source.mode: modes()[source.mode] for source in case.recordings}
+    simulated = {load.mode: load.simulated_mode for load in loads}
+    simulated |= {source.mode: modes()[source.mode] for source in case.recordings}
     specimen = case.geometry.specimen
-    alone = {name: mode for name, mode in modes().items() if mode.specimen == specimen and not mode.follow}
-    wanted: dict[tuple[int, Mirrors], list[str]] = {}
+    bushing_modes = {
+        name: mode for name, mode in modes().items() if mode.specimen == specimen and not mode.follow
+    }
+    modes_by_mesh: dict[tuple[int, Mirrors], list[str]] = {}
     planes = case.geometry.mirror_planes
-    for name, mode in sorted((asked or alone).items()):
+    for name, mode in sorted((simulated or bushing_modes).items()):
         dimension = 2 if mode.section is not None and case.geometry.axisymmetric else 3
         mirrors = setting_for(mode, dimension).mirrors & planes
-        wanted.setdefault((dimension, mirrors), []).append(name)
+        modes_by_mesh.setdefault((dimension, mirrors), []).append(name)
     if comm.rank == 0:
         directory.mkdir(parents=True, exist_ok=True)
     comm.barrier()
     built = []
-    for (dimension, mirrors), served in wanted.items():
+    for (dimension, mirrors), served in modes_by_mesh.items():
         mesh = build(case.geometry, dimension, mirrors, case.mesh.refinement, comm)
         kind = "solid" if dimension == 3 else "section" if case.geometry.annulus is not None else "half-plane"
         name = "-".join([kind, *(f"cut-{plane}" for plane in sorted(mirrors))])
@@ -86,13 +88,13 @@ def meshes(case: Case, directory: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> tupl
                 Problem(str(file), f"cannot be written: {error}", "", "give another -o")
             ) from None
         topology, counts = mesh.mesh.topology, []
-        for tags, named, of in (
+        for tags, tag_of_name, dim in (
             (mesh.facets, mesh.boundary, dimension - 1),
             (mesh.cells, mesh.region, dimension),
         ):
-            owned = topology.index_map(of).size_local
-            own = {key: int((tags.find(tag) < owned).sum()) for key, tag in named.items()}
-            counts.append({key: int(comm.allreduce(count)) for key, count in own.items()})
+            owned = topology.index_map(dim).size_local
+            local_counts = {key: int((tags.find(tag) < owned).sum()) for key, tag in tag_of_name.items()}
+            counts.append({key: int(comm.allreduce(count)) for key, count in local_counts.items()})
         cells, nodes = topology.index_map(dimension).size_global, mesh.mesh.geometry.index_map().size_global
         boundaries, regions = counts
         built.append(

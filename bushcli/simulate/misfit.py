@@ -109,7 +109,7 @@ def misfit(channel: Simulated, tolerance: Tolerance = DEFAULT) -> Misfit:
     if recording is None:
         raise ValueError(f"channel {channel.name} has no recording")
     if channel.along:
-        return _compared(
+        return _misfit_of(
             channel,
             Curve(recording.mode, recording.displacement, recording.force, recording.time),
             channel.curve.force,
@@ -119,36 +119,36 @@ def misfit(channel: Simulated, tolerance: Tolerance = DEFAULT) -> Misfit:
     backbone = channel.curve.backbone()
     slack = 0.01 * float(np.ptp(recording.displacement))
     low, high = backbone.displacement[0] - slack, backbone.displacement[-1] + slack
-    reached = (recording.displacement >= low) & (recording.displacement <= high)
-    if np.count_nonzero(reached) < 3:
+    in_range = (recording.displacement >= low) & (recording.displacement <= high)
+    if np.count_nonzero(in_range) < 3:
         raise ValueError(f"channel {channel.name}: the simulation ended before the recording's third sample")
-    time = None if recording.time is None else recording.time[reached]
-    followed = Curve(recording.mode, recording.displacement[reached], recording.force[reached], time)
+    time = None if recording.time is None else recording.time[in_range]
+    followed = Curve(recording.mode, recording.displacement[in_range], recording.force[in_range], time)
     # The tolerance of `at` is a share of the simulated range, which may be much shorter than the recorded
     # one.
     simulated = backbone.at(
         followed.displacement, tolerance=slack / float(np.ptp(backbone.displacement)) * 1.001
     )
-    return _compared(channel, followed, simulated, float(np.mean(reached)), tolerance)
+    return _misfit_of(channel, followed, simulated, float(np.mean(in_range)), tolerance)
 
 
-def _compared(
-    channel: Simulated, reached: Curve, simulated: Array, compared: float, tolerance: Tolerance
+def _misfit_of(
+    channel: Simulated, curve: Curve, simulated: Array, compared: float, tolerance: Tolerance
 ) -> Misfit:
     assert channel.recording is not None
-    difference = simulated - reached.force
-    force_range = float(np.ptp(reached.force))
+    difference = simulated - curve.force
+    force_range = float(np.ptp(curve.force))
     return Misfit(
         channel=channel.name,
-        displacement=reached.displacement,
+        displacement=curve.displacement,
         difference=difference,
         simulated=simulated,
         force_range=force_range,
-        rms_percent=rms_percent(difference, reached.force),
-        peak_percent=peak_percent(difference, reached.force),
+        rms_percent=rms_percent(difference, curve.force),
+        peak_percent=peak_percent(difference, curve.force),
         noise_percent=100 * force_noise(channel.recording) / force_range,
-        measured=stiffness(reached),
-        predicted=stiffness(Curve(reached.mode, reached.displacement, simulated, reached.time)),
+        measured=stiffness(curve),
+        predicted=stiffness(Curve(curve.mode, curve.displacement, simulated, curve.time)),
         compared=compared,
         tolerance=tolerance,
     )
@@ -156,17 +156,17 @@ def _compared(
 
 def misfits(response: Response) -> dict[str, Misfit]:
     """Return the misfit of every channel with a recording of which enough samples were simulated, by channel name."""
-    found = {}
+    by_channel = {}
     for channel in response.channels:
         if channel.recording is None:
             continue
         q, simulated = channel.recording.displacement, channel.curve.displacement
         # A recorded displacement may lie beyond the simulated ends because of noise.
         slack = 0.01 * float(np.ptp(q))
-        reached = (q >= simulated.min() - slack) & (q <= simulated.max() + slack)
-        if np.count_nonzero(reached) >= FEWEST:
-            found[channel.name] = misfit(channel, response.case.tolerance)
-    return found
+        in_range = (q >= simulated.min() - slack) & (q <= simulated.max() + slack)
+        if np.count_nonzero(in_range) >= FEWEST:
+            by_channel[channel.name] = misfit(channel, response.case.tolerance)
+    return by_channel
 
 
 def stiffness(curve: Curve) -> Stiffness:

@@ -33,17 +33,19 @@ def check_play(case: Case, name: str, mode: str, displacement: NDArray[np.float6
     InputError
     """
     travel = Travel(displacement)
-    for one in acting(case.effects, name, mode):
-        if one.effect.rig is None or one.effect.rig.drive is None or one.lacking:
+    for active in acting(case.effects, name, mode):
+        if active.effect.rig is None or active.effect.rig.drive is None or active.lacking:
             continue
-        arriving = np.ptp(bushing_path([one], travel, ()).value)
+        arriving = np.ptp(bushing_path([active], travel, ()).value)
         if np.ptp(displacement) > 0.0 and arriving <= _LEAST * np.ptp(displacement):
             rotational = modes()[mode].rotational
-            parameter = one.effect.amplitudes[0]
-            known = outside(parameter, one.values[parameter.name], rotational)
-            whole = outside(parameter, float(np.abs(displacement).max()), rotational)
-            largest = f"{whole:g} {unit(parameter, rotational)}"
-            what = f"{one.full_name(parameter)} = {known:g} takes up all of the travel of {name}, {largest}"
+            parameter = active.effect.amplitudes[0]
+            value = outside(parameter, active.values[parameter.name], rotational)
+            travel_in_unit = outside(parameter, float(np.abs(displacement).max()), rotational)
+            largest = f"{travel_in_unit:g} {unit(parameter, rotational)}"
+            what = (
+                f"{active.full_name(parameter)} = {value:g} takes up all of the travel of {name}, {largest}"
+            )
             expected = f"less than {largest}, or the bushing does not move"
             raise InputError(Problem(case.path.name, what, "", expected))
 

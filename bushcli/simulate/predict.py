@@ -130,21 +130,21 @@ def _response(
     interrupted: bool,
 ) -> Response:
     """Return simulated channels with their conditions; raise them as an interruption if they are not all."""
-    unshared = not_shared({one.name: one.touched for one in simulated}, comm)
-    found = [condition for channel in simulated for condition in conditions(case, channel)]
-    tested = [*measured(case), *(_extent(one) for one in channels if one.recording is not None)]
+    unshared = not_shared({channel.name: channel.touched for channel in simulated}, comm)
+    doubts = [condition for channel in simulated for condition in conditions(case, channel)]
+    tested = [*measured(case), *(_extent(channel) for channel in channels if channel.recording is not None)]
     for channel in channels:
         if channel.recording is None and channel.by_travel:
             active = acting(case.effects, channel.name, channel.mode)
-            found += outside(channel.name, _extent(channel), tested, active)
-    found += unusual(
+            doubts += outside(channel.name, _extent(channel), tested, active)
+    doubts += unusual(
         case, material, (channel for channel in channels if channel.path is None and not channel.by_force)
     )
     response = Response(
         case,
         material,
         simulated,
-        (*known_from_hardness(material), *map(fault_condition, faults), *unshared, *found),
+        (*known_from_hardness(material), *map(fault_condition, faults), *unshared, *doubts),
         faults,
     )
     if interrupted:
@@ -178,17 +178,17 @@ def fineness_of(case: Case, material: Material, measured: Measured) -> dict[str,
     check_material(case, material)
     channels, _ = channels_to_simulate(case, measured)
     run = _Prediction(case, rubber_of(material), False, None, None, MPI.COMM_SELF, PredictionCache(), False)
-    found = {}
+    by_channel = {}
     for channel in channels:
         simulation = run.simulation(channel)
         if channel.recording is None or simulation is None or not simulation.path_dependent:
             continue
         try:
             simulation.refine({})
-            found[channel.name] = simulation.fineness
+            by_channel[channel.name] = simulation.fineness
         except (NotConverged, NoEquilibrium):
             continue
-    return found
+    return by_channel
 
 
 def rubber_of(material: Material) -> Rubber:
@@ -240,17 +240,17 @@ class _Prediction:
 
     def simulate_all(self, channels: Sequence[SimulatedChannel]) -> tuple[tuple[Simulated, ...], bool]:
         """March the channels; also return whether the user interrupted one of them, which is then the last."""
-        found: list[Simulated] = []
+        responses: list[Simulated] = []
         try:
             for channel in channels:
-                found.append(self.simulate(channel))
-                if found[-1].stopped == Interrupted.reason:
-                    return tuple(found), True
+                responses.append(self.simulate(channel))
+                if responses[-1].stopped == Interrupted.reason:
+                    return tuple(responses), True
         except KeyboardInterrupt:
-            if not found:
+            if not responses:
                 raise
-            return tuple(found), True
-        return tuple(found), False
+            return tuple(responses), True
+        return tuple(responses), False
 
     def simulate(self, channel: SimulatedChannel) -> Simulated:
         """March one channel, and examine the stretches and the stability of its states."""
@@ -260,7 +260,7 @@ class _Prediction:
             if self.progress is not None:
                 self.progress(channel.name, step, steps, newton, q)
 
-        begin = time.perf_counter()
+        start = time.perf_counter()
         simulation = self.simulation(channel)
         model = self.model(channel) if simulation is None else simulation.model
         ready = time.perf_counter()
@@ -280,15 +280,15 @@ class _Prediction:
         except NoEquilibrium as failure:
             history, stopped = unsolved("").history, str(failure)
             reach = target = 0.0
-        own = self.shared_by(MPI.COMM_SELF)
-        if met_unnoticed(self.case, model, history, lambda: own.model(channel)):
-            return own.simulate(channel)
-        done = time.perf_counter()
+        simulator = self.shared_by(MPI.COMM_SELF)
+        if met_unnoticed(self.case, model, history, lambda: simulator.model(channel)):
+            return simulator.simulate(channel)
+        end = time.perf_counter()
         channel = channel.found(history)
         curve, six = curve_of(self.case, channel, history, answer)
         unwritten = ""
         if self.fields is not None and history.states is not None:
-            name = file_names(one for one, _ in self.case.channels)[channel.name]
+            name = file_names(name for name, _ in self.case.channels)[channel.name]
             unwritten = field_files.written(model, history, self.fields / f"{name}.xdmf")
         checked = self.mesh_check and not stopped
         error = self._mesh_error(channel, history, answer) if checked else None
@@ -304,7 +304,7 @@ class _Prediction:
             target=target,
             unknowns=model.space.dofmap.index_map.size_global,
             strained=stretched(model, history, self.rubber),
-            seconds={"mesh_and_forms": ready - begin, "march": done - ready},
+            seconds={"mesh_and_forms": ready - start, "march": end - ready},
             surface=field_files.picture(model, history) if self.pictures else None,
             mesh_error=error,
             step_error=step_error,

@@ -47,7 +47,7 @@ class PathSimulation:
         prepared: Prepare = prepare,
     ) -> None:
         self.recorded = recorded
-        self.active = tuple(one.started() for one in active)
+        self.active = tuple(effect.started() for effect in active)
         self.plan(1.0)
         self.model: FiniteElementModel = prepared(
             shape, mode_of("path", self.six), rubber, refinement, comm, features_of(self.active)
@@ -87,12 +87,12 @@ class PathSimulation:
         NotConverged
         """
         values = tuple(float(constant.value) for constant in self.model.constants.values())
-        asked = (values, self.fineness, tuple(names))
-        known = self._last
-        again = known is not None and known[0] == asked and observer is None
-        if again and known is not None and (known[1].states is not None or not keep_states):
-            return known[1]
-        found = march(
+        key = (values, self.fineness, tuple(names))
+        stored = self._last
+        repeated = stored is not None and stored[0] == key and observer is None
+        if repeated and stored is not None and (stored[1].states is not None or not keep_states):
+            return stored[1]
+        history = march(
             self.model,
             self.program,
             tolerance=self._tolerance,
@@ -102,8 +102,8 @@ class PathSimulation:
             failure_limit=failure_limit,
             observer=observer,
         )
-        self._last = (asked, found)
-        return found
+        self._last = (key, history)
+        return history
 
 
 class Reaction(FollowedPath):
@@ -123,8 +123,8 @@ class Reaction(FollowedPath):
 
     def __init__(self, simulation: PathSimulation, number: int, active: Sequence[ActiveEffect]) -> None:
         self._whole, self._number = simulation, number
-        own = [one.started() for one in active if one.effect.rig is not None]
-        self.active = (*simulation.active, *own)
+        rig_effects = [effect.started() for effect in active if effect.effect.rig is not None]
+        self.active = (*simulation.active, *rig_effects)
         self.model, self.time = simulation.model, simulation.recorded.time
         self.displacement = simulation.recorded.motion[:, number]
         self._clock = np.arange(len(self.displacement), dtype=float) if self.time is None else self.time
@@ -132,8 +132,8 @@ class Reaction(FollowedPath):
     @property
     @override
     def path(self) -> Array:
-        own = self._whole.six.time - self._whole.six.time[-1] + self._clock[-1]
-        return np.interp(self._clock, own, self._whole.six.motion[:, self._number])
+        time = self._whole.six.time - self._whole.six.time[-1] + self._clock[-1]
+        return np.interp(self._clock, time, self._whole.six.motion[:, self._number])
 
     @property
     @override
@@ -169,16 +169,16 @@ class Reaction(FollowedPath):
 
     @override
     def reached(self, failure_limit: int | None = None) -> list[Array]:
-        found: list[Array] = []
+        stretches: list[Array] = []
         corners = {float(self._whole.program.displacement[i]) for i in self._whole.program.corners}
         ends = corners | {float(self._whole.program.displacement[-1])}
 
         def observe(solver: Equilibrium) -> None:
             if solver.q in ends:
-                found.append(principal_stretches(self.model).reshape(-1, 3))
+                stretches.append(principal_stretches(self.model).reshape(-1, 3))
 
         self._whole.march((), failure_limit=failure_limit, observer=observe)
-        return found
+        return stretches
 
     def local(self) -> tuple[Array, Cells]:
         """Derivatives (samples, cells) of the force by the stiffness of each cell, and the cells; collective.
@@ -224,19 +224,19 @@ def followed(
     InputError
         The recording has no time, which an effect needs.
     """
-    active, whole = acting(case.effects, recording.name, recording.mode), recording.record
-    if whole.time is None:
+    active, record = acting(case.effects, recording.name, recording.mode), recording.record
+    if record.time is None:
         require_time(active, recording.name, recording.mode, str(recording.source))
     if recording.six is not None:
         # The channels of a path share one march.
         key = (recording.six.name, refinement)
         if key not in paths:
             on_it = [
-                one.at(one.temperatures.get(recording.name))
-                for one in case.effects
-                if one.effect.feature is not None
-                and one.effect.acts_on("path")
-                and (one.channels is None or recording.name in one.channels)
+                active.at(active.temperatures.get(recording.name))
+                for active in case.effects
+                if active.effect.feature is not None
+                and active.effect.acts_on("path")
+                and (active.channels is None or recording.name in active.channels)
             ]
             paths[key] = PathSimulation(shape, rubber, refinement, on_it, recording.six, comm, prepared)
         return Reaction(paths[key], recording.six.number, active)
@@ -248,11 +248,11 @@ def followed(
         rubber,
         refinement,
         active,
-        whole.time,
-        whole.displacement,
-        displacement_noise(whole),
+        record.time,
+        record.displacement,
+        displacement_noise(record),
         comm,
         prepared,
-        earlier(whole),
-        whole.temperature,
+        earlier(record),
+        record.temperature,
     )

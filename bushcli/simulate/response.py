@@ -211,24 +211,24 @@ class PredictionInterrupted(KeyboardInterrupt):
 def conditions(case: Case, channel: Simulated) -> list[Condition]:
     """Return what is doubtful about a channel: an early end, distorted elements, an unstable law, a coarse mesh."""
     folded = OVERHANGING if case.geometry.meeting == "sleeves" else LONGER_SLEEVES
-    acting = [one.effect for one in case.effects if one.acts_on(channel.name, channel.mode)]
-    acts = {one.acts for one in acting}
+    acting = [active.effect for active in case.effects if active.acts_on(channel.name, channel.mode)]
+    acts = {effect.acts for effect in acting}
     # An effect of the rig, such as an offset, may give a force at rest as well.
     assembled = _of_the_assembly(channel) if "assembly" in acts and "rig" not in acts else []
-    made = " and ".join(readable_name(one.name) for one in acting if one.acts == "assembly")
-    found, strained = [*_of_the_march(channel, folded, made), *assembled], channel.strained
+    assembly = " and ".join(readable_name(effect.name) for effect in acting if effect.acts == "assembly")
+    conditions, strained = [*_of_the_march(channel, folded, assembly), *assembled], channel.strained
     if strained.unstable > 0:
         what = f"{channel.name}: the law violates Drucker's stability in {100 * strained.unstable:.2g} % of the states "
         what += f"that the rubber reaches (principal stretches {strained.range[0]:.2f} to {strained.range[1]:.2f})"
         remedy = "fit to coupons that reach these stretches, or choose a law that is stable there (yeoh with C30 > 0)"
-        found.append(Condition("unstable_law", what, remedy))
+        conditions.append(Condition("unstable_law", what, remedy))
     if channel.stiffness is None:
         what = f"{channel.name}: no stiffness matrix, since the march of the body without planes of symmetry stopped"
-        found.append(Condition("no_stiffness_matrix", what, "set a smaller displacement, or more steps"))
+        conditions.append(Condition("no_stiffness_matrix", what, "set a smaller displacement, or more steps"))
     if channel.unwritten:
         what = f"{channel.name}: the field file could not be written ({channel.unwritten}); the curve is complete"
         remedy = "free some space and run again, or use another -o; --no-fields leaves fields out"
-        found.append(Condition("fields_not_written", what, remedy))
+        conditions.append(Condition("fields_not_written", what, remedy))
     if channel.mesh_error is not None and channel.mesh_error > 1.0:
         what = f"{channel.name}: a mesh {FINER:g} times as fine in each direction "
         what += (
@@ -237,24 +237,30 @@ def conditions(case: Case, channel: Simulated) -> list[Condition]:
             else "does not get as far"
         )
         remedy = "raise mesh.elements_across, elements_along and elements_around"
-        found.append(Condition("coarse_mesh", what, remedy))
-    found += _left_out(case, channel)
+        conditions.append(Condition("coarse_mesh", what, remedy))
+    conditions += _left_out(case, channel)
     if channel.before is not None:
-        found.append(not_from_rest(channel.name, channel.before))
-    return found
+        conditions.append(not_from_rest(channel.name, channel.before))
+    return conditions
 
 
 def _left_out(case: Case, channel: Simulated) -> list[Condition]:
     """Return which effects a result lacks because they act on the curve of a single motion."""
     acting = [
-        one for one in case.effects if one.acts_on(channel.name, channel.mode) and one.effect.feature is None
+        active
+        for active in case.effects
+        if active.acts_on(channel.name, channel.mode) and active.effect.feature is None
     ]
     if channel.by_force:
         # The force acts on the bushing itself.
-        rigs = [one for one in acting if one.effect.rig is not None and one.effect.rig.parallel is None]
+        rigs = [
+            active
+            for active in acting
+            if active.effect.rig is not None and active.effect.rig.parallel is None
+        ]
         if not rigs:
             return []
-        names = " and ".join(readable_name(one.name) for one in rigs)
+        names = " and ".join(readable_name(active.name) for active in rigs)
         what = f"{channel.name}: its force is prescribed at the bushing, whose curve is without {names}"
         remedy = "prescribe the travel where the curve that the rig would log is wanted"
         return [Condition("effect_left_out", what, remedy)]
@@ -262,7 +268,7 @@ def _left_out(case: Case, channel: Simulated) -> list[Condition]:
     results += ["its reactions"] if channel.in_time and channel.recording is None else []
     if not acting or not results:
         return []
-    names = " and ".join(readable_name(one.name) for one in acting)
+    names = " and ".join(readable_name(active.name) for active in acting)
     act = "they act" if len(acting) > 1 else "it acts"
     what = (
         f"{channel.name}: {' and '.join(results)} are those without {names}: {act} on the curve of one motion"
@@ -279,17 +285,19 @@ def _of_the_assembly(channel: Simulated) -> list[Condition]:
         return []
     if abs(force[0]) <= AT_REST * float(np.ptp(force)):
         return []
-    turned = modes()[channel.mode].rotational
-    unit, kind, factor = ("deg", "N mm", 180.0 / np.pi) if turned else ("mm", "N", 1.0)
+    rotational = modes()[channel.mode].rotational
+    unit, kind, factor = ("deg", "N mm", 180.0 / np.pi) if rotational else ("mm", "N", 1.0)
     # Where the curve carries no force: the nearest place on it, else along the slope at rest.
     order = np.argsort(q, kind="stable")
     x, y = q[order], force[order]
-    (at,) = np.nonzero((y[:-1] * y[1:] <= 0.0) & (np.diff(y) != 0.0))
-    crossings = x[at] - y[at] * (x[at + 1] - x[at]) / (y[at + 1] - y[at])
+    (crossing,) = np.nonzero((y[:-1] * y[1:] <= 0.0) & (np.diff(y) != 0.0))
+    crossings = x[crossing] - y[crossing] * (x[crossing + 1] - x[crossing]) / (y[crossing + 1] - y[crossing])
     free = factor * float(min(crossings, key=abs) if len(crossings) else -force[0] / stiffness)
     from bushcli.effects.effect import effects  # here: few parts are loaded before they move
 
-    zero, rig = next((one, one.rig) for one in effects().values() if one.rig is not None and one.rig.zero)
+    zero, rig = next(
+        (effect, effect.rig) for effect in effects().values() if effect.rig is not None and effect.rig.zero
+    )
     shift = next(p.name for p in zero.amplitudes if p.unit == "mm" and p.name != rig.zero)
     return [
         Condition(
@@ -303,7 +311,7 @@ def _of_the_assembly(channel: Simulated) -> list[Condition]:
 
 def _of_the_march(channel: Simulated, folded: str, assembly: str) -> list[Condition]:
     """Return how far the march went, and how far its elements can be trusted."""
-    found = []
+    conditions = []
     strained = channel.strained
     unit, factor = ("deg", 180.0 / np.pi) if modes()[channel.mode].rotational else ("mm", 1.0)
     if channel.in_time:
@@ -311,7 +319,7 @@ def _of_the_march(channel: Simulated, folded: str, assembly: str) -> list[Condit
     if channel.stopped == Interrupted.reason:
         what = f"{channel.name}: interrupted at {channel.reach * factor:.4g} {unit} on the way to "
         what += f"{channel.target * factor:.4g} {unit}; the curve ends there"
-        found.append(Condition("interrupted", what, "run it again"))
+        conditions.append(Condition("interrupted", what, "run it again"))
     elif channel.stopped and channel.largest is not None:
         q, force = channel.largest
         kind = "N mm" if modes()[channel.mode].rotational else "N"
@@ -326,9 +334,9 @@ def _of_the_march(channel: Simulated, folded: str, assembly: str) -> list[Condit
         else:
             what += f"; beyond it the march found no equilibrium ({channel.stopped})"
             remedy = f"prescribe less, set more steps, or {remedy}"
-        found.append(Condition("not_converged", what, remedy))
+        conditions.append(Condition("not_converged", what, remedy))
     elif channel.stopped:
-        found.append(
+        conditions.append(
             Condition(
                 "not_converged",
                 f"{channel.name}: no equilibrium beyond {channel.reach * factor:.4g} {unit} on the way to "
@@ -337,17 +345,17 @@ def _of_the_march(channel: Simulated, folded: str, assembly: str) -> list[Condit
             )
         )
     if strained.distorted is not None:
-        at = f"at {abs(strained.distorted) * factor:.4g} {unit}"
+        where = f"at {abs(strained.distorted) * factor:.4g} {unit}"
         if assembly and abs(strained.distorted) < AT_ONCE * abs(channel.target):
-            at, folded = f"{at}, after the assembly ({assembly}),", ""
-        found.append(
+            where, folded = f"{where}, after the assembly ({assembly}),", ""
+        conditions.append(
             Condition(
                 "distorted_elements",
-                f"{channel.name}: {at} some rubber elements are "
+                f"{channel.name}: {where} some rubber elements are "
                 f"distorted (volume ratios of {strained.volumes[0]:.2g} to {strained.volumes[1]:.2g} on the whole "
                 "curve); "
                 "from there on, or somewhat before, the force depends on the mesh",
                 "compare with a finer mesh (--mesh-check)" + folded,
             )
         )
-    return found
+    return conditions

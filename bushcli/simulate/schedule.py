@@ -100,17 +100,17 @@ class Schedule:
         starts = np.array([self.time[leg.first] for leg in self.legs])
         place = np.clip(np.searchsorted(starts, time, side="right") - 1, 0, len(self.legs) - 1)
         for number, leg in enumerate(self.legs):
-            here = np.flatnonzero(place == number)
-            if not len(here):
+            samples = np.flatnonzero(place == number)
+            if not len(samples):
                 continue
             size = leg.last - leg.first + 1
             if size < 2:
-                matrix[here, leg.first] = 1.0
+                matrix[samples, leg.first] = 1.0
                 continue
-            at = np.clip(time[here], self.time[leg.first], self.time[leg.last])
-            own = np.concatenate([[0.0], self._clock[leg.first + 1 : leg.last + 1]])
-            spline = CubicSpline(own, np.eye(size), bc_type="not-a-knot" if size > 3 else "natural")
-            matrix[np.ix_(here, np.arange(leg.first, leg.last + 1))] = spline(self._position(leg, at))
+            clipped = np.clip(time[samples], self.time[leg.first], self.time[leg.last])
+            leg_clock = np.concatenate([[0.0], self._clock[leg.first + 1 : leg.last + 1]])
+            spline = CubicSpline(leg_clock, np.eye(size), bc_type="not-a-knot" if size > 3 else "natural")
+            matrix[np.ix_(samples, np.arange(leg.first, leg.last + 1))] = spline(self._position(leg, clipped))
         return matrix
 
     def path(self, time: Array) -> Array:
@@ -137,10 +137,10 @@ def schedule(time: Array | None, displacement: Array, noise: float, fineness: fl
     span = float(np.ptp(displacement)) or float(np.abs(displacement).max())
     tolerance = max(WITHIN * noise, RESOLUTION * span)
     corners = _corners(clock, displacement, tolerance)
-    values = _fitted(clock, displacement, corners)
+    values = _fitted_corners(clock, displacement, corners)
     if abs(values[0]) <= tolerance:
         values[0] = 0.0
-    return _stepped(clock[corners], values, span, tolerance, fineness, time is not None)
+    return _schedule_of_legs(clock[corners], values, span, tolerance, fineness, time is not None)
 
 
 def prescribed(time: Array | None, displacement: Array) -> Schedule:
@@ -158,7 +158,7 @@ def _corners(time: Array, values: Array, tolerance: float) -> NDArray[np.intp]:
 
     The samples are values (n,), or poses (n, 6) of which every motion has to stay within it.
     """
-    chosen, todo = {0, len(time) - 1}, [(0, len(time) - 1)]
+    corners, todo = {0, len(time) - 1}, [(0, len(time) - 1)]
     columns = values.reshape(len(time), -1)
     while todo:
         first, last = todo.pop()
@@ -171,18 +171,18 @@ def _corners(time: Array, values: Array, tolerance: float) -> NDArray[np.intp]:
         worst = int(np.argmax(away))
         if away[worst] > tolerance:
             middle = int(inside[worst])
-            chosen.add(middle)
+            corners.add(middle)
             todo += [(first, middle), (middle, last)]
-    return np.array(sorted(chosen))
+    return np.array(sorted(corners))
 
 
-def _fitted(time: Array, q: Array, corners: NDArray[np.intp]) -> Array:
+def _fitted_corners(time: Array, q: Array, corners: NDArray[np.intp]) -> Array:
     """Return the values at the corners of the chain of lines that is nearest to all samples."""
     hats = np.array([np.interp(time, time[corners], row) for row in np.eye(len(corners))]).T
     return np.asarray(np.linalg.lstsq(hats, q, rcond=None)[0])
 
 
-def _stepped(
+def _schedule_of_legs(
     times: Array, values: Array, span: float, tolerance: float, fineness: float, timed: bool
 ) -> Schedule:
     moves = np.diff(values)
@@ -194,7 +194,7 @@ def _stepped(
     abrupt &= kinds[1:] != 0.0  # in a hold the pace is noise
     nodes, stops = [float(times[0])], [float(values[0])]
     legs: list[Leg] = []
-    first, reached = 0, 0.0
+    first, amplitude = 0, 0.0
     while first < len(kinds):
         last = first
         while last + 1 < len(kinds) and kinds[last + 1] == kinds[first] and not abrupt[last]:
@@ -202,34 +202,34 @@ def _stepped(
         t, q = times[first : last + 2], values[first : last + 2]
         hold = bool(kinds[first] == 0.0)
         brief = bool(legs) and t[-1] - t[0] < BRIEF * (nodes[-1] - nodes[legs[-1].first])
-        for begin, end in [(t[0], t[-1])] if hold else _cut(t, q, reached, 2 * tolerance):
-            inside = (t > begin) & (t < end)
-            part = np.concatenate([[begin], t[inside], [end]])
+        for t_start, end in [(t[0], t[-1])] if hold else _cut(t, q, amplitude, 2 * tolerance):
+            inside = (t > t_start) & (t < end)
+            part = np.concatenate([[t_start], t[inside], [end]])
             path = np.interp(part, t, q)
             if not hold:
-                added = _leg_times(part, path, span, fineness)
+                leg_times = _leg_times(part, path, span, fineness)
             elif brief:
-                added = part[1:]
+                leg_times = part[1:]
             else:
                 count = max(FEWEST_OF_LEG, int(np.ceil(HOLD * fineness)))
                 grown = np.geomspace(FIRST_HOLD, 1.0 + FIRST_HOLD, count + 1) - FIRST_HOLD
-                added = part[0] + (part[-1] - part[0]) * grown[1:]
+                leg_times = part[0] + (part[-1] - part[0]) * grown[1:]
             start = len(nodes) - 1
-            nodes += [float(value) for value in added]
-            stops += [float(value) for value in np.interp(added, t, q)]
+            nodes += [float(value) for value in leg_times]
+            stops += [float(value) for value in np.interp(leg_times, t, q)]
             legs.append(Leg(start, len(nodes) - 1, hold))
-        reached = max(reached, float(np.abs(q).max()))
+        amplitude = max(amplitude, float(np.abs(q).max()))
         first = last + 1
     return Schedule(np.array(nodes), np.array(stops), tuple(legs), timed)
 
 
-def _cut(t: Array, q: Array, reached: float, apart: float) -> list[tuple[float, float]]:
+def _cut(t: Array, q: Array, amplitude: float, apart: float) -> list[tuple[float, float]]:
     """Cut a leg where it passes the largest earlier displacement, beyond which softened rubber is stiffer."""
     end = float(q[-1])
-    before = np.copysign(reached, end)
+    before = np.copysign(amplitude, end)
     if (
-        reached <= apart
-        or abs(end) - reached <= apart
+        amplitude <= apart
+        or abs(end) - amplitude <= apart
         or abs(before - q[0]) <= apart
         or q[0] * end > before * end
     ):
@@ -259,11 +259,11 @@ def _leg_times(t: Array, q: Array, span: float, fineness: float) -> Array:
 
 def still(motion: Array, time: Array | None) -> NDArray[np.bool_]:
     """Return which motions (6,) stand still apart from noise."""
-    found = np.ones(6, dtype=bool)
+    at_rest = np.ones(6, dtype=bool)
     for k in range(6):
         span = float(np.ptp(motion[:, k]))
-        found[k] = span < 1e-9 or span < MOVES * _noise(motion[:, k], time)
-    return found
+        at_rest[k] = span < 1e-9 or span < MOVES * _noise(motion[:, k], time)
+    return at_rest
 
 
 def _noise(motion: Array, time: Array | None) -> float:
@@ -289,7 +289,7 @@ def six_schedule(
         else:
             tolerance[k] = max(WITHIN * noise, RESOLUTION * float(np.ptp(motion[:, k])))
     corners = _corners(clock, values / tolerance, 1.0)
-    poses = _fitted(clock, values, corners)
+    poses = _fitted_corners(clock, values, corners)
     poses[0] = np.where(np.abs(poses[0]) <= tolerance, 0.0, poses[0])
     span = np.ptp(poses, axis=0)
     ranged = np.where(span > 0.0, span, 1.0)
@@ -308,5 +308,5 @@ def six_schedule(
         knots, poses = np.insert(knots, 0, begins - lead), np.concatenate([np.zeros((1, 6)), poses])
     path = SixPath(knots - knots[0], poses, free)
     q = nodes - knots[0]
-    turns = frozenset(int(np.argmin(np.abs(q - one))) for one in path.time[1:-1])
+    turns = frozenset(int(np.argmin(np.abs(q - turn))) for turn in path.time[1:-1])
     return path, Program(q, nodes if time is not None else None, turns), schedule

@@ -72,17 +72,17 @@ def with_values(
 ) -> tuple[ActiveEffect, ...]:
     """Set parameters of a model by name, and return the effects with theirs; what is not given keeps its value."""
     model.set_parameters({k: v for k, v in parameters.items() if k in model.constants})
-    found = []
-    for one in active:
-        if one.temperature is not None:
+    effects = []
+    for effect in active:
+        if effect.temperature is not None:
             # Channels may share a model.
-            model.set_parameters({"temperature": one.temperature})
-        changed = one.with_values(parameters)
-        for p in one.parameters:
-            if p.choices and changed.values[p.name] != one.values[p.name]:
-                raise ValueError(f"{one.full_name(p)} is a choice: another one needs another model")
-        found.append(changed)
-    return tuple(found)
+            model.set_parameters({"temperature": effect.temperature})
+        changed = effect.with_values(parameters)
+        for p in effect.parameters:
+            if p.choices and changed.values[p.name] != effect.values[p.name]:
+                raise ValueError(f"{effect.full_name(p)} is a choice: another one needs another model")
+        effects.append(changed)
+    return tuple(effects)
 
 
 class FollowedPath(ABC):
@@ -280,7 +280,9 @@ class Simulation(FollowedPath):
     ) -> None:
         self.temperature = temperature
         mean = None if temperature is None else float(np.mean(temperature))
-        self.active = tuple(one.started() if mean is None else one.started().at(mean) for one in active)
+        self.active = tuple(
+            effect.started() if mean is None else effect.started().at(mean) for effect in active
+        )
         features = features_of(self.active)
         self.model = prepared(shape, mode, rubber, refinement, comm, features)
         self.time, self.displacement, self.noise = time, np.asarray(displacement, dtype=float), noise
@@ -346,8 +348,8 @@ class Simulation(FollowedPath):
     ) -> Answer:
         active = with_values(self.model, self.active, parameters)
         if self.path_dependent:
-            return self._marched(active, tuple(names), keep_states, progress, failure_limit)
-        return self._swept(active, tuple(names), keep_states, progress, failure_limit)
+            return self._answer_by_march(active, tuple(names), keep_states, progress, failure_limit)
+        return self._answer_by_sweep(active, tuple(names), keep_states, progress, failure_limit)
 
     @override
     def reached(self, failure_limit: int | None = None) -> list[Array]:
@@ -358,7 +360,7 @@ class Simulation(FollowedPath):
             stretches.append(principal_stretches(self.model).reshape(-1, 3))
         return stretches
 
-    def _swept(
+    def _answer_by_sweep(
         self,
         active: Sequence[ActiveEffect],
         names: tuple[str, ...],
@@ -367,9 +369,11 @@ class Simulation(FollowedPath):
         failure_limit: int | None,
     ) -> Answer:
         travel = rig.Travel(self.path, self.time)
-        begun = [[0.0]] if rig.is_zeroed(active) else []
-        driven = rig.bushing_path(active, rig.Travel(np.concatenate([*begun, self.path])), ()).value
-        low, high = swept_range(driven, self.odd)
+        before_test = [[0.0]] if rig.is_zeroed(active) else []
+        displacement = rig.bushing_path(
+            active, rig.Travel(np.concatenate([*before_test, self.path])), ()
+        ).value
+        low, high = swept_range(displacement, self.odd)
         if low == high:
             raise rig.NoEquilibrium(STANDS_STILL)
         inner = tuple(name for name in names if name in self.model.constants)
@@ -388,11 +392,11 @@ class Simulation(FollowedPath):
         failure_limit: int | None,
     ) -> History:
         """Return the curve of the body; one of the last two is reused if only the rig has changed since."""
-        asked = (self._shape, self._values(), targets.tobytes(), inner, self._tolerance)
-        known: History | None = self.model.curves.get(asked)
-        if known is not None and not keep_states and progress is None:
-            return known
-        found = sweep(
+        key = (self._shape, self._values(), targets.tobytes(), inner, self._tolerance)
+        stored: History | None = self.model.curves.get(key)
+        if stored is not None and not keep_states and progress is None:
+            return stored
+        history = sweep(
             self.model,
             targets,
             tolerance=self._tolerance,
@@ -402,10 +406,10 @@ class Simulation(FollowedPath):
             failure_limit=failure_limit,
         )
         if not keep_states:
-            self.model.curves.put(asked, found)
-        return found
+            self.model.curves.put(key, history)
+        return history
 
-    def _marched(
+    def _answer_by_march(
         self,
         active: Sequence[ActiveEffect],
         names: tuple[str, ...],
@@ -421,27 +425,29 @@ class Simulation(FollowedPath):
             times = np.concatenate([times[0] - rested * np.linspace(1.0, 0.0, lead), times])
             path = rig.bushing_path(active, rig.Travel(np.concatenate([[0.0], steps.displacement])), names)
             path = path.sampled(np.maximum(np.arange(len(times)) - lead + 1, 0))
-            reached = np.minimum(np.arange(1, len(times) + 1) / (lead - 1), 1.0)
-            driven = Signal(reached * path.value, reached[:, None] * path.slope)
+            ramp = np.minimum(np.arange(1, len(times) + 1) / (lead - 1), 1.0)
+            displacement = Signal(ramp * path.value, ramp[:, None] * path.slope)
         else:
-            driven = rig.bushing_path(active, rig.Travel(steps.displacement), names)
-        if not driven.value.any():
+            displacement = rig.bushing_path(active, rig.Travel(steps.displacement), names)
+        if not displacement.value.any():
             raise rig.NoEquilibrium(STANDS_STILL)
         series = None
         if rig.has_springs(active, names):
             series = SeriesSpring(extension_in_series(active, names, self._clock[0]))
-        path_rates = {name: driven.slope[:, i] for i, name in enumerate(names) if np.any(driven.slope[:, i])}
+        path_rates = {
+            name: displacement.slope[:, i] for i, name in enumerate(names) if np.any(displacement.slope[:, i])
+        }
         # Forces beside the bushing and a late logger do not change the march.
         inner = tuple(n for n in names if series is not None or n in self.model.constants or n in path_rates)
-        warm = None
+        temperature = None
         if self.temperature is not None and self.time is not None:
-            warm = np.interp(times, self.time, self.temperature)
-        program = Program(driven.value, times if steps.timed else None, temperature=warm)
+            temperature = np.interp(times, self.time, self.temperature)
+        program = Program(displacement.value, times if steps.timed else None, temperature=temperature)
         history = self._march(program, inner, path_rates, series, keep_states, progress, failure_limit)
         q = Signal(history.displacement, columns(history.path_sensitivity, inner, names, len(history.force)))
         force = Signal(history.force, columns(history.sensitivity, inner, names, len(history.force)))
         if lead:
-            q, force = (one.sampled(np.arange(lead - 1, len(one.value))) for one in (q, force))
+            q, force = (signal.sampled(np.arange(lead - 1, len(signal.value))) for signal in (q, force))
         read = logged_force(active, steps, self._clock, q, force, names)
         return Answer(read.value, read.slope, history)
 
@@ -459,12 +465,12 @@ class Simulation(FollowedPath):
         rates = tuple((name, rate.tobytes()) for name, rate in path_rates.items())
         times = None if program.time is None else program.time.tobytes()
         path = (program.displacement.tobytes(), times)
-        asked = (self._shape, self._values(), *path, inner, rates, self._tolerance)
+        key = (self._shape, self._values(), *path, inner, rates, self._tolerance)
         can_be_reused = not keep_states and progress is None and series is None
-        known: History | None = self.model.curves.get(asked)
-        if known is not None and can_be_reused:
-            return known
-        found = march(
+        stored: History | None = self.model.curves.get(key)
+        if stored is not None and can_be_reused:
+            return stored
+        history = march(
             self.model,
             program,
             tolerance=self._tolerance,
@@ -476,8 +482,8 @@ class Simulation(FollowedPath):
             failure_limit=failure_limit,
         )
         if can_be_reused:
-            self.model.curves.put(asked, found)
-        return found
+            self.model.curves.put(key, history)
+        return history
 
     def _values(self) -> tuple[float, ...]:
         return tuple(float(constant.value) for constant in self.model.constants.values())

@@ -59,7 +59,7 @@ def check_state(channels: Sequence[SimulatedChannel], at: float | None) -> None:
 
 
 def matrices(
-    channel: SimulatedChannel, at: float | None, made: Callable[[Mode], FiniteElementModel]
+    channel: SimulatedChannel, at: float | None, model_of: Callable[[Mode], FiniteElementModel]
 ) -> dict[str, tuple[float, Array]]:
     """Return the matrices of a channel by state: "start", "end", and "at" where it passes the travel asked for.
 
@@ -71,31 +71,31 @@ def matrices(
     NotConverged
         The march could not go on.
     """
-    program, chosen = with_state(channel, at)
+    program, displacement = with_state(channel, at)
     if channel.path is not None:
         path, steps, q = channel.path.whole_body, program, program.displacement
     else:
         path, steps = as_path(modes()[channel.mode], program)
         q = program.from_rest.displacement
-    reached = dict(zip(map(float, steps.displacement), map(float, q), strict=True))
-    wanted = {"start": float(steps.displacement[0]), "end": float(steps.displacement[-1])}
-    if chosen is not None:
-        wanted["at"] = next(time for time, one in reached.items() if one == chosen)
-    found = matrices_along(made(mode_of("path", path)), steps, tuple(wanted.values()))
-    return {state: (reached[time], found[time]) for state, time in wanted.items()}
+    positions = dict(zip(map(float, steps.displacement), map(float, q), strict=True))
+    time_of_state = {"start": float(steps.displacement[0]), "end": float(steps.displacement[-1])}
+    if displacement is not None:
+        time_of_state["at"] = next(time for time, position in positions.items() if position == displacement)
+    by_time = matrices_along(model_of(mode_of("path", path)), steps, tuple(time_of_state.values()))
+    return {state: (positions[time], by_time[time]) for state, time in time_of_state.items()}
 
 
 def matrices_along(model: FiniteElementModel, program: Program, at: Sequence[float]) -> dict[float, Array]:
     """March along a path of six motions, and return the stiffness matrix at some of its targets."""
-    found: dict[float, Array] = {}
+    by_position: dict[float, Array] = {}
 
     def observe(solver: Equilibrium) -> None:
-        if solver.q in at and solver.q not in found:
+        if solver.q in at and solver.q not in by_position:
             solver.factorise()
-            found[solver.q] = tangent(model, solver.factor, solver.q).symmetric
+            by_position[solver.q] = tangent(model, solver.factor, solver.q).symmetric
 
     march(model, program, observer=observe)
-    return found
+    return by_position
 
 
 def as_path(mode: Mode, program: Program) -> tuple[SixPath, Program]:
@@ -110,7 +110,7 @@ def as_path(mode: Mode, program: Program) -> tuple[SixPath, Program]:
     way = np.where(moves == 0.0, 1e-3 * np.abs(moves).max(), np.abs(moves))
     along = np.concatenate([[0.0], np.cumsum(way)])
     turns = np.flatnonzero(np.sign(moves[1:]) != np.sign(moves[:-1])) + 1
-    poses = np.array([pose_of(mode, float(one)) for one in q])
+    poses = np.array([pose_of(mode, float(position)) for position in q])
     return SixPath(along, poses, whole=True), Program(along, time, frozenset(map(int, turns)))
 
 
@@ -119,6 +119,6 @@ def pose_of(mode: Mode, q: float) -> Array:
     from scipy.spatial.transform import Rotation
 
     corners = np.column_stack([np.zeros(3), np.eye(3)])
-    moved = corners + mode.solid.motion(corners, q)
-    turned = moved[:, 1:] - moved[:, :1]
-    return np.concatenate([moved[:, 0], Rotation.from_matrix(turned).as_rotvec()])
+    moved_corners = corners + mode.solid.motion(corners, q)
+    rotation = moved_corners[:, 1:] - moved_corners[:, :1]
+    return np.concatenate([moved_corners[:, 0], Rotation.from_matrix(rotation).as_rotvec()])

@@ -55,22 +55,22 @@ class Stretched:
 def stretched(model: FiniteElementModel, history: History, rubber: Rubber) -> Stretched:
     """Return the strains of the rubber over a march."""
     assert history.states is not None
-    low, high, bad, total = np.array([1.0, 1.0]), np.array([1.0, 1.0]), 0, 0
+    low, high, unstable, total = np.array([1.0, 1.0]), np.array([1.0, 1.0]), 0, 0
     distorted: float | None = None
     count = len(history.states)
     points = stretch_points(model)
     for i in np.unique(np.linspace(0, count - 1, min(CHECKED_STATES, count)).round().astype(int)):
         values = stretches_at(points, history.states[i]).reshape(-1, 3)
         volumes = values.prod(axis=1)
-        bad += int(np.count_nonzero(~stable(rubber.law, rubber.parameters, values)))
+        unstable += int(np.count_nonzero(~stable(rubber.law, rubber.parameters, values)))
         total += len(values)
         low = np.minimum(low, _everywhere(model, [values, volumes], np.min, MPI.MIN))
         high = np.maximum(high, _everywhere(model, [values, volumes], np.max, MPI.MAX))
         if distorted is None and (low[1] < 1.0 / DISTORTED or high[1] > DISTORTED):
             distorted = float(history.displacement[i])
-    bad, total = model.comm.allreduce(bad), model.comm.allreduce(total)
+    unstable, total = model.comm.allreduce(unstable), model.comm.allreduce(total)
     return Stretched(
-        (float(low[0]), float(high[0])), bad / max(total, 1), (float(low[1]), float(high[1])), distorted
+        (float(low[0]), float(high[0])), unstable / max(total, 1), (float(low[1]), float(high[1])), distorted
     )
 
 
@@ -78,5 +78,5 @@ def _everywhere(
     model: FiniteElementModel, values: Sequence[Array], extreme: Callable[..., float], operation: MPI.Op
 ) -> Array:
     """Return an extreme of each array over all ranks; 1 where there are no values."""
-    own = [float(extreme(one)) if one.size else 1.0 for one in values]
-    return np.array([model.comm.allreduce(one, operation) for one in own])
+    extremes = [float(extreme(value)) if value.size else 1.0 for value in values]
+    return np.array([model.comm.allreduce(value, operation) for value in extremes])

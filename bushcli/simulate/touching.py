@@ -52,12 +52,14 @@ def touched(model: FiniteElementModel, history: History) -> tuple[Touched, ...]:
     model.take_parameters()
     met: dict[tuple[str, str], Touched] = {}
     for q, state in zip(history.displacement, history.states, strict=False):
-        for one in touches(contact, state):
-            known = met.get(one.surfaces)
-            force, here = one.force * model.multiplicity, float(q)
-            if known is None or force > known.force:
-                first = here if known is None else known.first
-                met[one.surfaces] = Touched(one.surfaces, first, force, here, one.radius, one.height)
+        for touch in touches(contact, state):
+            earlier = met.get(touch.surfaces)
+            force, position = touch.force * model.multiplicity, float(q)
+            if earlier is None or force > earlier.force:
+                first_position = position if earlier is None else earlier.first
+                met[touch.surfaces] = Touched(
+                    touch.surfaces, first_position, force, position, touch.radius, touch.height
+                )
     return tuple(met.values())
 
 
@@ -73,12 +75,12 @@ def sharing(case: Case, comm: MPI.Comm) -> MPI.Comm:
 
 
 def met_unnoticed(
-    case: Case, model: FiniteElementModel, history: History, whole: Callable[[], FiniteElementModel]
+    case: Case, model: FiniteElementModel, history: History, whole_model: Callable[[], FiniteElementModel]
 ) -> bool:
     """Whether surfaces passed through each other in a march on a mesh that several processes share."""
     if model.comm.size == 1 or not case.geometry.meeting or history.states is None:
         return False
-    return passes_through(model, history.states, whole)
+    return passes_through(model, history.states, whole_model)
 
 
 def not_shared(met: Mapping[str, Sequence[Touched]], comm: MPI.Comm) -> list[Condition]:

@@ -108,30 +108,33 @@ class DynamicCurve:
 
 def branches_of(effects: Sequence[ActiveEffect]) -> Branches:
     """Return the Maxwell branches of effects: g and tau (s) of each, at the temperature of the channel."""
-    bonded, slower = _heated(effects)
+    bonded, slower = _factors_of_temperature(effects)
     return [
-        (bonded * float(one.parameters["g"]), slower * float(one.parameters["tau"]))
+        (bonded * float(part.parameters["g"]), slower * float(part.parameters["tau"]))
         for item in features_of(effects)
         if item.feature.branches is not None
-        for one in item.feature.branches(item.values)
-        if one.branch.name == "maxwell" and one.branch.clock == ""
+        for part in item.feature.branches(item.values)
+        if part.branch.name == "maxwell" and part.branch.clock == ""
     ]
 
 
 def thinned_of(effects: Sequence[ActiveEffect]) -> ThinnedSpectrum | None:
     """Return the relaxation of effects that amplitude thins, at the temperature of the channel; None without one."""
-    bonded, slower = _heated(effects)
+    bonded, slower = _factors_of_temperature(effects)
     for item in features_of(effects):
         if item.feature.thinned is not None:
-            found = item.feature.thinned(item.values)
+            spectrum = item.feature.thinned(item.values)
             # In the time of the reference temperature: the path counts as at that.
             return replace(
-                found, moduli=bonded * found.moduli, times=slower * found.times, path=slower * found.path
+                spectrum,
+                moduli=bonded * spectrum.moduli,
+                times=slower * spectrum.times,
+                path=slower * spectrum.path,
             )
     return None
 
 
-def _heated(effects: Sequence[ActiveEffect]) -> tuple[float, float]:
+def _factors_of_temperature(effects: Sequence[ActiveEffect]) -> tuple[float, float]:
     """Return the factors on the branches' moduli and on all relaxation times at the temperature of the channel."""
     for item in features_of(effects):
         if item.feature.heated is not None:
@@ -174,26 +177,26 @@ class Vibrations:
         number = self.test.preload_number(solver.q, solver.force)
         if number is None or number in self.curves or number in self.unstable:
             return
-        begin = time.perf_counter()
+        start = time.perf_counter()
         try:
             self.curves[number] = self._curves(solver)
         except Unstable:
             self.unstable[number] = solver.q
         finally:
-            self.seconds += time.perf_counter() - begin
+            self.seconds += time.perf_counter() - start
 
     def _curves(self, solver: Equilibrium) -> list[DynamicCurve]:
         test, frequency = self.test, np.array(self.test.frequency)
-        metal = {name: DENSITY * one.density for name, one in self.model.mesh.sleeves.items()}
+        metal = {name: DENSITY * sleeve.density for name, sleeve in self.model.mesh.sleeves.items()}
         pencil = Pencil(self.model, solver, metal)
         tolerance = CHOSEN_WITH_SLOPES if self._names else CHOSEN
         basis = basis_for(pencil, spread(frequency, self._branches), self._density, tolerance)
-        found = basis.reduced()
+        reduced = basis.reduced()
         number = test.motion
         uneven_too = bool(test.amplitude) and self._thinned is not None
         even = bool(self._names) and not uneven_too
         slopes = changes(basis, solver, self._names, self.drive) if even else Changes()
-        model = DynamicModel(found, number, test.transfer, slopes)
+        model = DynamicModel(reduced, number, test.transfer, slopes)
         pose, forces = solver.pose, solver.six
         small = DynamicCurve(
             self.name,
@@ -203,7 +206,7 @@ class Vibrations:
             frequency,
             model.stiffness(frequency, self._branches),
             model.error(frequency, self._branches),
-            len(found.equilibrium),
+            len(reduced.equilibrium),
             model,
             self._branches,
             None if pose is None else model.matrix(frequency, self._branches),
@@ -212,12 +215,16 @@ class Vibrations:
         if not test.amplitude:
             return [small]
         if self._thinned is None:
-            return [replace(small, amplitude=one) for one in test.amplitude]
+            return [replace(small, amplitude=amplitude) for amplitude in test.amplitude]
         uneven = UnevenModel(basis, self._thinned, self._maxwell, number, test.transfer)
         # Where moduli differ most from point to point lies between: vectors for these amplitudes serve all others.
-        chosen = sorted(test.amplitude)
-        chosen = sorted({chosen[0], chosen[len(chosen) // 2], chosen[-1]})
-        ends = [uneven.enrich(one, f) for one in chosen for f in sorted({frequency.min(), frequency.max()})]
+        amplitudes = sorted(test.amplitude)
+        amplitudes = sorted({amplitudes[0], amplitudes[len(amplitudes) // 2], amplitudes[-1]})
+        ends = [
+            uneven.enrich(amplitude, f)
+            for amplitude in amplitudes
+            for f in sorted({frequency.min(), frequency.max()})
+        ]
         error = max(small.reduction_error, *ends)
         if self._names:
             # Over the vectors that were added.
@@ -226,15 +233,15 @@ class Vibrations:
 
         def curve(amplitude: float) -> DynamicCurve:
             balances = uneven.balances(np.full(len(frequency), amplitude), frequency)
-            unsettled = [one.moved for one in balances if one.moved > SETTLED]
+            unsettled = [balance.moved for balance in balances if balance.moved > SETTLED]
             return replace(
                 small,
-                stiffness=np.array([one.stiffness for one in balances]),
+                stiffness=np.array([balance.stiffness for balance in balances]),
                 vectors=uneven.vectors,
                 matrix=None,
                 reduction_error=max([error, *unsettled]),
                 amplitude=amplitude,
-                third_harmonic=np.array([one.third for one in balances]),
+                third_harmonic=np.array([balance.third for balance in balances]),
                 uneven=uneven,
             )
 
@@ -245,14 +252,14 @@ def _touching(model: FiniteElementModel) -> tuple[tuple[str, str], ...]:
     """Return which surfaces are in contact at the present state; a plate in front of the free ends is one of them."""
     contact = model.surfaces.contact
     met = () if contact is None else touches(contact, model.state.x.array)
-    found = [one.surfaces for one in met]
+    surfaces = [contact.surfaces for contact in met]
     gap = model.parameters.constants.get(_GAP)
     if gap is not None:
         # The plates push if they have energy that they would not have further away.
-        near, own = model.surfaces.energy(), float(gap.value)
+        near, width = model.surfaces.energy(), float(gap.value)
         model.parameters.set({_GAP: _AWAY})
         away = model.surfaces.energy()
-        model.parameters.set({_GAP: own})
+        model.parameters.set({_GAP: width})
         if summed(model.comm, near - away) > 0.0:
-            found.append(("free end", "snubber"))
-    return tuple(found)
+            surfaces.append(("free end", "snubber"))
+    return tuple(surfaces)

@@ -78,27 +78,27 @@ class Observed:
 def observe(recording: Recording) -> Observed:
     """Return the contents of a recording, those that are not compared included."""
     selected, recording = recording.cycles, recording.record
-    q, found = recording.displacement, branches(recording)
+    q, segments = recording.displacement, branches(recording)
     span = float(np.ptp(q))
     by_cycle = {
         cycle: float(max(np.abs(q[branch.start : branch.stop]).max() for branch in group))
-        for cycle, group in groupby(found, lambda branch: branch.cycle)
+        for cycle, group in groupby(segments, lambda branch: branch.cycle)
     }
     amplitudes = tuple(by_cycle.values())
     times = np.zeros(len(q)) if recording.time is None else recording.time
     seconds, way = np.diff(times), np.abs(np.diff(q))
-    beside = np.full((2, len(seconds)), np.inf)
+    neighbours = np.full((2, len(seconds)), np.inf)
     # The first and the last interval have a neighbour on one side only, which does not show a pause.
-    beside[0, 1:-1], beside[1, 1:-1] = seconds[:-2], seconds[2:]
-    paused = np.flatnonzero((seconds > _PAUSE * beside.max(axis=0)) & (way > _MOVED * span))
+    neighbours[0, 1:-1], neighbours[1, 1:-1] = seconds[:-2], seconds[2:]
+    paused = np.flatnonzero((seconds > _PAUSE * neighbours.max(axis=0)) & (way > _MOVED * span))
     held = [
         (float(np.ptp(times[branch.start : branch.stop])), float(q[branch.start : branch.stop].mean()))
-        for branch in (found if recording.time is not None else ())
+        for branch in (segments if recording.time is not None else ())
         if branch.kind == "hold"
     ]
     # Speeds of a group differ by less than a factor of `DIFFERENT_RATE`.
     groups: list[list[float]] = []
-    for speed in sorted(_speeds(recording, found, paused, _RAMP * max(amplitudes))):
+    for speed in sorted(_speeds(recording, segments, paused, _RAMP * max(amplitudes))):
         if groups and speed < DIFFERENT_RATE * groups[-1][0]:
             groups[-1].append(speed)
         else:
@@ -110,27 +110,27 @@ def observe(recording: Recording) -> Observed:
         compared=tuple(by_cycle[cycle] for cycle in selected) if selected else amplitudes,
         conditioning=recording.conditioning,
         rates=tuple(float(np.median(group)) for group in groups),
-        holds=tuple(seconds for seconds, at in held if abs(at) > _AT_REST * span),
-        rests=tuple(seconds for seconds, at in held if abs(at) <= _AT_REST * span),
+        holds=tuple(seconds for seconds, displacement in held if abs(displacement) > _AT_REST * span),
+        rests=tuple(seconds for seconds, displacement in held if abs(displacement) <= _AT_REST * span),
         pauses=tuple(map(float, seconds[paused])),
         timed=recording.time is not None,
         from_rest=bool(abs(q[0]) <= _AT_REST * span) and earlier(recording) is None,
-        unloads=any(branch.kind == "unloading" for branch in found),
+        unloads=any(branch.kind == "unloading" for branch in segments),
     )
 
 
 def _speeds(
-    recording: Recording, found: Sequence[Segment], paused: NDArray[np.int64], least: float
+    recording: Recording, segments: Sequence[Segment], paused: NDArray[np.int64], least: float
 ) -> Iterator[float]:
     """Yield the mean speed of each branch that is longer than `least`, without the pauses of the logger."""
     if recording.time is None:
         return
-    for i, branch in enumerate(found):
-        begin, last = max(departure(found, i), 0), branch.stop - 1
-        own = paused[(paused >= begin) & (paused < last)]
-        missed = recording.displacement[own + 1] - recording.displacement[own]
-        way = abs(recording.displacement[last] - recording.displacement[begin] - missed.sum())
-        seconds = recording.time[last] - recording.time[begin]
-        seconds -= (recording.time[own + 1] - recording.time[own]).sum()
+    for i, branch in enumerate(segments):
+        start, last = max(departure(segments, i), 0), branch.stop - 1
+        pauses = paused[(paused >= start) & (paused < last)]
+        missed = recording.displacement[pauses + 1] - recording.displacement[pauses]
+        way = abs(recording.displacement[last] - recording.displacement[start] - missed.sum())
+        seconds = recording.time[last] - recording.time[start]
+        seconds -= (recording.time[pauses + 1] - recording.time[pauses]).sum()
         if branch.kind != "hold" and way > least and seconds > 0:
             yield float(way / seconds)

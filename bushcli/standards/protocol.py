@@ -41,7 +41,7 @@ class Protocol:
     def violated(self) -> bool:
         """Whether a recording does not meet a standard that it names; good practice does not count."""
         return any(
-            clause.met is False and not clause.practice for _, _, asked in self.judged for clause in asked
+            clause.met is False and not clause.practice for _, _, clauses in self.judged for clause in clauses
         )
 
 
@@ -61,16 +61,16 @@ def protocol(
     programs : sequence of RecordedProgram
         Programs of load cases that were read from files.
     """
-    seen, tested = tuple(map(observe, curves)), tuple(map(observe, coupons))
+    bushings, tested = tuple(map(observe, curves)), tuple(map(observe, coupons))
     sources = (*case.recordings, *case.specimens, *case.coupons)
     judged = tuple(
-        (one.channel, source.standard, clauses(one, source))
-        for one, source in zip((*seen, *tested), sources, strict=True)
+        (observed.channel, source.standard, clauses(observed, source))
+        for observed, source in zip((*bushings, *tested), sources, strict=True)
         if source.standard is not None
     )
     read: tuple[Recording | RecordedProgram, ...] = (*curves, *coupons, *programs)
-    files = tuple(one for one in read if one.columns)
+    files = tuple(file for file in read if file.columns)
     remarks = tuple(
-        (one.name, repair.text) for one in read for repair in one.repairs if repair.kind == "columns"
+        (file.name, repair.text) for file in read for repair in file.repairs if repair.kind == "columns"
     )
-    return Protocol(seen, tested, judged, lacking(seen, tested), files, remarks)
+    return Protocol(bushings, tested, judged, lacking(bushings, tested), files, remarks)

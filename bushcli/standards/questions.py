@@ -27,33 +27,33 @@ class Lack:
     remedy: str  # the recording that would answer it
 
 
-def lacking(seen: Sequence[Observed], coupons: Sequence[Observed] = ()) -> tuple[Lack, ...]:
+def lacking(recordings: Sequence[Observed], coupons: Sequence[Observed] = ()) -> tuple[Lack, ...]:
     """Return the questions that recordings of a bushing and tests of its rubber leave open.
 
     Parameters
     ----------
-    seen : sequence of Observed
+    recordings : sequence of Observed
         Recordings of the bushing.
     coupons : sequence of Observed
         Material tests.
     """
-    return (*_of_rates(seen), *_of_cycles(seen), *_of_modes(seen, coupons))
+    return (*_of_rates(recordings), *_of_cycles(recordings), *_of_modes(recordings, coupons))
 
 
-def _of_rates(seen: Sequence[Observed]) -> Iterator[Lack]:
+def _of_rates(recordings: Sequence[Observed]) -> Iterator[Lack]:
     """Yield the questions that time, rates and holds leave open."""
-    if not seen:
+    if not recordings:
         return
-    names = tuple(one.channel for one in seen)
+    names = tuple(recording.channel for recording in recordings)
     question = "whether viscosity or friction opens the loops"
-    if not any(one.timed for one in seen):
+    if not any(recording.timed for recording in recordings):
         yield Lack(names, question, "there is no time", "record the time, or give sample_rate")
         return
-    if any(hold >= _HOLD for one in seen for hold in one.holds):
+    if any(hold >= _HOLD for recording in recordings for hold in recording.holds):
         return
     by_mode: dict[str, list[float]] = {}
-    for one in seen:
-        by_mode.setdefault(one.mode, []).extend(one.rates)
+    for recording in recordings:
+        by_mode.setdefault(recording.mode, []).extend(recording.rates)
     if any(rates and max(rates) >= DIFFERENT_RATE * min(rates) for rates in by_mode.values()):
         return
     yield Lack(
@@ -64,19 +64,19 @@ def _of_rates(seen: Sequence[Observed]) -> Iterator[Lack]:
     )
 
 
-def _of_cycles(seen: Sequence[Observed]) -> Iterator[Lack]:
+def _of_cycles(recordings: Sequence[Observed]) -> Iterator[Lack]:
     """Yield the questions that the number and amplitudes of the cycles leave open."""
-    flat = tuple(one.channel for one in seen if not one.unloads)
+    flat = tuple(recording.channel for recording in recordings if not recording.unloads)
     if flat:
         why, remedy = "the specimen is never unloaded", "record the unloading as well"
         yield Lack(flat, "damping, set and softening", why, remedy)
     # Where a later cycle goes further than the first, the softening shows.
     single = tuple(
-        one.channel
-        for one in seen
-        if one.unloads
-        and one.alike < 2
-        and max(one.amplitudes, default=0.0) <= (1.0 + ALIKE) * (*one.amplitudes, 0.0)[0]
+        recording.channel
+        for recording in recordings
+        if recording.unloads
+        and recording.alike < 2
+        and max(recording.amplitudes, default=0.0) <= (1.0 + ALIKE) * (*recording.amplitudes, 0.0)[0]
     )
     if single:
         yield Lack(
@@ -85,47 +85,50 @@ def _of_cycles(seen: Sequence[Observed]) -> Iterator[Lack]:
             "no travel is reached twice",
             "record two or more cycles to the same travel, the first one of a new part included",
         )
-    known = tuple(
-        one.channel
-        for one in seen
-        if one.conditioning and max(one.compared) <= (1.0 + ALIKE) * max(one.amplitudes[: one.conditioning])
+    conditioned = tuple(
+        recording.channel
+        for recording in recordings
+        if recording.conditioning
+        and max(recording.compared) <= (1.0 + ALIKE) * max(recording.amplitudes[: recording.conditioning])
     )
-    if known:
+    if conditioned:
         yield Lack(
-            known,
+            conditioned,
             "Mullins softening",
             "the first cycles condition the part, and the others go no further",
             "take later cycles beyond the conditioning amplitude, or compare the first cycles too",
         )
-    begun = tuple(one.channel for one in seen if not one.from_rest)
-    if begun:
+    preloaded = tuple(recording.channel for recording in recordings if not recording.from_rest)
+    if preloaded:
         why, remedy = "the recording begins away from rest", "begin at zero displacement and force"
-        yield Lack(begun, "offset and permanent set", why, remedy)
+        yield Lack(preloaded, "offset and permanent set", why, remedy)
 
 
-def _of_modes(seen: Sequence[Observed], coupons: Sequence[Observed]) -> Iterator[Lack]:
+def _of_modes(recordings: Sequence[Observed], coupons: Sequence[Observed]) -> Iterator[Lack]:
     """Yield the questions that recordings of a single mode, and coupon tests of a single kind, leave open."""
-    found = {one.mode for one in seen if modes()[one.mode].specimen == "bushing"}
-    if len(found) == 1:
+    names = {recording.mode for recording in recordings if modes()[recording.mode].specimen == "bushing"}
+    if len(names) == 1:
         # A mode that loads the rubber differently: a radial one unless this one is radial.
-        sideways = bool(modes()[next(iter(found))].sideways)
-        known = [one for one in modes().values() if one.directions]
-        other = next(one.name for one in known if bool(one.sideways) != sideways)
+        sideways = bool(modes()[next(iter(names))].sideways)
+        modes_of_bushing = [mode for mode in modes().values() if mode.directions]
+        other = next(mode.name for mode in modes_of_bushing if bool(mode.sideways) != sideways)
         yield Lack(
-            tuple(one.channel for one in seen),
+            tuple(recording.channel for recording in recordings),
             "whether the rubber is from another batch, or the geometry, compressibility or rig differs",
-            f"there is one mode only, {found.pop()}",
+            f"there is one mode only, {names.pop()}",
             f"record a second mode, such as {other}",
         )
-    found = {one.mode for one in coupons if not modes()[one.mode].needs_compressibility}
-    states = {"planar" if modes()[name].sheared else name for name in found}
+    names = {coupon.mode for coupon in coupons if not modes()[coupon.mode].needs_compressibility}
+    states = {"planar" if modes()[name].sheared else name for name in names}
     # Those that change the shape of the rubber, not its volume; simple shear is planar to the rubber.
-    shapes = [one for one in modes().values() if one.specimen == "coupon" and not one.needs_compressibility]
-    others = [one.name for one in shapes if not one.sheared and one.name not in states]
+    shapes = [
+        mode for mode in modes().values() if mode.specimen == "coupon" and not mode.needs_compressibility
+    ]
+    others = [mode.name for mode in shapes if not mode.sheared and mode.name not in states]
     if len(states) == 1 and others:
         yield Lack(
-            tuple(one.channel for one in coupons),
+            tuple(coupon.channel for coupon in coupons),
             f"the law in {' and '.join(others)} deformation",
-            f"there is one kind of coupon test only, {found.pop()}",
+            f"there is one kind of coupon test only, {names.pop()}",
             f"add one of the others ({', '.join(others)}), or use a law of I1 alone (yeoh)",
         )

@@ -50,55 +50,55 @@ class Standard:
 def standards() -> dict[str, Standard]:
     """Return all standards found in ``bushcli/standards/library``, by name."""
     package = importlib.import_module("bushcli.standards.library")
-    found = [
+    library = [
         importlib.import_module(f"{package.__name__}.{module.name}").STANDARD
         for module in pkgutil.iter_modules(package.__path__)
     ]
-    return {standard.name: standard for standard in sorted(found, key=lambda one: one.name)}
+    return {standard.name: standard for standard in sorted(library, key=lambda standard: standard.name)}
 
 
-def clauses(seen: Observed, source: Source) -> tuple[Clause, ...]:
+def clauses(observed: Observed, source: Source) -> tuple[Clause, ...]:
     """Return the requirements of the standard that a source names; nothing where it names none.
 
     Parameters
     ----------
-    seen : Observed
+    observed : Observed
     source : Source
     """
     if source.standard is None:
         return ()
     standard = standards()[source.standard]
-    if seen.mode not in standard.modes:
-        text, found = f"a test in mode {' or '.join(sorted(standard.modes))}", f"mode {seen.mode}"
-        return (Clause(text, found, False),)
-    return tuple(standard.judge(seen, source))
+    if observed.mode not in standard.modes:
+        text, mode = f"a test in mode {' or '.join(sorted(standard.modes))}", f"mode {observed.mode}"
+        return (Clause(text, mode, False),)
+    return tuple(standard.judge(observed, source))
 
 
 def speed_clause(
-    seen: Observed, source: Source, wanted: Sequence[tuple[float, float]], practice: bool = False
+    observed: Observed, source: Source, wanted: Sequence[tuple[float, float]], practice: bool = False
 ) -> Clause:
     """Return the clause on the speed of the grips or plates."""
     text = " or ".join(f"{speed:g} ± {slack:g} mm/min" for speed, slack in wanted)
     length = source.specimen.gauge_length
-    if not seen.rates:
+    if not observed.rates:
         return Clause(f"speed {text}", "no time", None, practice)
     if length is None:
-        shown = ", ".join(f"{rate:.3g}" for rate in seen.rates)
-        found = f"{shown} strain per second, and no gauge_length to turn it into a speed"
-        return Clause(f"speed {text}", found, None, practice)
-    speeds = [60.0 * rate * length for rate in seen.rates]
+        shown = ", ".join(f"{rate:.3g}" for rate in observed.rates)
+        unknown = f"{shown} strain per second, and no gauge_length to turn it into a speed"
+        return Clause(f"speed {text}", unknown, None, practice)
+    speeds = [60.0 * rate * length for rate in observed.rates]
     ends = [want + side * slack for want, slack in wanted for side in (-1, 1)]
     met = all(any(abs(speed - want) <= slack for want, slack in wanted) for speed in speeds)
     shown = ", ".join(f"{significant(speed, *ends)} mm/min" for speed in speeds)
     return Clause(f"speed {text}", shown, met, practice)
 
 
-def cycles_clause(seen: Observed, least: int, text: str) -> Clause:
+def cycles_clause(observed: Observed, least: int, text: str) -> Clause:
     """Return the clause of good practice on the number of cycles of the same amplitude."""
-    known = f", {seen.conditioning} of them marked as conditioning" if seen.conditioning else ""
+    marked = f", {observed.conditioning} of them marked as conditioning" if observed.conditioning else ""
     return Clause(
         text,
-        f"{seen.alike} cycle{'s' if seen.alike != 1 else ''} to the largest travel{known}",
-        seen.alike >= least,
+        f"{observed.alike} cycle{'s' if observed.alike != 1 else ''} to the largest travel{marked}",
+        observed.alike >= least,
         practice=True,
     )

@@ -21,10 +21,10 @@ from bushcli.effects.exported import CardPart
 from bushcli.effects.prior import Prior
 
 
-def parallel(q: Signal, force: Signal, time: Array | None, given: Given) -> Signal:
+def parallel(q: Signal, force: Signal, time: Array | None, parameters: Given) -> Signal:
     """Multiply the force by exp(log_factor)."""
-    factor = np.exp(given["log_factor"].value)
-    return force * Signal(factor, factor * given["log_factor"].slope)
+    factor = np.exp(parameters["log_factor"].value)
+    return force * Signal(factor, factor * parameters["log_factor"].slope)
 
 
 def card(values: Mapping[str, float]) -> CardPart:

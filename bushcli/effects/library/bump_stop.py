@@ -15,11 +15,11 @@ from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 
-def parallel(q: Signal, force: Signal, time: Array | None, given: Given) -> Signal:
+def parallel(q: Signal, force: Signal, time: Array | None, parameters: Given) -> Signal:
     """Add the force of the stop to the force of the bushing."""
-    over = q - given["gap"]
-    engaged = over.value > 0.0 if given["gap"].value >= 0.0 else over.value < 0.0
-    return force + given["stiffness"] * over.where(engaged)
+    over = q - parameters["gap"]
+    engaged = over.value > 0.0 if parameters["gap"].value >= 0.0 else over.value < 0.0
+    return force + parameters["stiffness"] * over.where(engaged)
 
 
 _GAPS = tuple(round(0.05 * i, 2) for i in range(8, 20))

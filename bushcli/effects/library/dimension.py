@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from forms.law import Scalar
 
 
-def _moved(values: Values, x: Scalar, shape: Shape) -> Moved:
+def _displacement(values: Values, x: Scalar, shape: Shape) -> Moved:
     """Move the outer bond by the change of thickness, the inner bond not at all, and heights in proportion."""
     import ufl
 
@@ -62,7 +62,9 @@ def feature() -> Feature:
     """Return the true shape of the stress-free rubber."""
     from cases.feature import Feature
 
-    return Feature(stress_free=_moved, arms=lambda values, x, shape: _moved(values, x, shape).displacement)
+    return Feature(
+        stress_free=_displacement, arms=lambda values, x, shape: _displacement(values, x, shape).displacement
+    )
 
 
 EFFECT = Effect(

@@ -20,13 +20,13 @@ from bushcli.effects.prior import Prior
 SERIES = 1e-4
 
 
-def read(force: Signal, time: Array | None, given: Given) -> Signal:
+def read(force: Signal, time: Array | None, parameters: Given) -> Signal:
     """Add the drift since the recording began to the force."""
     if time is None:
         raise ValueError("a drift needs time")
-    if "settling" not in given:
-        return force + given["rate"] * Signal(time, np.zeros((len(time), force.slope.shape[1])))
-    settling = given["settling"]
+    if "settling" not in parameters:
+        return force + parameters["rate"] * Signal(time, np.zeros((len(time), force.slope.shape[1])))
+    settling = parameters["settling"]
     # (1 - exp(-x)) / x and its derivative, both without cancellation where x is small.
     x = float(settling.value) * time
     small = np.abs(x) < SERIES
@@ -34,7 +34,7 @@ def read(force: Signal, time: Array | None, given: Given) -> Signal:
     share = np.where(small, 1.0 - x / 2.0 + x**2 / 6.0, -np.expm1(-x) / safe)
     slope = np.where(small, -0.5 + x / 3.0 - x**2 / 8.0, (np.exp(-x) - share) / safe)
     elapsed = Signal(time * share, (time**2 * slope)[:, None] * settling.slope)
-    return force + given["rate"] * elapsed
+    return force + parameters["rate"] * elapsed
 
 
 EFFECT = Effect(

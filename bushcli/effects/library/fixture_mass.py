@@ -22,9 +22,9 @@ from bushcli.effects.prior import Prior
 _PER_MM = 1e-3
 
 
-def vibrate(omega: Array, given: Given) -> tuple[Signal, Signal]:
+def vibrate(omega: Array, parameters: Given) -> tuple[Signal, Signal]:
     """Return the factor of K* (n,), 1, and what is added to it, -mass omega^2, N/mm or N mm/rad."""
-    mass, inertia = given["mass"], -_PER_MM * omega**2
+    mass, inertia = parameters["mass"], -_PER_MM * omega**2
     same = Signal(np.ones(len(omega)), np.zeros((len(omega), len(mass.slope))))
     return same, Signal(inertia * mass.value, inertia[:, None] * mass.slope)
 

@@ -17,9 +17,9 @@ from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 
-def drive(q: Signal, given: Given) -> Signal:
+def drive(q: Signal, parameters: Given) -> Signal:
     """Return the part of the rig's displacement that lies beyond the dead band."""
-    width = given["half_width"]
+    width = parameters["half_width"]
     sign = np.sign(q.value)
     edge = Signal(sign * width.value, sign[:, None] * width.slope)
     return (q - edge).where(np.abs(q.value) > width.value)

@@ -16,9 +16,9 @@ from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 
-def read(force: Signal, time: Array | None, given: Given) -> Signal:
+def read(force: Signal, time: Array | None, parameters: Given) -> Signal:
     """Multiply the force by 1 + error."""
-    error = given["error"]
+    error = parameters["error"]
     return force * Signal(np.asarray(1.0 + error.value), error.slope)
 
 

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 TILTS = ("tilt_across", "tilt")
 
 
-def _moved(values: Values, x: Scalar, shape: Shape) -> Moved:
+def _displacement(values: Values, x: Scalar, shape: Shape) -> Moved:
     """Move the inner bond by offsets and tilts, the outer one not at all, the rubber between them in proportion."""
     import ufl
 
@@ -45,9 +45,9 @@ def _moved(values: Values, x: Scalar, shape: Shape) -> Moved:
         steep = ufl.conditional(ufl.And(share > 0, share < 1), steep, 0)
         share = ufl.min_value(ufl.max_value(share, 0), 1)
     offset = [values.get(name, 0.0) for name in ("offset", "offset_across", "offset_along")]
-    turned = _turned(values, x, shape)
-    if turned is not None:
-        return Moved.by(share * (ufl.as_vector(offset) + turned))
+    rotated = _turned(values, x, shape)
+    if rotated is not None:
+        return Moved.by(share * (ufl.as_vector(offset) + rotated))
     # M = I + offset (x) grad(share), whose inverse is Sherman and Morrison's; share does not depend on z.
     slope = [steep * x[i] for i in (0, 1)]
     ratio = 1 + offset[0] * slope[0] + offset[1] * slope[1]
@@ -87,7 +87,7 @@ def feature() -> Feature:
     from cases.feature import Feature
 
     return Feature(
-        stress_free=_moved,
+        stress_free=_displacement,
         arms=_turned,
         breaks=frozenset({"x"}),
         breaks_with=(

@@ -20,14 +20,14 @@ ZERO = "engineering judgement: sensors are zeroed by hand, to some hundredths of
 AT = ("at_rest", "under_preload")
 
 
-def drive(q: Signal, given: Given) -> Signal:
+def drive(q: Signal, parameters: Given) -> Signal:
     """Return the displacement from the true rest position."""
-    return q - given["displacement"] if "displacement" in given else q
+    return q - parameters["displacement"] if "displacement" in parameters else q
 
 
-def read(force: Signal, time: Array | None, given: Given) -> Signal:
+def read(force: Signal, time: Array | None, parameters: Given) -> Signal:
     """Add the force that the load cell reads at rest."""
-    return force + given["force"] if "force" in given else force
+    return force + parameters["force"] if "force" in parameters else force
 
 
 EFFECT = Effect(

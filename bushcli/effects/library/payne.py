@@ -48,7 +48,7 @@ def _branches(values: Values) -> list[Attached]:
     return [Attached(BRANCH, clock), *branches]
 
 
-def _thinned(values: Mapping[str, float]) -> ThinnedSpectrum:
+def _thinned_spectrum(values: Mapping[str, float]) -> ThinnedSpectrum:
     """Return the same for vibrations."""
     from cases.sine import ThinnedSpectrum
     from forms.branches.payne import spectrum
@@ -62,7 +62,7 @@ def feature() -> Feature:
     """Return the spectrum on its clock."""
     from cases.feature import Feature
 
-    return Feature(branches=_branches, thinned=_thinned)
+    return Feature(branches=_branches, thinned=_thinned_spectrum)
 
 
 # Four strain sweeps of a carbon-black compound and two loops of a bonded shear specimen (`benchmarks/payne.md`).

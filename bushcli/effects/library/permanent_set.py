@@ -21,9 +21,9 @@ from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 
-def drive(q: Signal, given: Given) -> Signal:
+def drive(q: Signal, parameters: Given) -> Signal:
     """Return q - set (M+ + M-)."""
-    return q - given["set"] * (_running_maximum(q, 1) + _running_maximum(q, -1))
+    return q - parameters["set"] * (_running_maximum(q, 1) + _running_maximum(q, -1))
 
 
 def _running_maximum(q: Signal, sign: int) -> Signal:

@@ -20,17 +20,17 @@ from bushcli.effects.prior import Prior
 from cases.mode import modes
 
 
-def spring(force: Signal, given: Given) -> Signal:
+def spring(force: Signal, parameters: Given) -> Signal:
     """Return the extension of the rig (n,), mm."""
-    if "curvature" not in given:
-        return given["compliance"] * force
+    if "curvature" not in parameters:
+        return parameters["compliance"] * force
     sign = np.sign(force.value)
-    bend = given["curvature"] * Signal(np.abs(force.value), sign[:, None] * force.slope)
+    bend = parameters["curvature"] * Signal(np.abs(force.value), sign[:, None] * force.slope)
     x = bend.value
     stiffer = 1.0 / (1.0 - np.minimum(x, 0.0))
     factor = np.where(x > 0.0, 1.0 + x, stiffer)
     rate = np.where(x > 0.0, 1.0, stiffer**2)
-    return given["compliance"] * force * Signal(factor, rate[:, None] * bend.slope)
+    return parameters["compliance"] * force * Signal(factor, rate[:, None] * bend.slope)
 
 
 EFFECT = Effect(

@@ -18,9 +18,9 @@ from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 
-def vibrate(omega: Array, given: Given) -> tuple[Signal, Signal]:
+def vibrate(omega: Array, parameters: Given) -> tuple[Signal, Signal]:
     """Return the factor of K* (n,), and what is added to it, nothing."""
-    period, cycles = given["period"], omega / (2.0 * np.pi)
+    period, cycles = parameters["period"], omega / (2.0 * np.pi)
     factor = np.asarray(1.0 / (1.0 - (cycles * period.value) ** 2), dtype=np.float64)
     slope = (2.0 * cycles**2 * period.value * factor**2)[:, None] * period.slope
     return Signal(factor, slope), Signal(np.zeros(len(omega)), np.zeros_like(slope))

@@ -38,10 +38,10 @@ class Compliant(Sleeve):
 def _sleeves(shape: Shape, values: Mapping[str, float]) -> Shape:
     """Give a bushing the sleeves that it lacks, held at their ends."""
     sleeve = Compliant(thickness=values["thickness"], grip="ends")
-    found = shape.sleeved(sleeve, sleeve)
-    if found is None:
+    sleeved = shape.sleeved(sleeve, sleeve)
+    if sleeved is None:
         raise TypeError(f"a {type(shape).__name__} has no sleeves")
-    return found
+    return sleeved
 
 
 def _modulus(values: Values, sleeve: Metal) -> Scalar | None:

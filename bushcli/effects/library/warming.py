@@ -18,15 +18,15 @@ from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 
-def parallel(q: Signal, force: Signal, time: Array | None, given: Given) -> Signal:
+def parallel(q: Signal, force: Signal, time: Array | None, parameters: Given) -> Signal:
     """Multiply the force by 1 - amount (1 - exp(-t / tau))."""
     if time is None:
         raise ValueError("warming needs time")
-    amount, tau = given["amount"], given["tau"]
-    left = np.exp(-time / tau.value)
-    rise = Signal(1.0 - left, (-left * time / tau.value**2)[:, None] * tau.slope)
-    lost = rise * amount
-    return force * Signal(1.0 - lost.value, -lost.slope)
+    amount, tau = parameters["amount"], parameters["tau"]
+    decay = np.exp(-time / tau.value)
+    rise = Signal(1.0 - decay, (-decay * time / tau.value**2)[:, None] * tau.slope)
+    softening = rise * amount
+    return force * Signal(1.0 - softening.value, -softening.slope)
 
 
 EFFECT = Effect(

@@ -77,9 +77,9 @@ class Softening:
         i = min(bisect_right(self.reached, largest), len(self.lost)) - 1
         below, above = self.reached[i], self.reached[i + 1]
         # Linear between two largest displacements, from zero at rest; constant beyond the last one.
-        at = min(1.0, (largest - below) / (above - below))
+        weight = min(1.0, (largest - below) / (above - below))
         low = self.lost[i - 1](x) if i > 0 else 0.0
-        return low + at * (self.lost[i](x) - low)
+        return low + weight * (self.lost[i](x) - low)
 
 
 class StrainClass:
@@ -104,26 +104,26 @@ class StrainClass:
         self.maxwell = [(data["share"] * g, tau) for g, tau in clock["maxwell"]]
 
     def passed(
-        self, begin: float, end: float, duration: float, reached: list[float]
+        self, start: float, end: float, duration: float, strain_range: list[float]
     ) -> tuple[float, list[float]]:
         """Return what passes on the clock while the strain moves, s, and centre and half of the range at the end.
 
         Parameters
         ----------
-        begin, end : float
+        start, end : float
             Strain.
         duration : float
             s.
-        reached : list of float
+        strain_range : list of float
             Centre and half of the range at the beginning.
         """
-        kept = math.exp(-self.clock["fading"] * duration)
-        centre, half = kept * reached[0] + (1.0 - kept) * begin, kept * reached[1]
+        retained = math.exp(-self.clock["fading"] * duration)
+        centre, half = retained * strain_range[0] + (1.0 - retained) * start, retained * strain_range[1]
         beyond = max(abs(end - centre) - half, 0.0)
         # With the mean of a at beginning and end.
         speed = self.clock["path"] * (self.clock["offset"] + half + 0.25 * beyond) ** self.clock["exponent"]
         moved = centre + math.copysign(0.5 * beyond, end - centre)
-        return duration + speed * abs(end - begin), [moved, half + 0.5 * beyond]
+        return duration + speed * abs(end - start), [moved, half + 0.5 * beyond]
 
 
 class ChannelForceLaw:
@@ -146,7 +146,7 @@ class ChannelForceLaw:
         self.maxwell = [(float(g), float(tau)) for g, tau in data["maxwell"]]
         self.sliders = [(float(k), float(limit)) for k, limit in data["sliders"]]
         clock = data.get("clock") or {"maxwell": [], "classes": []}
-        self.classes = [StrainClass(clock, one, q) for one in clock["classes"]]
+        self.classes = [StrainClass(clock, data_of_class, q) for data_of_class in clock["classes"]]
         self.range = q[-1] - q[0]
         self.softening = Softening(data["softening"]) if data.get("softening") else None
         self.set = float(data.get("set") or 0.0)
@@ -203,8 +203,8 @@ class ChannelForceLaw:
         """Start at rest at a displacement, mm or rad, or in the unit of the data, with relaxed branches."""
         self.state[:] = [0.0] * len(self.state)
         self._move(q)
-        for i, one in enumerate(self.classes):
-            self.state[self.reached + 2 * i] = one.strain(self.driven)
+        for i, strain_class in enumerate(self.classes):
+            self.state[self.reached + 2 * i] = strain_class.strain(self.driven)
 
     def advance(self, q: float, duration: float) -> float:
         """Move to a displacement at constant speed, and return the force there.
@@ -217,12 +217,12 @@ class ChannelForceLaw:
             Duration of the motion, s; 0 for a sudden step.
         """
         parts = min(MOST_PARTS, max(1, math.ceil(abs(q - self.q) / (PART * self.range))))
-        begin, last = self.q, self.driven
+        start, last = self.q, self.driven
         for part in range(1, parts + 1):
-            self._move(begin + (q - begin) * part / parts)
-            driven = self.driven
-            self._follow(last, driven, duration / parts)
-            last = driven
+            self._move(start + (q - start) * part / parts)
+            displacement = self.driven
+            self._follow(last, displacement, duration / parts)
+            last = displacement
         if self.warming:
             self.state[self.elapsed] += duration
         return self.force
@@ -231,22 +231,24 @@ class ChannelForceLaw:
         """Move to a displacement, and store it if it is the largest so far."""
         self.q = q
         if self.set:
-            first = self.extremes
-            self.state[first : first + 2] = max(self.state[first], q), min(self.state[first + 1], q)
+            index = self.extremes
+            self.state[index : index + 2] = max(self.state[index], q), min(self.state[index + 1], q)
         if self.softening is not None:
             self.state[self.largest] = max(self.state[self.largest], abs(self.driven))
 
-    def _follow(self, begin: float, end: float, duration: float) -> None:
+    def _follow(self, start: float, end: float, duration: float) -> None:
         """Advance the branches by a motion; the result is exact for a rise of H that is linear in time."""
-        rise = self.elastic(end) - self.elastic(begin)
+        rise = self.elastic(end) - self.elastic(start)
         self._relax(0, self.maxwell, rise, duration)
         for j, (k, limit) in enumerate(self.sliders, len(self.maxwell)):
             self.state[j] = max(-limit, min(limit, self.state[j] + k * rise))
-        for i, one in enumerate(self.classes):
-            own = slice(self.reached + 2 * i, self.reached + 2 * i + 2)
-            strains = one.strain(begin), one.strain(end)
-            time, self.state[own] = one.passed(*strains, duration, self.state[own])
-            self._relax(self.clocked + i * len(one.maxwell), one.maxwell, rise, time)
+        for i, strain_class in enumerate(self.classes):
+            state_of_class = slice(self.reached + 2 * i, self.reached + 2 * i + 2)
+            strains = strain_class.strain(start), strain_class.strain(end)
+            time, self.state[state_of_class] = strain_class.passed(
+                *strains, duration, self.state[state_of_class]
+            )
+            self._relax(self.clocked + i * len(strain_class.maxwell), strain_class.maxwell, rise, time)
 
     def _relax(self, first: int, maxwell: list[tuple[float, float]], rise: float, time: float) -> None:
         """Advance the Maxwell branches, whose states begin at this index, by a change of H in a time step, s."""
@@ -267,4 +269,4 @@ class ForceLaw:
     """
 
     def __init__(self, data: dict) -> None:  # type: ignore[type-arg]  # JSON
-        self.channels = {name: ChannelForceLaw(one) for name, one in data["channels"].items()}
+        self.channels = {name: ChannelForceLaw(channel) for name, channel in data["channels"].items()}

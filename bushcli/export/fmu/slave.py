@@ -70,5 +70,6 @@ class Variables:
 
     def _kinds(self) -> list[tuple[str, str]]:
         return [
-            (name, "angle" if one["rotational"] else "length") for name, one in self.data["channels"].items()
+            (name, "angle" if channel["rotational"] else "length")
+            for name, channel in self.data["channels"].items()
         ]

@@ -24,7 +24,7 @@ class Bushing(Fmi2Slave, Variables):  # type: ignore[misc]  # its type is not kn
             self.register_variable(Real(name, causality=Fmi2Causality.input, description=text, start=0.0))
         for name, unit, text, channel in self.outputs():
             self.unit_of[name] = unit
-            get = (lambda one: lambda: one.force)(channel)
+            get = (lambda law: lambda: law.force)(channel)
             self.register_variable(
                 Real(
                     name,

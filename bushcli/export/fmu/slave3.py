@@ -36,7 +36,7 @@ class Bushing(Fmi3Slave, Variables):  # type: ignore[misc]  # its type is not kn
                 Float64(name, causality=Fmi3Causality.input, description=text, start=0.0, unit=unit)
             )
         for name, unit, text, channel in self.outputs():
-            get = (lambda one: lambda: one.force)(channel)
+            get = (lambda law: lambda: law.force)(channel)
             self.register_variable(
                 Float64(
                     name,

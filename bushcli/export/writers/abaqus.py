@@ -30,22 +30,22 @@ _KEYWORDS = {
 
 def write(order: Order) -> str:
     """Return the material."""
-    one, units = rubber(order), order.units
+    material, units = rubber(order), order.units
     lines = [f"*MATERIAL, NAME={order.name}", density(order).rstrip()]
-    lines.append(hyperelastic(order, "MODULI=LONG TERM" if one.series else ""))
-    if one.series:
+    lines.append(hyperelastic(order, "MODULI=LONG TERM" if material.series else ""))
+    if material.series:
         lines.append(_KEYWORDS[order.form])
-    if one.series and order.form == FREQUENCY_TABULAR:
-        corners = np.log10([1.0 / (2.0 * np.pi * tau) for _, tau in one.series])
+    if material.series and order.form == FREQUENCY_TABULAR:
+        corners = np.log10([1.0 / (2.0 * np.pi * tau) for _, tau in material.series])
         low, high = corners.min() - _BEYOND, corners.max() + _BEYOND
         frequency = np.logspace(low, high, int(np.ceil(_PER_DECADE * (high - low))) + 1)
-        s = modulus(frequency, one.series)
+        s = modulus(frequency, material.series)
         rows = zip(s.imag, -s.real, units.of_frequency(1.0) * frequency, strict=True)
         lines += [joined([loss, storage, 0.0, 0.0, f]) for loss, storage, f in rows]
-    elif one.series:
-        lines += [joined([share, 0.0, units.of_time(tau)]) for share, tau in instantaneous_shares(one)]
-    if one.softening is not None:
-        soft = one.softening
+    elif material.series:
+        lines += [joined([share, 0.0, units.of_time(tau)]) for share, tau in instantaneous_shares(material)]
+    if material.softening is not None:
+        soft = material.softening
         lines += ["*MULLINS EFFECT", joined([1.0 / soft.inverse_r, units.of_stress(soft.m), soft.beta])]
     return "\n".join(lines)
 

@@ -26,29 +26,29 @@ _MATERIAL = 1
 
 def write(order: Order) -> str:
     """Return the commands for material 1."""
-    one, units = rubber(order), order.units
+    material, units = rubber(order), order.units
     lines = [f"/COM, {order.name}: material {_MATERIAL}"]
-    lines.append(f"MP,DENS,{_MATERIAL},{units.of_density(one.density):.10g}")
-    option, count = _OPTIONS[one.law]
-    values, D = stresses(order, one.instantaneous), incompressibility(order)
+    lines.append(f"MP,DENS,{_MATERIAL},{units.of_density(material.density):.10g}")
+    option, count = _OPTIONS[material.law]
+    values, D = stresses(order, material.instantaneous), incompressibility(order)
     numbers = [*values.values(), D]
-    if one.law == "neo_hookean":
+    if material.law == "neo_hookean":
         # The initial shear modulus, W = mu/2 (I1 - 3).
         numbers = [2.0 * values["C10"], D]
-    elif one.law == "yeoh":
+    elif material.law == "yeoh":
         numbers = [values["C10"], values["C20"], values["C30"], D, 0.0, 0.0]
-    elif one.law == "ogden":
+    elif material.law == "ogden":
         terms = ogden_terms(values)
         count = len(terms)
         numbers = [n for term in terms for n in term] + [D] + [0.0] * (count - 1)
     lines += [f"TB,HYPER,{_MATERIAL},1,{count},{option}", *_data(numbers)]
-    if one.series:
-        lines.append(f"TB,PRONY,{_MATERIAL},1,{len(one.series)},SHEAR")
-        lines += _data([n for a, tau in instantaneous_shares(one) for n in (a, units.of_time(tau))])
-    if one.softening is not None:
-        soft = one.softening
+    if material.series:
+        lines.append(f"TB,PRONY,{_MATERIAL},1,{len(material.series)},SHEAR")
+        lines += _data([n for a, tau in instantaneous_shares(material) for n in (a, units.of_time(tau))])
+    if material.softening is not None:
+        soft = material.softening
         lines.append(f"TB,CDM,{_MATERIAL},1,3,PSE2")
-        lines += _data([1.0 / soft.inverse_r, units.of_stress(one.instantaneous * soft.m), soft.beta])
+        lines += _data([1.0 / soft.inverse_r, units.of_stress(material.instantaneous * soft.m), soft.beta])
     return "\n".join(lines)
 
 

@@ -25,11 +25,11 @@ def write(order: Order) -> str:
         )
     )
     for curve in order.bushing.curves:
-        turned = curve.rotational
+        rotational = curve.rotational
         times = [""] * len(curve.displacement) if curve.time is None else [f"{t:.12g}" for t in curve.time]
         for time, q, force in zip(times, curve.displacement, curve.force, strict=True):
-            x = float(q) if turned else units.of_length(float(q))
-            y = units.of_moment(float(force)) if turned else units.of_force(float(force))
+            x = float(q) if rotational else units.of_length(float(q))
+            y = units.of_moment(float(force)) if rotational else units.of_force(float(force))
             table.writerow((one_line(curve.name), curve.mode, time, f"{x:.12g}", f"{y:.12g}"))
     return text.getvalue()
 

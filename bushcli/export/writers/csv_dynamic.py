@@ -27,20 +27,20 @@ def write(order: Order) -> str:
     # A load case's name may contain a comma.
     table = csv.writer(text, lineterminator="\n")
     table.writerow(_COLUMNS)
-    for one in order.bushing.vibrations:
-        force = units.of_moment if one.rotational else units.of_force
-        length = 1.0 if one.rotational else units.of_length(1.0)
+    for vibration in order.bushing.vibrations:
+        force = units.of_moment if vibration.rotational else units.of_force
+        length = 1.0 if vibration.rotational else units.of_length(1.0)
         static: tuple[object, ...] = ("", "")
-        if one.static is not None:
-            static = (f"{length * one.static[0]:.12g}", f"{force(one.static[1]):.12g}")
-        peak = "" if one.amplitude is None else f"{length * one.amplitude:.12g}"
-        point = "transfer" if one.transfer else "driving"
-        for direction in one.directions:
-            for f, k, c in zip(one.frequency, one.stiffness, one.damping, strict=True):
+        if vibration.static is not None:
+            static = (f"{length * vibration.static[0]:.12g}", f"{force(vibration.static[1]):.12g}")
+        peak = "" if vibration.amplitude is None else f"{length * vibration.amplitude:.12g}"
+        point = "transfer" if vibration.transfer else "driving"
+        for direction in vibration.directions:
+            for f, k, c in zip(vibration.frequency, vibration.stiffness, vibration.damping, strict=True):
                 per = force(1.0) / length
                 complex_parts = (per * k.real, per * k.imag, units.of_time(per * c))
                 numbers = (units.of_frequency(f), per * abs(k), np.degrees(np.angle(k)), *complex_parts)
-                row = (direction, one_line(one.name), point, *static, peak)
+                row = (direction, one_line(vibration.name), point, *static, peak)
                 table.writerow((*row, *(f"{number:.12g}" for number in numbers)))
     return text.getvalue()
 

@@ -25,38 +25,38 @@ LAWS = {
 
 def write(order: Order) -> str:
     """Return the file with the material as number 1."""
-    one, units = rubber(order), order.units
+    material, units = rubber(order), order.units
     root = ElementTree.Element("febio_spec", version="4.0")
     ElementTree.SubElement(root, "Module", type="solid")
-    material = ElementTree.SubElement(ElementTree.SubElement(root, "Material"), "material", id="1")
-    material.set("name", order.name)
-    _number(material, "density", units.of_density(one.density))
-    elastic = material
-    if one.series:
-        material.set("type", "uncoupled viscoelastic")
-        for i, (g, tau) in enumerate(one.series, start=1):
-            _number(material, f"g{i}", g)
-            _number(material, f"t{i}", units.of_time(tau))
-        elastic = ElementTree.SubElement(material, "elastic")
-    elastic.set("type", LAWS[one.law])
+    element = ElementTree.SubElement(ElementTree.SubElement(root, "Material"), "material", id="1")
+    element.set("name", order.name)
+    _number(element, "density", units.of_density(material.density))
+    elastic = element
+    if material.series:
+        element.set("type", "uncoupled viscoelastic")
+        for i, (g, tau) in enumerate(material.series, start=1):
+            _number(element, f"g{i}", g)
+            _number(element, f"t{i}", units.of_time(tau))
+        elastic = ElementTree.SubElement(element, "elastic")
+    elastic.set("type", LAWS[material.law])
     values = stresses(order)
-    if one.law in ("neo_hookean", "mooney_rivlin"):
+    if material.law in ("neo_hookean", "mooney_rivlin"):
         constants = {"c1": values["C10"], "c2": values.get("C01", 0.0)}
-    elif one.law == "yeoh":
+    elif material.law == "yeoh":
         constants = {"c1": values["C10"], "c2": values["C20"], "c3": values["C30"]}
-    elif one.law == "ogden":
+    elif material.law == "ogden":
         numbered = list(enumerate(ogden_terms(values), start=1))
         constants = {f"c{i}": mu * alpha for i, (mu, alpha) in numbered} | {
             f"m{i}": a for i, (_, a) in numbered
         }
-    elif one.law == "arruda_boyce":
+    elif material.law == "arruda_boyce":
         constants = {"mu": values["mu"], "N": values["lambda_m"] ** 2}
     else:
         constants = {"G": values["mu"], "Jm": values["Jm"]}
     for name, value in constants.items():
         _number(elastic, name, value)
     # FEBio expects the bulk modulus of the whole material in the outer material.
-    _number(material, "k", units.of_stress(one.bulk_modulus))
+    _number(element, "k", units.of_stress(material.bulk_modulus))
     ElementTree.indent(root)
     return '<?xml version="1.0" encoding="ISO-8859-1"?>\n' + ElementTree.tostring(root, encoding="unicode")
 

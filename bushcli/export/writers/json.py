@@ -29,15 +29,15 @@ def write(order: Order) -> str:
         "remarks": list(order.bushing.remarks),
     }
     curves = []
-    for one in order.bushing.curves:
-        length = 1.0 if one.rotational else units.of_length(1.0)
-        force = units.of_moment if one.rotational else units.of_force
+    for curve in order.bushing.curves:
+        length = 1.0 if curve.rotational else units.of_length(1.0)
+        force = units.of_moment if curve.rotational else units.of_force
         values = {
-            "time": None if one.time is None else one.time.tolist(),
-            "displacement": [length * float(q) for q in one.displacement],
-            "force": [force(float(value)) for value in one.force],
+            "time": None if curve.time is None else curve.time.tolist(),
+            "displacement": [length * float(q) for q in curve.displacement],
+            "force": [force(float(value)) for value in curve.force],
         }
-        curves.append({"name": one.name, "mode": one.mode, **values})
+        curves.append({"name": curve.name, "mode": curve.mode, **values})
     document["curves"] = curves
     if matrix is not None:
         document["stiffness_matrix"] = {

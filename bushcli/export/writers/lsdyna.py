@@ -16,10 +16,10 @@ _H = ("c10", "c01", "c11", "c20", "c02", "c30")
 
 def write(order: Order) -> str:
     """Return the keyword for material 1."""
-    one, values, units = rubber(order), stresses(order), order.units
-    ro = units.of_density(one.density)
-    if one.law == "arruda_boyce":
-        numbers = (ro, units.of_stress(one.bulk_modulus), values["mu"], values["lambda_m"] ** 2)
+    material, values, units = rubber(order), stresses(order), order.units
+    ro = units.of_density(material.density)
+    if material.law == "arruda_boyce":
+        numbers = (ro, units.of_stress(material.bulk_modulus), values["mu"], values["lambda_m"] ** 2)
         lines = [
             "*MAT_127_TITLE",
             order.name,
@@ -30,7 +30,7 @@ def write(order: Order) -> str:
         ]
     else:
         kind, blocks = "H", [{name: values.get(name.upper(), 0.0) for name in _H}]
-        if one.law == "ogden":
+        if material.law == "ogden":
             terms = ogden_terms(values)
             kind, terms = "O", terms + [(0.0, 0.0)] * (8 - len(terms))
             blocks = [
@@ -47,11 +47,11 @@ def write(order: Order) -> str:
         for block in blocks:
             lines.append("$" + "".join(name.rjust(10) for name in block)[1:])
             lines.append("".join(map(field, block.values())))
-    if one.series:
+    if material.series:
         # A line per branch: shear modulus and decay constant.
-        modulus = units.of_stress(one.shear_modulus)
+        modulus = units.of_stress(material.shear_modulus)
         lines.append("$       gi     betai")
-        lines += [field(g * modulus) + field(1.0 / units.of_time(tau)) for g, tau in one.series]
+        lines += [field(g * modulus) + field(1.0 / units.of_time(tau)) for g, tau in material.series]
     return "\n".join(lines)
 
 

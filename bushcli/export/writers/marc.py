@@ -42,20 +42,20 @@ def write(order: Order) -> str:
 
 def _law(order: Order) -> list[str]:
     """Return the commands for the law's constants; none where no public command sets them."""
-    one = rubber(order)
-    known, kind = stresses(order, one.instantaneous), _TYPES.get(WRITER.laws[one.law])
+    material = rubber(order)
+    values, kind = stresses(order, material.instantaneous), _TYPES.get(WRITER.laws[material.law])
     if kind is None:
         return []
     lines = [f"*mater_option structural:type:{kind}"]
     if kind == "ogden":
-        terms = ogden_terms(known)
+        terms = ogden_terms(values)
         lines.append(f"*mater_param structural:ogden_nterm {len(terms)}")
         for i, (mu, alpha) in enumerate(terms, start=1):
             lines.append(f"*mater_param structural:ogden_modulus_{i} {mu:.10g}")
             lines.append(f"*mater_param structural:ogden_exp_{i} {alpha:.10g}")
         return lines
     lines.append("*mater_option structural:mooney_model:five_term")
-    constants = [(name, known.get(name, 0.0)) for name in ("C10", "C01", "C11", "C20", "C30")]
+    constants = [(name, values.get(name, 0.0)) for name in ("C10", "C01", "C11", "C20", "C30")]
     return lines + [
         f"*mater_param structural:mooney_{name.lower()} {value:.10g}" for name, value in constants
     ]
@@ -63,23 +63,23 @@ def _law(order: Order) -> list[str]:
 
 def _by_hand(order: Order) -> list[tuple[str, float | str]]:
     """Return names and values of the constants that no public command sets."""
-    one, units = rubber(order), order.units
-    found: list[tuple[str, float | str]] = []
-    if WRITER.laws[one.law] not in _TYPES:
-        values = stresses(order, one.instantaneous)
-        found.append(("model", WRITER.laws[one.law]))
-        if one.law == "arruda_boyce":
-            found += [("nkT", values["mu"]), ("N", values["lambda_m"] ** 2)]
+    material, units = rubber(order), order.units
+    entries: list[tuple[str, float | str]] = []
+    if WRITER.laws[material.law] not in _TYPES:
+        values = stresses(order, material.instantaneous)
+        entries.append(("model", WRITER.laws[material.law]))
+        if material.law == "arruda_boyce":
+            entries += [("nkT", values["mu"]), ("N", values["lambda_m"] ** 2)]
         else:
-            found += [("E", 3.0 * values["mu"]), ("Im", values["Jm"])]
-    if one.bulk_modulus != float("inf"):
-        found.append(("bulk modulus", units.of_stress(one.bulk_modulus)))
-    if one.series:
-        found.append(("viscoelastic", "VISCELOGDEN" if one.law == "ogden" else "VISCELMOON"))
-    for i, (share, tau) in enumerate(instantaneous_shares(one), start=1):
-        found.append((f"term {i}: deviatoric multiplier", share))
-        found.append((f"term {i}: deviatoric relaxation time", units.of_time(tau)))
-    return found
+            entries += [("E", 3.0 * values["mu"]), ("Im", values["Jm"])]
+    if material.bulk_modulus != float("inf"):
+        entries.append(("bulk modulus", units.of_stress(material.bulk_modulus)))
+    if material.series:
+        entries.append(("viscoelastic", "VISCELOGDEN" if material.law == "ogden" else "VISCELMOON"))
+    for i, (share, tau) in enumerate(instantaneous_shares(material), start=1):
+        entries.append((f"term {i}: deviatoric multiplier", share))
+        entries.append((f"term {i}: deviatoric relaxation time", units.of_time(tau)))
+    return entries
 
 
 WRITER = Writer(

@@ -27,17 +27,17 @@ def write(order: Order) -> str:
         A direction has no dynamic stiffness, or one at a single frequency.
     """
     assert order.bushing is not None
-    found = by_direction(order.bushing.vibrations, "nastran")
+    vibrations = by_direction(order.bushing.vibrations, "nastran")
     units, columns = order.units, {}
-    for direction, one in found.items():
-        per = units.of_moment(1.0) if one.rotational else units.of_force(1.0) / units.of_length(1.0)
-        frequency = [units.of_frequency(f) for f in one.frequency]
-        damping = [units.of_time(per * c) for c in one.damping]
-        columns[direction] = frequency, [per * k for k in one.stiffness.real], damping
-        if len(one.frequency) < 2:
+    for direction, vibration in vibrations.items():
+        per = units.of_moment(1.0) if vibration.rotational else units.of_force(1.0) / units.of_length(1.0)
+        frequency = [units.of_frequency(f) for f in vibration.frequency]
+        damping = [units.of_time(per * c) for c in vibration.damping]
+        columns[direction] = frequency, [per * k for k in vibration.stiffness.real], damping
+        if len(vibration.frequency) < 2:
             what = f"{direction} has one frequency, and a table of Nastran has two or more"
             raise InputError(Problem("--to nastran", what, "", "add frequencies to [load_cases.dynamic]"))
-    lines = [f"$ {direction}: {one_line(one.state)}" for direction, one in found.items()]
+    lines = [f"$ {direction}: {one_line(vibration.state)}" for direction, vibration in vibrations.items()]
     lines += [f"$ {one_line(remark)}" for remark in order.bushing.remarks]
     nominal = [[columns[direction][i][0] for direction in FORCES] for i in (1, 2)]
     lines += _wide("PBUSH", [_PROPERTY, "K", *nominal[0], "", "B", *nominal[1]])
@@ -56,7 +56,7 @@ def write(order: Order) -> str:
 
 def _wide(name: str, fields: Sequence[str | int | float]) -> list[str]:
     """Return an entry in large fields, four to a line; Nastran's real numbers have a decimal point."""
-    texts = [f"{one:.8E}" if isinstance(one, float) else str(one) for one in fields]
+    texts = [f"{value:.8E}" if isinstance(value, float) else str(value) for value in fields]
     rows = [texts[i : i + 4] for i in range(0, len(texts), 4)]
     return [
         f"{f'{name}*' if i == 0 else '*':8s}{''.join(f'{text:>16s}' for text in row)}"

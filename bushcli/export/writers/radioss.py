@@ -36,24 +36,22 @@ def write(order: Order) -> str:
     InputError
         A Prony series beside Mullins softening, which only LAW92 takes.
     """
-    one = rubber(order)
-    if one.softening is not None and one.series and one.law != "arruda_boyce":
-        what = (
-            f"Radioss combines a Prony series with Mullins softening for arruda_boyce only, not for {one.law}"
-        )
+    material = rubber(order)
+    if material.softening is not None and material.series and material.law != "arruda_boyce":
+        what = f"Radioss combines a Prony series with Mullins softening for arruda_boyce only, not for {material.law}"
         remedy = "leave one of them out: --without viscoelasticity or --without mullins"
         raise InputError(Problem("--to radioss", what, "", remedy))
-    if one.law == "arruda_boyce":
+    if material.law == "arruda_boyce":
         lines = _boyce(order)
-    elif one.softening is not None:
+    elif material.softening is not None:
         lines = [
             *_head(order, "LAW100"),
             "#    N_NET   FLAG_HE   FLAG_CR",
-            f"{0:10d}{_HYPERELASTIC[one.law]:10d}{0:10d}",
+            f"{0:10d}{_HYPERELASTIC[material.law]:10d}{0:10d}",
             "#  constants of the law, then D1",
             _row(*stresses(order).values(), incompressibility(order)),
         ]
-    elif one.law == "yeoh":
+    elif material.law == "yeoh":
         lines = [
             *_head(order, "LAW94"),
             "",
@@ -64,11 +62,15 @@ def write(order: Order) -> str:
         ]
     else:
         lines = _ogden(order)
-    if one.softening is not None:
+    if material.softening is not None:
         lines += [
             "/FAIL/MULLINS_OR/1",
             "#                  R                BETA                   m",
-            _row(1.0 / one.softening.inverse_r, one.softening.beta, order.units.of_stress(one.softening.m)),
+            _row(
+                1.0 / material.softening.inverse_r,
+                material.softening.beta,
+                order.units.of_stress(material.softening.m),
+            ),
         ]
     return "\n".join(lines)
 
@@ -83,15 +85,15 @@ def _head(order: Order, law: str) -> list[str]:
 
 
 def _ogden(order: Order) -> list[str]:
-    one, values, units = rubber(order), stresses(order), order.units
-    terms = ogden_terms(values) if one.law == "ogden" else [(2.0 * values["C10"], 2.0)]
-    if one.law == "mooney_rivlin":
+    material, values, units = rubber(order), stresses(order), order.units
+    terms = ogden_terms(values) if material.law == "ogden" else [(2.0 * values["C10"], 2.0)]
+    if material.law == "mooney_rivlin":
         terms.append((-2.0 * values["C01"], -2.0))
     padded = terms + [(0.0, 0.0)] * (5 - len(terms))
     lines = _head(order, "LAW42")
     lines += [
         "#                 NU           SIGMA_CUT           FUNIDBULK         FSCALE_BULK         M",
-        f"{poisson_field(order, 'radioss', 20)}{_row(0.0)}{'':10s}{0:10d}{field(0.0, 20)}{len(one.series):10d}",
+        f"{poisson_field(order, 'radioss', 20)}{_row(0.0)}{'':10s}{0:10d}{field(0.0, 20)}{len(material.series):10d}",
         "#               MU_1                MU_2                MU_3                MU_4                MU_5",
         _row(*(mu for mu, _ in padded)),
         "",
@@ -101,19 +103,19 @@ def _ogden(order: Order) -> list[str]:
         "",
         "#",
     ]
-    if one.series:
-        modulus = units.of_stress(one.shear_modulus)
+    if material.series:
+        modulus = units.of_stress(material.shear_modulus)
         lines += [
             "#                G_i",
-            _row(*(g * modulus for g, _ in one.series)),
+            _row(*(g * modulus for g, _ in material.series)),
             "#              TAU_i",
-            _row(*(units.of_time(tau) for _, tau in one.series)),
+            _row(*(units.of_time(tau) for _, tau in material.series)),
         ]
     return lines
 
 
 def _boyce(order: Order) -> list[str]:
-    one, values, units = rubber(order), stresses(order), order.units
+    material, values, units = rubber(order), stresses(order), order.units
     lines = [
         *_head(order, "LAW92"),
         "#                 MU                   D            LAMBDA_M",
@@ -121,12 +123,12 @@ def _boyce(order: Order) -> list[str]:
         "#    ITYPE    FCT_ID                  NU              FSCALE",
         f"{0:10d}{0:10d}{_row(0.0, 0.0)}",
     ]
-    if one.series:
-        modulus = units.of_stress(one.shear_modulus)
+    if material.series:
+        modulus = units.of_stress(material.shear_modulus)
         lines += ["/VISC/PRONY/1", "#        M                            K_v"]
-        lines.append(f"{len(one.series):10d}{'':10s}{field(0.0, 20)}")
+        lines.append(f"{len(material.series):10d}{'':10s}{field(0.0, 20)}")
         lines.append("#                G_i              BETA_i                 K_i             BETA_ki")
-        lines += [_row(g * modulus, 1.0 / units.of_time(tau), 0.0, 0.0) for g, tau in one.series]
+        lines += [_row(g * modulus, 1.0 / units.of_time(tau), 0.0, 0.0) for g, tau in material.series]
     return lines
 
 

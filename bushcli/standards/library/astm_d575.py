@@ -20,13 +20,13 @@ SPEED = ((12.0, 3.0),)
 LOADINGS = 3
 
 
-def judge(seen: Observed, source: Source) -> Iterator[Clause]:
+def judge(observed: Observed, source: Source) -> Iterator[Clause]:
     """Yield the clauses, each with what the recording has."""
-    yield speed_clause(seen, source, SPEED)
+    yield speed_clause(observed, source, SPEED)
     yield Clause(
         "three loadings in succession, of which the last counts (method A)",
-        f"{seen.alike} to the largest travel",
-        True if seen.alike >= LOADINGS else None,  # method B loads once
+        f"{observed.alike} to the largest travel",
+        True if observed.alike >= LOADINGS else None,  # method B loads once
         practice=True,
     )
 

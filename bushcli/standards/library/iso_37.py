@@ -18,13 +18,13 @@ from bushcli.standards.standard import Clause, Standard, speed_clause
 SPEEDS = ((500.0, 50.0), (200.0, 20.0))
 
 
-def judge(seen: Observed, source: Source) -> Iterator[Clause]:
+def judge(observed: Observed, source: Source) -> Iterator[Clause]:
     """Yield the clauses, each with what the recording has."""
-    count = len(seen.amplitudes)
+    count = len(observed.amplitudes)
     yield Clause("one pull, without conditioning", f"{count} cycle{'s' if count != 1 else ''}", count == 1)
-    yield speed_clause(seen, source, SPEEDS, practice=True)
-    begun = "at rest" if seen.from_rest else "away from rest"
-    yield Clause("the pull begins unloaded", begun, seen.from_rest, practice=True)
+    yield speed_clause(observed, source, SPEEDS, practice=True)
+    start = "at rest" if observed.from_rest else "away from rest"
+    yield Clause("the pull begins unloaded", start, observed.from_rest, practice=True)
 
 
 STANDARD = Standard(

@@ -20,19 +20,19 @@ from bushcli.standards.standard import Clause, Standard, cycles_clause, speed_cl
 CYCLES, STRAIN, SPEED = 4, 0.25, 10.0
 
 
-def judge(seen: Observed, source: Source) -> Iterator[Clause]:
+def judge(observed: Observed, source: Source) -> Iterator[Clause]:
     """Yield the clauses, each with what the recording has."""
-    yield cycles_clause(seen, CYCLES, f"{CYCLES} cycles in succession, of which the last counts")
-    largest = max(seen.amplitudes)
+    yield cycles_clause(observed, CYCLES, f"{CYCLES} cycles in succession, of which the last counts")
+    largest = max(observed.amplitudes)
     met = abs(largest - STRAIN) <= 0.1 * STRAIN
     reached = beside(100 * largest, 90 * STRAIN, 110 * STRAIN, decimals=1)
     yield Clause(f"compression to {STRAIN:.0%}", f"{reached}%", met, practice=True)
-    yield speed_clause(seen, source, [(SPEED, 0.1 * SPEED)], practice=True)
-    longest = max((*seen.holds, *seen.rests), default=0.0)
+    yield speed_clause(observed, source, [(SPEED, 0.1 * SPEED)], practice=True)
+    longest = max((*observed.holds, *observed.rests), default=0.0)
     yield Clause(
         "no pause between the cycles",
         f"the longest is {significant(longest, 1.0)} s",
-        longest <= 1.0 if seen.timed else None,
+        longest <= 1.0 if observed.timed else None,
         practice=True,
     )
 

@@ -23,24 +23,26 @@ from cases.mode import modes
 FEWEST = 3
 
 
-def judge(seen: Observed, source: Source) -> Iterator[Clause]:
+def judge(observed: Observed, source: Source) -> Iterator[Clause]:
     """Yield the clauses, each with what the recording has."""
     yield cycles_clause(
-        seen, FEWEST + 1, f"{FEWEST} to 10 cycles to the same travel before the one that counts"
+        observed, FEWEST + 1, f"{FEWEST} to 10 cycles to the same travel before the one that counts"
     )
-    marked = f"conditioning = {seen.conditioning}" if seen.conditioning else "conditioning is not given"
+    marked = (
+        f"conditioning = {observed.conditioning}" if observed.conditioning else "conditioning is not given"
+    )
     yield Clause(
         "which cycles only condition the part is stated",
         marked,
-        seen.conditioning > 0 or source.cycles is not None,
+        observed.conditioning > 0 or source.cycles is not None,
     )
-    turns = modes()[seen.mode].rotational
-    rates = ", ".join(f"{math.degrees(rate) if turns else rate:.3g}" for rate in seen.rates)
+    turns = modes()[observed.mode].rotational
+    rates = ", ".join(f"{math.degrees(rate) if turns else rate:.3g}" for rate in observed.rates)
     unit = "degrees/s" if turns else "mm/s"
-    one_rate = len(seen.rates) == 1 if rates else None
+    one_rate = len(observed.rates) == 1 if rates else None
     yield Clause("one ramp rate", f"{rates} {unit}" if rates else "no time", one_rate, practice=True)
-    begun = "at rest" if seen.from_rest else "away from rest"
-    yield Clause("the test begins unloaded or at a stated preload", begun, seen.from_rest, practice=True)
+    start = "at rest" if observed.from_rest else "away from rest"
+    yield Clause("the test begins unloaded or at a stated preload", start, observed.from_rest, practice=True)
 
 
 STANDARD = Standard(
