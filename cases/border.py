@@ -108,14 +108,14 @@ class Border:
         turning = any(k >= 3 for k in self._free)
         wanted = sorted({*self._free, *((3, 4, 5) if turning else ())})
         try:
-            found = tangent(self._model, self.factor, self._q, wanted)
+            pose_tangent = tangent(self._model, self.factor, self._q, wanted)
         except NoFactorisation:
             # The linear solver then fails, and the step is cut back.
             pc.setFailedReason(PETSc.PC.FailedReason.FACTOR_OTHER)
             return
         self._columns = twist_of(self._motion.pose(self._q))[:, self._free]
-        self._tangent = found
-        self._schur = (found.stiffness @ self._columns)[self._free] / self._model.multiplicity
+        self._tangent = pose_tangent
+        self._schur = (pose_tangent.stiffness @ self._columns)[self._free] / self._model.multiplicity
 
     def apply(self, pc: PETSc.PC, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve the bordered system (called by PETSc).
@@ -129,16 +129,16 @@ class Border:
         x : PETSc.Vec
             Receives the solution.
         """
-        found = self._tangent
-        assert found is not None
+        pose_tangent = self._tangent
+        assert pose_tangent is not None
         reactions = self._shared(b.array_r[self._slots]) * self._length
         right = b.copy()
         right.array_w[self._model.system.owned_constrained] = 0.0
         self.factor.solve(right, x)
         owned = self._model.system.owned
-        reactions -= summed(self._model.comm, found.pull[self._free, :owned] @ x.array_r)
+        reactions -= summed(self._model.comm, pose_tangent.pull[self._free, :owned] @ x.array_r)
         motions = np.linalg.solve(self._schur, reactions)
-        answers = (self._columns @ motions) @ found.answers[:, :owned]
+        answers = (self._columns @ motions) @ pose_tangent.answers[:, :owned]
         answers[self._model.system.owned_constrained] = 0.0
         x.array_w[:] = x.array_r + answers
         self.write(x, motions)
@@ -162,8 +162,8 @@ class Border:
         ahead
             At a corner of the path: take the rate of the load after it.
         """
-        model, found = self._model, self._tangent
-        assert found is not None
+        model, pose_tangent = self._model, self._tangent
+        assert pose_tangent is not None
         constrained = model.motion.constrained.dofs
         twists = self._motion.twists(self._q)
         twist = _coordinates(model, twists, rate[constrained])
@@ -172,7 +172,7 @@ class Border:
         at = constrained < model.system.owned
         work = twists[:, at] @ b.array_r[constrained[at]]
         change = np.asarray(summed(model.comm, work)) * model.multiplicity
-        change[3:] += found.arms @ twist[3:]
+        change[3:] += pose_tangent.arms @ twist[3:]
         b.array_w[model.system.owned_constrained] = 0.0
         self.write_forces(b, change - self._motion.path.load_rate(self._q, ahead))
         b.scale(-1.0)

@@ -217,9 +217,9 @@ class Equilibrium:
         solution.destroy()
         if not self.model.system.symmetric:
             at = ConvergedState(self.model, self.ksp, self.q, self.rate, self.tolerance)
-            found = self._rates.iterated(at, rate, MOST_OF_SKEW)
-            if found is not None:
-                return found
+            refined = self._rates.iterated(at, rate, MOST_OF_SKEW)
+            if refined is not None:
+                return refined
         self._rates.add(self.q, rate)
         return rate
 

@@ -44,5 +44,5 @@ class ResultCache(Generic[Result]):
             Everything that the result depends on.
         result : Result
         """
-        others = [one for one in self._results if one[0] != asked]
+        others = [entry for entry in self._results if entry[0] != asked]
         self._results = [*others, (asked, result)][-self._most :]

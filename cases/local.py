@@ -88,10 +88,10 @@ class LocalStiffness:
     def __init__(self, model: FiniteElementModel, reaction: int | None = None) -> None:
         self.model, self._reaction = model, reaction
         inner = model.mesh.mesh
-        found = model.cells("rubber")
+        cells = model.cells("rubber")
         # Those of the rubber's cells that this rank owns.
-        self._own = np.flatnonzero(found < inner.topology.index_map(inner.topology.dim).size_local)
-        self.cells = self._cells(found[self._own])
+        self._own = np.flatnonzero(cells < inner.topology.index_map(inner.topology.dim).size_local)
+        self.cells = self._cells(cells[self._own])
 
     def __call__(self, solver: Equilibrium) -> Array:
         """Derivatives of the force (m,) at the equilibrium that the solver has just found; collective.

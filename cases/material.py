@@ -101,17 +101,17 @@ class Remembered:
         """
         function = self._functions.stress_rate if what == "stress" else self._functions.end_rate
         nothing = np.zeros(max(array.shape[-1] for array in inputs.values()))
-        found: list[Array] = []
-        while len(found) < len(changes):
-            left = changes[len(found) :]
+        rates: list[Array] = []
+        while len(rates) < len(changes):
+            left = changes[len(rates) :]
             count = BATCH if len(left) >= WORTH_IT else 1
             given = dict(inputs)
             for d in range(count):
                 change = left[d] if d < len(left) else {}
                 given |= {f"d{d} {name}": change.get(name, nothing) for name in inputs}
             rows = kernel(function(count))(len(self.values), given).reshape(len(self.values), count, -1)
-            found += [rows[:, d] for d in range(min(count, len(left)))]
-        return found
+            rates += [rows[:, d] for d in range(min(count, len(left)))]
+        return rates
 
     def inputs(self, strain: Array, law: Array) -> dict[str, Array]:
         """Return the inputs of its kernels, given strains and the law's [W, ...].
@@ -352,12 +352,12 @@ class RubberAtPoints:
     @cached_property
     def _ends(self) -> list[tuple[Remembered, Call, Array]]:
         """Calls that compute each branch's stored energy and memory at the end of the step, each with its output."""
-        found: list[tuple[Remembered, Call, Array]] = []
+        ends: list[tuple[Remembered, Call, Array]] = []
         for branch in self.branches:
             row = np.zeros((self._points, branch.end.size))
             inputs = branch.inputs(self.strain, self._without_moduli.law)
-            found.append((branch, branch.end.bound(row, inputs, clear=True), row))
-        return found
+            ends.append((branch, branch.end.bound(row, inputs, clear=True), row))
+        return ends
 
     # -- derivatives by parameters -------------------------------------------------------------------------------
 

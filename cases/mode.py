@@ -193,8 +193,8 @@ def modes() -> Mapping[str, Mode]:
     """All modes by name, discovered in `cases/modes`."""
     package = importlib.import_module("cases.modes")
 
-    found = (
+    members = (
         importlib.import_module(f"{package.__name__}.{m.name}").MODE
         for m in pkgutil.iter_modules(package.__path__)
     )
-    return {mode.name: mode for mode in sorted(found, key=lambda mode: (mode.specimen, mode.name))}
+    return {mode.name: mode for mode in sorted(members, key=lambda mode: (mode.specimen, mode.name))}

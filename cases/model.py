@@ -133,7 +133,7 @@ class FiniteElementModel:
 
     def _body(self) -> Body:
         mesh = self.mesh
-        branches = [one.branch for one in self.parameters.attached()]
+        branches = [attached.branch for attached in self.parameters.attached()]
 
         def part(region: str, material: Callable[[int], RubberAtPoints | MetalAtPoints]) -> MaterialCells:
             points = Points(mesh, self.space, self._gradients, self.cells(region), self.rule)

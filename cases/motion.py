@@ -303,15 +303,15 @@ class Motion:
         """Parameters that move a boundary: displacement of the constrained unknowns per unit of each."""
         c = self.constrained
         dimension = 3 if self._setting.kinematics == "cartesian" else 2
-        found = {}
+        reductions = {}
         for item in self._features:
             if item.feature.reduction is None:
                 continue
             moved = item.feature.reduction(c.x[:, :dimension].T, self._setting.kinematics)
             there = c.boundary == item.feature.reduced
             rate = np.where(there, moved[np.maximum(c.component, 0), np.arange(len(c.dofs))], 0.0)
-            found[f"{item.name}.{next(iter(item.values))}"] = rate
-        return found
+            reductions[f"{item.name}.{next(iter(item.values))}"] = rate
+        return reductions
 
 
 def _mirror_components(mirrors: Mirrors, components: int) -> dict[str, tuple[int, ...] | None]:

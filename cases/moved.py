@@ -80,17 +80,17 @@ class StressFree:
         moved = list(self.each(features).values())
         if len(moved) < 2:
             return moved[0] if moved else None
-        return Moved.by(sum((one.displacement for one in moved[1:]), moved[0].displacement))
+        return Moved.by(sum((position.displacement for position in moved[1:]), moved[0].displacement))
 
     def arms(self) -> Scalar | None:
         """Return the displacement by which sleeves turn as other bodies (`Feature.arms`), in UFL; None if by none."""
         x = ufl.SpatialCoordinate(self._mesh.mesh)
-        found = [
+        arms = [
             item.feature.arms(self._parameters.ufl_values(item), x, self._mesh.shape)
             for item in self._features
             if item.feature.arms is not None
         ]
-        given = [one for one in found if one is not None]
+        given = [arm for arm in arms if arm is not None]
         return sum(given[1:], given[0]) if given else None
 
     def at(self, cells: NDArray[np.int32], points: Array) -> MovedPoints | None:
@@ -130,13 +130,13 @@ class MovedPoints:
         self._mesh, self._cells = mesh, cells
         self._shape = (len(cells), len(points))
         self._moved = [
-            _One(one, {n: v for n, v in parameters.items() if n.startswith(f"{feature}.")}, points)
-            for feature, one in moved.items()
+            _One(position, {n: v for n, v in parameters.items() if n.startswith(f"{feature}.")}, points)
+            for feature, position in moved.items()
         ]
 
     def now(self) -> StressFreePlacement:
         """Return the position with the present parameters; `rate` then returns the derivatives there."""
-        parts = [one.evaluated(self._mesh, self._cells, self._shape) for one in self._moved]
+        parts = [part.evaluated(self._mesh, self._cells, self._shape) for part in self._moved]
         displacement = sum((u for u, _, _ in parts), np.zeros(1))
         d = displacement.shape[-1]
         if len(parts) == 1:

@@ -201,11 +201,11 @@ class Parameters:
                 swelling = swelling * item.feature.swelling(self._given(item, values))
         branches = [
             [
-                *(one.parameters[name] for name in one.branch.parameters),
+                *(attached.parameters[name] for name in attached.branch.parameters),
                 shear * bonded,
                 float(self.duration.value) / slower,
             ]
-            for one in self._attached(values)
+            for attached in self._attached(values)
         ]
         metals = []
         for sleeve in self._sleeves:

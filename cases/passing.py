@@ -46,7 +46,7 @@ def passes_through(model: FiniteElementModel, states: Array, whole: Callable[[],
     parts = comm.gather(
         [(points, states[:, dofs]) for points, dofs in _displacements(model, owned=True)], root=0
     )
-    found = False
+    penetrates = False
     if comm.rank == 0:
         alone = whole()
         contact = alone.surfaces.contact
@@ -56,10 +56,10 @@ def passes_through(model: FiniteElementModel, states: Array, whole: Callable[[],
             narrow = float(contact.bodies.breadth.min())
             for state in _between(gathered, STRIDE * narrow):
                 contact.look(state)
-                found = contact.penetration > 0.0
-                if found:
+                penetrates = contact.penetration > 0.0
+                if penetrates:
                     break
-    return bool(comm.bcast(found, root=0))
+    return bool(comm.bcast(penetrates, root=0))
 
 
 def _displacements(model: FiniteElementModel, owned: bool) -> Iterator[tuple[Array, NDArray[np.int32]]]:

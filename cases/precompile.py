@@ -28,8 +28,8 @@ from forms.setting import SETTINGS
 
 def functions() -> list[PointFunction]:
     """Return all of these kernels once, those that take longest to compile first."""
-    found = {function.key: function for function in _functions()}
-    return sorted(found.values(), key=_weight, reverse=True)
+    by_key = {function.key: function for function in _functions()}
+    return sorted(by_key.values(), key=_weight, reverse=True)
 
 
 def parameter_sets(law: Law) -> list[tuple[str, ...]]:

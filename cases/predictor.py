@@ -90,8 +90,8 @@ class RecentPoints:
         nodes = [self.q[i] for i in chosen]
         share = (q - nodes[0]) / (nodes[0] - nodes[1])
         weights = _integrals(nodes, nodes[0], q) - share * _integrals(nodes, nodes[1], nodes[0])
-        found = self.x[last] + share * (self.x[last] - self.x[before])
-        return np.asarray(found + sum(w * self.rates[i] for w, i in zip(weights, chosen, strict=True)))
+        state = self.x[last] + share * (self.x[last] - self.x[before])
+        return np.asarray(state + sum(w * self.rates[i] for w, i in zip(weights, chosen, strict=True)))
 
 
 def _lagrange(nodes: list[float], q: float) -> list[float]:

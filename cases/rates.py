@@ -103,11 +103,11 @@ class Rates:
         rate[dofs] = prescribed[dofs]
         b, step = model.system.create_vector(), model.system.create_vector()
         try:
-            found = self._improved(at, rate, b, step, most)
+            improved = self._improved(at, rate, b, step, most)
         finally:
             b.destroy()
             step.destroy()
-        if found:
+        if improved:
             self.add(at.q, rate)
             return rate
         return None

@@ -49,20 +49,20 @@ def refined(at: ConvergedState, loads: Array, guess: Array, most: int = MOST_COR
     -------
     ndarray, shape (k, n), or None
     """
-    found, close = guess.copy(), max(LOOSER * at.tolerance, SMALLEST)
-    left = solved(at.model, at.ksp, loads - _pulls(at, found))
+    solutions, close = guess.copy(), max(LOOSER * at.tolerance, SMALLEST)
+    left = solved(at.model, at.ksp, loads - _pulls(at, solutions))
     known: list[tuple[Array, Array]] = []
     before: Array = np.ones(len(loads))
     pushed: NDArray[np.bool_] = np.ones(len(loads), dtype=bool)
     while True:
-        errors = _shares(at, left, found + left)
+        errors = _shares(at, left, solutions + left)
         error = float(np.max(errors, initial=0.0))
         if not np.isfinite(error):
             return None
         # Adding the remainder reduces the error again, by as much as the last iteration did where it was meant to.
         rate = min(1.0, float(np.max(errors[pushed] / before[pushed], initial=0.0)))
         if error * rate <= close:
-            return found + left
+            return solutions + left
         # At that rate the iterations that are left must suffice.
         if len(known) == most or (known and error * rate ** (1 + most - len(known)) > close):
             return None
@@ -77,7 +77,7 @@ def refined(at: ConvergedState, loads: Array, guess: Array, most: int = MOST_COR
         directions, images = turn @ directions, turn @ images
         known.append((directions, images))
         shares = _products(at, left, images)
-        found += shares @ directions
+        solutions += shares @ directions
         left = left - shares @ images
 
 

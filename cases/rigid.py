@@ -61,10 +61,10 @@ class Tangent:
 
         It is symmetric where the rubber has no memory, without averaging.
         """
-        found = self.stiffness.copy()
+        stiffness = self.stiffness.copy()
         # dM = K_sym w + w x M / 2, for a twist w.
-        found[3:, 3:] += 0.5 * skew(self.moment)
-        return found
+        stiffness[3:, 3:] += 0.5 * skew(self.moment)
+        return stiffness
 
 
 def tangent(model: FiniteElementModel, ksp: PETSc.KSP, q: float, wanted: Sequence[int] = range(6)) -> Tangent:
@@ -118,12 +118,12 @@ def adjoint(model: FiniteElementModel, ksp: PETSc.KSP, q: float, reaction: int) 
     reaction
         Number of the reaction.
     """
-    motion, found = pose_motion_of(model.motion), tangent(model, ksp, q)
-    busy = [k for k in motion.free_numbers if found.stiffness[k].any()]
-    direction: Array = found.answers[reaction].copy()
+    motion, pose_tangent = pose_motion_of(model.motion), tangent(model, ksp, q)
+    busy = [k for k in motion.free_numbers if pose_tangent.stiffness[k].any()]
+    direction: Array = pose_tangent.answers[reaction].copy()
     if busy:
-        columns = found.stiffness @ twist_of(motion.pose(q))[:, busy]
-        direction -= np.linalg.solve(columns[busy].T, columns[reaction]) @ found.answers[busy]
+        columns = pose_tangent.stiffness @ twist_of(motion.pose(q))[:, busy]
+        direction -= np.linalg.solve(columns[busy].T, columns[reaction]) @ pose_tangent.answers[busy]
     return direction
 
 
@@ -193,12 +193,12 @@ def solved(model: FiniteElementModel, ksp: PETSc.KSP, forces: Array) -> Array:
     answers.destroy()
     if model.comm.size == 1:
         return left
-    b, found = model.system.create_vector(), np.empty_like(forces)
-    for row, complete in zip(left, found, strict=True):
+    b, solutions = model.system.create_vector(), np.empty_like(forces)
+    for row, complete in zip(left, solutions, strict=True):
         b.array_w[:] = row
         complete[:] = ghosted(b)
     b.destroy()
-    return found
+    return solutions
 
 
 def turned(model: FiniteElementModel, residual: PETSc.Vec, q: float) -> Array:

@@ -83,12 +83,12 @@ def twists(x: Array, pose: Array) -> Array:
     -------
     ndarray, shape (6, 3, n)
     """
-    found = np.zeros((6, *x.shape))
+    motions = np.zeros((6, *x.shape))
     arm = rotation(pose[3:]) @ x
     for k in range(3):
-        found[k, k] = 1.0
-        found[3 + k] = skew(np.eye(3)[k]) @ arm
-    return found
+        motions[k, k] = 1.0
+        motions[3 + k] = skew(np.eye(3)[k]) @ arm
+    return motions
 
 
 def twist_of(pose: Array) -> Array:

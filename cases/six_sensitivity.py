@@ -57,7 +57,7 @@ class SixSensitivity(Sensitivity):
         assert drive is None
         model, motion, q = self.model, pose_motion_of(self.model.motion), solver.q
         solver.factorise()
-        found = tangent(model, solver.factor, q)
+        pose_tangent = tangent(model, solver.factor, q)
         slopes = Slopes(model.body, model.state.x.array)
         changes = [self._change(name) for name in self.names]
         boundaries = [motion.boundary_rate(name, q) for name in self.names]
@@ -65,37 +65,37 @@ class SixSensitivity(Sensitivity):
         if model.path_dependent:
             moved = solved(model, solver.factor, completed(model, -forces))
         if not model.system.symmetric:
-            found, moved = self._whole(solver, found, moved, -forces)
+            pose_tangent, moved = self._whole(solver, pose_tangent, moved, -forces)
             forces += model.system.pulls(moved)
-        held = np.asarray(summed(model.comm, found.answers @ forces.T)) * model.multiplicity
+        held = np.asarray(summed(model.comm, pose_tangent.answers @ forces.T)) * model.multiplicity
         for i, name in enumerate(self.names):
             if motion.arms_depend_on(name):
                 bends = motion.over_all(motion.twists(q, by=name))
                 held[:, i] += [self._on_reactions(bend) for bend in bends]
         columns = twist_of(motion.pose(q))
-        given_way = self._given_way(found.stiffness @ columns, held)
+        given_way = self._given_way(pose_tangent.stiffness @ columns, held)
         self.motions = given_way
-        self.reactions = held + found.stiffness @ columns @ given_way
+        self.reactions = held + pose_tangent.stiffness @ columns @ given_way
         if model.path_dependent:
-            moved += (columns @ given_way).T @ found.answers
+            moved += (columns @ given_way).T @ pose_tangent.answers
             for i, boundary in enumerate(boundaries):
                 moved[i] += 0.0 if boundary is None else boundary
             self.memory = list(slopes.memory_after(self.names, changes, self.memory, list(moved)))
         return self._power(solver), np.zeros(len(self.names))
 
     def _whole(
-        self, solver: Equilibrium, found: Tangent, moved: Array, forces: Array
+        self, solver: Equilibrium, pose_tangent: Tangent, moved: Array, forces: Array
     ) -> tuple[Tangent, Array]:
         """Refine responses found with the tangent's symmetric part until they satisfy the whole tangent."""
-        model, six = self.model, len(found.answers)
-        loads = np.vstack([np.zeros_like(found.answers), completed(model, forces)])
-        better = self._skewed(solver, loads, np.vstack([found.answers, moved]))
+        model, six = self.model, len(pose_tangent.answers)
+        loads = np.vstack([np.zeros_like(pose_tangent.answers), completed(model, forces)])
+        better = self._skewed(solver, loads, np.vstack([pose_tangent.answers, moved]))
         answers = better[:six]
         work = answers @ model.system.pulls(answers).T
         stiffness = np.asarray(summed(model.comm, work)) * model.multiplicity
         possible = np.any(answers[3:] != 0.0, axis=1)
-        stiffness[3:, 3:] += found.arms * possible * possible[:, None]
-        return replace(found, answers=answers, stiffness=stiffness), better[six:]
+        stiffness[3:, 3:] += pose_tangent.arms * possible * possible[:, None]
+        return replace(pose_tangent, answers=answers, stiffness=stiffness), better[six:]
 
     def _given_way(self, stiffness: Array, held: Array) -> Array:
         """Return the change of the pose, (6, names), that keeps the reactions of free motions at zero."""

@@ -59,10 +59,10 @@ class Slopes:
             For each parameter, derivatives of `Body.numbers` and of the memory at the beginning of the step.
         """
         metals = []
-        for found in zip(*(self._metal_stresses(change) for change in rates), strict=True):
-            busy = [i for i, stress in enumerate(found) if stress is not None]
+        for stresses in zip(*(self._metal_stresses(change) for change in rates), strict=True):
+            busy = [i for i, stress in enumerate(stresses) if stress is not None]
             # The energy's place, which nothing reads, before the stresses.
-            metals.append((busy, np.array([np.pad(found[i], ((0, 0), (1, 0))) for i in busy])))
+            metals.append((busy, np.array([np.pad(stresses[i], ((0, 0), (1, 0))) for i in busy])))
         return [self._rubber_stresses(rates, memory), *metals]
 
     def _metal_stresses(self, rates: Numbers) -> Iterator[Array | None]:
@@ -126,19 +126,19 @@ class Slopes:
         stresses
             Result of `stresses`, part by part.
         """
-        found = np.zeros((len(names), len(self._state)))
+        forces = np.zeros((len(names), len(self._state)))
         for part, (busy, answers) in zip(self._body.parts, stresses, strict=True):
             if busy:
                 for i, row in zip(busy, part.by_gradients(answers), strict=True):
-                    part.points.add_forces(row, found[i])
-            for name, change, force in zip(names, rates, found, strict=True):
+                    part.points.add_forces(row, forces[i])
+            for name, change, force in zip(names, rates, forces, strict=True):
                 swollen, moving = self._moves(part, name, change)
                 if swollen != 0.0:
                     part.points.add_forces(swollen * self._P(part), force)
                 if moving is not None:
                     part.points.add_forces(self._changed(part, moving), force)
                     moving.add_forces(self._P(part), force)
-        return found
+        return forces
 
     def memory_after(
         self,
@@ -173,10 +173,10 @@ class Slopes:
             ]
             if branch.clock == "followed":
                 _pace(changes, passed)
-            found = branch.rates("end", branch.inputs(self._at.strain, self._at.law), changes)
+            rows = branch.rates("end", branch.inputs(self._at.strain, self._at.law), changes)
             if branch.clock == "shown":
-                passed = [row[:, 0] for row in found]
-            for own, row in zip(after, found, strict=True):
+                passed = [row[:, 0] for row in rows]
+            for own, row in zip(after, rows, strict=True):
                 own.append(row)
         return after
 
@@ -199,13 +199,13 @@ class Slopes:
         law, volumetric = (
             np.array(rows) for rows in zip(*((c.law, c.volumetric) for c in rates), strict=True)
         )
-        found = np.zeros((len(rates), *at.law.shape))
+        stresses = np.zeros((len(rates), *at.law.shape))
         # All parameters in one product.
         if law.any():
-            found += np.tensordot(law, self._law_slopes, 1)
-        laws = found.copy() if any(branch.needs_energy for branch in material.branches) else found
+            stresses += np.tensordot(law, self._law_slopes, 1)
+        laws = stresses.copy() if any(branch.needs_energy for branch in material.branches) else stresses
         if volumetric.any():
-            found += np.tensordot(volumetric, self._volumetric_slopes, 1)
+            stresses += np.tensordot(volumetric, self._volumetric_slopes, 1)
         by_law = np.any(law != 0.0, axis=1)
         busy = np.logical_or(by_law, np.any(volumetric != 0.0, axis=1))
         passed = dict[int, Array]()
@@ -222,23 +222,23 @@ class Slopes:
                 for k in own
             ]
             if branch.clock == "shown":
-                found_here = branch.rates("end", branch.inputs(at.strain, at.law), changes)
-                passed = {k: row[:, 0] for k, row in zip(own, found_here, strict=True)}
+                ends = branch.rates("end", branch.inputs(at.strain, at.law), changes)
+                passed = {k: row[:, 0] for k, row in zip(own, ends, strict=True)}
                 continue
             if paced:
                 _pace(changes, [passed.get(k) for k in own])
             rows = branch.rates("stress", branch.inputs(at.strain, at.law), changes)
             for k, row in zip(own, rows, strict=True):
-                found[k, :, 1:] += row[:, :n]
+                stresses[k, :, 1:] += row[:, :n]
                 if branch.needs_energy:
-                    found[k, :, 1:] += row[:, n, None] * at.law[:, 1 : 1 + n]
+                    stresses[k, :, 1:] += row[:, n, None] * at.law[:, 1 : 1 + n]
             if through.any():
                 by_energy = material.by_energy(at, i)[:, None]
                 for k in np.flatnonzero(through):
-                    found[k, :, 1:] += by_energy * laws[k, :, 1:]
+                    stresses[k, :, 1:] += by_energy * laws[k, :, 1:]
             busy[own] = True
         chosen = [int(k) for k in np.flatnonzero(busy)]
-        return chosen, found if busy.all() else found[chosen]
+        return chosen, stresses if busy.all() else stresses[chosen]
 
     @cached_property
     def _law_slopes(self) -> Array:
@@ -276,12 +276,12 @@ class Slopes:
 
 def _changes(parameters: Array, memory: Array | None, energy: Array | None) -> dict[str, Array]:
     """Return the changes of a branch's inputs, by their names."""
-    found = {"parameters": parameters}
+    changes = {"parameters": parameters}
     if memory is not None:
-        found["memory"] = memory
+        changes["memory"] = memory
     if energy is not None:
-        found["law energy"] = energy[:, None]
-    return found
+        changes["law energy"] = energy[:, None]
+    return changes
 
 
 def _pace(changes: list[dict[str, Array]], passed: Sequence[Array | None]) -> None:

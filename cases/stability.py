@@ -42,7 +42,7 @@ def paths() -> Mapping[str, tuple[float, float]]:
 
     Simple shear is not among them: its states are those of the planar mode, turned.
     """
-    found = {}
+    strains_by_mode = {}
     for mode in modes().values():
         if mode.specimen == "coupon" and not mode.needs_compressibility and not mode.sheared:
             strains: dict[str, float] = dict.fromkeys((face[-1] for face in mode.driven), 1.0)
@@ -50,8 +50,8 @@ def paths() -> Mapping[str, tuple[float, float]]:
             # The free axes keep the volume.
             free = [axis for axis in "xyz" if axis not in strains]
             strains |= dict.fromkeys(free, -sum(strains.values()) / max(len(free), 1))
-            found[mode.name] = (strains["x"], strains["y"])
-    return found
+            strains_by_mode[mode.name] = (strains["x"], strains["y"])
+    return strains_by_mode
 
 
 def _evaluate(law: Law, parameters: Mapping[str, float], strains: Array) -> Array:

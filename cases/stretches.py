@@ -65,11 +65,11 @@ def _default_points(model: FiniteElementModel, region: str) -> Points:
     points, _ = basix.make_quadrature(mesh.mesh.basix_cell(), degree)
     if not all(item.feature.of_rubber for item in model.features):
         return _points(model, region, points)  # the stress-free body depends on the values of the effects
-    of, found = model.sampled.get(region) or (mesh, _points(model, region, points))
+    of, sample_points = model.sampled.get(region) or (mesh, _points(model, region, points))
     if of is not mesh:
-        found.locate(mesh)
-    model.sampled.put(region, (mesh, found))
-    return found
+        sample_points.locate(mesh)
+    model.sampled.put(region, (mesh, sample_points))
+    return sample_points
 
 
 def stretches_at(at: Points, x: Array) -> Array:
@@ -104,11 +104,11 @@ def metric_at(at: Points, x: Array) -> Array:
 def _points(model: FiniteElementModel, region: str, points: Array) -> Points:
     """Points of a region's cells, the stress-free body in its present place."""
     rule, setting = QuadratureRule.at(points), SETTINGS[model.setting.kinematics]
-    found = Points(model.mesh, model.space, setting, model.cells(region), rule)
+    sample_points = Points(model.mesh, model.space, setting, model.cells(region), rule)
     moved = model.moved_points(region, rule)
     if moved is not None:
-        found.move(moved.now())
-    return found
+        sample_points.move(moved.now())
+    return sample_points
 
 
 @dataclass(frozen=True)

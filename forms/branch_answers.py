@@ -78,8 +78,8 @@ def branch_functions(setting: KinematicDescription, branch: Branch) -> BranchFun
         return ("branch", branch.contribution, branch.update, what, str(len(setting.names)))
 
     def end(given: Mapping[str, Scalar]) -> list[Scalar]:
-        one = made(given)
-        return [one.contribution.stored, *one.end]
+        built = made(given)
+        return [built.contribution.stored, *built.end]
 
     def rates(
         what: str, names: Sequence[str], vector: Callable[[_Made], list[Scalar]]
@@ -108,7 +108,7 @@ def branch_functions(setting: KinematicDescription, branch: Branch) -> BranchFun
         PointFunction(key("moduli"), blocks, lambda given: made(given).answer(moduli=True)),
         PointFunction(key("end"), blocks, end),
         rates("stress rate", others, _Made.slopes),
-        rates("end rate", list(blocks), lambda one: one.end),
+        rates("end rate", list(blocks), lambda built: built.end),
     )
 
 
@@ -175,13 +175,13 @@ def _virgin(kind: str, places: Sequence[int]) -> list[float]:
 
 
 def _unpacked(branch: Branch, places: Sequence[int], values: Scalar) -> Internal:
-    first, found = 0, dict[str, Scalar | Symmetric]()
+    first, internal = 0, dict[str, Scalar | Symmetric]()
     for name, kind in branch.internal.items():
         size = 1 if kind == "scalar" else len(places)
         parts = [values[first + i] for i in range(size)]
-        found[name] = parts[0] if kind == "scalar" else unpacked(parts, places)
+        internal[name] = parts[0] if kind == "scalar" else unpacked(parts, places)
         first += size
-    return found
+    return internal
 
 
 def _components(value: Scalar | Symmetric) -> list[Scalar]:

@@ -169,12 +169,12 @@ class Law:
 def laws() -> Mapping[str, Law]:
     """Return all laws found in ``forms/laws``, by name, in alphabetical order."""
     package = importlib.import_module("forms.laws")
-    found = (
+    modules = (
         importlib.import_module(f"{package.__name__}.{m.name}")
         for m in pkgutil.iter_modules(package.__path__)
     )
     return MappingProxyType(
-        {law.name: law for law in sorted((m.LAW for m in found), key=lambda law: law.name)}
+        {law.name: law for law in sorted((m.LAW for m in modules), key=lambda law: law.name)}
     )
 
 

@@ -148,10 +148,10 @@ def _bodies_at(side: int, dimension: int) -> set[int]:
 
 def _gap(some: Sequence[int] | set[int], others: Sequence[int], dimension: int) -> str:
     """Words about the narrowest gap between bodies; none where there are no others."""
-    found = [model().occ.getDistance(dimension, a, dimension, b) for a in some for b in others]
-    if not found:
+    distances = [model().occ.getDistance(dimension, a, dimension, b) for a in some for b in others]
+    if not distances:
         return ""
-    distance, *place = min(found, key=lambda one: one[0])
+    distance, *place = min(distances, key=lambda gap: gap[0])
     middle = 0.5 * (np.array(place[:3]) + np.array(place[3:]))
     return f"; the narrowest gap is {distance:.3g} mm, at {_shown(middle[:dimension])}"
 

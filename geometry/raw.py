@@ -88,13 +88,13 @@ def from_gmsh(regions: Mapping[str, Sequence[int]], boundaries: Mapping[str, Seq
             raise ValueError(f"elements of {len(kinds)} types where one was expected")
         return kinds.pop(), np.concatenate(blocks)
 
-    found = {name: gathered(dimension, entities) for name, entities in regions.items()}
+    elements = {name: gathered(dimension, entities) for name, entities in regions.items()}
     facets = {name: gathered(dimension - 1, entities)[1] for name, entities in boundaries.items() if entities}
     return _compact(
         RawMesh(
             coordinates.reshape(-1, 3),
-            next(iter(found.values()))[0],
-            {name: cells for name, (_, cells) in found.items()},
+            next(iter(elements.values()))[0],
+            {name: cells for name, (_, cells) in elements.items()},
             facets,
         )
     )

@@ -54,5 +54,5 @@ def _upright(bodies: Bodies) -> Array:
     basis, soft = bodies.basis, bodies.soft
     middle = basis.slopes(basis.nodes.mean(axis=0)[None])[0]
     slopes = np.einsum("an,fnd->fad", middle, bodies.X[bodies.facets[:soft]])
-    found = normals(slopes) * bodies.sign[:soft, None]
-    return np.asarray(found / np.linalg.norm(found, axis=1)[:, None])
+    directions = normals(slopes) * bodies.sign[:soft, None]
+    return np.asarray(directions / np.linalg.norm(directions, axis=1)[:, None])

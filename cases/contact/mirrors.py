@@ -88,15 +88,15 @@ def mirror_planes(mesh: NamedMesh, free: Patch) -> list[MirrorPlane]:
     free : Patch
         The free surface.
     """
-    found = []
+    planes = []
     for name in sorted(mesh.mirrors):
         axis = {"x": 0, "y": 1, "z": mesh.dimension - 1}[name]
         side = float(np.sign(free.X[:, axis].mean()))
         span = 4.0 * float(np.ptp(free.X, axis=0).max())
         facets = _unfolded(free, axis)
         if len(facets):
-            found.append(MirrorPlane(axis, side, facets, float(free.X.min()) - 0.5 * span, 2.0 * span))
-    return found
+            planes.append(MirrorPlane(axis, side, facets, float(free.X.min()) - 0.5 * span, 2.0 * span))
+    return planes
 
 
 def _unfolded(free: Patch, axis: int) -> Ints:

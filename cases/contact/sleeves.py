@@ -139,15 +139,15 @@ def _edges(bond: Patch, free: Patch) -> list[tuple[int, Ints]]:
 
 def _all_edges(of: Patch) -> list[tuple[int, frozenset[int], Ints]]:
     """Facet, unknowns that identify the edge, and nodes along it, for every edge of every facet."""
-    found = []
+    edges = []
     for start, along in dict.fromkeys((tuple(a), tuple(b)) for a, b in of.basis.edges):
         own = of.basis.nodes - np.array(start)
         t = own @ np.array(along) / max(float(np.dot(along, along)), 1.0)
         on = np.flatnonzero(np.linalg.norm(own - t[:, None] * np.array(along), axis=1) < 1e-9)
         places = on[np.argsort(t[on])]
         for facet, nodes in enumerate(of.facets[:, places]):
-            found.append((facet, frozenset(map(int, of.dofs[nodes, 0])), nodes))
-    return found
+            edges.append((facet, frozenset(map(int, of.dofs[nodes, 0])), nodes))
+    return edges
 
 
 def _directions(bond: Patch, edges: list[tuple[int, Ints]]) -> dict[int, Array]:

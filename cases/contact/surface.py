@@ -84,8 +84,8 @@ def tagged(mesh: NamedMesh, names: Iterable[str]) -> Ints:
     names : iterable of str
         Names of boundaries; those that the mesh lacks have no facets.
     """
-    found = [mesh.facets.find(mesh.boundary[name]) for name in names if name in mesh.boundary]
-    return np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *found])).astype(np.int64)
+    facets = [mesh.facets.find(mesh.boundary[name]) for name in names if name in mesh.boundary]
+    return np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *facets])).astype(np.int64)
 
 
 def on_rubber(mesh: NamedMesh, facets: Ints) -> Ints:
@@ -203,8 +203,8 @@ def _closures(element: Any, kind: Any, d: int, basis: Basis) -> Ints:
 def _nodes_of_cells(mesh: NamedMesh, space: Any, cells: Ints, points: Array) -> tuple[Ints, Array]:
     """Unknowns (cells, nodes, components) of cells, and coordinates of their nodes (cells, nodes, d)."""
     part = space.sub(0)
-    found = np.array([part.dofmap.cell_dofs(int(cell)) for cell in cells], dtype=np.int64)
-    dofs = found.reshape(len(cells), len(points), -1)
+    cell_dofs = np.array([part.dofmap.cell_dofs(int(cell)) for cell in cells], dtype=np.int64)
+    dofs = cell_dofs.reshape(len(cells), len(points), -1)
     return dofs, _coordinates(mesh, cells, points)
 
 

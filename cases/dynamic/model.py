@@ -126,8 +126,8 @@ class DynamicModel:
             As for `stiffness`: Hz, t/mm^3.
         """
         at = sweep(frequencies, branches)
-        found = [self._taken(self.reduced.along(one, at, density)) for one in self.changes.matrices]
-        return np.array(found, dtype=np.complex128).reshape(-1, len(frequencies))
+        slopes = [self._taken(self.reduced.along(matrix, at, density)) for matrix in self.changes.matrices]
+        return np.array(slopes, dtype=np.complex128).reshape(-1, len(frequencies))
 
     def matrix(self, frequencies: Array, branches: Branches, density: float | None = None) -> Complex:
         """Return the stiffness against all motions of the driven sleeve, (f, driven, driven), in N, mm and rad.

@@ -131,14 +131,14 @@ class Pencil:
             turning[3:, 3:] = turned(self.model, residual, q)
             turning[3:, 3:] += 0.5 * skew(reactions(self.model, residual, q)[3:])
             self.static = turning[np.ix_(moves, moves)]
-            found = motion.over_all(motion.twists(q)[moves])
+            motions = motion.over_all(motion.twists(q)[moves])
         else:
             bend = (motion.rate(q + BEND) - motion.rate(q - BEND)) / (2.0 * BEND)
             work = float(summed(self.model.comm, float(residual.array_r @ bend[: system.owned])))
             self.static = np.full((1, 1), work * self.model.multiplicity)
-            found = motion.rate(q)[None]
+            motions = motion.rate(q)[None]
         residual.destroy()
-        return found
+        return motions
 
     def _rigid(self, q: float) -> Array:
         if self.model.mode.specimen == "coupon":
@@ -149,9 +149,9 @@ class Pencil:
         plane = [0, components - 1] if model.mesh.dimension == 2 else [0, 1, 2]
         now = self._nodes + self._state[self._parent].reshape(-1, components).T[plane]
         moved = model.motion.rigid(now, q)
-        found = np.zeros((len(moved), len(self._state)))
-        found[:, self._parent] = moved.transpose(0, 2, 1).reshape(len(moved), -1)
-        return found
+        motions = np.zeros((len(moved), len(self._state)))
+        motions[:, self._parent] = moved.transpose(0, 2, 1).reshape(len(moved), -1)
+        return motions
 
     def act(self, directions: Array) -> Actions:
         """Multiply all matrices with some vectors, shape (k, n)."""

@@ -222,7 +222,7 @@ class ReducedPencil:
             within = root @ self._dynamic(at, density)[:, m:, m:] @ root.T
             beta = np.minimum(np.linalg.svd(within, compute_uv=False)[:, -1:], 1.0)
         driving, transfer = (
-            np.abs(np.diagonal(one, axis1=1, axis2=2)) for one in self.stiffness(at, density)
+            np.abs(np.diagonal(stiffness, axis1=1, axis2=2)) for stiffness in self.stiffness(at, density)
         )
         driven, rigid = norms[:, :d], norms[:, d:] if m > d else 0.0
         errors = np.maximum(driven**2 / driving, (driven**2 + driven * rigid) / transfer) / beta
@@ -252,11 +252,11 @@ def basis_for(pencil: Pencil, at: Sweep, density: float, tolerance: float) -> Ve
     basis.add(pencil.followed())
     basis.add_rigid()
     for _ in range(MOST_ROUNDS):
-        found = basis.reduced()
-        errors, weights = found.judged(at)
+        reduced = basis.reduced()
+        errors, weights = reduced.judged(at)
         if float(errors.max()) <= tolerance:
             break
-        vectors = basis.residuals(found, at, weights)
+        vectors = basis.residuals(reduced, at, weights)
         if not len(vectors):
             break
         basis.add(vectors)
@@ -288,9 +288,9 @@ class VectorBasis:
 
     def add_rigid(self) -> None:
         """Add the rigid motions, with their mass alone: what is fixed to the ground would move with the body."""
-        found = self.pencil.act(self.pencil.rigid)
+        actions = self.pencil.act(self.pencil.rigid)
         none = np.zeros_like(self.pencil.rigid)
-        self._add(self.pencil.rigid, replace(found, equilibrium=none, viscous=none))
+        self._add(self.pencil.rigid, replace(actions, equilibrium=none, viscous=none))
 
     def add(self, vectors: Array) -> None:
         """Add vectors, shape (k, n)."""
@@ -349,39 +349,39 @@ class VectorBasis:
         rigid = slice(len(pencil.motions), self._motions)
 
         def matrix(part: Array) -> Array:
-            found = pencil.products(vectors, part)
+            products = pencil.products(vectors, part)
             # Of rigid motions the forces alone are without those of the ground.
-            found[rigid] = found[:, rigid].T
-            return _even(found)
+            products[rigid] = products[:, rigid].T
+            return _even(products)
 
         return Change(**{name: matrix(part) for name, part in vars(forces).items()}, static=pencil.static)
 
-    def residuals(self, found: ReducedPencil, at: Sweep, weights: Array) -> Array:
+    def residuals(self, reduced: ReducedPencil, at: Sweep, weights: Array) -> Array:
         """Return the directions in which most of the residuals lie, of unit length in K_eq, shape (k, n).
 
         Parameters
         ----------
-        found : ReducedPencil
+        reduced : ReducedPencil
             Of the present vectors.
         at : Sweep
             Points, shape (f,).
         weights : Array
             Of the residuals, shape (f, m), a ratio.
         """
-        left = found.left_over(at) * weights[:, :, None]
+        left = reduced.left_over(at) * weights[:, :, None]
         every = left.reshape(-1, left.shape[2]).T
         columns: Array = np.hstack([every.real, every.imag])
-        size = np.sqrt(np.maximum(np.diag(found.residuals), 0.0))
+        size = np.sqrt(np.maximum(np.diag(reduced.residuals), 0.0))
         # Weighted, a residual's square is a relative error: parts of this size are rounding.
         there = size * np.abs(columns).max(axis=1) > SMALLEST
         size, columns = size[there], columns[there]
-        values, axes = np.linalg.eigh(found.residuals[np.ix_(there, there)] / np.outer(size, size))
+        values, axes = np.linalg.eigh(reduced.residuals[np.ix_(there, there)] / np.outer(size, size))
         real = values > ROUNDING * values.max(initial=0.0)
         root, axes = np.sqrt(values[real]), axes[:, real]
         scaled = root[:, None] * (axes.T @ (size[:, None] * columns))
         directions, sizes, _ = np.linalg.svd(scaled, full_matrices=False)
         large = int(np.count_nonzero(sizes > NEGLIGIBLE * sizes.max(initial=0.0)))
-        kept = min(ADDED * found.motions, large)
+        kept = min(ADDED * reduced.motions, large)
         coefficients = (axes / size[:, None]) @ (directions[:, :kept] / root[:, None])
         return np.asarray(coefficients.T @ self._parts[there])
 

@@ -54,7 +54,7 @@ def changes(
     """
     pencil, model = basis.pencil, basis.pencil.model
     moved, rates, force = Sensitivity(model, names).moved(solver, basis.vectors[0], drive)
-    state, found = model.state.x.array.copy(), []
+    state, derivatives = model.state.x.array.copy(), []
     for name, movement, rate in zip(names, moved, rates, strict=True):
         value = float(model.constants[name].value)
         step = STEP * max(abs(value), 1e-3)
@@ -64,7 +64,7 @@ def changes(
             model.state.x.array[:] = state + d * movement
             ends.append(vars(basis.at(pencil.at(solver.q + d * rate))))
         model.parameters.set({name: value})
-        found.append(Change(**{key: (ends[0][key] - ends[1][key]) / (2.0 * step) for key in ends[0]}))
+        derivatives.append(Change(**{key: (ends[0][key] - ends[1][key]) / (2.0 * step) for key in ends[0]}))
     model.state.x.array[:] = state
     model.system.stiffen()
-    return Changes(tuple(names), tuple(found), force)
+    return Changes(tuple(names), tuple(derivatives), force)

@@ -155,19 +155,19 @@ def turned_about(faces: Sequence[Sampled], axis: Axis, size: float) -> Array:
     return axis.point
 
 
-def distance_between(one: Array, other: Array, direction: Array, size: float) -> float:
+def distance_between(point: Array, other: Array, direction: Array, size: float) -> float:
     """Return the distance of two parallel lines, mm; 0 if it is less than what exports round.
 
     Parameters
     ----------
-    one, other : Array
+    point, other : Array
         A point of each, shape (3,), mm.
     direction : Array
         Of both, shape (3,), a unit vector.
     size : float
         Largest extent of the part, mm.
     """
-    distance = float(np.linalg.norm(from_axis(other[None, :], Axis(one, direction))))
+    distance = float(np.linalg.norm(from_axis(other[None, :], Axis(point, direction))))
     return distance if distance > SAME_AXIS * size else 0.0
 
 

@@ -80,15 +80,15 @@ def find_bonds(
     how: dict[str, str] = {}
     every = {bond: _bond(bond, part, roles, meshed, faces, axis, rules.get(bond, ())) for bond in BONDS}
     for bond, other in zip(BONDS, reversed(BONDS), strict=True):
-        found, words = every[bond]
+        tags, words = every[bond]
         if (
             rules.get(bond)
             and all(rule.is_box for rule in rules[bond])
             and not any(rule.is_box for rule in rules.get(other, ()))
         ):
             # A box around an outer face contains the inner one, too, which the other bond names more precisely.
-            found = [tag for tag in found if tag not in every[other][0]]
-        twice = [tag for tag in found if labels[tag] != FREE]
+            tags = [tag for tag in tags if tag not in every[other][0]]
+        twice = [tag for tag in tags if labels[tag] != FREE]
         if twice:
             raise GeometryError(
                 "geometry.bonds",
@@ -96,8 +96,8 @@ def find_bonds(
                 "rules for each bond that select none of the other bond's faces",
                 view_of({tag: "both" if tag in twice else label for tag, label in labels.items()}),
             )
-        if found:
-            labels |= dict.fromkeys(found, bond)
+        if tags:
+            labels |= dict.fromkeys(tags, bond)
             how[bond] = words
     _refuse_exchanged(labels, faces, axis)
     by_colour = COLOURS in how.values() or any(rule.colour for own in rules.values() for rule in own)
@@ -136,7 +136,7 @@ def _bond(
     """Faces of a bond, and how they were found."""
     if rules:
         each = [selected([rule], faces, axis, part.size, part.face_names, part.colours) for rule in rules]
-        found = sorted({tag for tags in each for tag in tags})
+        bond_tags = sorted({tag for tags in each for tag in tags})
         if [] in each:
             wrong = each.index([])
             which = f"rule {wrong + 1} of {len(each)}" if len(each) > 1 else "the rule"
@@ -144,9 +144,9 @@ def _bond(
                 f"geometry.bonds.{bond}",
                 f"{which} ({rules[wrong].text}) selects no face",
                 f"rules that each select a face; there are {selectable(faces, axis, part)}",
-                view_of({face.tag: bond if face.tag in found else FREE for face in faces}),
+                view_of({face.tag: bond if face.tag in bond_tags else FREE for face in faces}),
             )
-        return found, "by the case's rules"
+        return bond_tags, "by the case's rules"
     sleeve = INNER if bond == "inner" else OUTER
     solids = [tag for tag, role in roles.items() if role == sleeve]
     if solids:
@@ -206,7 +206,7 @@ def selectable(faces: Sequence[Sampled], axis: Axis, part: Part) -> str:
         ("faces named {}", names),
         ("faces in {}", colours),
     ]
-    said = [text.format(", ".join(found[:MOST_SHOWN])) for text, found in shown if found]
+    said = [text.format(", ".join(items[:MOST_SHOWN])) for text, items in shown if items]
     return "; ".join(said) or "no cylinders about the axis, names or colours"
 
 
@@ -244,13 +244,15 @@ def _only(faces: Sequence[Sampled], axis: Axis, size: float, bond: str) -> list[
     Several holes may be voids.
     """
     toward = -1.0 if bond == "inner" else 1.0
-    found: list[tuple[int, Axis]] = []
+    cylinders: list[tuple[int, Axis]] = []
     for face in faces:
         line = own_line(face, axis, size)
         if line is not None and _looks_along(face, line, toward, size):
-            found.append((face.tag, line))
-    apart = [distance_between(found[0][1].point, line.point, axis.direction, size) for _, line in found]
-    return [tag for tag, _ in found] if not any(apart) else []
+            cylinders.append((face.tag, line))
+    apart = [
+        distance_between(cylinders[0][1].point, line.point, axis.direction, size) for _, line in cylinders
+    ]
+    return [tag for tag, _ in cylinders] if not any(apart) else []
 
 
 def _looks_along(face: Sampled, line: Axis, toward: float, size: float) -> bool:

@@ -176,7 +176,7 @@ def _outside(meshed: Sequence[int]) -> list[int]:
 def _axis(wanted: CadStatements, part: Part, faces: Sequence[Sampled]) -> tuple[Axis, str]:
     where = str(wanted.path)
     _, gravity, _ = moments([(3, tag) for tag in part.solids])
-    found = find_axis(faces, part.size, gravity)
+    common = find_axis(faces, part.size, gravity)
     if wanted.axis is not None:
         direction = np.array(wanted.axis, dtype=float)
         if np.linalg.norm(direction) == 0.0:
@@ -184,17 +184,17 @@ def _axis(wanted: CadStatements, part: Part, faces: Sequence[Sampled]) -> tuple[
         direction /= np.linalg.norm(direction)
         if wanted.origin is not None:
             return Axis(np.array(wanted.origin, dtype=float), direction), "given"
-        if found is not None and np.linalg.norm(np.cross(found.direction, direction)) < 1e-3:
-            return Axis(found.point, direction), "direction given, place found"
+        if common is not None and np.linalg.norm(np.cross(common.direction, direction)) < 1e-3:
+            return Axis(common.point, direction), "direction given, place found"
         return Axis(gravity, direction), "direction given, through the centre of gravity"
-    if found is None:
+    if common is None:
         raise GeometryError(
             where,
             "no face has an axis of revolution (a sphere has no axis of its own): the axis cannot be found",
             "give geometry.axis and geometry.origin",
             view_of({face.tag: "free" for face in faces}),
         )
-    return found, "found"
+    return common, "found"
 
 
 def _refuse_segment(

@@ -62,7 +62,7 @@ def beyond_bonds(
     axis
         Axis of the bushing.
     """
-    found = {}
+    lengths = {}
     for bond, role in zip(BONDS, (INNER, OUTER), strict=True):
         solids = [tag for tag, own in roles.items() if own == role and tag not in meshed]
         faces = list(bonds[bond])
@@ -83,8 +83,8 @@ def beyond_bonds(
         if reached:
             ends = extent(faces, axis.direction)
             low, high = extent([*faces, *(alike[tag] for tag in reached)], axis.direction)
-            found[bond] = (ends[0] - low, high - ends[1])
-    return found
+            lengths[bond] = (ends[0] - low, high - ends[1])
+    return lengths
 
 
 def is_even(beyond: Mapping[str, tuple[float, float]], thickness: float) -> bool:

@@ -104,5 +104,5 @@ def _surface(points: Array, facets: Ints) -> tuple[Array, Array]:
     by_u = np.stack([1 - 4 * w, 4 * u - 1, zero, 4 * (w - u), 4 * v, -4 * v], axis=1)
     by_v = np.stack([1 - 4 * w, zero, 4 * v - 1, -4 * u, 4 * u, 4 * (w - v)], axis=1)
     nodes = points[facets]
-    x, a, b = (np.einsum("qk,mki->mqi", one, nodes) for one in (shape, by_u, by_v))
+    x, a, b = (np.einsum("qk,mki->mqi", functions, nodes) for functions in (shape, by_u, by_v))
     return x, np.cross(a, b)

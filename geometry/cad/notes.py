@@ -127,13 +127,13 @@ def notes_of(
 
 def _unused(part: Part, bonds: Bonds) -> list[str]:
     """Return sentences about colours and names of faces in the file that defined no bond."""
-    found = []
+    sentences = []
     if bonds.unused:
         why = "the bonds are known without them" if len(bonds.unused) == 2 else "there are not two of them"
-        found.append(
+        sentences.append(
             f"colours of faces ({', '.join(bonds.unused)}) were not used: {why}; "
             f'geometry.bonds.inner = {{colour = "{bonds.unused[0]}"}} takes a bond from one'
         )
     if part.lost:
-        found.append(f"{part.lost} of faces were not used: they are read from files with one solid only")
-    return found
+        sentences.append(f"{part.lost} of faces were not used: they are read from files with one solid only")
+    return sentences

@@ -186,7 +186,7 @@ def _fragmented(solids: list[int], names: list[str], where: str) -> dict[int, st
     volumes = [float(model().occ.getMass(3, tag)) for tag in solids]
     _, made = model().occ.fragment([(3, tag) for tag in solids[:1]], [(3, tag) for tag in solids[1:]])
     model().occ.synchronize()
-    found: dict[int, str] = {}
+    solid_names: dict[int, str] = {}
     owners: dict[int, int] = {}
     for number, pieces in enumerate(made):
         for dimension, tag in pieces:
@@ -210,6 +210,6 @@ def _fragmented(solids: list[int], names: list[str], where: str) -> dict[int, st
                         }
                     ),
                 )
-            if tag not in found:
-                found[int(tag)] = names[number]
-    return found
+            if tag not in solid_names:
+                solid_names[int(tag)] = names[number]
+    return solid_names

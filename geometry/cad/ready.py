@@ -199,7 +199,7 @@ def _read(path: Path) -> Any:
                 # Gmsh writes facets as plane stress, which meshio does not know with six nodes.
                 text = path.read_text(encoding="utf-8", errors="replace")
                 # A line of a keyword that ends in a comma is continued on the next one.
-                text = _CONTINUED.sub(lambda found: " ".join(found[0].split()), text)
+                text = _CONTINUED.sub(lambda match: " ".join(match[0].split()), text)
                 known.write_text(re.sub(r"(type\s*=\s*)CP[SE]6", r"\1STRI65", text, flags=re.I))
             return meshio.read(known)
     except (meshio.ReadError, OSError, ValueError, KeyError, IndexError, AssertionError, SystemExit) as error:
@@ -212,16 +212,16 @@ def _read(path: Path) -> Any:
 
 def _groups(mesh: Any) -> dict[str, list[Any]]:
     """Return the cell sets by lower-case name: for each block of cells, indices within it."""
-    found = {name.lower(): parts for name, parts in mesh.cell_sets.items() if not name.startswith("gmsh:")}
+    groups = {name.lower(): parts for name, parts in mesh.cell_sets.items() if not name.startswith("gmsh:")}
     numbers = mesh.cell_data.get("gmsh:physical")
-    if not found and numbers is not None:
+    if not groups and numbers is not None:
         # Of files of Gmsh's format 2 meshio makes no sets: each element has the number of its group.
         for name, (number, dimension) in mesh.field_data.items():
-            found[name.lower()] = [
+            groups[name.lower()] = [
                 np.flatnonzero(own == number) if block.dim == dimension else None
                 for own, block in zip(numbers, mesh.cells, strict=True)
             ]
-    return found
+    return groups
 
 
 def _regions(mesh: Any, kind: str, where: str) -> dict[str, Ints]:
@@ -244,10 +244,10 @@ def _regions(mesh: Any, kind: str, where: str) -> dict[str, Ints]:
             if len(inside) and not taken[i][inside].any():
                 taken[i][inside] = True
                 named.setdefault(name, []).append(block.data[inside])
-    found = {RUBBER: [block.data[rubber[i] | ~taken[i]] for i, block in blocks]} | named
+    regions = {RUBBER: [block.data[rubber[i] | ~taken[i]] for i, block in blocks]} | named
     # meshio has the order of VTK, in which the last two sides of a tetrahedron are exchanged against Gmsh.
     order = [*range(8), 9, 8] if kind == "tetra10" else slice(None)
-    cells = {name: np.concatenate(parts).astype(np.int64)[:, order] for name, parts in found.items()}
+    cells = {name: np.concatenate(parts).astype(np.int64)[:, order] for name, parts in regions.items()}
     if not len(cells[RUBBER]):
         raise GeometryError(
             where,
@@ -283,14 +283,14 @@ def _facet_tables(kind: str) -> list[tuple[int, ...]]:
 def _boundaries(mesh: Any, outer: Ints, where: str) -> dict[str, Ints]:
     """Outer facets by name, from groups of facets or of nodes."""
     label = np.full(len(outer), FREE, dtype=object)
-    found = {}
+    boundaries = {}
     for name in ("inner", "outer"):
         nodes = _nodes_of(mesh, name)
         corners = outer[:, : 3 if outer.shape[1] in (3, 6) else 4]
         there = np.isin(corners, nodes).all(axis=1) if len(nodes) else np.zeros(len(outer), dtype=bool)
         label[there] = name
-        found[name] = bool(there.any())
-    missing = [name for name, is_there in found.items() if not is_there]
+        boundaries[name] = bool(there.any())
+    missing = [name for name, is_there in boundaries.items() if not is_there]
     if missing:
         known = ", ".join(sorted({*_groups(mesh), *(name.lower() for name in mesh.point_sets)})) or "none"
         raise GeometryError(

@@ -141,14 +141,14 @@ def selected(
     colours : Mapping[int, tuple[int, int, int]]
         Colours of faces (red, green, blue, 0 to 255) by their tag.
     """
-    found: list[int] = []
+    tags: list[int] = []
     for rule in rules:
         for parallel in (False, True):
             own = [f.tag for f in faces if rule.selects(f, axis, size, names, colours, parallel)]
             if own:
                 break
-        found += own
-    return [face.tag for face in faces if face.tag in found]
+        tags += own
+    return [face.tag for face in faces if face.tag in tags]
 
 
 def hexadecimal(colour: tuple[int, int, int] | None) -> str:

@@ -135,11 +135,11 @@ def _sides(drawn: Drawn) -> tuple[_Side, _Side, _Side, _Side] | None:
         groups[-1][1].append(tag)
     if len(groups) != 4 or [groups[0][0], groups[2][0]] != ["inner", "outer"]:
         return None
-    inner, one, outer, other = _chained([_followed(name, tags) for name, tags in groups])
+    inner, end, outer, other_end = _chained([_followed(name, tags) for name, tags in groups])
     if inner.points[0, 1] > inner.points[-1, 1]:
         # Round the other way: downward inside, outward below, upward outside, inward above.
-        return _reversed(inner), _reversed(other), outer, one
-    return inner, one, _reversed(outer), _reversed(other)
+        return _reversed(inner), _reversed(other_end), outer, end
+    return inner, end, _reversed(outer), _reversed(other_end)
 
 
 def _followed(name: str, tags: list[int]) -> _Side:

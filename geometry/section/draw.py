@@ -180,9 +180,9 @@ def _regions(made: Sequence[Any], names: Sequence[str]) -> dict[str, tuple[int, 
     taken: set[int] = set()
     # A plate drawn into the rubber takes its place: the area that both cover belongs to the plate.
     for number in sorted(range(len(names)), key=lambda i: names[i] == RUBBER):
-        found = [int(tag) for _, tag in made[number] if tag in there and tag not in taken]
-        taken |= set(found)
-        regions[names[number]] = (*regions.get(names[number], ()), *found)
+        tags = [int(tag) for _, tag in made[number] if tag in there and tag not in taken]
+        taken |= set(tags)
+        regions[names[number]] = (*regions.get(names[number], ()), *tags)
     return {name: faces for name, faces in regions.items() if faces}
 
 

@@ -170,11 +170,11 @@ def _curved(curve: int) -> tuple[float, float]:
 
 def _along(curves: Sequence[int]) -> Array:
     """Points (r, z) of curves, their ends among them, mm."""
-    found = []
+    points = []
     for tag in curves:
         low, high = (float(bound[0]) for bound in model().getParametrizationBounds(1, tag))
-        found.append(np.array(model().getValue(1, tag, np.linspace(low, high, 65).tolist())).reshape(-1, 3))
-    return np.concatenate(found)[:, :2]
+        points.append(np.array(model().getValue(1, tag, np.linspace(low, high, 65).tolist())).reshape(-1, 3))
+    return np.concatenate(points)[:, :2]
 
 
 def _swept(dimension: int, tags: Sequence[int]) -> float:
@@ -218,12 +218,12 @@ def _view(drawn: Drawn) -> View:
     names = (*drawn.regions, *drawn.boundaries)
 
     def elements(kind: int, size: int, parts: Mapping[str, Sequence[int]]) -> tuple[Array, NDArray[np.int_]]:
-        found, label = [np.zeros((0, size, 3))], [np.zeros(0, dtype=int)]
+        corners, label = [np.zeros((0, size, 3))], [np.zeros(0, dtype=int)]
         for name, entities in parts.items():
             for entity in entities:
                 nodes = model().mesh.getElementsByType(kind, entity)[1].reshape(-1, size)
-                found.append(points[number[nodes]])
+                corners.append(points[number[nodes]])
                 label.append(np.full(len(nodes), names.index(name)))
-        return np.concatenate(found), np.concatenate(label)
+        return np.concatenate(corners), np.concatenate(label)
 
     return View(*elements(2, 3, drawn.regions), names, *elements(1, 2, drawn.boundaries))

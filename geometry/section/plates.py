@@ -52,19 +52,19 @@ def _plate(name: str, loops: Sequence[Loop], where: str) -> Loop:
             if meant
             else f'"inner", "outer", no name for a free edge, or a plate drawn as an outline with body = "{name}"',
         )
-    one, other = chains
-    start, end = one[0].points[0], one[-1].points[-1]
+    outline_chain, other = chains
+    start, end = outline_chain[0].points[0], outline_chain[-1].points[-1]
     if math.dist(end, other[0].points[0]) > math.dist(end, other[-1].points[-1]):
         other = [curve.reversed() for curve in other[::-1]]
-    length = sum(math.dist(curve.points[0], curve.points[-1]) for curve in one)
+    length = sum(math.dist(curve.points[0], curve.points[-1]) for curve in outline_chain)
     first, last = other[0].points[0], other[-1].points[-1]
-    outline = [p for curve in (*one, *other) for p in curve.points]
+    outline = [p for curve in (*outline_chain, *other) for p in curve.points]
     if _area(outline) < THINNEST * length**2:
         raise GeometryError(
             where, f'the plate "{name}" has no thickness', "draw two edges, the thickness of the metal apart"
         )
     joints = [OutlineCurve("line", pair) for pair in ((end, first), (last, start)) if math.dist(*pair) > 0]
-    curves = [*one, joints[0], *other, *joints[1:]]
+    curves = [*outline_chain, joints[0], *other, *joints[1:]]
     return Loop(tuple(curves), name)
 
 

@@ -45,13 +45,13 @@ def pieces(curve: OutlineCurve) -> list[OutlineCurve]:
     # Each cut has as many equal knots as the degree: the curve passes through the control point before them.
     first = [int(np.searchsorted(whole.t, cut - near)) for cut in cuts]
     first[0] += equal(low) - degree
-    found = []
+    curves = []
     for (begin, end), (start, stop) in zip(pairwise(first), pairwise(cuts), strict=True):
         control = np.asarray(whole.c)[begin - 1 : end]
         inner = whole.t[begin + degree : end]
         t = [start] * (degree + 1) + [float(knot) for knot in inner] + [stop] * (degree + 1)
         points = control[:, :2] / control[:, 2:]
-        found.append(
+        curves.append(
             OutlineCurve(
                 "nurbs",
                 tuple((float(r), float(z)) for r, z in points),
@@ -61,4 +61,4 @@ def pieces(curve: OutlineCurve) -> list[OutlineCurve]:
                 tuple(float(w) for w in control[:, 2]),
             )
         )
-    return found
+    return curves
