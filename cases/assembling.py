@@ -40,9 +40,9 @@ def assemble(model: FiniteElementModel, solver: Equilibrium) -> list[Attempt]:
         guess = (
             states[-1] if len(states) < 2 else states[-1] + (states[-1] - states[-2]) * (stage - done) / taken
         )
-        begin = time.perf_counter()
+        start = time.perf_counter()
         outcome = solver.solve(0.0, guess)
-        seconds = time.perf_counter() - begin
+        seconds = time.perf_counter() - start
         attempts.append(Attempt(0.0, 0.0, outcome.iterations, outcome.reason, seconds))
         if attempts[-1].accepted:
             taken, done = stage - done, stage

@@ -41,10 +41,10 @@ class Border:
         self._model, self._motion = model, pose_motion_of(model.motion)
         self._free = list(self._motion.free_numbers)
         count = len(self._free)
-        own = model.system.owned_constrained
-        homes = [rank for rank, many in enumerate(model.comm.allgather(len(own))) if many >= count]
+        dofs = model.system.owned_constrained
+        homes = [rank for rank, many in enumerate(model.comm.allgather(len(dofs))) if many >= count]
         self._home = homes[0]
-        self._slots = own[:count] if model.comm.rank == self._home else own[:0]
+        self._slots = dofs[:count] if model.comm.rank == self._home else dofs[:0]
         extent = float(
             model.comm.allreduce(np.abs(model.mesh.mesh.geometry.x[:, :2]).max(initial=0.0), MPI.MAX)
         )
@@ -106,9 +106,9 @@ class Border:
         matrix = pc.getOperators()[0]
         self.factor.setOperators(matrix)
         turning = any(k >= 3 for k in self._free)
-        wanted = sorted({*self._free, *((3, 4, 5) if turning else ())})
+        motions = sorted({*self._free, *((3, 4, 5) if turning else ())})
         try:
-            pose_tangent = tangent(self._model, self.factor, self._q, wanted)
+            pose_tangent = tangent(self._model, self.factor, self._q, motions)
         except NoFactorisation:
             # The linear solver then fails, and the step is cut back.
             pc.setFailedReason(PETSc.PC.FailedReason.FACTOR_OTHER)
@@ -169,8 +169,8 @@ class Border:
         twist = _coordinates(model, twists, rate[constrained])
         b, x = model.system.create_vector(), model.system.create_vector()
         model.system.apply_tangent(b, rate)
-        at = constrained < model.system.owned
-        work = twists[:, at] @ b.array_r[constrained[at]]
+        owned = constrained < model.system.owned
+        work = twists[:, owned] @ b.array_r[constrained[owned]]
         change = np.asarray(summed(model.comm, work)) * model.multiplicity
         change[3:] += pose_tangent.arms @ twist[3:]
         b.array_w[model.system.owned_constrained] = 0.0
@@ -179,8 +179,8 @@ class Border:
         ksp.solve(b, x)
         free, answer = self.read(x), ghosted(x)
         answer[constrained] = 0.0
-        for item in (b, x):
-            item.destroy()
+        for vector in (b, x):
+            vector.destroy()
         return answer + rate + model.motion.over_all((self._columns @ free) @ twists), free
 
 

@@ -191,12 +191,12 @@ def compiled_source(name: str, folder: Path, sources: Sequence[str], declaration
         builder = cffi.FFI()
         builder.cdef(declarations)
         code = "".join(f'#include "{source}"\n' for source in sources if source.endswith(".c"))
-        given = {
+        options = {
             "extra_compile_args": ["-std=c17", *FLAGS],
             "include_dirs": [str(folder)],
             "libraries": ["m"],
         }
-        builder.set_source(module, code, **given)
+        builder.set_source(module, code, **options)
         # Built beside its final place and moved there: another process sees all of it or nothing.
         with tempfile.TemporaryDirectory(dir=file.parent) as beside:
             built = Path(builder.compile(tmpdir=beside))

@@ -198,9 +198,9 @@ class _March:
             if not step.attempt.accepted:
                 self._refused(step, target, newton)
                 continue
-            at = step.goal, self.solver.force, until, prescribed
-            if self.search is not None and (step.goal == target or self._passed(*at)):
-                better = self.search.better(*at)
+            step_end = step.goal, self.solver.force, until, prescribed
+            if self.search is not None and (step.goal == target or self._passed(*step_end)):
+                better = self.search.better(*step_end)
                 if better is not None and math.isnan(better):
                     raise self._stopped(target, self.search.reason)
                 if better is not None:
@@ -224,13 +224,13 @@ class _March:
 
     def record(self, number: int, newton: int) -> None:
         """Record a target that was reached."""
-        at = self.stepper
-        self.recorder.point(at.q, at.force, at.energy, newton, at.state)
-        if at.six is not None and at.pose is not None:
-            self.recorder.six(at.pose, at.six)
+        stepper = self.stepper
+        self.recorder.point(stepper.q, stepper.force, stepper.energy, newton, stepper.state)
+        if stepper.six is not None and stepper.pose is not None:
+            self.recorder.six(stepper.pose, stepper.six)
         if self.derivatives.names:
             if self.model.internal is None:
-                self.derivatives.follow(self.solver, number, 1.0, at.time)
+                self.derivatives.follow(self.solver, number, 1.0, stepper.time)
             self.recorder.slopes(self.derivatives.at, self.derivatives.rates, self.derivatives.reactions)
 
     def _accepted(self, step: AttemptedStep, number: int, arrived: bool) -> None:
@@ -246,12 +246,14 @@ class _March:
 
     def _refused(self, step: AttemptedStep, target: float, newton: int) -> None:
         """Cut the step back, or end the march."""
-        at = self.stepper
-        at.reject(step)
+        stepper = self.stepper
+        stepper.reject(step)
         if self.failure_limit is not None and self.recorder.failed > self.failure_limit:
             raise self._stopped(target, step.attempt.reason)
-        if not at.can_go_on():
-            self.recorder.last_reached(at.q, at.force, at.energy, newton, at.state, at.pose, at.six)
+        if not stepper.can_go_on():
+            self.recorder.last_reached(
+                stepper.q, stepper.force, stepper.energy, newton, stepper.state, stepper.pose, stepper.six
+            )
             raise self._stopped(target, step.attempt.reason)
 
     def _stopped(self, target: float, reason: str) -> NotConverged:

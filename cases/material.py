@@ -105,11 +105,13 @@ class Remembered:
         while len(rates) < len(changes):
             left = changes[len(rates) :]
             count = BATCH if len(left) >= WORTH_IT else 1
-            given = dict(inputs)
+            point_inputs = dict(inputs)
             for d in range(count):
                 change = left[d] if d < len(left) else {}
-                given |= {f"d{d} {name}": change.get(name, nothing) for name in inputs}
-            rows = kernel(function(count))(len(self.values), given).reshape(len(self.values), count, -1)
+                point_inputs |= {f"d{d} {name}": change.get(name, nothing) for name in inputs}
+            rows = kernel(function(count))(len(self.values), point_inputs).reshape(
+                len(self.values), count, -1
+            )
             rates += [rows[:, d] for d in range(min(count, len(left)))]
         return rates
 
@@ -210,8 +212,8 @@ class RubberAtPoints:
         self._parameters["volumetric"][:] = numbers.volumetric
         for branch, parameters in zip(self.branches, numbers.branches, strict=True):
             # What has passed on the clock comes from the strains.
-            own = slice(-1 if branch.clock == "followed" else None)
-            branch.parameters[..., own] = parameters[own]
+            columns = slice(-1 if branch.clock == "followed" else None)
+            branch.parameters[..., columns] = parameters[columns]
 
     def answer(self, moduli: bool) -> Array:
         """Return energy, stresses and moduli at `strain`, shape (points, length); the energy excludes the branches.
@@ -271,8 +273,8 @@ class RubberAtPoints:
         law = total = np.zeros((self._points, length(self.variables, moduli)))
         if any(branch.needs_energy for branch in self.branches):
             total = np.zeros_like(law)
-        own = answers.law_answer(self._setting, self._law, self._names, moduli)
-        begin = kernel(own).bound(
+        law_function = answers.law_answer(self._setting, self._law, self._names, moduli)
+        law_call = kernel(law_function).bound(
             law, {"strain": self.strain, "parameters": self._parameters["law"]}, clear=True
         )
         adding: list[tuple[Remembered, Call, Array]] = []
@@ -288,7 +290,7 @@ class RubberAtPoints:
             adding.append((branch, function.bound(row, inputs, clear=branch.needs_energy), row))
         function = kernel(answers.volumetric_answer(self._setting, moduli))
         volumetric = function.bound(total, self._volumetric_inputs(self.strain))
-        return _Answered(law, total, begin, adding, volumetric, pacing)
+        return _Answered(law, total, law_call, adding, volumetric, pacing)
 
     def _pacing(self, branch: Remembered, law: Array, number: int) -> Call:
         """Return the call that writes z_a for a clock, which comes first, or adds V_az of a branch on it."""
@@ -368,18 +370,18 @@ class RubberAtPoints:
         law = kernel(function)(self._points, {"strain": strain, "parameters": self._parameters["law"]})
         return PointState(strain, law)
 
-    def slopes(self, at: PointState) -> Array:
+    def slopes(self, state: PointState) -> Array:
         """Derivatives of the law's [W, W_a] by each of its parameters, shape (parameters, points, 1 + variables)."""
         function = kernel(answers.law_slopes(self._setting, self._law, self._names))
-        rows = function(self._points, {"strain": at.strain, "parameters": self._parameters["law"]})
+        rows = function(self._points, {"strain": state.strain, "parameters": self._parameters["law"]})
         return np.ascontiguousarray(
             rows.reshape(self._points, len(self._names), 1 + self.variables).transpose(1, 0, 2)
         )
 
-    def volumetric_slopes(self, at: PointState) -> Array:
+    def volumetric_slopes(self, state: PointState) -> Array:
         """Return derivatives of the volumetric part's [W, W_a] by its parameters."""
         function = kernel(answers.volumetric_slopes(self._setting))
-        rows = function(self._points, self._volumetric_inputs(at.strain))
+        rows = function(self._points, self._volumetric_inputs(state.strain))
         return np.ascontiguousarray(rows.reshape(self._points, -1, 1 + self.variables).transpose(1, 0, 2))
 
     def work_slopes(self, strain: Array, change: Array) -> tuple[Array, Array]:
@@ -394,23 +396,25 @@ class RubberAtPoints:
         """
         law = answers.law_slopes(self._setting, self._law, self._names)
         volumetric = answers.volumetric_slopes(self._setting)
-        own = kernel(answers.work_slopes(law, len(self._names)))
+        evaluate = kernel(answers.work_slopes(law, len(self._names)))
         other = kernel(answers.work_slopes(volumetric, answers.VOLUMETRIC))
         return (
-            own(self._points, {"strain": strain, "change": change, "parameters": self._parameters["law"]}),
+            evaluate(
+                self._points, {"strain": strain, "change": change, "parameters": self._parameters["law"]}
+            ),
             other(self._points, {"change": change} | self._volumetric_inputs(strain)),
         )
 
-    def by_energy(self, at: PointState, i: int) -> Array:
+    def by_energy(self, state: PointState, i: int) -> Array:
         """V_e of a branch that depends on the law's energy, shape (points,).
 
         Parameters
         ----------
-        at : PointState
+        state : PointState
             State that `point_state` returned.
         i : int
             Index of the branch.
         """
         branch = self.branches[i]
-        row = branch.answer(moduli=False)(self._points, branch.inputs(at.strain, at.law))
+        row = branch.answer(moduli=False)(self._points, branch.inputs(state.strain, state.law))
         return row[:, 1 + self.variables]

@@ -111,7 +111,7 @@ class Motion:
         """Displacements that are held or driven."""
         mesh, mode, space = self._mesh, self._mode, self._space
         components = space.sub(0).num_sub_spaces
-        released = {name for item in self._features for name in item.feature.released}
+        released = {name for installed in self._features for name in installed.feature.released}
         held = {name: only for name, only in mode.held.items() if name not in released}
         driven_names = {name: only for name, only in mode.driven.items() if name not in released}
         planes = _mirror_components(mesh.mirrors, components)
@@ -125,9 +125,12 @@ class Motion:
                     if name not in mesh.boundary or (only is not None and component not in only):
                         continue
                     facets = mesh.facets.find(mesh.boundary[name])
-                    dofs, own = fem.locate_dofs_topological((part, alone), mesh.dimension - 1, facets)
+                    dofs, indices = fem.locate_dofs_topological((part, alone), mesh.dimension - 1, facets)
                     values.update(
-                        {int(d): (component, points[o], driven, name) for d, o in zip(dofs, own, strict=True)}
+                        {
+                            int(d): (component, points[o], driven, name)
+                            for d, o in zip(dofs, indices, strict=True)
+                        }
                     )
         return values
 
@@ -304,13 +307,13 @@ class Motion:
         c = self.constrained
         dimension = 3 if self._setting.kinematics == "cartesian" else 2
         reductions = {}
-        for item in self._features:
-            if item.feature.reduction is None:
+        for installed in self._features:
+            if installed.feature.reduction is None:
                 continue
-            moved = item.feature.reduction(c.x[:, :dimension].T, self._setting.kinematics)
-            there = c.boundary == item.feature.reduced
-            rate = np.where(there, moved[np.maximum(c.component, 0), np.arange(len(c.dofs))], 0.0)
-            reductions[f"{item.name}.{next(iter(item.values))}"] = rate
+            moved = installed.feature.reduction(c.x[:, :dimension].T, self._setting.kinematics)
+            on_boundary = c.boundary == installed.feature.reduced
+            rate = np.where(on_boundary, moved[np.maximum(c.component, 0), np.arange(len(c.dofs))], 0.0)
+            reductions[f"{installed.name}.{next(iter(installed.values))}"] = rate
         return reductions
 
 

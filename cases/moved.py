@@ -70,9 +70,11 @@ class StressFree:
         """Return, by the name of each feature that moves the body, the position in UFL."""
         x = ufl.SpatialCoordinate(self._mesh.mesh)
         return {
-            item.name: item.feature.stress_free(self._parameters.ufl_values(item), x, self._mesh.shape)
-            for item in features
-            if item.feature.stress_free is not None
+            installed.name: installed.feature.stress_free(
+                self._parameters.ufl_values(installed), x, self._mesh.shape
+            )
+            for installed in features
+            if installed.feature.stress_free is not None
         }
 
     def together(self, features: Sequence[Installed]) -> Moved | None:
@@ -86,12 +88,12 @@ class StressFree:
         """Return the displacement by which sleeves turn as other bodies (`Feature.arms`), in UFL; None if by none."""
         x = ufl.SpatialCoordinate(self._mesh.mesh)
         arms = [
-            item.feature.arms(self._parameters.ufl_values(item), x, self._mesh.shape)
-            for item in self._features
-            if item.feature.arms is not None
+            installed.feature.arms(self._parameters.ufl_values(installed), x, self._mesh.shape)
+            for installed in self._features
+            if installed.feature.arms is not None
         ]
-        given = [arm for arm in arms if arm is not None]
-        return sum(given[1:], given[0]) if given else None
+        nonzero = [arm for arm in arms if arm is not None]
+        return sum(nonzero[1:], nonzero[0]) if nonzero else None
 
     def at(self, cells: NDArray[np.int32], points: Array) -> MovedPoints | None:
         """Return the position at reference points of cells; None if it is the mesh.
@@ -147,8 +149,8 @@ class MovedPoints:
             inverse = np.asarray(np.linalg.inv(gradient), dtype=np.float64)
         self._rates: dict[str, StressFreePlacement] = {}
         ratio = np.linalg.det(gradient)
-        for _, own, rates in parts:
-            M = np.linalg.inv(own)
+        for _, gradients, rates in parts:
+            M = np.linalg.inv(gradients)
             for name, (u, change) in rates.items():
                 # Derivatives of the gradient, then of the inverse and the determinant of the sum.
                 slope = -M @ change @ M
@@ -169,8 +171,8 @@ class _One:
     def __init__(self, moved: Moved, parameters: Mapping[str, Any], points: Array) -> None:
         self._names = tuple(parameters)
         self._d = len(moved.displacement)
-        own = self._components(moved)
-        parts = own + [ufl.diff(part, v) for v in parameters.values() for part in own]
+        components = self._components(moved)
+        parts = components + [ufl.diff(part, v) for v in parameters.values() for part in components]
         self._expression = fem.Expression(bare(ufl.as_vector(parts)), points, jit_options=options(light=True))
 
     def _components(self, moved: Moved) -> list[Any]:

@@ -255,5 +255,5 @@ def rounding(model: FiniteElementModel) -> float:
     metal = model.metal_modulus
     extent = float(model.comm.allreduce(np.ptp(model.mesh.mesh.geometry.x, axis=0).max(initial=0.0)))
     share = 5e-16 if model.mesh.dimension == 3 else 5e-15
-    springs = sum(item.feature.springs for item in model.features)
+    springs = sum(installed.feature.springs for installed in model.features)
     return ((1e-12 + 1e-16 * springs) * abs(shear) + share * metal) * extent**2

@@ -47,14 +47,14 @@ def precompile(processes: int | None = None) -> tuple[int, float]:
     processes
         Number of processes at once; that of the processors if not given.
     """
-    begin = time.perf_counter()
+    start_time = time.perf_counter()
     loops()
     number = len(functions())
     # A process that was forked from one that has started MPI cannot be relied on.
     start = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(processes or os.cpu_count(), mp_context=start) as pool:
         list(pool.map(_compile, range(number)))
-    return number, time.perf_counter() - begin
+    return number, time.perf_counter() - start_time
 
 
 def _compile(index: int) -> None:

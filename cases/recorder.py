@@ -56,7 +56,7 @@ class Recorder:
         optional = self._poses, self._reactions, self._reaction_slopes
         return (
             n > 1
-            and all(len(values) == n * given for values, given in needed)
+            and all(len(values) == n * is_needed for values, is_needed in needed)
             and all(len(o) in (0, n) for o in optional)
         )
 

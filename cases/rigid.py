@@ -67,7 +67,9 @@ class Tangent:
         return stiffness
 
 
-def tangent(model: FiniteElementModel, ksp: PETSc.KSP, q: float, wanted: Sequence[int] = range(6)) -> Tangent:
+def tangent(
+    model: FiniteElementModel, ksp: PETSc.KSP, q: float, motions: Sequence[int] = range(6)
+) -> Tangent:
     """Solve for the response of the body to all rigid motions together.
 
     Parameters
@@ -78,11 +80,11 @@ def tangent(model: FiniteElementModel, ksp: PETSc.KSP, q: float, wanted: Sequenc
         Solver with the factorised tangent of the state.
     q
         Path's parameter, s.
-    wanted
+    motions
         Motions by number; the others' rows and columns are zero.
     """
     twist = model.motion.over_all(pose_motion_of(model.motion).twists(q))
-    allowed = [k for k in wanted if k in possible(model.mesh.mirrors)]
+    allowed = [k for k in motions if k in possible(model.mesh.mirrors)]
     pull = np.zeros_like(twist)
     forces = np.zeros_like(twist)
     b = model.system.create_vector()
@@ -180,11 +182,12 @@ def solved(model: FiniteElementModel, ksp: PETSc.KSP, forces: Array) -> Array:
     if ksp.getPC().getFailedReason():
         # MUMPS would be asked for a solution without a factorisation, which is an error in the program.
         raise NoFactorisation
-    own = np.ascontiguousarray(forces[:, : model.system.owned])
-    shape = ((own.shape[1], None), (None, len(own)))
+    owned = np.ascontiguousarray(forces[:, : model.system.owned])
+    shape = ((owned.shape[1], None), (None, len(owned)))
     # PETSc stores columns one after the other: the rows of these arrays.
     right, answers = (
-        PETSc.Mat().createDense(shape, array=rows.T, comm=model.comm) for rows in (own, np.zeros_like(own))
+        PETSc.Mat().createDense(shape, array=rows.T, comm=model.comm)
+        for rows in (owned, np.zeros_like(owned))
     )
     # Solved together they take a third of the time of solving one by one.
     ksp.matSolve(right, answers)

@@ -256,8 +256,8 @@ class Sensitivity:
     @staticmethod
     def _skewed(solver: Equilibrium, loads: Array, guess: Array) -> Array:
         """Refine solutions obtained with the tangent's symmetric part until they satisfy the tangent itself."""
-        at = ConvergedState(solver.model, solver.factor, solver.q, solver.rate, solver.tolerance)
-        solutions = refined(at, loads, guess, MOST_OF_SKEW)
+        state = ConvergedState(solver.model, solver.factor, solver.q, solver.rate, solver.tolerance)
+        solutions = refined(state, loads, guess, MOST_OF_SKEW)
         if solutions is None:
             raise unsolved("the tangent is far from symmetric")
         return solutions
@@ -269,5 +269,5 @@ class Sensitivity:
         guess = self._last.extrapolate(solver.q)
         dofs = self.model.motion.constrained.dofs
         guess[0, dofs] = solver.rate[dofs]
-        at = ConvergedState(self.model, solver.ksp, solver.q, solver.rate, solver.tolerance)
-        return refined(at, np.vstack([np.zeros_like(solver.rate), right]), guess)
+        state = ConvergedState(self.model, solver.ksp, solver.q, solver.rate, solver.tolerance)
+        return refined(state, np.vstack([np.zeros_like(solver.rate), right]), guess)

@@ -87,9 +87,9 @@ class SeriesSpring:
         work
             Derivative of the bushing's force by c at fixed q, N or N mm per unit of c.
         """
-        at = self.extension(q, force, time)
-        taken = at.by_force * work + at.by_parameter.get(name, 0.0)
-        return (prescribed - taken) / (1.0 + at.by_displacement + at.by_force * stiffness)
+        extension = self.extension(q, force, time)
+        taken = extension.by_force * work + extension.by_parameter.get(name, 0.0)
+        return (prescribed - taken) / (1.0 + extension.by_displacement + extension.by_force * stiffness)
 
 
 class Shared:

@@ -66,9 +66,9 @@ def prepare(
     if "z" in setting_for(mode, dimension).mirrors & shape.mirror_planes - mirrors:
         # The change by the features must not be mixed with that by another mesh.
         refinement = replace(refinement, doubled=True)
-    for item in features:
-        if item.feature.shape is not None:
-            shape = item.feature.shape(shape, item.values)
+    for installed in features:
+        if installed.feature.shape is not None:
+            shape = installed.feature.shape(shape, installed.values)
     mesh = build(shape, dimension, mirrors, refinement, comm)
     features = [*features, *plates(shape)]
     return FiniteElementModel(mesh, mode, rubber.law, rubber.parameters, rubber.bulk_modulus, features)

@@ -156,12 +156,12 @@ def _branch() -> tuple[Complex, Complex]:
     rise = np.diff(sine)
     number = 10.0 ** np.linspace(-DECADES, DECADES, 2 * DECADES * PER_DECADE + 1)
     ratio = width * number[:, None] + rise[:, None, None] * number
-    kept, gained = np.exp(-ratio), -np.expm1(-ratio) / ratio
+    decay, gained = np.exp(-ratio), -np.expm1(-ratio) / ratio
     h = np.zeros((STEPS + 1, *ratio.shape[1:]))
     left = np.ones_like(h)
     for i in range(STEPS):
-        h[i + 1] = h[i] * kept[i] + gained[i] * rise[i]
-        left[i + 1] = left[i] * kept[i]
+        h[i + 1] = h[i] * decay[i] + gained[i] * rise[i]
+        left[i + 1] = left[i] * decay[i]
     h -= h[-1] / (1.0 + left[-1]) * left
     weights = np.full(STEPS + 1, 2.0 / np.pi * width)
     weights[[0, -1]] *= 0.5

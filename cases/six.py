@@ -41,9 +41,9 @@ def rotation(theta: Array) -> Array:
     """Rotation matrix of a rotation vector (rad), shape (3, 3), by Rodrigues' formula."""
     angle, W = float(np.linalg.norm(theta)), skew(theta)
     # sinc(x) = sin(pi x) / (pi x)
-    first = np.sinc(angle / np.pi)
-    second = 0.5 * np.sinc(0.5 * angle / np.pi) ** 2
-    return np.eye(3) + first * W + second * W @ W
+    linear = np.sinc(angle / np.pi)
+    quadratic = 0.5 * np.sinc(0.5 * angle / np.pi) ** 2
+    return np.eye(3) + linear * W + quadratic * W @ W
 
 
 def tangent(theta: Array) -> Array:

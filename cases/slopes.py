@@ -168,16 +168,16 @@ class Slopes:
         passed: list[Array] = []
         for i, branch in enumerate(material.branches):
             changes = [
-                _changes(change.branches[i], own[i], energy) | {"strain": strain}
-                for change, own, energy, strain in zip(rates, memory, energies, strains, strict=True)
+                _changes(change.branches[i], own_memory[i], energy) | {"strain": strain}
+                for change, own_memory, energy, strain in zip(rates, memory, energies, strains, strict=True)
             ]
             if branch.clock == "followed":
                 _pace(changes, passed)
             rows = branch.rates("end", branch.inputs(self._at.strain, self._at.law), changes)
             if branch.clock == "shown":
                 passed = [row[:, 0] for row in rows]
-            for own, row in zip(after, rows, strict=True):
-                own.append(row)
+            for memory_rows, row in zip(after, rows, strict=True):
+                memory_rows.append(row)
         return after
 
     def _strain_changes(self, names: Sequence[str], directions: Sequence[Array]) -> Array:
@@ -194,12 +194,12 @@ class Slopes:
     # -- pieces --------------------------------------------------------------------------------------------------
 
     def _rubber_stresses(self, rates: Sequence[Numbers], memory: Sequence[Memory]) -> Stresses:
-        material, at = self._body.material, self._at
+        material, state = self._body.material, self._at
         n = material.variables
         law, volumetric = (
             np.array(rows) for rows in zip(*((c.law, c.volumetric) for c in rates), strict=True)
         )
-        stresses = np.zeros((len(rates), *at.law.shape))
+        stresses = np.zeros((len(rates), *state.law.shape))
         # All parameters in one product.
         if law.any():
             stresses += np.tensordot(law, self._law_slopes, 1)
@@ -212,31 +212,31 @@ class Slopes:
         for i, branch in enumerate(material.branches):
             through = np.logical_and(by_law, branch.needs_energy)
             paced = passed if branch.clock == "followed" else {}
-            own = [
+            affected = [
                 k
                 for k, change in enumerate(rates)
                 if change.branches[i].any() or memory[k][i] is not None or through[k] or k in paced
             ]
             changes = [
                 _changes(rates[k].branches[i], memory[k][i], laws[k, :, 0] if through[k] else None)
-                for k in own
+                for k in affected
             ]
             if branch.clock == "shown":
-                ends = branch.rates("end", branch.inputs(at.strain, at.law), changes)
-                passed = {k: row[:, 0] for k, row in zip(own, ends, strict=True)}
+                ends = branch.rates("end", branch.inputs(state.strain, state.law), changes)
+                passed = {k: row[:, 0] for k, row in zip(affected, ends, strict=True)}
                 continue
             if paced:
-                _pace(changes, [passed.get(k) for k in own])
-            rows = branch.rates("stress", branch.inputs(at.strain, at.law), changes)
-            for k, row in zip(own, rows, strict=True):
+                _pace(changes, [passed.get(k) for k in affected])
+            rows = branch.rates("stress", branch.inputs(state.strain, state.law), changes)
+            for k, row in zip(affected, rows, strict=True):
                 stresses[k, :, 1:] += row[:, :n]
                 if branch.needs_energy:
-                    stresses[k, :, 1:] += row[:, n, None] * at.law[:, 1 : 1 + n]
+                    stresses[k, :, 1:] += row[:, n, None] * state.law[:, 1 : 1 + n]
             if through.any():
-                by_energy = material.by_energy(at, i)[:, None]
+                by_energy = material.by_energy(state, i)[:, None]
                 for k in np.flatnonzero(through):
                     stresses[k, :, 1:] += by_energy * laws[k, :, 1:]
-            busy[own] = True
+            busy[affected] = True
         chosen = [int(k) for k in np.flatnonzero(busy)]
         return chosen, stresses if busy.all() else stresses[chosen]
 

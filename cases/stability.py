@@ -58,8 +58,8 @@ def _evaluate(law: Law, parameters: Mapping[str, float], strains: Array) -> Arra
     """Return W_1, W_2, W_11, W_12, W_22 in MPa, shape (n, 5), at ``strains`` (e1, e2), shape (n, 2)."""
     names = tuple(sorted(parameters))
     values = np.array([float(parameters[name]) for name in names])
-    given = {"strain": np.ascontiguousarray(strains, dtype=np.float64), "parameters": values}
-    return kernel(principal_moduli(law, names))(len(strains), given)
+    inputs = {"strain": np.ascontiguousarray(strains, dtype=np.float64), "parameters": values}
+    return kernel(principal_moduli(law, names))(len(strains), inputs)
 
 
 def moduli(law: Law, parameters: Mapping[str, float], stretches: ArrayLike) -> Array:
@@ -168,9 +168,9 @@ def coupon_limits(
 def _limit(law: Law, parameters: Mapping[str, float], mode: str, end: float, beyond: float) -> float:
     """Return the last stable stretch on the way from 1 to ``end``, or ``beyond``."""
     path = _path(mode)
-    first, last = 0.0, float(np.log(end))
+    low, high = 0.0, float(np.log(end))
     while True:
-        e = np.linspace(first, last, _CHUNK)
+        e = np.linspace(low, high, _CHUNK)
         strains = e[:, None] * path
         good = stable(law, parameters, np.exp(np.column_stack((strains, -strains.sum(axis=1)))))
         if good.all():
@@ -180,7 +180,7 @@ def _limit(law: Law, parameters: Mapping[str, float], mode: str, end: float, bey
             return 1.0
         if abs(e[bad] - e[bad - 1]) < 1e-5:
             return float(np.exp(e[bad - 1]))
-        first, last = float(e[bad - 1]), float(e[bad])
+        low, high = float(e[bad - 1]), float(e[bad])
 
 
 def _path(mode: str) -> NDArray[Any]:

@@ -162,7 +162,7 @@ class Stepper:
         share = 1.0 if target == q else (goal - q) / (target - q)
         model.duration.value = duration = share * (until - self.time)
         self._warm(self.time, self.time + duration)
-        begin = time.perf_counter()
+        start = time.perf_counter()
         outcome = self._solved(goal, guess)
         settled = False
         if not outcome.found and self._may_settle(goal):
@@ -170,16 +170,16 @@ class Stepper:
             settled = flown.found
             self._restless = not settled
             outcome = replace(flown, iterations=outcome.iterations + flown.iterations)
-        seconds = time.perf_counter() - begin
+        seconds = time.perf_counter() - start
         tried = Attempt(q, goal, outcome.iterations, outcome.reason, seconds)
         return AttemptedStep(goal, share, duration, outcome.newton, tried, settled)
 
-    def _warm(self, begin: float, end: float) -> None:
+    def _warm(self, start: float, end: float) -> None:
         """Set the temperatures at the ends of the step, if they change along the program."""
         warm = None if self._program is None else self._program.temperature_at(end)
         if warm is not None and "temperature" in self._model.constants:
             assert self._program is not None
-            self._model.parameters.begin_step(self._program.temperature_at(begin))
+            self._model.parameters.begin_step(self._program.temperature_at(start))
             self._model.constants["temperature"].value = warm
 
     def _solved(self, goal: float, guess: Array) -> Outcome:

@@ -231,9 +231,9 @@ class SurfaceForms:
         if shear_rate != 0.0:
             form = self._slope("", self._shear)
             if form is not None:
-                own = np.zeros_like(forces)
-                fem.assemble_vector(own, form)
-                forces += shear_rate * own
+                slope = np.zeros_like(forces)
+                fem.assemble_vector(slope, form)
+                forces += shear_rate * slope
 
     @cached_property
     def _action(self) -> Any:
@@ -254,7 +254,7 @@ def surface_energies(
     mesh: NamedMesh,
     features: Sequence[Installed],
     parameters: Parameters,
-    given: Mapping[str, Any],
+    place_values: Mapping[str, Any],
     moved: Moved | None,
     degree: int,
 ) -> list[Any]:
@@ -268,7 +268,7 @@ def surface_energies(
         Further changes of the rubber and the assembly.
     parameters : Parameters
         Parameters of the model.
-    given : Mapping[str, Any]
+    place_values : Mapping[str, Any]
         Of `cases.feature.Place`: u, motion, kinematics, shear_modulus.
     moved : Moved | None
         Where the stress-free body is.
@@ -279,14 +279,16 @@ def surface_energies(
     weight: Any = 1
     if moved is not None:
         weight, x = moved.area(normal), x + moved.displacement
-    if given["kinematics"] != "cartesian":
+    if place_values["kinematics"] != "cartesian":
         weight = 2 * ufl.pi * x[0] * weight
-    place = Place(**given, x=x, normal=normal, ds=_measure(mesh, degree), weight=weight, shape=mesh.shape)
+    place = Place(
+        **place_values, x=x, normal=normal, ds=_measure(mesh, degree), weight=weight, shape=mesh.shape
+    )
     return [
         energy
-        for item in features
-        if item.feature.surface is not None
-        for energy in item.feature.surface(parameters.ufl_values(item), place)
+        for installed in features
+        if installed.feature.surface is not None
+        for energy in installed.feature.surface(parameters.ufl_values(installed), place)
     ]
 
 

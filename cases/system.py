@@ -148,8 +148,8 @@ class System:
         self._body.add_stiffness(pattern.places[: len(self._body.parts)], pattern.values)
         pattern.add_to(matrix)
         matrix.assemble()
-        first, _ = matrix.getOwnershipRange()
-        others = first + np.concatenate([self.owned_pressures, self.owned_constrained])
+        first_row, _ = matrix.getOwnershipRange()
+        others = first_row + np.concatenate([self.owned_pressures, self.owned_constrained])
         matrix.zeroRowsColumns(others.astype(PETSc.IntType), diag=0.0)
         return matrix
 

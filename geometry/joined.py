@@ -45,8 +45,8 @@ def refuse_loose(
         {name for name in BONDS if any(_bodies_at(tag, dimension) & group for tag in bonds[name])}
         for group in groups
     ]
-    for group, own in zip(groups, held, strict=True):
-        if not own:
+    for group, sides in zip(groups, held, strict=True):
+        if not sides:
             names = " and ".join(f'"{name}"' for name in sorted({bodies[tag] for tag in group}))
             others = [tag for tag in bodies if tag not in group]
             raise GeometryError(
@@ -56,9 +56,9 @@ def refuse_loose(
                 "bodies that share an edge or a face with what holds them",
                 view,
             )
-    if not any(own == set(BONDS) for own in held):
+    if not any(sides == set(BONDS) for sides in held):
         inner, outer = (
-            [tag for group, own in zip(groups, held, strict=True) if name in own for tag in group]
+            [tag for group, sides in zip(groups, held, strict=True) if name in sides for tag in group]
             for name in BONDS
         )
         raise GeometryError(
@@ -106,8 +106,8 @@ def refuse_touching(
         # A common curve comes before its ends.
         dim, tag = common[0]
         low, high = model().getParametrizationBounds(dim, tag)
-        at = [0.5 * (a + b) for a, b in zip(low, high, strict=True)]
-        raise touching(np.array(model().getValue(dim, tag, at))[:dimension], where, view)
+        parameters = [0.5 * (a + b) for a, b in zip(low, high, strict=True)]
+        raise touching(np.array(model().getValue(dim, tag, parameters))[:dimension], where, view)
 
 
 def touching(place: NDArray[np.float64], where: str, view: View | None) -> GeometryError:

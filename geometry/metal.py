@@ -90,6 +90,6 @@ def metals(
     names = [name for name in known if name != "rubber"]
     for name in plates:
         if name not in names:
-            there = ", ".join(names) or "there are none"
-            raise GeometryError(where, f'geometry.plates: there is no plate or sleeve "{name}"', there)
+            choices = ", ".join(names) or "there are none"
+            raise GeometryError(where, f'geometry.plates: there is no plate or sleeve "{name}"', choices)
     return {name: plates.get(name, Plate()).metal for name in regions if name != "rubber"}

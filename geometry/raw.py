@@ -171,8 +171,8 @@ def revolved(section: RawMesh, angles: Array) -> RawMesh:
         everything = np.concatenate(list(section.cells.values()))
         for end, layer in ((angles[0], 0), (angles[-1], layers - 1)):
             name = "mirror_y" if abs(np.sin(end)) < 1e-9 else "mirror_x"
-            there = everything + count * layer
-            facets[name] = np.concatenate([facets[name], there]) if name in facets else there
+            cut_facets = everything + count * layer
+            facets[name] = np.concatenate([facets[name], cut_facets]) if name in facets else cut_facets
     # Nodes in a plane of symmetry are put exactly there: the computed sine of pi is not zero.
     points[np.abs(points) < 1e-12 * np.abs(points).max()] = 0.0
     cells = {name: swept(nodes, solid) for name, nodes in section.cells.items()}
@@ -186,9 +186,9 @@ def _layered(kind: int, base: int) -> tuple[Ints, Ints]:
         properties = model().mesh.getElementProperties(of)
         return np.asarray(properties[4]).reshape(-1, properties[1])
 
-    own, below = nodes(kind), nodes(base)
-    distance = np.linalg.norm(own[:, None, :-1] - below[None, :, :], axis=2)
-    return np.argmin(distance, axis=1), np.rint(own[:, -1] + 1.0).astype(np.int64)
+    cell_nodes, below = nodes(kind), nodes(base)
+    distance = np.linalg.norm(cell_nodes[:, None, :-1] - below[None, :, :], axis=2)
+    return np.argmin(distance, axis=1), np.rint(cell_nodes[:, -1] + 1.0).astype(np.int64)
 
 
 def to_gmsh(mesh: RawMesh) -> dict[int, dict[str, int]]:
@@ -240,13 +240,13 @@ def straightened(mesh: RawMesh) -> RawMesh:
 
 def _folded(x: Array) -> Array:
     """Whether the determinant of the chart is too small at a node of an element; x has shape (n, 10, 3)."""
-    at = np.vstack([np.eye(4), [[0.5 * (i in side) for i in range(4)] for side in SIDES]])
+    coordinates = np.vstack([np.eye(4), [[0.5 * (i in side) for i in range(4)] for side in SIDES]])
     slope = np.vstack([-np.ones(3), np.eye(3)])  # of the barycentric coordinates
     derivative = np.zeros((10, 10, 3))
     for k in range(4):
-        derivative[:, k] = (4 * at[:, k] - 1)[:, None] * slope[k]
+        derivative[:, k] = (4 * coordinates[:, k] - 1)[:, None] * slope[k]
     for k, (i, j) in enumerate(SIDES, start=4):
-        derivative[:, k] = 4 * (at[:, i, None] * slope[j] + at[:, j, None] * slope[i])
+        derivative[:, k] = 4 * (coordinates[:, i, None] * slope[j] + coordinates[:, j, None] * slope[i])
     curved = np.linalg.det(np.einsum("pki,nkj->npij", derivative, x))
     straight = np.linalg.det(x[:, 1:4] - x[:, :1])
     return np.asarray((curved / straight[:, None]).min(axis=1) < LEAST)

@@ -126,8 +126,8 @@ class Ring(Meets):
     @property
     @override
     def elastic_sleeves(self) -> Mapping[str, Metal]:
-        given = {"inner_sleeve": self.inner_sleeve, "outer_sleeve": self.outer_sleeve}
-        return {name: sleeve for name, sleeve in given.items() if sleeve is not None}
+        sleeves = {"inner_sleeve": self.inner_sleeve, "outer_sleeve": self.outer_sleeve}
+        return {name: sleeve for name, sleeve in sleeves.items() if sleeve is not None}
 
     def radius(self, s: Array) -> Array:
         """Radius (mm) at s in [-1, 2]."""

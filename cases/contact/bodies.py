@@ -104,8 +104,8 @@ class Bodies:
 
     def beside(self, planes: Sequence[MirrorPlane]) -> Bodies:
         """Return the bodies with planes of symmetry."""
-        own, (nodes, d) = len(self.basis.nodes), self.X.shape
-        rows = nodes + np.arange(own * len(planes)).reshape(-1, own)
+        count, (nodes, d) = len(self.basis.nodes), self.X.shape
+        rows = nodes + np.arange(count * len(planes)).reshape(-1, count)
         return replace(
             self,
             facets=np.concatenate([self.facets, rows]),
@@ -136,10 +136,10 @@ class Bodies:
 
     def followed(self, values: Array) -> Array:
         """Return values at all nodes, (nodes, d), from those at the nodes that are followed, (k, d)."""
-        own = values if self.follow is None else np.asarray(self.follow @ values)
+        positions = values if self.follow is None else np.asarray(self.follow @ values)
         if not self.planes:
-            return own
-        return np.concatenate([own, np.zeros((len(self.X) - len(own), own.shape[1]))])
+            return positions
+        return np.concatenate([positions, np.zeros((len(self.X) - len(positions), positions.shape[1]))])
 
     def gathered(self, nodes: Ints, values: Array) -> Array:
         """Sum values at nodes over the nodes that they follow, shape (k, d): the transpose of `followed`.

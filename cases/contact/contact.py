@@ -235,10 +235,10 @@ class Contact:
         # Points of a pair have the same unknowns: the matrix gets one block for all of them.
         pair = inside.facet * len(self.bodies.facets) + inside.other
         order = np.argsort(pair, kind="stable")
-        first = np.flatnonzero(np.diff(pair[order], prepend=-1))
+        starts = np.flatnonzero(np.diff(pair[order], prepend=-1))
         points = self._modulus * self.pressed.positive_stiffness() if positive else self._stiffness
-        values = np.add.reduceat(points[order], first, axis=0)
-        return self._unknowns(self.pressed.nodes[order[first]]), values
+        values = np.add.reduceat(points[order], starts, axis=0)
+        return self._unknowns(self.pressed.nodes[order[starts]]), values
 
     def couplings(self) -> list[Index]:
         """Return blocks of unknowns, shape (b, n), that contact couples or may soon couple."""
@@ -290,9 +290,9 @@ class Contact:
 
     def _add_change(self, change: Array, forces: Array) -> None:
         """Add the change of the forces due to a change of the nodes' positions (nodes, d)."""
-        own = change[self.pressed.nodes]
-        answer = np.einsum("pxy,py->px", self._stiffness, own.reshape(len(own), -1))
-        self._add(answer.reshape(own.shape), forces)
+        nodal_change = change[self.pressed.nodes]
+        answer = np.einsum("pxy,py->px", self._stiffness, nodal_change.reshape(len(nodal_change), -1))
+        self._add(answer.reshape(nodal_change.shape), forces)
 
     def _unknowns(self, nodes: Ints) -> Index:
         """Unknowns of nodes (p, m), shape (p, m d); -1 for those of rigid facets."""

@@ -122,14 +122,14 @@ class Pressed:
             Positions of the nodes, mm, shape (nodes, d).
         """
         xi, _ = bodies.points
-        own, its = bodies.basis.values(xi[inside.point]), bodies.basis.values(inside.xi)
+        shape_values, other_values = bodies.basis.values(xi[inside.point]), bodies.basis.values(inside.xi)
         size = bodies.size[inside.facet]
         return cls(
             bodies.basis,
             inside,
             np.concatenate([bodies.facets[inside.facet], bodies.facets[inside.other]], axis=1),
             x[bodies.facets[inside.other]],
-            np.concatenate([own, -its], axis=1),
+            np.concatenate([shape_values, -other_values], axis=1),
             inside.share * bodies.weight[inside.facet, inside.point] * STIFF / size**2,
             size,
             ((inside.other >= bodies.soft) & (inside.other < bodies.first_plane)).astype(float),

@@ -38,11 +38,11 @@ def folds(bodies: Bodies) -> tuple[Ints, Ints]:
     for facet, nodes in enumerate(soft):
         for node in nodes:
             around.setdefault(node, set()).add(facet)
-    first: list[set[int]] = [set().union(*(around[node] for node in nodes)) for nodes in soft]
-    second = [sorted(set().union(*(first[other] for other in ring))) for ring in first]
+    first_ring: list[set[int]] = [set().union(*(around[node] for node in nodes)) for nodes in soft]
+    second_ring = [sorted(set().union(*(first_ring[other] for other in ring))) for ring in first_ring]
     upright = _upright(bodies)
     rows = []
-    for facet, ring in enumerate(second):
+    for facet, ring in enumerate(second_ring):
         others = np.array(ring, dtype=np.int64)
         rows.append(others[upright[others] @ upright[facet] >= MAYBE])
     start = np.concatenate([[0], np.cumsum([len(row) for row in rows])]).astype(np.int64)

@@ -131,9 +131,9 @@ class ContactSearch:
         """Return points beyond a plane of symmetry, at any depth, as the columns of `Inside`."""
         b, d = self.bodies, x.shape[1]
         for number, plane in enumerate(b.planes):
-            at = self._places(plane, x)
-            facet, point = np.nonzero(plane.height(at) < 0.0)
-            xi, r = plane.nearest(at[facet, point])
+            positions = self._places(plane, x)
+            facet, point = np.nonzero(plane.height(positions) < 0.0)
+            xi, r = plane.nearest(positions[facet, point])
             other = np.full(len(facet), b.first_plane + number)
             free = np.tile(np.eye(d - 1), (len(facet), 1, 1))
             yield plane.facets[facet], point, other, xi, free, r, np.ones(len(facet))
@@ -164,13 +164,13 @@ class ContactSearch:
             *(b.sign, b.breadth, basis.values(xi), basis.slopes(xi), centre, basis.slopes(centre[None])[0]),
             *(basis.weights, np.array(basis.edges), basis.courses(), b.X, np.zeros((len(b.facets), FRAME))),
         )
-        kept = [np.ascontiguousarray(array, dtype=np.float64) for array in numbers]
+        arrays = [np.ascontiguousarray(array, dtype=np.float64) for array in numbers]
         near = np.zeros(len(b.facets), dtype=np.int64)
         sizes = (len(b.facets), b.soft, len(basis.nodes), b.X.shape[1], len(xi), len(basis.edges))
         rows = [
             *(pointer(array, "int64_t") for array in integers),
-            *map(pointer, kept),
+            *map(pointer, arrays),
             pointer(near, "int64_t"),
         ]
-        given = loops().ffi.new("surface *", (*sizes, int(basis.kind == "triangle"), basis.bow, *rows))
-        return given, (*integers, *kept, near, *rows)
+        surface = loops().ffi.new("surface *", (*sizes, int(basis.kind == "triangle"), basis.bow, *rows))
+        return surface, (*integers, *arrays, near, *rows)

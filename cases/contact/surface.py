@@ -121,12 +121,12 @@ def patch(mesh: NamedMesh, space: Any, facets: Ints, components: tuple[int, ...]
     facet_kind = basix.cell.subentity_types(kind)[d - 1][0]
     basis = Basis.of(facet_kind.name, order)
     closures = _closures(element, kind, d, basis)
-    own, place = np.unique(cells, return_inverse=True)
-    dofs, X = _nodes_of_cells(mesh, space, own, element.points)
+    unique_cells, place = np.unique(cells, return_inverse=True)
+    dofs, X = _nodes_of_cells(mesh, space, unique_cells, element.points)
     picked = closures[local]
     numbers = dofs[place[:, None], picked]
-    _, first, names = np.unique(numbers[..., 0], return_index=True, return_inverse=True)
-    where = np.column_stack([np.repeat(place, picked.shape[1])[first], picked.ravel()[first]])
+    _, indices, names = np.unique(numbers[..., 0], return_index=True, return_inverse=True)
+    where = np.column_stack([np.repeat(place, picked.shape[1])[indices], picked.ravel()[indices]])
     inward = X.mean(axis=1)[place] - X[place[:, None], picked].mean(axis=1)
     middle = basis.slopes(basis.nodes.mean(axis=0)[None])[0]
     normal = normals(np.einsum("an,fnd->fad", middle, X[place[:, None], picked]))
@@ -137,7 +137,7 @@ def patch(mesh: NamedMesh, space: Any, facets: Ints, components: tuple[int, ...]
         X[where[:, 0], where[:, 1]],
         dofs[where[:, 0], where[:, 1]][:, list(components)],
         where,
-        own.astype(np.int32),
+        unique_cells.astype(np.int32),
         element.points,
         _names(mesh, facets),
     )

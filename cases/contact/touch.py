@@ -51,10 +51,12 @@ def touches(contact: Contact, state: Array) -> list[Touch]:
     force = contact.shear_modulus * np.linalg.norm(pressed.own_forces(), axis=1)
     place = contact.places(inside.facet, inside.point)
     radius = place[:, 0] if place.shape[1] == 2 else np.hypot(place[:, 0], place[:, 1])
-    own, mirrored = bodies.names[inside.facet], inside.other >= bodies.first_plane
+    own_names, mirrored = bodies.names[inside.facet], inside.other >= bodies.first_plane
     # The force on a part and that on its mirror image are one force; the plane stands for the same surface.
     force[mirrored] *= 0.5
-    names = np.sort(np.column_stack([own, np.where(mirrored, own, bodies.names[inside.other])]), axis=1)
+    names = np.sort(
+        np.column_stack([own_names, np.where(mirrored, own_names, bodies.names[inside.other])]), axis=1
+    )
     answer = []
     for pair in np.unique(names, axis=0):
         here = np.all(names == pair, axis=1) & (force > 0.0)

@@ -145,9 +145,9 @@ class UnevenModel:
         """
         balances: dict[int, Balance] = {}
         for f, response in self._responses(frequency, float(amplitude.max())).items():
-            own = np.flatnonzero(frequency == f)
+            indices = np.flatnonzero(frequency == f)
             local = self._elastic
-            for i in map(int, own[np.argsort(amplitude[own])]):
+            for i in map(int, indices[np.argsort(amplitude[indices])]):
                 balances[i] = self._balance(float(amplitude[i]), f, response, local)
                 local = balances[i].local
         return [balances[i] for i in range(len(amplitude))]
@@ -239,13 +239,13 @@ class UnevenModel:
             # Real and imaginary part may be parallel: of their span what is larger than rounding errors is added.
             moved = self._basis.vectors[self._motion : self._motion + 1]
             gram = summed(comm, vectors @ vectors.T)
-            own = float(summed(comm, moved @ moved.T)[0, 0])
+            square = float(summed(comm, moved @ moved.T)[0, 0])
             squares, turned = np.linalg.eigh(gram)
-            left = squares > ROUNDED**2 * own
+            left = squares > ROUNDED**2 * square
             if not left.any():
                 # Even moduli, as without any relaxation: the vectors at hand are enough.
                 break
-            self._basis.add((turned[:, left] * np.sqrt(own / squares[left])).T @ vectors)
+            self._basis.add((turned[:, left] * np.sqrt(square / squares[left])).T @ vectors)
             self._take()
             balance = self._balance(amplitude, frequency, response, local)
             if abs(balance.stiffness - before) <= ENOUGH * abs(balance.stiffness):
@@ -255,11 +255,11 @@ class UnevenModel:
     def _responses(self, frequency: Array, amplitude: float) -> dict[float, TabulatedHarmonics]:
         """Return the local harmonics at each frequency up to what the largest amplitude (mm or rad) may cause."""
         frequency = np.unique(frequency)
-        own = self._thinned.responses(frequency, ABOVE * amplitude * float(self._elastic.max()))
+        responses = self._thinned.responses(frequency, ABOVE * amplitude * float(self._elastic.max()))
         beside = modulus(frequency, self._branches)
         return {
             float(f): replace(harmonics, beside=s)
-            for f, harmonics, s in zip(frequency, own, beside, strict=True)
+            for f, harmonics, s in zip(frequency, responses, beside, strict=True)
         }
 
     def _balance(
@@ -289,10 +289,10 @@ class UnevenModel:
     def _stiffness(self, s: Complex, frequency: float) -> tuple[complex, Complex]:
         """Return stiffness and coefficients of the state under the motion, at local moduli s."""
         uneven: ReducedPencil = replace(self._reduced, viscous=self._over(s))  # type: ignore[arg-type]
-        at = Sweep(np.ones(1, dtype=np.complex128), np.array([(2.0 * np.pi * frequency) ** 2]))
+        sweep = Sweep(np.ones(1, dtype=np.complex128), np.array([(2.0 * np.pi * frequency) ** 2]))
         i = self._motion
-        both = uneven.stiffness(at)[int(self._transfer)]
-        return complex(both[0, i, i]), uneven.states(at)[0, :, i]
+        both = uneven.stiffness(sweep)[int(self._transfer)]
+        return complex(both[0, i, i]), uneven.states(sweep)[0, :, i]
 
     def _over(self, s: Complex) -> Complex:
         """Integral of a local modulus over the body, between all vectors, shape (k, k)."""

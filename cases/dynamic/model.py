@@ -59,8 +59,10 @@ def spread(frequencies: Array, branches: Branches) -> Sweep:
         Hz.
     branches : Branches
     """
-    own = sweep(frequencies, branches)
-    return Sweep(np.concatenate([own.s, STIFFER * own.s]), np.concatenate([own.squared, own.squared]))
+    single = sweep(frequencies, branches)
+    return Sweep(
+        np.concatenate([single.s, STIFFER * single.s]), np.concatenate([single.squared, single.squared])
+    )
 
 
 @dataclass(frozen=True)
@@ -125,8 +127,10 @@ class DynamicModel:
         frequencies, branches, density
             As for `stiffness`: Hz, t/mm^3.
         """
-        at = sweep(frequencies, branches)
-        slopes = [self._taken(self.reduced.along(matrix, at, density)) for matrix in self.changes.matrices]
+        points = sweep(frequencies, branches)
+        slopes = [
+            self._taken(self.reduced.along(matrix, points, density)) for matrix in self.changes.matrices
+        ]
         return np.array(slopes, dtype=np.complex128).reshape(-1, len(frequencies))
 
     def matrix(self, frequencies: Array, branches: Branches, density: float | None = None) -> Complex:

@@ -162,9 +162,9 @@ class Pencil:
         if self.model.mode.specimen == "bushing":
             body.rubber.points.add_inertia(self._state, directions, rubber)
         for part, density in zip(body.parts[1:], self._metal, strict=True):
-            own = np.zeros_like(directions)
-            part.points.add_inertia(self._state, directions, own)
-            metal += density * own
+            inertia = np.zeros_like(directions)
+            part.points.add_inertia(self._state, directions, inertia)
+            metal += density * inertia
         return Actions(self.model.system.pulls(directions), viscous, rubber, metal)
 
     def followed(self) -> Array:

@@ -128,10 +128,10 @@ def own_line(face: Sampled, axis: Axis, size: float) -> Axis | None:
     """
     if is_coaxial(face, axis, size):
         return axis
-    own = axis_of(face, size)
-    if own is None or np.linalg.norm(np.cross(own.direction, axis.direction)) > SAME_AXIS:
+    line = axis_of(face, size)
+    if line is None or np.linalg.norm(np.cross(line.direction, axis.direction)) > SAME_AXIS:
         return None
-    return Axis(own.point, axis.direction)
+    return Axis(line.point, axis.direction)
 
 
 def turned_about(faces: Sequence[Sampled], axis: Axis, size: float) -> Array:

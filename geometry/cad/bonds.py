@@ -100,9 +100,11 @@ def find_bonds(
             labels |= dict.fromkeys(tags, bond)
             how[bond] = words
     _refuse_exchanged(labels, faces, axis)
-    by_colour = COLOURS in how.values() or any(rule.colour for own in rules.values() for rule in own)
-    there = {hexadecimal(part.colours[tag]) for tag in labels if tag in part.colours}
-    return Bonds(labels, how, () if by_colour else tuple(sorted(there)))
+    by_colour = COLOURS in how.values() or any(
+        rule.colour for bond_rules in rules.values() for rule in bond_rules
+    )
+    colours = {hexadecimal(part.colours[tag]) for tag in labels if tag in part.colours}
+    return Bonds(labels, how, () if by_colour else tuple(sorted(colours)))
 
 
 def _refuse_exchanged(labels: Mapping[int, str], faces: Sequence[Sampled], axis: Axis) -> None:
@@ -151,8 +153,11 @@ def _bond(
     solids = [tag for tag, role in roles.items() if role == sleeve]
     if solids:
         if any(tag in meshed for tag in solids):
-            own = [face for face in faces if _owner(face.tag) in solids]
-            return _extreme(own, axis, part.size, bond), f"the solid {sleeve}: its face away from the rubber"
+            sides = [face for face in faces if _owner(face.tag) in solids]
+            return (
+                _extreme(sides, axis, part.size, bond),
+                f"the solid {sleeve}: its face away from the rubber",
+            )
         beside = {t for tag in solids for _, t in model().getBoundary([(3, tag)], oriented=False)}
         return [face.tag for face in faces if face.tag in beside], f"where the solid {sleeve} touches"
     named = [face.tag for face in faces if part.face_names.get(face.tag, "").lower().startswith(bond)]
@@ -293,5 +298,5 @@ def _extreme(faces: Sequence[Sampled], axis: Axis, size: float, bond: str) -> li
     }
     sizes = {tag: sum(areas[other] for other in group) for tag, group in groups.items()}
     # The rim of a collar is farther from the axis than the bond: small faces are ignored.
-    large = [tag for tag, own in sizes.items() if own >= LARGE * max(sizes.values())]
+    large = [tag for tag, area in sizes.items() if area >= LARGE * max(sizes.values())]
     return groups[max(large, key=lambda tag: toward * radii[tag])]

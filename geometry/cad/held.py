@@ -35,8 +35,10 @@ def held_area(
         Face on the outside of the meshed solids -> name of its boundary.
     """
     rubber, others = (
-        Counter(face for solid in meshed if (roles[solid] == RUBBER) == wanted for face in _sides(3, solid))
-        for wanted in (True, False)
+        Counter(
+            face for solid in meshed if (roles[solid] == RUBBER) == is_rubber for face in _sides(3, solid)
+        )
+        for is_rubber in (True, False)
     )
     held = [f for f, times in rubber.items() if times == 1 and (f in others or labels.get(f) in BONDS)]
     return sum(part.areas[f] if f in part.areas else float(model().occ.getMass(2, f)) for f in held)
@@ -64,7 +66,7 @@ def beyond_bonds(
     """
     lengths = {}
     for bond, role in zip(BONDS, (INNER, OUTER), strict=True):
-        solids = [tag for tag, own in roles.items() if own == role and tag not in meshed]
+        solids = [tag for tag, solid_role in roles.items() if solid_role == role and tag not in meshed]
         faces = list(bonds[bond])
         bonded = {face.tag for face in faces}
         rest = {f for solid in solids for f in _sides(3, solid)} - bonded

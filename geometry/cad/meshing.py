@@ -30,12 +30,12 @@ from geometry.view import View
 ACROSS, GRADING, GROWTH, PER_CIRCLE, BETWEEN = 2.4, 4.0, 1.0, 8.0, 1.2
 
 
-def generate(wanted: CadStatements, mirrors: Mirrors, refinement: Refinement) -> Names:
+def generate(statements: CadStatements, mirrors: Mirrors, refinement: Refinement) -> Names:
     """Mesh a part into the open session.
 
     Parameters
     ----------
-    wanted : CadStatements
+    statements : CadStatements
         The file and what the case states about it.
     mirrors : Mirrors
         Planes of symmetry at which the solid is cut, by their normals.
@@ -46,12 +46,12 @@ def generate(wanted: CadStatements, mirrors: Mirrors, refinement: Refinement) ->
     ------
     GeometryError
     """
-    part = find_part(wanted)
-    raw = part_mesh(wanted, refinement)
+    part = find_part(statements)
+    raw = part_mesh(statements, refinement)
     for component, plane in enumerate("xyz"):
         if plane in part.planes and plane not in mirrors:
             raw = mirrored(raw, component, f"mirror_{plane}")
-    refuse_flat(raw, str(wanted.path), part.view)
+    refuse_flat(raw, str(statements.path), part.view)
     return to_gmsh(raw)
 
 
@@ -137,18 +137,18 @@ def _lengths(part: FoundPart, factor: float) -> tuple[float, float]:
     return inside, min(inside, part.thickness / (ACROSS * GRADING * factor))
 
 
-def _seconds(wanted: CadStatements, refinement: Refinement) -> float:
-    return seconds_for(part_cells(find_part(wanted), frozenset(), refinement))
+def _seconds(statements: CadStatements, refinement: Refinement) -> float:
+    return seconds_for(part_cells(find_part(statements), frozenset(), refinement))
 
 
 @lru_cache(maxsize=4)
-@isolated("cannot be meshed", lambda wanted, refinement: wanted.path, _seconds)
-def part_mesh(wanted: CadStatements, refinement: Refinement) -> RawMesh:
+@isolated("cannot be meshed", lambda statements, refinement: statements.path, _seconds)
+def part_mesh(statements: CadStatements, refinement: Refinement) -> RawMesh:
     """Mesh the part that remains after cutting at all planes of symmetry; once for all modes.
 
     Parameters
     ----------
-    wanted : CadStatements
+    statements : CadStatements
         The file and what the case states about it.
     refinement : Refinement
         Number of elements in each direction.
@@ -157,13 +157,13 @@ def part_mesh(wanted: CadStatements, refinement: Refinement) -> RawMesh:
     ------
     GeometryError
     """
-    part = find_part(wanted)
+    part = find_part(statements)
     with session():
-        return _meshed(wanted, part, refinement)
+        return _meshed(statements, part, refinement)
 
 
-def _meshed(wanted: CadStatements, part: FoundPart, refinement: Refinement) -> RawMesh:
-    open_part(wanted.path, wanted.unit)
+def _meshed(statements: CadStatements, part: FoundPart, refinement: Refinement) -> RawMesh:
+    open_part(statements.path, statements.unit)
     regions, boundaries = cut(part)
     factor = _factor(refinement)
     inside, edge = _lengths(part, factor)
@@ -174,7 +174,7 @@ def _meshed(wanted: CadStatements, part: FoundPart, refinement: Refinement) -> R
             near[face] = float(np.clip(gap / (BETWEEN * factor), 0.25 * inside, inside))
     sizes = Sizes(inside, edge, GROWTH, PER_CIRCLE * math.sqrt(factor), near)
     grade(3, bond_edges(regions, boundaries), sizes)
-    with refusing(str(wanted.path), "cannot be meshed", part.view):
+    with refusing(str(statements.path), "cannot be meshed", part.view):
         model().mesh.generate(3)
     model().mesh.setOrder(2)
     raw = straightened(from_gmsh(regions, {name: list(faces) for name, faces in boundaries.items()}))

@@ -20,7 +20,7 @@ def require_bonds(
     part: Part,
     faces: Sequence[Sampled],
     axis: Axis,
-    given: Sequence[float] | None,
+    given_axis: Sequence[float] | None,
     where: str,
 ) -> None:
     """Refuse a part without faces for one of the bonds.
@@ -33,7 +33,7 @@ def require_bonds(
         Sampled faces on the outside of the meshed solids.
     axis
         Axis of the bushing.
-    given
+    given_axis
         Direction of the axis in the case, shape (3,); None where it was found.
     where
         The file.
@@ -43,7 +43,7 @@ def require_bonds(
     GeometryError
     """
     missing = [bond for bond in BONDS if bond not in bonds.labels.values()]
-    beside = _own_axis(part, faces, axis) if missing and given is not None else None
+    beside = _own_axis(part, faces, axis) if missing and given_axis is not None else None
     if beside is not None:
         raise GeometryError(
             where,
@@ -53,7 +53,7 @@ def require_bonds(
             view_of(bonds.labels),
         )
     if missing:
-        there = selectable(faces, axis, part)
+        choices = selectable(faces, axis, part)
         both = " and ".join(f'"{bond}"' for bond in missing)
         solids = ", ".join(f'"{part.solids[tag] or tag}" {role}' for tag, role in roles.items())
         taken = (
@@ -64,7 +64,7 @@ def require_bonds(
         raise GeometryError(
             where,
             f"no face was found for the bond {both}: the rubber would not be held",
-            f"geometry.bonds with radius, normal, box, face or colour; there are {there}{taken}",
+            f"geometry.bonds with radius, normal, box, face or colour; there are {choices}{taken}",
             view_of(bonds.labels),
         )
 

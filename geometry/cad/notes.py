@@ -76,7 +76,7 @@ def notes_of(
     areas: Mapping[str, float],
     planes: Planes,
     beside: float,
-    given: tuple[Vector | None, Vector | None],
+    placement: tuple[Vector | None, Vector | None],
 ) -> tuple[str, ...]:
     """Return results of the interpretation and how they were found, in sentences.
 
@@ -94,10 +94,10 @@ def notes_of(
         Of each boundary, mm^2.
     beside : float
         Distance of the centre from the axis of most faces, or of a given origin from the inner bond's axis, mm.
-    given : tuple
+    placement : tuple
         Origin (mm) and direction of the case.
     """
-    origin, direction = given
+    origin, direction = placement
     notes = [STATES.format(part.unit)] if part.unit else []
     for tag, role in roles.items():
         state = "" if role in (RUBBER, IGNORED) else f", {states[role]}"

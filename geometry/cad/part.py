@@ -81,7 +81,7 @@ def open_part(path: Path, unit: Unit | None) -> Part:
         raise _no_solid(path)
     named = [_name(tag) for tag in solids]
     if len(text.solids) == len(solids):
-        named = [own or last for own, last in zip(text.solids, named, strict=True)]
+        named = [name or last for name, last in zip(text.solids, named, strict=True)]
     names, colours = _faces(text)
     # OpenCASCADE has converted STEP to mm; BREP has no unit.
     scale = 1.0 if unit is None else MILLIMETRES[unit] / (text.unit or 1.0)
@@ -92,7 +92,7 @@ def open_part(path: Path, unit: Unit | None) -> Part:
     stated = next((name for name, factor in MILLIMETRES.items() if factor == text.unit), "")
     if len(solids) > 1:
         solids_now = _fragmented(solids, named, str(path))
-        lost = " and ".join(word for word, there in (("names", names), ("colours", colours)) if there)
+        lost = " and ".join(word for word, values in (("names", names), ("colours", colours)) if values)
         return Part(solids_now, size=size, unit=stated, lost=lost)
     return Part(dict(zip(solids, named, strict=True)), names, colours, size, stated)
 

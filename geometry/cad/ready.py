@@ -112,10 +112,10 @@ def read_mesh(
     frame = frame_of(line.direction, centre, None if direction is None else np.array(direction, dtype=float))
     points = frame.local(points)
     raw = RawMesh(points, KINDS[kinds[0]], cells, facets)
-    measures = {name: volume(points, own) for name, own in cells.items()}
+    measures = {name: volume(points, nodes) for name, nodes in cells.items()}
     measures |= {
-        f"{name}_bond" if name in ("inner", "outer") else name: area(points, own)
-        for name, own in facets.items()
+        f"{name}_bond" if name in ("inner", "outer") else name: area(points, nodes)
+        for name, nodes in facets.items()
     }
     notes = (
         f"{len(every)} elements ({kinds[0]}) as they are; groups: {', '.join((*cells, *facets))}",
@@ -139,8 +139,10 @@ def _refuse_loose(points: Array, cells: Ints, facets: Mapping[str, Ints], where:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    first = np.repeat(cells[:, 0], cells.shape[1])
-    links = coo_array((np.ones(first.size), (first, cells.ravel())), shape=(len(points), len(points)))
+    first_nodes = np.repeat(cells[:, 0], cells.shape[1])
+    links = coo_array(
+        (np.ones(first_nodes.size), (first_nodes, cells.ravel())), shape=(len(points), len(points))
+    )
     _, body = connected_components(links, directed=False)
     held = {name: set(body[facets[name]].ravel().tolist()) for name in ("inner", "outer")}
     loose = sorted(set(body[cells[:, 0]].tolist()) - held["inner"] - held["outer"])
@@ -164,11 +166,11 @@ def _refuse_loose(points: Array, cells: Ints, facets: Mapping[str, Ints], where:
         raise touching(points[common[0]], where, _view(points, facets))
 
 
-def _axis(points: Array, inner: Ints, given: Vector | None, where: str) -> Axis:
+def _axis(points: Array, inner: Ints, given_axis: Vector | None, where: str) -> Axis:
     """The line that the normals of the inner bond meet, through the bond's middle."""
     t = triangles(points, inner)
     normals = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])
-    if given is None:
+    if given_axis is None:
         _, spread, rows = np.linalg.svd(normals / np.linalg.norm(normals, axis=1, keepdims=True))
         direction = rows[-1] * np.sign(rows[-1][np.argmax(np.abs(rows[-1]))])
         if spread[-1] > UPRIGHT * spread[0]:
@@ -178,7 +180,7 @@ def _axis(points: Array, inner: Ints, given: Vector | None, where: str) -> Axis:
         if np.abs(direction).max() > 1 - ALONG:
             direction = np.rint(direction)
     else:
-        direction = np.array(given, dtype=float)
+        direction = np.array(given_axis, dtype=float)
     direction = direction / np.linalg.norm(direction)
     middle = t.mean(axis=1)
     left = np.vstack([np.cross(normals, direction), direction])
@@ -218,8 +220,8 @@ def _groups(mesh: Any) -> dict[str, list[Any]]:
         # Of files of Gmsh's format 2 meshio makes no sets: each element has the number of its group.
         for name, (number, dimension) in mesh.field_data.items():
             groups[name.lower()] = [
-                np.flatnonzero(own == number) if block.dim == dimension else None
-                for own, block in zip(numbers, mesh.cells, strict=True)
+                np.flatnonzero(labels == number) if block.dim == dimension else None
+                for labels, block in zip(numbers, mesh.cells, strict=True)
             ]
     return groups
 
@@ -235,7 +237,7 @@ def _regions(mesh: Any, kind: str, where: str) -> dict[str, Ints]:
         for i, _ in blocks:
             if "rubber" in name and parts[i] is not None:
                 taken[i][np.asarray(parts[i], dtype=np.int64)] = True
-    rubber = {i: own.copy() for i, own in taken.items()}
+    rubber = {i: mask.copy() for i, mask in taken.items()}
     for name, parts in groups.items():
         if name in ("inner", "outer") or "rubber" in name or name.startswith("_") or name == "all":
             continue
@@ -268,8 +270,8 @@ def _outer_facets(cells: Ints, kind: str) -> Ints:
     every = np.concatenate([cells[:, list(table)] for table in tables])
     corners = 3 if kind.startswith("tetra") else 4
     keys = np.sort(every[:, :corners], axis=1)
-    _, first, count = np.unique(keys, axis=0, return_index=True, return_counts=True)
-    return np.asarray(every[first[count == 1]], dtype=np.int64)
+    _, indices, count = np.unique(keys, axis=0, return_index=True, return_counts=True)
+    return np.asarray(every[indices[count == 1]], dtype=np.int64)
 
 
 def _facet_tables(kind: str) -> list[tuple[int, ...]]:
@@ -287,9 +289,9 @@ def _boundaries(mesh: Any, outer: Ints, where: str) -> dict[str, Ints]:
     for name in ("inner", "outer"):
         nodes = _nodes_of(mesh, name)
         corners = outer[:, : 3 if outer.shape[1] in (3, 6) else 4]
-        there = np.isin(corners, nodes).all(axis=1) if len(nodes) else np.zeros(len(outer), dtype=bool)
-        label[there] = name
-        boundaries[name] = bool(there.any())
+        on_boundary = np.isin(corners, nodes).all(axis=1) if len(nodes) else np.zeros(len(outer), dtype=bool)
+        label[on_boundary] = name
+        boundaries[name] = bool(on_boundary.any())
     missing = [name for name, is_there in boundaries.items() if not is_there]
     if missing:
         known = ", ".join(sorted({*_groups(mesh), *(name.lower() for name in mesh.point_sets)})) or "none"
@@ -314,6 +316,6 @@ def _nodes_of(mesh: Any, name: str) -> Ints:
 
 
 def _view(points: Array, facets: Mapping[str, Ints]) -> View:
-    parts = [triangles(points, own) for own in facets.values()]
+    parts = [triangles(points, nodes) for nodes in facets.values()]
     label = np.concatenate([np.full(len(part), i) for i, part in enumerate(parts)])
     return View(np.concatenate(parts), label, tuple(facets))

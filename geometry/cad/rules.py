@@ -66,8 +66,8 @@ class Rule(BaseModel):
     @property
     def text(self) -> str:
         """The conditions as in the case file."""
-        given = self.model_dump(exclude_none=True)
-        return ", ".join(f"{name} = {value}" for name, value in given.items())
+        conditions = self.model_dump(exclude_none=True)
+        return ", ".join(f"{name} = {value}" for name, value in conditions.items())
 
     def selects(
         self,
@@ -144,10 +144,10 @@ def selected(
     tags: list[int] = []
     for rule in rules:
         for parallel in (False, True):
-            own = [f.tag for f in faces if rule.selects(f, axis, size, names, colours, parallel)]
-            if own:
+            matches = [f.tag for f in faces if rule.selects(f, axis, size, names, colours, parallel)]
+            if matches:
                 break
-        tags += own
+        tags += matches
     return [face.tag for face in faces if face.tag in tags]
 
 

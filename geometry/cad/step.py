@@ -112,9 +112,9 @@ def _statements(text: str) -> Iterator[str]:
 
 
 def _without_comments(text: str) -> str:
-    first, *others = text.split("/*")
+    head, *others = text.split("/*")
     ended = (other.partition("*/") for other in others)
-    return first + "".join(after if end else f"/*{before}" for before, end, after in ended)
+    return head + "".join(after if end else f"/*{before}" for before, end, after in ended)
 
 
 def _references(body: str) -> Iterator[int]:

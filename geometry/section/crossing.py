@@ -96,8 +96,8 @@ def _crossing(outline: Array) -> Array | None:
     low, high, d = np.minimum(a, b), np.maximum(a, b), b - a
     n = len(a)
     # The sides in groups: all pairs of a fine outline would need gigabytes.
-    for first in range(0, n, ROWS):
-        rows = np.arange(first, min(first + ROWS, n))
+    for first_row in range(0, n, ROWS):
+        rows = np.arange(first_row, min(first_row + ROWS, n))
         near = np.arange(n) >= rows[:, None] + 2
         for k in range(2):
             near &= (low[rows, None, k] <= high[:, k]) & (low[:, k] <= high[rows, None, k])

@@ -175,12 +175,12 @@ def _inside(point: Any, polygon: Any) -> bool:
 
 def _regions(made: Sequence[Any], names: Sequence[str]) -> dict[str, tuple[int, ...]]:
     """Return the faces by region; `made` are the pieces into which each drawn face was cut."""
-    there = {tag for _, tag in model().getEntities(2)}
+    surfaces = {tag for _, tag in model().getEntities(2)}
     regions: dict[str, tuple[int, ...]] = {RUBBER: ()}
     taken: set[int] = set()
     # A plate drawn into the rubber takes its place: the area that both cover belongs to the plate.
     for number in sorted(range(len(names)), key=lambda i: names[i] == RUBBER):
-        tags = [int(tag) for _, tag in made[number] if tag in there and tag not in taken]
+        tags = [int(tag) for _, tag in made[number] if tag in surfaces and tag not in taken]
         taken |= set(tags)
         regions[names[number]] = (*regions.get(names[number], ()), *tags)
     return {name: faces for name, faces in regions.items() if faces}
@@ -200,8 +200,8 @@ def _boundaries(loops: Sequence[Loop], half: bool) -> dict[str, tuple[int, ...]]
         if len(model().getAdjacencies(1, tag)[0]) != 1:
             continue
         low, high = (float(bound[0]) for bound in model().getParametrizationBounds(1, tag))
-        at = [low + share * (high - low) for share in (0.25, 0.5, 0.75)]
-        points = np.array(model().getValue(1, tag, at)).reshape(-1, 3)[:, :2]
+        parameters = [low + share * (high - low) for share in (0.25, 0.5, 0.75)]
+        points = np.array(model().getValue(1, tag, parameters)).reshape(-1, 3)[:, :2]
         if half and np.abs(points[:, 1]).max() < CLOSE * size:
             name = "mirror_z"
         else:

@@ -84,24 +84,29 @@ def read_dxf(path: Path, changed: float, unit: Unit | None = None) -> Drawing:
             )
         unit = STATED[number]
     stated = STATED.get(number)
-    hidden = {layer.dxf.name.lower() for layer in drawing.layers if layer.is_off() or layer.is_frozen()}
-    curves = _all_curves(drawing.modelspace(), MILLIMETRES[unit or "mm"], hidden, str(path))
+    hidden_layers = {
+        layer.dxf.name.lower() for layer in drawing.layers if layer.is_off() or layer.is_frozen()
+    }
+    curves = _all_curves(drawing.modelspace(), MILLIMETRES[unit or "mm"], hidden_layers, str(path))
     if not curves:
         raise GeometryError(
             str(path),
-            "contains no lines, arcs, polylines or splines" + (" on a visible layer" if hidden else ""),
+            "contains no lines, arcs, polylines or splines"
+            + (" on a visible layer" if hidden_layers else ""),
         )
-    off = sorted(layer.dxf.name for layer in drawing.layers if layer.dxf.name.lower() in hidden)
+    off = sorted(layer.dxf.name for layer in drawing.layers if layer.dxf.name.lower() in hidden_layers)
     return Drawing(_loops(curves, str(path), off), unit, stated)
 
 
-def _all_curves(entities: Iterable[Any], scale: float, hidden: Set[str], where: str) -> list[OutlineCurve]:
+def _all_curves(
+    entities: Iterable[Any], scale: float, hidden_layers: Set[str], where: str
+) -> list[OutlineCurve]:
     """The curves of a drawing, at most `MOST_CURVES`; blocks in blocks may have any number."""
     left = iter(range(MOST_PARTS))
     curves: list[OutlineCurve] = []
     for entity in entities:
         try:
-            for curve in islice(_curves(entity, scale, left, hidden), MOST_CURVES + 1 - len(curves)):
+            for curve in islice(_curves(entity, scale, left, hidden_layers), MOST_CURVES + 1 - len(curves)):
                 curves.append(_with_size(curve))
         except RecursionError:
             raise GeometryError(where, "has a block that contains itself") from None
@@ -134,7 +139,7 @@ def _with_size(curve: OutlineCurve) -> OutlineCurve:
 
 
 def _curves(
-    entity: Any, scale: float, left: Iterator[int], hidden: Set[str] = frozenset(), block: str = "0"
+    entity: Any, scale: float, left: Iterator[int], hidden_layers: Set[str] = frozenset(), block: str = "0"
 ) -> Iterator[OutlineCurve]:
     """Yield the curves of an entity; no more once as many parts of blocks as `left` has have been visited.
 
@@ -143,7 +148,7 @@ def _curves(
     kind, layer = entity.dxftype(), str(entity.dxf.layer)
     layer = block if layer == "0" else layer
     name = FREE if layer.lower() in UNNAMED else layer.lower() if layer.lower() in BONDS else layer
-    if layer.lower() in hidden:
+    if layer.lower() in hidden_layers:
         return
     if kind == "INSERT":
         for single in entity.multi_insert():
@@ -152,7 +157,7 @@ def _curves(
             for part in single.virtual_entities():
                 if next(left, None) is None:
                     return
-                yield from _curves(part, scale, left, hidden, layer)
+                yield from _curves(part, scale, left, hidden_layers, layer)
     elif kind in ("LWPOLYLINE", "POLYLINE"):
         for part in entity.virtual_entities():
             # A corner that is drawn twice makes a side without length.
@@ -211,8 +216,8 @@ def _loops(curves: Sequence[OutlineCurve], where: str, off: Sequence[str]) -> tu
     gap = GAP * float(np.ptp(every, axis=0).max())
     loops, rest = [], []
     for layer in dict.fromkeys(curve.name for curve in curves):
-        own = [curve for curve in curves if curve.name == layer]
-        closed, left = _chained(own, gap)
+        layer_curves = [curve for curve in curves if curve.name == layer]
+        closed, left = _chained(layer_curves, gap)
         body = RUBBER if layer in (FREE, *BONDS) else layer
         loops += [Loop(loop, body) for loop in closed]
         rest += left
@@ -225,15 +230,15 @@ def _loops(curves: Sequence[OutlineCurve], where: str, off: Sequence[str]) -> tu
         lonely = next((p for p, d in zip(ends, near, strict=True) if np.sum(d <= gap) == 1), ends[0])
         layers = " and ".join(f'"{name}"' for name in sorted({curve.name for curve in left}))
         away = [float(np.hypot(lonely[0] - q[0], lonely[1] - q[1])) for q in ends]
-        width, there = min(
+        width, place = min(
             ((d, q) for d, q in zip(away, ends, strict=True) if d > gap), default=(0.0, lonely)
         )
-        nearest = f", {width:.3g} mm from the next open end at ({there[0]:g}, {there[1]:g})" if width else ""
-        hidden = f"; layers that are off or frozen are left out: {', '.join(off)}" if off else ""
+        nearest = f", {width:.3g} mm from the next open end at ({place[0]:g}, {place[1]:g})" if width else ""
+        layers_off = f"; layers that are off or frozen are left out: {', '.join(off)}" if off else ""
         raise GeometryError(
             where,
             f"an outline is open at ({lonely[0]:g}, {lonely[1]:g}){nearest}; "
-            f"{len(left)} {'curves' if len(left) > 1 else 'curve'} of {layers} in no closed outline{hidden}",
+            f"{len(left)} {'curves' if len(left) > 1 else 'curve'} of {layers} in no closed outline{layers_off}",
             f"closed outlines only: no gaps above {gap:.2g} mm, no centre lines, no duplicate lines",
         )
     return (*(Loop(loop, _body(loop)) for loop in closed), *loops)
@@ -242,8 +247,8 @@ def _loops(curves: Sequence[OutlineCurve], where: str, off: Sequence[str]) -> tu
 def _body(loop: Sequence[OutlineCurve]) -> str:
     """The body of an outline on several layers: a sleeve if they are one bond and one other name, else rubber."""
     names = {curve.name for curve in loop}
-    own = names - {*BONDS}
-    return own.pop() if len(names) == 2 and len(own) == 1 and FREE not in own else RUBBER
+    body_names = names - {*BONDS}
+    return body_names.pop() if len(names) == 2 and len(body_names) == 1 and FREE not in body_names else RUBBER
 
 
 def _chained(
@@ -253,10 +258,10 @@ def _chained(
     ends = np.array([(curve.points[0], curve.points[-1]) for curve in curves]).reshape(-1, 2, 2)
     waiting = np.ones(len(curves), dtype=bool)
     closed, left = [], []
-    for first, curve in enumerate(curves):
-        if not waiting[first]:
+    for start, curve in enumerate(curves):
+        if not waiting[start]:
             continue
-        waiting[first] = False
+        waiting[start] = False
         chain = [curve]
         while not _meet(chain[0].points[0], chain[-1].points[-1], gap) or len(chain[0].points) < 2:
             end = chain[-1].points[-1]

@@ -67,8 +67,8 @@ def _angles(mirrors: Mirrors, refinement: Refinement) -> Array:
     """Angles of corners and mid-side nodes around the modelled part, rad."""
     share = 0.25 if {"x", "y"} <= mirrors else 0.5 if mirrors & {"x", "y"} else 1.0
     around = max(2, math.ceil(share * refinement.elements(refinement.around, AROUND)))
-    first = -0.5 * math.pi if "x" in mirrors and "y" not in mirrors else 0.0
-    return first + np.linspace(0.0, share * 2 * math.pi, 2 * around + 1)
+    start_angle = -0.5 * math.pi if "x" in mirrors and "y" not in mirrors else 0.0
+    return start_angle + np.linspace(0.0, share * 2 * math.pi, 2 * around + 1)
 
 
 def section_cells(section: FoundSection, dimension: int, mirrors: Mirrors, refinement: Refinement) -> float:

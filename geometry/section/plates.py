@@ -57,13 +57,17 @@ def _plate(name: str, loops: Sequence[Loop], where: str) -> Loop:
     if math.dist(end, other[0].points[0]) > math.dist(end, other[-1].points[-1]):
         other = [curve.reversed() for curve in other[::-1]]
     length = sum(math.dist(curve.points[0], curve.points[-1]) for curve in outline_chain)
-    first, last = other[0].points[0], other[-1].points[-1]
+    first_point, last_point = other[0].points[0], other[-1].points[-1]
     outline = [p for curve in (*outline_chain, *other) for p in curve.points]
     if _area(outline) < THINNEST * length**2:
         raise GeometryError(
             where, f'the plate "{name}" has no thickness', "draw two edges, the thickness of the metal apart"
         )
-    joints = [OutlineCurve("line", pair) for pair in ((end, first), (last, start)) if math.dist(*pair) > 0]
+    joints = [
+        OutlineCurve("line", pair)
+        for pair in ((end, first_point), (last_point, start))
+        if math.dist(*pair) > 0
+    ]
     curves = [*outline_chain, joints[0], *other, *joints[1:]]
     return Loop(tuple(curves), name)
 

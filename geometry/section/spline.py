@@ -29,7 +29,7 @@ def pieces(curve: OutlineCurve) -> list[OutlineCurve]:
     # In homogeneous coordinates a rational spline is an ordinary one.
     whole = BSpline(knots, np.column_stack([np.array(curve.points) * weights[:, None], weights]), degree)
     low, high = float(knots[degree]), float(knots[-1 - degree])
-    ends = np.array([at[:2] / at[2] for at in (whole(low), whole(high))])
+    ends = np.array([point[:2] / point[2] for point in (whole(low), whole(high))])
     size = float(np.ptp(np.array(curve.points), axis=0).max())
     closed = float(np.linalg.norm(ends[1] - ends[0])) <= CLOSE * size
     cuts = [low, 0.5 * (low + high), high] if closed else [low, high]
@@ -43,12 +43,12 @@ def pieces(curve: OutlineCurve) -> list[OutlineCurve]:
         if equal(cut) < degree:
             whole = insert(cut, whole, m=degree - equal(cut))
     # Each cut has as many equal knots as the degree: the curve passes through the control point before them.
-    first = [int(np.searchsorted(whole.t, cut - near)) for cut in cuts]
-    first[0] += equal(low) - degree
+    knot_indices = [int(np.searchsorted(whole.t, cut - near)) for cut in cuts]
+    knot_indices[0] += equal(low) - degree
     curves = []
-    for (begin, end), (start, stop) in zip(pairwise(first), pairwise(cuts), strict=True):
-        control = np.asarray(whole.c)[begin - 1 : end]
-        inner = whole.t[begin + degree : end]
+    for (first_knot, last_knot), (start, stop) in zip(pairwise(knot_indices), pairwise(cuts), strict=True):
+        control = np.asarray(whole.c)[first_knot - 1 : last_knot]
+        inner = whole.t[first_knot + degree : last_knot]
         t = [start] * (degree + 1) + [float(knot) for knot in inner] + [stop] * (degree + 1)
         points = control[:, :2] / control[:, 2:]
         curves.append(

@@ -131,7 +131,7 @@ class Cad(Meets):
         return (
             *self.found.notes,
             *(() if stated else (UNSTATED,)),
-            *(f"{name}: {described(own)}" for name, own in metal.items()),
+            *(f"{name}: {described(sleeve)}" for name, sleeve in metal.items()),
         )
 
     @property

@@ -150,8 +150,8 @@ class Section(Meets):
     def view(self) -> View | None:
         section = self.found
         captions = {
-            name: caption(name, "rigid" if is_rigid(own) else "elastic", section.measures[name], True)
-            for name, own in self.elastic_sleeves.items()
+            name: caption(name, "rigid" if is_rigid(sleeve) else "elastic", section.measures[name], True)
+            for name, sleeve in self.elastic_sleeves.items()
         }
         return replace(section.view, captions=captions)
 

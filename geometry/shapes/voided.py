@@ -78,7 +78,7 @@ class Voided(Tapered):
             (r - self.inner_radius) / self.thickness for r in (self.void_inner_radius, self.void_outer_radius)
         )
         half = 0.5 * math.radians(self.void_angle)
-        first = 0.0 if self.void_orientation == "along" else 0.5 * math.pi
+        first_angle = 0.0 if self.void_orientation == "along" else 0.5 * math.pi
         turn = 2 * math.pi
-        centres = (first, first + math.pi)
+        centres = (first_angle, first_angle + math.pi)
         return tuple(Void((low, high), ((c - half) % turn, (c - half) % turn + 2 * half)) for c in centres)
