@@ -42,11 +42,11 @@ def beside(folder: Path, name: str) -> str:
         raise ValueError("is a directory, not a file")
     if not stat.S_ISREG(status.st_mode):
         raise ValueError("is a device or a pipe, not a file")
-    most, remedy = _LARGEST.get(
+    limit, remedy = _LARGEST.get(
         path.suffix.lower(), (_DRAWING, "only the section, without the sheet around it")
     )
-    if status.st_size > most:
+    if status.st_size > limit:
         raise ValueError(
-            f"has {status.st_size / 1e6:.4g} MB, at most {most / 1e6:g} MB are read: export {remedy}"
+            f"has {status.st_size / 1e6:.4g} MB, at most {limit / 1e6:g} MB are read: export {remedy}"
         )
     return str(path)

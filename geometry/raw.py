@@ -102,12 +102,12 @@ def from_gmsh(regions: Mapping[str, Sequence[int]], boundaries: Mapping[str, Seq
 
 def _compact(mesh: RawMesh) -> RawMesh:
     """Leave out nodes that no cell has, such as centres of arcs."""
-    used = np.unique(np.concatenate([cells.ravel() for cells in mesh.cells.values()]))
+    used_nodes = np.unique(np.concatenate([cells.ravel() for cells in mesh.cells.values()]))
     number = np.full(len(mesh.points), -1, dtype=np.int64)
-    number[used] = np.arange(len(used))
+    number[used_nodes] = np.arange(len(used_nodes))
     return replace(
         mesh,
-        points=mesh.points[used],
+        points=mesh.points[used_nodes],
         cells={name: number[cells] for name, cells in mesh.cells.items()},
         facets={name: number[facets] for name, facets in mesh.facets.items()},
     )
@@ -130,13 +130,17 @@ def mirrored(mesh: RawMesh, component: int, plane: str) -> RawMesh:
         on[mesh.facets[plane].ravel()] = True
     points = mesh.points.copy()
     points[on, component] = 0.0
-    image = np.arange(len(points))
-    image[~on] = len(points) + np.arange(int((~on).sum()))
+    image_nodes = np.arange(len(points))
+    image_nodes[~on] = len(points) + np.arange(int((~on).sum()))
     reflected = points[~on]
     reflected[:, component] *= -1.0
 
     def both(parts: Mapping[str, Ints]) -> dict[str, Ints]:
-        return {name: np.concatenate([nodes, image[nodes]]) for name, nodes in parts.items() if name != plane}
+        return {
+            name: np.concatenate([nodes, image_nodes[nodes]])
+            for name, nodes in parts.items()
+            if name != plane
+        }
 
     return replace(
         mesh, points=np.concatenate([points, reflected]), cells=both(mesh.cells), facets=both(mesh.facets)

@@ -181,5 +181,5 @@ def from_axis(points: Array, axis: Axis) -> Array:
     axis : Axis
         Axis of the bushing.
     """
-    away = points - axis.point
-    return np.asarray(away - np.outer(away @ axis.direction, axis.direction))
+    vectors = points - axis.point
+    return np.asarray(vectors - np.outer(vectors @ axis.direction, axis.direction))

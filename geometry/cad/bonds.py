@@ -78,16 +78,18 @@ def find_bonds(
     """
     labels = {face.tag: FREE for face in faces}
     how: dict[str, str] = {}
-    every = {bond: _bond(bond, part, roles, meshed, faces, axis, rules.get(bond, ())) for bond in BONDS}
-    for bond, other in zip(BONDS, reversed(BONDS), strict=True):
-        tags, words = every[bond]
+    faces_by_bond = {
+        bond: _bond(bond, part, roles, meshed, faces, axis, rules.get(bond, ())) for bond in BONDS
+    }
+    for bond, other_bond in zip(BONDS, reversed(BONDS), strict=True):
+        tags, words = faces_by_bond[bond]
         if (
             rules.get(bond)
             and all(rule.is_box for rule in rules[bond])
-            and not any(rule.is_box for rule in rules.get(other, ()))
+            and not any(rule.is_box for rule in rules.get(other_bond, ()))
         ):
             # A box around an outer face contains the inner one, too, which the other bond names more precisely.
-            tags = [tag for tag in tags if tag not in every[other][0]]
+            tags = [tag for tag in tags if tag not in faces_by_bond[other_bond][0]]
         twice = [tag for tag in tags if labels[tag] != FREE]
         if twice:
             raise GeometryError(
@@ -108,7 +110,7 @@ def find_bonds(
 
 
 def _refuse_exchanged(labels: Mapping[int, str], faces: Sequence[Sampled], axis: Axis) -> None:
-    away = {
+    radii = {
         bond: [
             d
             for f in faces
@@ -117,10 +119,10 @@ def _refuse_exchanged(labels: Mapping[int, str], faces: Sequence[Sampled], axis:
         ]
         for bond in BONDS
     }
-    if all(away.values()) and min(away["inner"]) >= max(away["outer"]):
+    if all(radii.values()) and min(radii["inner"]) >= max(radii["outer"]):
         raise GeometryError(
             "geometry.bonds",
-            f"all of the inner bond is farther from the axis ({min(away['inner']):.4g} mm and more) than the outer one",
+            f"all of the inner bond is farther from the axis ({min(radii['inner']):.4g} mm and more) than the outer one",
             "an inner bond nearer to the axis than the outer one: exchange the two rules",
             view_of(labels),
         )
@@ -137,11 +139,13 @@ def _bond(
 ) -> tuple[list[int], str]:
     """Faces of a bond, and how they were found."""
     if rules:
-        each = [selected([rule], faces, axis, part.size, part.face_names, part.colours) for rule in rules]
-        bond_tags = sorted({tag for tags in each for tag in tags})
-        if [] in each:
-            wrong = each.index([])
-            which = f"rule {wrong + 1} of {len(each)}" if len(each) > 1 else "the rule"
+        tags_by_rule = [
+            selected([rule], faces, axis, part.size, part.face_names, part.colours) for rule in rules
+        ]
+        bond_tags = sorted({tag for tags in tags_by_rule for tag in tags})
+        if [] in tags_by_rule:
+            wrong = tags_by_rule.index([])
+            which = f"rule {wrong + 1} of {len(tags_by_rule)}" if len(tags_by_rule) > 1 else "the rule"
             raise GeometryError(
                 f"geometry.bonds.{bond}",
                 f"{which} ({rules[wrong].text}) selects no face",
@@ -158,11 +162,11 @@ def _bond(
                 _extreme(sides, axis, part.size, bond),
                 f"the solid {sleeve}: its face away from the rubber",
             )
-        beside = {t for tag in solids for _, t in model().getBoundary([(3, tag)], oriented=False)}
-        return [face.tag for face in faces if face.tag in beside], f"where the solid {sleeve} touches"
-    named = [face.tag for face in faces if part.face_names.get(face.tag, "").lower().startswith(bond)]
-    if named:
-        return named, "by the names of faces in the file"
+        touching = {t for tag in solids for _, t in model().getBoundary([(3, tag)], oriented=False)}
+        return [face.tag for face in faces if face.tag in touching], f"where the solid {sleeve} touches"
+    named_faces = [face.tag for face in faces if part.face_names.get(face.tag, "").lower().startswith(bond)]
+    if named_faces:
+        return named_faces, "by the names of faces in the file"
     coloured = _coloured(bond, part, faces, axis)
     if coloured:
         return coloured, COLOURS
@@ -185,7 +189,7 @@ def selectable(faces: Sequence[Sampled], axis: Axis, part: Part) -> str:
     part : Part
     """
     lines = {face.tag: own_line(face, axis, part.size) for face in faces}
-    about, beside = (
+    axis_radii, other_radii = (
         {
             float(f"{radius_of(face, line):.4g}")
             for face in faces
@@ -200,14 +204,16 @@ def selectable(faces: Sequence[Sampled], axis: Axis, part: Part) -> str:
         and len(face.normals)
         and abs(face.normals[0] @ axis.direction) < 1.0 - STRAIGHT
     ]
-    others = [face for face in faces if face.kind != "Plane" and len(face.points) and lines[face.tag] is None]
+    other_faces = [
+        face for face in faces if face.kind != "Plane" and len(face.points) and lines[face.tag] is None
+    ]
     names = sorted({name for face in faces if (name := part.face_names.get(face.tag, ""))})
     colours = sorted({hexadecimal(part.colours[face.tag]) for face in faces if face.tag in part.colours})
     shown = [
-        ("cylinders about the axis of radius {} mm", [f"{r:g}" for r in sorted(about)]),
-        ("cylinders about other lines of radius {} mm", [f"{r:g}" for r in sorted(beside)]),
+        ("cylinders about the axis of radius {} mm", [f"{r:g}" for r in sorted(axis_radii)]),
+        ("cylinders about other lines of radius {} mm", [f"{r:g}" for r in sorted(other_radii)]),
         ("plane faces with normal {}", sorted({_rounded(normal) for normal in sides})),
-        ("other faces in the boxes {}", sorted(map(_box, others))),
+        ("other faces in the boxes {}", sorted(map(_box, other_faces))),
         ("faces named {}", names),
         ("faces in {}", colours),
     ]
@@ -254,10 +260,10 @@ def _only(faces: Sequence[Sampled], axis: Axis, size: float, bond: str) -> list[
         line = own_line(face, axis, size)
         if line is not None and _looks_along(face, line, toward, size):
             cylinders.append((face.tag, line))
-    apart = [
+    distances = [
         distance_between(cylinders[0][1].point, line.point, axis.direction, size) for _, line in cylinders
     ]
-    return [tag for tag, _ in cylinders] if not any(apart) else []
+    return [tag for tag, _ in cylinders] if not any(distances) else []
 
 
 def _looks_along(face: Sampled, line: Axis, toward: float, size: float) -> bool:
@@ -293,10 +299,10 @@ def _extreme(faces: Sequence[Sampled], axis: Axis, size: float, bond: str) -> li
         return []
     areas = {face.tag: face.area for face in faces}
     groups = {
-        tag: [other for other, r in radii.items() if abs(r - radius) <= SAME_RADIUS * radius]
+        tag: [other_tag for other_tag, r in radii.items() if abs(r - radius) <= SAME_RADIUS * radius]
         for tag, radius in radii.items()
     }
-    sizes = {tag: sum(areas[other] for other in group) for tag, group in groups.items()}
+    sizes = {tag: sum(areas[other_tag] for other_tag in group) for tag, group in groups.items()}
     # The rim of a collar is farther from the axis than the bond: small faces are ignored.
     large = [tag for tag, area in sizes.items() if area >= LARGE * max(sizes.values())]
     return groups[max(large, key=lambda tag: toward * radii[tag])]

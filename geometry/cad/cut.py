@@ -43,18 +43,18 @@ def cut(part: FoundPart) -> tuple[dict[str, tuple[int, ...]], Faces]:
     solids = [(3, tag) for tag in part.meshed]
     reach = 2.0 * float(np.abs(np.array(model().getBoundingBox(-1, -1))).max()) + 1.0
     planes = [(2, _plane(part, "xyz".index(plane), reach)) for plane in sorted(part.planes)]
-    _, made = occ.fragment(solids, planes)
+    _, fragments = occ.fragment(solids, planes)
     occ.synchronize()
-    regions = _kept(part, made)
+    regions = _kept(part, fragments)
     labelled = _boundaries(part, regions, originals)
     occ.remove([(2, tag) for tag in originals.values()], recursive=True)
-    used = {
+    used_faces = {
         tag
         for solids in regions.values()
         for s in solids
         for _, tag in model().getBoundary([(3, s)], oriented=False)
     }
-    occ.remove([(2, t) for _, t in model().getEntities(2) if t not in used], recursive=True)
+    occ.remove([(2, t) for _, t in model().getEntities(2) if t not in used_faces], recursive=True)
     occ.synchronize()
     return regions, labelled
 
@@ -71,12 +71,12 @@ def _plane(part: FoundPart, component: int, reach: float) -> int:
     return int(occ.addPlaneSurface([occ.addCurveLoop(lines)]))
 
 
-def _kept(part: FoundPart, made: list[list[tuple[int, int]]]) -> dict[str, tuple[int, ...]]:
+def _kept(part: FoundPart, fragments: list[list[tuple[int, int]]]) -> dict[str, tuple[int, ...]]:
     """Return the solids at positive coordinates, by region, and remove the others."""
     occ = model().occ
     components = ["xyz".index(plane) for plane in part.planes]
     regions: dict[str, tuple[int, ...]] = {}
-    for tag, pieces in zip(part.meshed, made, strict=False):
+    for tag, pieces in zip(part.meshed, fragments, strict=False):
         for dimension, piece in pieces:
             if dimension != 3:
                 continue
@@ -106,8 +106,8 @@ def _boundaries(
             continue
         points = _inner_points(face)
         local = part.frame.local(points)
-        away = dict(zip("xyz", np.abs(local).max(axis=0), strict=True))
-        plane = next((p for p in sorted(part.planes) if away[p] < FLAT * part.size), None)
+        distances = dict(zip("xyz", np.abs(local).max(axis=0), strict=True))
+        plane = next((p for p in sorted(part.planes) if distances[p] < FLAT * part.size), None)
         if plane is not None:
             boundaries.setdefault(f"mirror_{plane}", {})[face] = 0
         else:
@@ -139,8 +139,8 @@ def _origin(points: Array, originals: Mapping[int, int], boxes: Mapping[int, Arr
         box = boxes[face].reshape(2, 3)
         if np.any(points < box[0] - margin) or np.any(points > box[1] + margin):
             continue
-        apart = max(float(occ.getDistance(0, spot, 2, copy)[0]) for spot in spots)
-        if apart < least:
-            best, least = face, apart
-    occ.remove([(0, spot) for spot in spots])
+        distance = max(float(occ.getDistance(0, point, 2, copy)[0]) for point in spots)
+        if distance < least:
+            best, least = face, distance
+    occ.remove([(0, point) for point in spots])
     return best

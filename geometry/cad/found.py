@@ -204,8 +204,8 @@ def _refuse_segment(
     if cuts:
         points = np.concatenate([face.points for face in faces])
         normals, places = (
-            np.array([a[0] for a in each])
-            for each in zip(*((f.normals, f.points) for f in cuts), strict=True)
+            np.array([a[0] for a in vectors])
+            for vectors in zip(*((f.normals, f.points) for f in cuts), strict=True)
         )
         refuse_segment(points, normals, places, axis, where, view)
 
@@ -233,7 +233,7 @@ def _described(
     centre = middle if statements.origin is None else np.array(statements.origin, dtype=float)
     # From the axis of most faces to the inner bond's own, or from that one to a given origin.
     line = axis.point if statements.origin is None else middle
-    beside = distance_between(centre, line, axis.direction, part.size)
+    offset = distance_between(centre, line, axis.direction, part.size)
     frame, planes = _frame(statements, part, meshed, groups, roles, axis, centre)
     regions: dict[str, float] = {}
     for tag in meshed:
@@ -268,7 +268,7 @@ def _described(
             bonds,
             areas,
             planes,
-            beside,
+            offset,
             (statements.origin, statements.direction),
         ),
         view=None if view is None else _turned(view, frame, captions),
@@ -342,9 +342,9 @@ def _frame(
         rows = np.array(frame.rows)[:2]
         values, vectors = np.linalg.eigh(rows @ second @ rows.T)
         if values[1] - values[0] > LOPSIDED * values[1]:
-            turned = vectors.T @ rows
-            nearest = turned[int(np.argmax(np.abs(turned @ rows[0])))]
-            other = frame_of(axis.direction, centre, nearest * np.sign(nearest @ rows[0]))
-            if {"x", "y"} & planes_of(other):
-                return other, planes_of(other)
+            principal_axes = vectors.T @ rows
+            nearest = principal_axes[int(np.argmax(np.abs(principal_axes @ rows[0])))]
+            turned_frame = frame_of(axis.direction, centre, nearest * np.sign(nearest @ rows[0]))
+            if {"x", "y"} & planes_of(turned_frame):
+                return turned_frame, planes_of(turned_frame)
     return frame, planes

@@ -34,14 +34,16 @@ def held_area(
     labels
         Face on the outside of the meshed solids -> name of its boundary.
     """
-    rubber, others = (
+    rubber, other_faces = (
         Counter(
             face for solid in meshed if (roles[solid] == RUBBER) == is_rubber for face in _sides(3, solid)
         )
         for is_rubber in (True, False)
     )
-    held = [f for f, times in rubber.items() if times == 1 and (f in others or labels.get(f) in BONDS)]
-    return sum(part.areas[f] if f in part.areas else float(model().occ.getMass(2, f)) for f in held)
+    held_faces = [
+        f for f, times in rubber.items() if times == 1 and (f in other_faces or labels.get(f) in BONDS)
+    ]
+    return sum(part.areas[f] if f in part.areas else float(model().occ.getMass(2, f)) for f in held_faces)
 
 
 def beyond_bonds(
@@ -69,11 +71,11 @@ def beyond_bonds(
         solids = [tag for tag, solid_role in roles.items() if solid_role == role and tag not in meshed]
         faces = list(bonds[bond])
         bonded = {face.tag for face in faces}
-        rest = {f for solid in solids for f in _sides(3, solid)} - bonded
+        other_faces = {f for solid in solids for f in _sides(3, solid)} - bonded
         radius = float(np.mean([radius_of(face, axis) for face in faces]))
         alike = {
             face.tag: face
-            for face in (sample(tag, part.size, 0.0) for tag in rest)
+            for face in (sample(tag, part.size, 0.0) for tag in other_faces)
             if _is_cylinder(face, axis, radius)
         }
         if not alike or not all(_is_cylinder(face, axis, radius) for face in faces):

@@ -85,8 +85,8 @@ def refuse_flat(raw: RawMesh, where: str, view: View | None) -> None:
         np.concatenate([keys(cells[:, list(side[:3])]) for side in TETRAHEDRON]), return_counts=True
     )
     facets = np.concatenate(list(raw.facets.values()))
-    named, twice = np.unique(keys(facets), return_counts=True)
-    wrong = np.concatenate([np.setxor1d(sides[times == 1], named), named[twice > 1]])
+    facet_keys, twice = np.unique(keys(facets), return_counts=True)
+    wrong = np.concatenate([np.setxor1d(sides[times == 1], facet_keys), facet_keys[twice > 1]])
     if len(wrong):
         place = raw.points[[wrong[0] // count**2, wrong[0] // count % count, wrong[0] % count]].mean(axis=0)
         raise GeometryError(
@@ -167,12 +167,12 @@ def _meshed(statements: CadStatements, part: FoundPart, refinement: Refinement) 
     regions, boundaries = cut(part)
     factor = _factor(refinement)
     inside, edge = _lengths(part, factor)
-    near = {}
+    face_sizes = {}
     for face, name in ((f, n) for n, faces in boundaries.items() for f, n in ((f, n) for f in faces)):
         gap = part.narrow.get(boundaries[name][face])
         if gap is not None:
-            near[face] = float(np.clip(gap / (BETWEEN * factor), 0.25 * inside, inside))
-    sizes = Sizes(inside, edge, GROWTH, PER_CIRCLE * math.sqrt(factor), near)
+            face_sizes[face] = float(np.clip(gap / (BETWEEN * factor), 0.25 * inside, inside))
+    sizes = Sizes(inside, edge, GROWTH, PER_CIRCLE * math.sqrt(factor), face_sizes)
     grade(3, bond_edges(regions, boundaries), sizes)
     with refusing(str(statements.path), "cannot be meshed", part.view):
         model().mesh.generate(3)
@@ -202,7 +202,9 @@ def bond_edges(
         Faces of each boundary by name, each with the face of the whole part (`geometry.cad.cut`).
     """
     free = _curves(boundaries.get(FREE, {}))
-    held = {c for name, faces in boundaries.items() if name in ("inner", "outer") for c in _curves(faces)}
+    bond_curves = {
+        c for name, faces in boundaries.items() if name in ("inner", "outer") for c in _curves(faces)
+    }
     metal = {
         c
         for name, solids in regions.items()
@@ -215,7 +217,7 @@ def bond_edges(
         for solid in regions[RUBBER]
         for c in _curves([int(t) for _, t in model().getBoundary([(3, solid)], oriented=False)])
     }
-    return sorted(free & rubber & (held | metal))
+    return sorted(free & rubber & (bond_curves | metal))
 
 
 def _curves(faces: Mapping[int, int] | list[int]) -> set[int]:

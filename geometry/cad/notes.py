@@ -75,7 +75,7 @@ def notes_of(
     bonds: Bonds,
     areas: Mapping[str, float],
     planes: Planes,
-    beside: float,
+    offset: float,
     placement: tuple[Vector | None, Vector | None],
 ) -> tuple[str, ...]:
     """Return results of the interpretation and how they were found, in sentences.
@@ -92,7 +92,7 @@ def notes_of(
         How the axis was found.
     areas : mapping
         Of each boundary, mm^2.
-    beside : float
+    offset : float
         Distance of the centre from the axis of most faces, or of a given origin from the inner bond's axis, mm.
     placement : tuple
         Origin (mm) and direction of the case.
@@ -106,14 +106,14 @@ def notes_of(
         f"axis {how}: direction {vector_text(frame.rows[2])} through {vector_text(frame.centre)} mm, "
         "the bushing's centre" + (", given" if origin is not None else "")
     )
-    if beside and origin is None:
+    if offset and origin is None:
         notes.append(
-            f"the inner bond has an axis of its own, {beside:.3g} mm from that of most faces: torsion and tilts turn "
+            f"the inner bond has an axis of its own, {offset:.3g} mm from that of most faces: torsion and tilts turn "
             "about it (geometry.origin for another line)"
         )
-    elif beside:
+    elif offset:
         notes.append(
-            f"the given origin is {beside:.3g} mm from the inner bond's own axis: torsion and tilts turn about the "
+            f"the given origin is {offset:.3g} mm from the inner bond's own axis: torsion and tilts turn about the "
             "line through the origin"
         )
     for bond, words in bonds.how.items():

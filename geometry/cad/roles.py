@@ -38,16 +38,16 @@ def roles_of(solids: Mapping[int, str], given_roles: Mapping[str, str], where: s
     if len(solids) == 1 and not given_roles:
         return dict.fromkeys(solids, RUBBER)
     roles: dict[int, str] = {}
-    used: set[str] = set()
+    used_keys: set[str] = set()
     for number, (tag, name) in enumerate(solids.items(), start=1):
         key = next((k for k in given_roles if k.lower() == name.lower() or k == str(number)), None)
         if key is not None:
-            used.add(key)
+            used_keys.add(key)
             roles[tag] = given_roles[key]
         else:
             roles[tag] = next((role for role, words in _WORDS.items() if re.search(words, name, re.I)), "")
     for key in given_roles:
-        if key not in used:
+        if key not in used_keys:
             listed = _listed(solids)
             raise GeometryError(where, f'geometry.solids: there is no solid "{key}"', listed)
     if RUBBER not in roles.values():

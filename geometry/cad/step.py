@@ -112,8 +112,8 @@ def _statements(text: str) -> Iterator[str]:
 
 
 def _without_comments(text: str) -> str:
-    head, *others = text.split("/*")
-    ended = (other.partition("*/") for other in others)
+    head, *comments = text.split("/*")
+    ended = (comment.partition("*/") for comment in comments)
     return head + "".join(after if end else f"/*{before}" for before, end, after in ended)
 
 

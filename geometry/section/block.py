@@ -41,8 +41,8 @@ class _Side:
     def at(self, shares: Array) -> Array:
         """Points at shares of the length."""
         steps = np.linalg.norm(np.diff(self.points, axis=0), axis=1)
-        along = np.concatenate([[0.0], np.cumsum(steps)]) / steps.sum()
-        return np.column_stack([np.interp(shares, along, self.points[:, k]) for k in range(2)])
+        positions = np.concatenate([[0.0], np.cumsum(steps)]) / steps.sum()
+        return np.column_stack([np.interp(shares, positions, self.points[:, k]) for k in range(2)])
 
     @property
     def length(self) -> float:
@@ -96,9 +96,9 @@ def _snapped(shares: Array, bends: tuple[float, ...]) -> Array:
             corners[nearest] = bend
     if np.any(np.diff(corners) <= 0):
         return shares
-    moved = np.empty_like(shares)
-    moved[::2], moved[1::2] = corners, 0.5 * (corners[1:] + corners[:-1])
-    return moved
+    snapped = np.empty_like(shares)
+    snapped[::2], snapped[1::2] = corners, 0.5 * (corners[1:] + corners[:-1])
+    return snapped
 
 
 def _blended(inner: _Side, top: _Side, outer: _Side, bottom: _Side, s: Array, t: Array) -> Array:
@@ -161,12 +161,12 @@ def _followed(name: str, tags: list[int]) -> _Side:
 def _chained(sides: list[_Side]) -> list[_Side]:
     """Turn each side so that it ends where the next one is: the signs of a cut face's curves are not reliable."""
 
-    def nearest(point: Array, other: _Side) -> float:
-        return float(np.linalg.norm(other.points[[0, -1]] - point, axis=1).min())
+    def nearest(point: Array, other_side: _Side) -> float:
+        return float(np.linalg.norm(other_side.points[[0, -1]] - point, axis=1).min())
 
     return [
-        side if nearest(side.points[-1], after) <= nearest(side.points[0], after) else _reversed(side)
-        for side, after in zip(sides, [*sides[1:], sides[0]], strict=True)
+        side if nearest(side.points[-1], next_side) <= nearest(side.points[0], next_side) else _reversed(side)
+        for side, next_side in zip(sides, [*sides[1:], sides[0]], strict=True)
     ]
 
 

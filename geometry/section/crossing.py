@@ -98,10 +98,10 @@ def _crossing(outline: Array) -> Array | None:
     # The sides in groups: all pairs of a fine outline would need gigabytes.
     for first_row in range(0, n, ROWS):
         rows = np.arange(first_row, min(first_row + ROWS, n))
-        near = np.arange(n) >= rows[:, None] + 2
+        overlapping = np.arange(n) >= rows[:, None] + 2
         for k in range(2):
-            near &= (low[rows, None, k] <= high[:, k]) & (low[:, k] <= high[rows, None, k])
-        i, j = np.nonzero(near)
+            overlapping &= (low[rows, None, k] <= high[:, k]) & (low[:, k] <= high[rows, None, k])
+        i, j = np.nonzero(overlapping)
         i = rows[i]
         keep = (i != 0) | (j != n - 1)
         i, j = i[keep], j[keep]

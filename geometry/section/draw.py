@@ -47,15 +47,15 @@ def draw(loops: Sequence[Loop], where: str, half: bool = False) -> Drawn:
         reach = 4.0 * max(abs(x) for loop in loops for c in loop.curves for p in c.points for x in p)
         ends = [occ.addPoint(-reach, 0, 0), occ.addPoint(reach, 0, 0)]
         tools.append((1, occ.addLine(*ends)))
-    made = [[(2, tag)] for tag in faces]
+    fragments = [[(2, tag)] for tag in faces]
     if len(faces) + len(tools) > 1:
-        _, made = occ.fragment([(2, tag) for tag in faces], tools)
+        _, fragments = occ.fragment([(2, tag) for tag in faces], tools)
     occ.synchronize()
     if half:
         below = [t for _, t in model().getEntities(2) if occ.getCenterOfMass(2, t)[1] < 0]
         occ.remove([(2, t) for t in below], recursive=True)
         occ.synchronize()
-    return Drawn(_regions(made, names), _boundaries(loops, half))
+    return Drawn(_regions(fragments, names), _boundaries(loops, half))
 
 
 def refuse_overlaps(loops: Sequence[Loop], where: str) -> None:
@@ -77,19 +77,19 @@ def refuse_overlaps(loops: Sequence[Loop], where: str) -> None:
     faces, names = _faces(loops, where)
     if len(faces) < 2:
         return
-    _, made = occ.fragment([(2, tag) for tag in faces], [])
+    _, fragments = occ.fragment([(2, tag) for tag in faces], [])
     owners: dict[int, str] = {}
-    for name, pieces in zip(names, made, strict=True):
+    for name, pieces in zip(names, fragments, strict=True):
         for _, piece in pieces:
-            other = owners.setdefault(piece, "")
+            owner = owners.setdefault(piece, "")
             owners[piece] = name
             # A plate that is drawn into the rubber takes its place (`_regions`).
-            if other and (other == RUBBER) == (name == RUBBER):
+            if owner and (owner == RUBBER) == (name == RUBBER):
                 r, z, _ = occ.getCenterOfMass(2, piece)
-                both = f'"{name}"' if other == name else f'"{other}" and "{name}"'
+                pair = f'"{name}"' if owner == name else f'"{owner}" and "{name}"'
                 raise GeometryError(
                     where,
-                    f"two outlines of {both} overlap near ({r:.4g}, {round(z, 6) + 0.0:.4g})",
+                    f"two outlines of {pair} overlap near ({r:.4g}, {round(z, 6) + 0.0:.4g})",
                     "a hole inside the outline around it, without touching it; bodies side by side share edges only",
                 )
 
@@ -173,14 +173,14 @@ def _inside(point: Any, polygon: Any) -> bool:
     return bool(np.count_nonzero(crosses & (x > point[0])) % 2)
 
 
-def _regions(made: Sequence[Any], names: Sequence[str]) -> dict[str, tuple[int, ...]]:
-    """Return the faces by region; `made` are the pieces into which each drawn face was cut."""
+def _regions(fragments: Sequence[Any], names: Sequence[str]) -> dict[str, tuple[int, ...]]:
+    """Return the faces by region; `fragments` are the pieces into which each drawn face was cut."""
     surfaces = {tag for _, tag in model().getEntities(2)}
     regions: dict[str, tuple[int, ...]] = {RUBBER: ()}
     taken: set[int] = set()
     # A plate drawn into the rubber takes its place: the area that both cover belongs to the plate.
     for number in sorted(range(len(names)), key=lambda i: names[i] == RUBBER):
-        tags = [int(tag) for _, tag in made[number] if tag in surfaces and tag not in taken]
+        tags = [int(tag) for _, tag in fragments[number] if tag in surfaces and tag not in taken]
         taken |= set(tags)
         regions[names[number]] = (*regions.get(names[number], ()), *tags)
     return {name: faces for name, faces in regions.items() if faces}
@@ -209,9 +209,9 @@ def _boundaries(loops: Sequence[Loop], half: bool) -> dict[str, tuple[int, ...]]
             beyond = np.maximum(np.maximum(lowest - points[:, None], points[:, None] - highest), 0.0)
             boxes = np.linalg.norm(beyond, axis=2).max(axis=0)
             reach = _apart(points, lines[int(np.argmin(boxes))][1]) + 1e-5 * size
-            apart = {i: _apart(points, lines[i][1]) for i in map(int, np.flatnonzero(boxes <= reach))}
+            gaps = {i: _apart(points, lines[i][1]) for i in map(int, np.flatnonzero(boxes <= reach))}
             # Among edges that lie on each other, the named one is used.
-            name = lines[min(apart, key=lambda i: (round(apart[i] / size, 6), lines[i][0] == FREE))][0]
+            name = lines[min(gaps, key=lambda i: (round(gaps[i] / size, 6), lines[i][0] == FREE))][0]
         boundaries[name] = (*boundaries.get(name, ()), int(tag))
     return boundaries
 

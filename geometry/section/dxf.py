@@ -212,26 +212,26 @@ def _points(points: Sequence[Any], scale: float) -> tuple[tuple[float, float], .
 
 def _loops(curves: Sequence[OutlineCurve], where: str, off: Sequence[str]) -> tuple[Loop, ...]:
     """Chain the curves: first those of one layer that close by themselves, then the rest."""
-    every = np.array([p for curve in curves for p in (curve.points[0], curve.points[-1])])
-    gap = GAP * float(np.ptp(every, axis=0).max())
-    loops, rest = [], []
+    end_points = np.array([p for curve in curves for p in (curve.points[0], curve.points[-1])])
+    gap = GAP * float(np.ptp(end_points, axis=0).max())
+    loops, open_curves = [], []
     for layer in dict.fromkeys(curve.name for curve in curves):
         layer_curves = [curve for curve in curves if curve.name == layer]
         closed, left = _chained(layer_curves, gap)
         body = RUBBER if layer in (FREE, *BONDS) else layer
         loops += [Loop(loop, body) for loop in closed]
-        rest += left
+        open_curves += left
     # Where corners of a sleeve and of the rubber coincide, an outline continues on the layer that it began on.
-    closed, left = _chained(sorted(rest, key=lambda curve: curve.name in BONDS), gap)
+    closed, left = _chained(sorted(open_curves, key=lambda curve: curve.name in BONDS), gap)
     if left:
         ends = [p for curve in left for p in (curve.points[0], curve.points[-1])]
-        every = np.array(ends)
-        near = (np.hypot(*(every - p).T) for p in ends)
-        lonely = next((p for p, d in zip(ends, near, strict=True) if np.sum(d <= gap) == 1), ends[0])
+        end_points = np.array(ends)
+        distances = (np.hypot(*(end_points - p).T) for p in ends)
+        lonely = next((p for p, d in zip(ends, distances, strict=True) if np.sum(d <= gap) == 1), ends[0])
         layers = " and ".join(f'"{name}"' for name in sorted({curve.name for curve in left}))
-        away = [float(np.hypot(lonely[0] - q[0], lonely[1] - q[1])) for q in ends]
+        gaps = [float(np.hypot(lonely[0] - q[0], lonely[1] - q[1])) for q in ends]
         width, place = min(
-            ((d, q) for d, q in zip(away, ends, strict=True) if d > gap), default=(0.0, lonely)
+            ((d, q) for d, q in zip(gaps, ends, strict=True) if d > gap), default=(0.0, lonely)
         )
         nearest = f", {width:.3g} mm from the next open end at ({place[0]:g}, {place[1]:g})" if width else ""
         layers_off = f"; layers that are off or frozen are left out: {', '.join(off)}" if off else ""
@@ -265,12 +265,12 @@ def _chained(
         chain = [curve]
         while not _meet(chain[0].points[0], chain[-1].points[-1], gap) or len(chain[0].points) < 2:
             end = chain[-1].points[-1]
-            near = np.hypot(ends[..., 0] - end[0], ends[..., 1] - end[1]) <= gap
-            number = int(np.argmax(waiting & near.any(axis=1)))
-            if not (waiting[number] and near[number].any()):
+            within_gap = np.hypot(ends[..., 0] - end[0], ends[..., 1] - end[1]) <= gap
+            number = int(np.argmax(waiting & within_gap.any(axis=1)))
+            if not (waiting[number] and within_gap[number].any()):
                 break
             waiting[number] = False
-            following = curves[number] if near[number, 0] else curves[number].reversed()
+            following = curves[number] if within_gap[number, 0] else curves[number].reversed()
             chain.append(_moved(following, end))
         if _meet(chain[0].points[0], chain[-1].points[-1], gap):
             chain[0] = _moved(chain[0], chain[-1].points[-1])

@@ -102,9 +102,9 @@ def find_section(loops: tuple[Loop, ...], where: str, centre: float | None) -> F
             boxes = np.array([model().getBoundingBox(1, tag) for tag in drawn.boundaries["inner"]])
             centre = float(round(0.5 * (boxes[:, 1].min() + boxes[:, 4].max()), 9))
         model().add("centred")
-        moved = tuple(_shifted(loop, -centre) for loop in loops)
-        drawn = draw(moved, where)
-        return _measured(moved, centre, drawn)
+        shifted_loops = tuple(_shifted(loop, -centre) for loop in loops)
+        drawn = draw(shifted_loops, where)
+        return _measured(shifted_loops, centre, drawn)
 
 
 def _require(drawn: Drawn, where: str) -> None:
@@ -114,13 +114,13 @@ def _require(drawn: Drawn, where: str) -> None:
             "there is no rubber: every outline has the name of a plate",
             'no name, or "free", for the free edges of the rubber; in a drawing, the layer "0" or "free"',
         )
-    named = ", ".join(sorted(drawn.boundaries))
+    edge_names = ", ".join(sorted(drawn.boundaries))
     for bond in ("inner", "outer"):
         if bond not in drawn.boundaries:
             raise GeometryError(
                 where,
                 f'no edge on the outside is named "{bond}": the rubber would not be held',
-                f"edges are named {named}",
+                f"edges are named {edge_names}",
             )
     bodies = {tag: name for name, tags in drawn.regions.items() for tag in tags}
     refuse_loose(bodies, drawn.boundaries, 2, where)
@@ -193,10 +193,10 @@ def _same_outline(drawn: Drawn, size: float) -> bool:
             low, high = (float(bound[0]) for bound in model().getParametrizationBounds(1, tag))
             points = np.array(model().getValue(1, tag, np.linspace(low, high, 9).tolist())).reshape(-1, 3)
             for r, z, _ in points:
-                spot = occ.addPoint(r, -z, 0.0)
-                near = min(occ.getDistance(0, spot, 1, other)[0] for other in tags)
-                occ.remove([(0, spot)])
-                if near > 1e-5 * size:
+                point = occ.addPoint(r, -z, 0.0)
+                distance = min(occ.getDistance(0, point, 1, curve)[0] for curve in tags)
+                occ.remove([(0, point)])
+                if distance > 1e-5 * size:
                     return False
     return True
 

@@ -52,13 +52,13 @@ def _plate(name: str, loops: Sequence[Loop], where: str) -> Loop:
             if meant
             else f'"inner", "outer", no name for a free edge, or a plate drawn as an outline with body = "{name}"',
         )
-    outline_chain, other = chains
+    outline_chain, other_chain = chains
     start, end = outline_chain[0].points[0], outline_chain[-1].points[-1]
-    if math.dist(end, other[0].points[0]) > math.dist(end, other[-1].points[-1]):
-        other = [curve.reversed() for curve in other[::-1]]
+    if math.dist(end, other_chain[0].points[0]) > math.dist(end, other_chain[-1].points[-1]):
+        other_chain = [curve.reversed() for curve in other_chain[::-1]]
     length = sum(math.dist(curve.points[0], curve.points[-1]) for curve in outline_chain)
-    first_point, last_point = other[0].points[0], other[-1].points[-1]
-    outline = [p for curve in (*outline_chain, *other) for p in curve.points]
+    first_point, last_point = other_chain[0].points[0], other_chain[-1].points[-1]
+    outline = [p for curve in (*outline_chain, *other_chain) for p in curve.points]
     if _area(outline) < THINNEST * length**2:
         raise GeometryError(
             where, f'the plate "{name}" has no thickness', "draw two edges, the thickness of the metal apart"
@@ -68,7 +68,7 @@ def _plate(name: str, loops: Sequence[Loop], where: str) -> Loop:
         for pair in ((end, first_point), (last_point, start))
         if math.dist(*pair) > 0
     ]
-    curves = [*outline_chain, joints[0], *other, *joints[1:]]
+    curves = [*outline_chain, joints[0], *other_chain, *joints[1:]]
     return Loop(tuple(curves), name)
 
 
@@ -84,11 +84,11 @@ def _chains(loop: Loop, name: str) -> list[list[OutlineCurve]]:
     if start is None:
         return [curves] if curves and curves[0].name == name else []
     chains: list[list[OutlineCurve]] = []
-    before = ""
+    previous_name = ""
     for curve in curves[start:] + curves[:start]:
         if curve.name == name:
-            if before != name:
+            if previous_name != name:
                 chains.append([])
             chains[-1].append(curve)
-        before = curve.name
+        previous_name = curve.name
     return chains

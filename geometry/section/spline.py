@@ -33,17 +33,17 @@ def pieces(curve: OutlineCurve) -> list[OutlineCurve]:
     size = float(np.ptp(np.array(curve.points), axis=0).max())
     closed = float(np.linalg.norm(ends[1] - ends[0])) <= CLOSE * size
     cuts = [low, 0.5 * (low + high), high] if closed else [low, high]
-    near = 1e-12 * (high - low)
+    tolerance = 1e-12 * (high - low)
 
     def equal(cut: float) -> int:
         """Number of knots at a cut."""
-        return int(np.count_nonzero(np.abs(whole.t - cut) <= near))
+        return int(np.count_nonzero(np.abs(whole.t - cut) <= tolerance))
 
     for cut in cuts:
         if equal(cut) < degree:
             whole = insert(cut, whole, m=degree - equal(cut))
     # Each cut has as many equal knots as the degree: the curve passes through the control point before them.
-    knot_indices = [int(np.searchsorted(whole.t, cut - near)) for cut in cuts]
+    knot_indices = [int(np.searchsorted(whole.t, cut - tolerance)) for cut in cuts]
     knot_indices[0] += equal(low) - degree
     curves = []
     for (first_knot, last_knot), (start, stop) in zip(pairwise(knot_indices), pairwise(cuts), strict=True):

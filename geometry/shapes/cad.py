@@ -209,5 +209,5 @@ class Cad(Meets):
     @override
     def elastic_sleeves(self) -> Mapping[str, Metal]:
         part = self.found
-        known = part.regions if isinstance(part, ReadyMesh) else part.roles.values()
-        return metals(self.plates, part.regions, known, self.file)
+        known_names = part.regions if isinstance(part, ReadyMesh) else part.roles.values()
+        return metals(self.plates, part.regions, known_names, self.file)

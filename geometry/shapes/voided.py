@@ -53,8 +53,8 @@ class Voided(Tapered):
         if {"inner_length", "outer_length"} & data.keys():
             raise ValueError("give either length, or inner_length and outer_length")
         length = data["length"]
-        rest = {key: value for key, value in data.items() if key != "length"}
-        return rest | {"inner_length": length, "outer_length": length}
+        other_values = {key: value for key, value in data.items() if key != "length"}
+        return other_values | {"inner_length": length, "outer_length": length}
 
     @model_validator(mode="after")
     def _inside_the_rubber(self) -> Any:
