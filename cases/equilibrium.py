@@ -201,8 +201,8 @@ class Equilibrium:
         self.free_rate: Array = np.zeros_like(self.model.motion.free)
         if self.border is not None:
             self.factorise()
-            moved, self.free_rate = self.border.rate(self.ksp, self.rate, ahead)
-            return moved
+            border_rate, self.free_rate = self.border.rate(self.ksp, self.rate, ahead)
+            return border_rate
         if not factorised and self.fresh(TIRED):
             self.model.system.stiffen()
             state = ConvergedState(self.model, self.ksp, self.q, self.rate, self.tolerance)

@@ -198,8 +198,8 @@ def compiled_source(name: str, folder: Path, sources: Sequence[str], declaration
         }
         builder.set_source(module, code, **options)
         # Built beside its final place and moved there: another process sees all of it or nothing.
-        with tempfile.TemporaryDirectory(dir=file.parent) as beside:
-            built = Path(builder.compile(tmpdir=beside))
+        with tempfile.TemporaryDirectory(dir=file.parent) as build_folder:
+            built = Path(builder.compile(tmpdir=build_folder))
             note_checksum(built, file)
             built.replace(file)
     return load(file)

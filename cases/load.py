@@ -111,11 +111,11 @@ class ForceSearch:
     """
 
     def __init__(
-        self, load: PrescribedForce, span: float, began: float, force: float, stiffness: float
+        self, load: PrescribedForce, span: float, start_time: float, force: float, stiffness: float
     ) -> None:
         self._load, self._close = load, CLOSE * span
         # Travel and force at the last target, and the stiffness there.
-        self._q, self._force, self._stiffness = 0.0, load.force(0.0, force, began), stiffness
+        self._q, self._force, self._stiffness = 0.0, load.force(0.0, force, start_time), stiffness
         # Travel and excess of force of the trials for this target, and the ends of the bracket: too little, too much.
         self._trials: list[tuple[float, float]] = []
         self._less: tuple[float, float] | None = None
@@ -144,7 +144,7 @@ class ForceSearch:
         self._seen(q, carried, prescribed)
         return (carried - prescribed) * (q - self._q) > 0.0
 
-    def falls(self, before: tuple[float, float], now: tuple[float, float], time: float) -> bool:
+    def falls(self, previous: tuple[float, float], current: tuple[float, float], time: float) -> bool:
         """Whether the force falls on the way, past a limit point.
 
         Parameters
@@ -154,8 +154,8 @@ class ForceSearch:
         time
             s, as in the program.
         """
-        gained = self._load.force(*now, time) - self._load.force(*before, time)
-        return gained * (now[0] - before[0]) < 0.0
+        gained = self._load.force(*current, time) - self._load.force(*previous, time)
+        return gained * (current[0] - previous[0]) < 0.0
 
     def better(self, q: float, force: float, time: float, prescribed: float) -> float | None:
         """Return a better travel; None if this one is good enough, NaN to give up the search.
@@ -202,17 +202,17 @@ class ForceSearch:
         """Return the stiffness between the last two trials; that at the last target where there is one alone."""
         if not self._trials or self._trials[-1][0] == q:
             return self._stiffness
-        before, then = self._trials[-1]
-        return (excess - then) / (q - before)
+        previous_q, previous_excess = self._trials[-1]
+        return (excess - previous_excess) / (q - previous_q)
 
     def _bracket(self, q: float, excess: float) -> None:
         """Narrow the bracket by a trial; an end that stays twice in a row counts half (Illinois)."""
-        same = len(self._trials) > 1 and self._trials[-2][1] * excess > 0.0
+        same_side = len(self._trials) > 1 and self._trials[-2][1] * excess > 0.0
         if excess < 0.0:
             self._less = q, excess
-            if same and self._more is not None:
+            if same_side and self._more is not None:
                 self._more = self._more[0], 0.5 * self._more[1]
         else:
             self._more = q, excess
-            if same and self._less is not None:
+            if same_side and self._less is not None:
                 self._less = self._less[0], 0.5 * self._less[1]

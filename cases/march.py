@@ -123,22 +123,22 @@ def _started(
     model.put(np.zeros_like(solver.unknowns()))
     if model.internal is not None:
         model.internal.reset()
-    began = 0.0 if program.time is None else float(program.time[0])
+    start_time = 0.0 if program.time is None else float(program.time[0])
     if model.assembled:
         recorder.tried(*assemble(model, solver))
         if model.internal is not None:
-            derivatives.follow(solver, 0, 0.0, began)
+            derivatives.follow(solver, 0, 0.0, start_time)
             model.commit()
     span = float(np.abs(program.displacement).max())
     widest = max(float(np.abs(np.diff(program.displacement, prepend=0.0)).max()), 1e-12)
     search: Shared | ForceSearch | None = None
     if isinstance(drive, PrescribedForce):
         stiffness = Sensitivity(model, ()).stiffness(solver)
-        search = ForceSearch(drive, span, began, solver.force, stiffness)
+        search = ForceSearch(drive, span, start_time, solver.force, stiffness)
         widest /= abs(stiffness)
     elif drive is not None:
-        search = Shared(drive, span, began)
-    stepper = Stepper(model, solver, began, widest, flows=failure_limit is None, program=program)
+        search = Shared(drive, span, start_time)
+    stepper = Stepper(model, solver, start_time, widest, flows=failure_limit is None, program=program)
     return _March(model, solver, program, derivatives, recorder, stepper, search, observer, failure_limit)
 
 
@@ -187,18 +187,18 @@ class _March:
     def reach(self, number: int) -> int:
         """Go to the target with this number; return how many corrections of the state it took."""
         prescribed = float(self.program.displacement[number])
-        until = 0.0 if self.program.time is None else float(self.program.time[number])
+        end_time = 0.0 if self.program.time is None else float(self.program.time[number])
         target = prescribed if self.search is None else self.search.first(prescribed)
         newton = 0
         self.stepper.begin(corner=number > 0 and self.program.turns(number - 1))
         while True:
-            step = self.stepper.attempt(target, until)
+            step = self.stepper.attempt(target, end_time)
             self.recorder.tried(step.attempt)
             newton += step.attempt.newton
             if not step.attempt.accepted:
                 self._refused(step, target, newton)
                 continue
-            step_end = step.goal, self.solver.force, until, prescribed
+            step_end = step.goal, self.solver.force, end_time, prescribed
             if self.search is not None and (step.goal == target or self._passed(*step_end)):
                 better = self.search.better(*step_end)
                 if better is not None and math.isnan(better):
@@ -216,9 +216,9 @@ class _March:
         """Whether an equilibrium on the way to a trial already carries more than the prescribed force."""
         if not isinstance(self.search, ForceSearch):
             return False
-        before = self.stepper.q, self.stepper.force
+        previous = self.stepper.q, self.stepper.force
         # Rubber that relaxes may carry less although it is stiff.
-        if self.program.time is None and self.search.falls(before, (q, force), time):
+        if self.program.time is None and self.search.falls(previous, (q, force), time):
             raise self._stopped(q, LIMIT_POINT)
         return self.search.passed(q, force, time, prescribed)
 

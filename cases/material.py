@@ -76,8 +76,8 @@ class Remembered:
         last = np.zeros(self.parameters.shape[-1])
         last[-1] = 1.0
         nothing = np.zeros(self.values.shape[-1])
-        still = {f"d0 {name}": nothing for name in inputs}
-        return function.bound(out, {**inputs, **still, "d0 parameters": last}, clear)
+        no_change = {f"d0 {name}": nothing for name in inputs}
+        return function.bound(out, {**inputs, **no_change, "d0 parameters": last}, clear)
 
     @property
     def end(self) -> Kernel:
@@ -103,16 +103,16 @@ class Remembered:
         nothing = np.zeros(max(array.shape[-1] for array in inputs.values()))
         rates: list[Array] = []
         while len(rates) < len(changes):
-            left = changes[len(rates) :]
-            count = BATCH if len(left) >= WORTH_IT else 1
+            remaining = changes[len(rates) :]
+            count = BATCH if len(remaining) >= WORTH_IT else 1
             point_inputs = dict(inputs)
             for d in range(count):
-                change = left[d] if d < len(left) else {}
+                change = remaining[d] if d < len(remaining) else {}
                 point_inputs |= {f"d{d} {name}": change.get(name, nothing) for name in inputs}
             rows = kernel(function(count))(len(self.values), point_inputs).reshape(
                 len(self.values), count, -1
             )
-            rates += [rows[:, d] for d in range(min(count, len(left)))]
+            rates += [rows[:, d] for d in range(min(count, len(remaining)))]
         return rates
 
     def inputs(self, strain: Array, law: Array) -> dict[str, Array]:
@@ -252,11 +252,11 @@ class RubberAtPoints:
 
     def _wind(self) -> None:
         """Advance the clock of the branches by the path from the start of the step to `strain`."""
-        (end, after), *_ = ((end, after) for branch, end, after in self._ends if branch is self._clock)
+        (end, row), *_ = ((end, row) for branch, end, row in self._ends if branch is self._clock)
         end()
         for branch in self.branches:
             if branch.clock == "followed":
-                branch.parameters[:, -1] = after[:, 1]
+                branch.parameters[:, -1] = row[:, 1]
 
     def _answered(self, moduli: bool) -> _Answered:
         return self._with_moduli if moduli else self._without_moduli
@@ -327,9 +327,9 @@ class RubberAtPoints:
         volumetric, row = self._apart
         volumetric()
         stored += row[:, 0]
-        for _, end, after in self._ends:
+        for _, end, state in self._ends:
             end()
-            stored += after[:, 0]
+            stored += state[:, 0]
         return stored
 
     def commit(self) -> None:
@@ -337,9 +337,9 @@ class RubberAtPoints:
         self._without_moduli.begin()
         if self._clock is not None:
             self._wind()
-        for branch, end, after in self._ends:
+        for branch, end, row in self._ends:
             end()
-            branch.values[:] = after[:, 1:]
+            branch.values[:] = row[:, 1:]
 
     @cached_property
     def _apart(self) -> tuple[Call, Array]:
@@ -397,12 +397,12 @@ class RubberAtPoints:
         law = answers.law_slopes(self._setting, self._law, self._names)
         volumetric = answers.volumetric_slopes(self._setting)
         evaluate = kernel(answers.work_slopes(law, len(self._names)))
-        other = kernel(answers.work_slopes(volumetric, answers.VOLUMETRIC))
+        evaluate_volumetric = kernel(answers.work_slopes(volumetric, answers.VOLUMETRIC))
         return (
             evaluate(
                 self._points, {"strain": strain, "change": change, "parameters": self._parameters["law"]}
             ),
-            other(self._points, {"change": change} | self._volumetric_inputs(strain)),
+            evaluate_volumetric(self._points, {"change": change} | self._volumetric_inputs(strain)),
         )
 
     def by_energy(self, state: PointState, i: int) -> Array:

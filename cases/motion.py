@@ -92,8 +92,8 @@ class Motion:
         for field, name in enumerate(self._followed, start=2):
             driven = name in self._mode.driven
             for component in range(components):
-                alone, dofs = collapsed(self._space.sub(field).sub(component))
-                points = alone.tabulate_dof_coordinates()
+                subspace, dofs = collapsed(self._space.sub(field).sub(component))
+                points = subspace.tabulate_dof_coordinates()
                 values |= {int(d): (component, points[i], driven, name) for i, d in enumerate(dofs)}
         # The energy of a metal sleeve does not contain the pressure.
         for dof in self._idle_pressures():
@@ -112,24 +112,26 @@ class Motion:
         mesh, mode, space = self._mesh, self._mode, self._space
         components = space.sub(0).num_sub_spaces
         released = {name for installed in self._features for name in installed.feature.released}
-        held = {name: only for name, only in mode.held.items() if name not in released}
+        held_names = {name: only for name, only in mode.held.items() if name not in released}
         driven_names = {name: only for name, only in mode.driven.items() if name not in released}
         planes = _mirror_components(mesh.mirrors, components)
         values: dict[int, tuple[int, Array, bool, str]] = {}
         for component in range(components):
             part = space.sub(0).sub(component)
-            alone, _ = collapsed(part)
-            points = alone.tabulate_dof_coordinates()
-            for names, driven in ((held | planes, False), (driven_names, True)):
-                for name, only in names.items():
-                    if name not in mesh.boundary or (only is not None and component not in only):
+            subspace, _ = collapsed(part)
+            points = subspace.tabulate_dof_coordinates()
+            for names, driven in ((held_names | planes, False), (driven_names, True)):
+                for name, components_held in names.items():
+                    if name not in mesh.boundary or (
+                        components_held is not None and component not in components_held
+                    ):
                         continue
                     facets = mesh.facets.find(mesh.boundary[name])
-                    dofs, indices = fem.locate_dofs_topological((part, alone), mesh.dimension - 1, facets)
+                    dofs, indices = fem.locate_dofs_topological((part, subspace), mesh.dimension - 1, facets)
                     values.update(
                         {
-                            int(d): (component, points[o], driven, name)
-                            for d, o in zip(dofs, indices, strict=True)
+                            int(d): (component, points[index], driven, name)
+                            for d, index in zip(dofs, indices, strict=True)
                         }
                     )
         return values
@@ -145,8 +147,8 @@ class Motion:
             fem.locate_dofs_topological(part, tdim, mesh.cells.find(mesh.region[name]))
             for name in mesh.sleeves
         ]
-        busy = fem.locate_dofs_topological(part, tdim, mesh.cells.find(mesh.region["rubber"]))
-        return [int(d) for d in np.setdiff1d(np.concatenate(idle), busy)]
+        rubber_dofs = fem.locate_dofs_topological(part, tdim, mesh.cells.find(mesh.region["rubber"]))
+        return [int(d) for d in np.setdiff1d(np.concatenate(idle), rubber_dofs)]
 
     def relocate(self, x: Array) -> None:
         """Move the constrained unknowns to other points, shape (n, 3), mm."""
@@ -310,9 +312,9 @@ class Motion:
         for installed in self._features:
             if installed.feature.reduction is None:
                 continue
-            moved = installed.feature.reduction(c.x[:, :dimension].T, self._setting.kinematics)
+            rates = installed.feature.reduction(c.x[:, :dimension].T, self._setting.kinematics)
             on_boundary = c.boundary == installed.feature.reduced
-            rate = np.where(on_boundary, moved[np.maximum(c.component, 0), np.arange(len(c.dofs))], 0.0)
+            rate = np.where(on_boundary, rates[np.maximum(c.component, 0), np.arange(len(c.dofs))], 0.0)
             reductions[f"{installed.name}.{next(iter(installed.values))}"] = rate
         return reductions
 
@@ -348,8 +350,8 @@ class PoseMotion(Motion):
 
     @override
     def rigid(self, x: Array, q: float) -> Array:
-        moved = twists(x - self.pose(q)[:3, None], np.zeros(6))
-        return moved[list(possible(self._mesh.mirrors))]
+        motions = twists(x - self.pose(q)[:3, None], np.zeros(6))
+        return motions[list(possible(self._mesh.mirrors))]
 
     @override
     def boundary_bend(self, name: str, q: float) -> Array | None:

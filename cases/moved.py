@@ -79,10 +79,10 @@ class StressFree:
 
     def together(self, features: Sequence[Installed]) -> Moved | None:
         """Return the position due to these features together, in UFL; None if it is the mesh."""
-        moved = list(self.each(features).values())
-        if len(moved) < 2:
-            return moved[0] if moved else None
-        return Moved.by(sum((position.displacement for position in moved[1:]), moved[0].displacement))
+        positions = list(self.each(features).values())
+        if len(positions) < 2:
+            return positions[0] if positions else None
+        return Moved.by(sum((position.displacement for position in positions[1:]), positions[0].displacement))
 
     def arms(self) -> Scalar | None:
         """Return the displacement by which sleeves turn as other bodies (`Feature.arms`), in UFL; None if by none."""
@@ -105,10 +105,10 @@ class StressFree:
         points : Array
             Reference coordinates in the cell, shape (points, dimension).
         """
-        moved = self.each(self._features)
-        if not moved:
+        positions = self.each(self._features)
+        if not positions:
             return None
-        return MovedPoints(self._mesh.mesh, moved, self._parameters.marked, cells, points)
+        return MovedPoints(self._mesh.mesh, positions, self._parameters.marked, cells, points)
 
 
 class MovedPoints:
@@ -154,9 +154,9 @@ class MovedPoints:
             for name, (u, change) in rates.items():
                 # Derivatives of the gradient, then of the inverse and the determinant of the sum.
                 slope = -M @ change @ M
-                turned = inverse @ slope
+                product = inverse @ slope
                 self._rates[name] = StressFreePlacement(
-                    u, -turned @ inverse, ratio * np.trace(turned, axis1=-2, axis2=-1)
+                    u, -product @ inverse, ratio * np.trace(product, axis1=-2, axis2=-1)
                 )
         return StressFreePlacement(displacement, inverse, ratio)
 

@@ -218,11 +218,11 @@ class Parameters:
         return [list(law.values()), [compliance, swelling, shear], branches, metals, shear]
 
 
-def _parts(made: Sequence[Any], part: Any, scale: float) -> Numbers:
+def _parts(numbers: Sequence[Any], part: Any, scale: float) -> Numbers:
     def array(values: Sequence[Any]) -> Array:
         return np.ascontiguousarray(part(np.array(values, dtype=np.complex128)) / scale)
 
-    law, volumetric, branches, metals, shear = made
+    law, volumetric, branches, metals, shear = numbers
     return Numbers(
         array(law),
         array(volumetric),

@@ -192,8 +192,8 @@ class Points:
             weight = weight * lever
         displaced = self.unknowns.displaced
         for direction, force in zip(directions, forces, strict=True):
-            moved = np.einsum("cip,pn,cin->cip", weight, self._N, direction[displaced], optimize=True)
-            local = np.einsum("cip,pn->cin", moved, self._N, optimize=True)
+            inertia = np.einsum("cip,pn,cin->cip", weight, self._N, direction[displaced], optimize=True)
+            local = np.einsum("cip,pn->cin", inertia, self._N, optimize=True)
             force += np.bincount(displaced.ravel(), local.ravel(), minlength=len(force))
 
     def integral(self, density: Array) -> float:

@@ -83,13 +83,13 @@ def _functions() -> Iterator[PointFunction]:
             slopes = answers.law_slopes(setting, law, names)
             yield from (slopes, answers.work_slopes(slopes, len(names)))
         for branch in (*branches().values(), payne.BRANCH):
-            made = branch_functions(setting, branch)
-            yield from (made.stress, made.end)
+            functions = branch_functions(setting, branch)
+            yield from (functions.stress, functions.end)
             for directions in (1, BATCH):
-                yield made.end_rate(directions)
+                yield functions.end_rate(directions)
             if not branch.clock:
-                yield made.moduli
-                yield from (made.stress_rate(directions) for directions in (1, BATCH))
+                yield functions.moduli
+                yield from (functions.stress_rate(directions) for directions in (1, BATCH))
 
 
 def _weight(function: PointFunction) -> int:

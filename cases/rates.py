@@ -115,28 +115,28 @@ class Rates:
     def _improved(self, state: ConvergedState, rate: Array, b: PETSc.Vec, step: PETSc.Vec, most: int) -> bool:
         """Improve the rate in place down to its tolerance; return whether that was possible."""
         directions: list[tuple[Array, Array]] = []
-        left = self._preconditioned(state, rate, b, step)
-        left *= -1.0
+        residual = self._preconditioned(state, rate, b, step)
+        residual *= -1.0
         close = max(LOOSER * state.tolerance, SMALLEST)
         # Relative to the rate as it is now: that of a bad guess may be of any size.
-        while not self._norm(state, left) <= close * self._norm(state, rate):
+        while not self._norm(state, residual) <= close * self._norm(state, rate):
             if len(directions) == most:
                 return False
             # The remaining error is the next direction; minimise the error over all directions so far.
-            image, direction = self._preconditioned(state, left, b, step), left.copy()
-            for before, its_image in directions:
+            image, direction = self._preconditioned(state, residual, b, step), residual.copy()
+            for earlier, its_image in directions:
                 share = self._dot(state, its_image, image)
                 image -= share * its_image
-                direction -= share * before
+                direction -= share * earlier
             size = self._norm(state, image)
             if not np.isfinite(size) or size == 0.0:
                 return False
             image /= size
             direction /= size
             directions.append((direction, image))
-            share = self._dot(state, image, left)
+            share = self._dot(state, image, residual)
             rate += share * direction
-            left = left - share * image
+            residual = residual - share * image
         return True
 
     @staticmethod

@@ -57,7 +57,7 @@ class Recorder:
         return (
             n > 1
             and all(len(values) == n * is_needed for values, is_needed in needed)
-            and all(len(o) in (0, n) for o in optional)
+            and all(len(values) in (0, n) for values in optional)
         )
 
     def tried(self, *attempts: Attempt) -> None:

@@ -50,35 +50,35 @@ def refined(state: ConvergedState, loads: Array, guess: Array, most: int = MOST_
     ndarray, shape (k, n), or None
     """
     solutions, close = guess.copy(), max(LOOSER * state.tolerance, SMALLEST)
-    left = solved(state.model, state.ksp, loads - _pulls(state, solutions))
-    known: list[tuple[Array, Array]] = []
-    before: Array = np.ones(len(loads))
+    residuals = solved(state.model, state.ksp, loads - _pulls(state, solutions))
+    searched: list[tuple[Array, Array]] = []
+    previous_errors: Array = np.ones(len(loads))
     pushed: NDArray[np.bool_] = np.ones(len(loads), dtype=bool)
     while True:
-        errors = _shares(state, left, solutions + left)
+        errors = _shares(state, residuals, solutions + residuals)
         error = float(np.max(errors, initial=0.0))
         if not np.isfinite(error):
             return None
         # Adding the remainder reduces the error again, by as much as the last iteration did where it was meant to.
-        rate = min(1.0, float(np.max(errors[pushed] / before[pushed], initial=0.0)))
+        rate = min(1.0, float(np.max(errors[pushed] / previous_errors[pushed], initial=0.0)))
         if error * rate <= close:
-            return solutions + left
+            return solutions + residuals
         # At that rate the iterations that are left must suffice.
-        if len(known) == most or (known and error * rate ** (1 + most - len(known)) > close):
+        if len(searched) == most or (searched and error * rate ** (1 + most - len(searched)) > close):
             return None
-        before, pushed = errors, errors * rate > close
-        directions = left[pushed]
+        previous_errors, pushed = errors, errors * rate > close
+        directions = residuals[pushed]
         images = solved(state.model, state.ksp, _pulls(state, directions))
-        for earlier, its_images in known:
+        for earlier, its_images in searched:
             shares = _products(state, images, its_images)
             images -= shares @ its_images
             directions -= shares @ earlier
         turn = _orthonormal(_products(state, images, images))
         directions, images = turn @ directions, turn @ images
-        known.append((directions, images))
-        shares = _products(state, left, images)
+        searched.append((directions, images))
+        shares = _products(state, residuals, images)
         solutions += shares @ directions
-        left = left - shares @ images
+        residuals = residuals - shares @ images
 
 
 def _pulls(state: ConvergedState, directions: Array) -> Array:

@@ -121,11 +121,11 @@ def adjoint(model: FiniteElementModel, ksp: PETSc.KSP, q: float, reaction: int) 
         Number of the reaction.
     """
     motion, pose_tangent = pose_motion_of(model.motion), tangent(model, ksp, q)
-    busy = [k for k in motion.free_numbers if pose_tangent.stiffness[k].any()]
+    coupled = [k for k in motion.free_numbers if pose_tangent.stiffness[k].any()]
     direction: Array = pose_tangent.answers[reaction].copy()
-    if busy:
-        columns = pose_tangent.stiffness @ twist_of(motion.pose(q))[:, busy]
-        direction -= np.linalg.solve(columns[busy].T, columns[reaction]) @ pose_tangent.answers[busy]
+    if coupled:
+        columns = pose_tangent.stiffness @ twist_of(motion.pose(q))[:, coupled]
+        direction -= np.linalg.solve(columns[coupled].T, columns[reaction]) @ pose_tangent.answers[coupled]
     return direction
 
 
@@ -191,13 +191,13 @@ def solved(model: FiniteElementModel, ksp: PETSc.KSP, forces: Array) -> Array:
     )
     # Solved together they take a third of the time of solving one by one.
     ksp.matSolve(right, answers)
-    left = np.array(answers.getDenseArray(readonly=True).T, order="C")
+    dense = np.array(answers.getDenseArray(readonly=True).T, order="C")
     right.destroy()
     answers.destroy()
     if model.comm.size == 1:
-        return left
+        return dense
     b, solutions = model.system.create_vector(), np.empty_like(forces)
-    for row, complete in zip(left, solutions, strict=True):
+    for row, complete in zip(dense, solutions, strict=True):
         b.array_w[:] = row
         complete[:] = ghosted(b)
     b.destroy()

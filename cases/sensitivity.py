@@ -106,10 +106,10 @@ class Sensitivity:
             model.system.stiffen()
             slopes = Slopes(model.body, model.state.x.array)
             forces = self._forces(slopes, changes, boundaries)
-            rate, moved = self._solutions(solver, -forces)
+            rate, movements = self._solutions(solver, -forces)
             self.rate = rate
             if not model.system.symmetric:
-                forces += model.system.pulls(moved)
+                forces += model.system.pulls(movements)
             works = forces @ rate
         stiffness = self._stiffness(solver.q, rate) if drive is not None or any(prescribed.values()) else 0.0
         works = summed(model.comm, works) * model.multiplicity
@@ -119,10 +119,10 @@ class Sensitivity:
             for i, (name, work) in enumerate(zip(self.names, works, strict=True)):
                 rates[i] = drive.rate(name, solver.q, solver.force, time, stiffness, rates[i], work)
         if model.path_dependent:
-            moved += np.outer(rates, rate)
-            for movement, boundary in zip(moved, boundaries, strict=True):
+            movements += np.outer(rates, rate)
+            for movement, boundary in zip(movements, boundaries, strict=True):
                 movement += 0.0 if boundary is None else boundary
-            self.memory = list(slopes.memory_after(self.names, changes, self.memory, list(moved)))
+            self.memory = list(slopes.memory_after(self.names, changes, self.memory, list(movements)))
         return works + stiffness * rates, rates
 
     def moved(
@@ -143,15 +143,15 @@ class Sensitivity:
         changes = [self._change(name) for name in self.names]
         boundaries = [model.motion.boundary_rate(name, solver.q) for name in self.names]
         forces = self._forces(Slopes(model.body, model.state.x.array), changes, boundaries)
-        moved = solved(model, solver.factor, completed(model, -forces))
+        movements = solved(model, solver.factor, completed(model, -forces))
         works = np.asarray(summed(model.comm, forces @ rate)) * model.multiplicity
         works += [self._bent(name, solver.q) for name in self.names]
         stiffness = self._stiffness(solver.q, rate)
         rates = np.zeros(len(works)) if drive is None else -works / stiffness
-        moved += np.outer(rates, rate)
-        for movement, boundary in zip(moved, boundaries, strict=True):
+        movements += np.outer(rates, rate)
+        for movement, boundary in zip(movements, boundaries, strict=True):
             movement += 0.0 if boundary is None else boundary
-        return moved, rates, works + stiffness * rates
+        return movements, rates, works + stiffness * rates
 
     def stiffness(self, solver: Equilibrium) -> float:
         """Return dQ/dq at the present equilibrium, at fixed memory: N/mm or N mm/rad."""

@@ -105,11 +105,11 @@ class Shared:
         Time of the program's beginning, s.
     """
 
-    def __init__(self, series: SeriesSpring, span: float, began: float) -> None:
+    def __init__(self, series: SeriesSpring, span: float, start_time: float) -> None:
         self._series, self._close = series, CLOSE * span
         # The last equilibrium, and dq over the prescribed displacement's change there.
         self._q = self._prescribed = 0.0
-        self._share = 1.0 / (1.0 + series.extension(0.0, 0.0, began).by_displacement)
+        self._share = 1.0 / (1.0 + series.extension(0.0, 0.0, start_time).by_displacement)
         self._trials: list[tuple[float, float]] = []
 
     reason = "DIVERGED_SERIES"
@@ -143,6 +143,8 @@ class Shared:
             return None
         if len(self._trials) == 1:
             return q - self._share * excess
-        (before, over), (now, left) = self._trials[-2:]
-        slope = (left - over) / (now - before) if now != before else 1.0
-        return now - left / max(slope, 1.0)
+        (previous_q, previous_excess), (current_q, current_excess) = self._trials[-2:]
+        slope = (
+            (current_excess - previous_excess) / (current_q - previous_q) if current_q != previous_q else 1.0
+        )
+        return current_q - current_excess / max(slope, 1.0)

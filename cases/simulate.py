@@ -196,11 +196,11 @@ def _sides(targets: Array) -> list[Array]:
     return [side for side in (targets[targets <= 0][::-1], targets[targets >= 0]) if len(side) > 1]
 
 
-def _progress(progress: Progress | None, before: int, total: int) -> Progress | None:
+def _progress(progress: Progress | None, steps_before: int, total: int) -> Progress | None:
     """Add the number of steps on the previous sides to the step's number."""
     if progress is None:
         return None
-    return lambda step, _, newton, q: progress(before + step, total, newton, q)
+    return lambda step, _, newton, q: progress(steps_before + step, total, newton, q)
 
 
 def _join(histories: Sequence[History]) -> History:

@@ -65,8 +65,8 @@ def displacement(x: Array, pose: Array) -> Array:
     pose
         Shape (6,), mm and rad.
     """
-    moved: Array = pose[:3, None] + (rotation(pose[3:]) - np.eye(3)) @ x
-    return moved
+    displacements: Array = pose[:3, None] + (rotation(pose[3:]) - np.eye(3)) @ x
+    return displacements
 
 
 def twists(x: Array, pose: Array) -> Array:
@@ -128,14 +128,14 @@ class SixPath:
             raise ValueError("a path needs a time for each of at least two poses")
         if np.any(np.diff(self.time) <= 0.0) or self.motion[0].any():
             raise ValueError("a path needs times that increase, and begins at rest")
-        free, held = list(self.free), self.motion.copy()
-        held[:, free] = 0.0
-        load = np.zeros_like(held)
+        free, prescribed = list(self.free), self.motion.copy()
+        prescribed[:, free] = 0.0
+        load = np.zeros_like(prescribed)
         if self.load is not None:
             load[:, free] = self.load[:, free]
         if load[0].any():
             raise ValueError("a path begins without load")
-        object.__setattr__(self, "motion", held)
+        object.__setattr__(self, "motion", prescribed)
         object.__setattr__(self, "load", load)
 
     @property

@@ -60,9 +60,9 @@ class Slopes:
         """
         metals = []
         for stresses in zip(*(self._metal_stresses(change) for change in rates), strict=True):
-            busy = [i for i, stress in enumerate(stresses) if stress is not None]
+            active = [i for i, stress in enumerate(stresses) if stress is not None]
             # The energy's place, which nothing reads, before the stresses.
-            metals.append((busy, np.array([np.pad(stresses[i], ((0, 0), (1, 0))) for i in busy])))
+            metals.append((active, np.array([np.pad(stresses[i], ((0, 0), (1, 0))) for i in active])))
         return [self._rubber_stresses(rates, memory), *metals]
 
     def _metal_stresses(self, rates: Numbers) -> Iterator[Array | None]:
@@ -127,9 +127,9 @@ class Slopes:
             Result of `stresses`, part by part.
         """
         forces = np.zeros((len(names), len(self._state)))
-        for part, (busy, answers) in zip(self._body.parts, stresses, strict=True):
-            if busy:
-                for i, row in zip(busy, part.by_gradients(answers), strict=True):
+        for part, (active, answers) in zip(self._body.parts, stresses, strict=True):
+            if active:
+                for i, row in zip(active, part.by_gradients(answers), strict=True):
                     part.points.add_forces(row, forces[i])
             for name, change, force in zip(names, rates, forces, strict=True):
                 swollen, moving = self._moves(part, name, change)
@@ -164,7 +164,7 @@ class Slopes:
         law = np.array([change.law for change in rates])
         if law.any():
             energies += np.tensordot(law, self._law_slopes[:, :, 0], 1)
-        after: list[list[Array]] = [[] for _ in names]
+        memories: list[list[Array]] = [[] for _ in names]
         passed: list[Array] = []
         for i, branch in enumerate(material.branches):
             changes = [
@@ -176,9 +176,9 @@ class Slopes:
             rows = branch.rates("end", branch.inputs(self._at.strain, self._at.law), changes)
             if branch.clock == "shown":
                 passed = [row[:, 0] for row in rows]
-            for memory_rows, row in zip(after, rows, strict=True):
+            for memory_rows, row in zip(memories, rows, strict=True):
                 memory_rows.append(row)
-        return after
+        return memories
 
     def _strain_changes(self, names: Sequence[str], directions: Sequence[Array]) -> Array:
         """Derivatives of the rubber's strain variables by each parameter, (names, points, variables)."""
@@ -207,7 +207,7 @@ class Slopes:
         if volumetric.any():
             stresses += np.tensordot(volumetric, self._volumetric_slopes, 1)
         by_law = np.any(law != 0.0, axis=1)
-        busy = np.logical_or(by_law, np.any(volumetric != 0.0, axis=1))
+        active = np.logical_or(by_law, np.any(volumetric != 0.0, axis=1))
         passed = dict[int, Array]()
         for i, branch in enumerate(material.branches):
             through = np.logical_and(by_law, branch.needs_energy)
@@ -236,9 +236,9 @@ class Slopes:
                 by_energy = material.by_energy(state, i)[:, None]
                 for k in np.flatnonzero(through):
                     stresses[k, :, 1:] += by_energy * laws[k, :, 1:]
-            busy[affected] = True
-        chosen = [int(k) for k in np.flatnonzero(busy)]
-        return chosen, stresses if busy.all() else stresses[chosen]
+            active[affected] = True
+        chosen = [int(k) for k in np.flatnonzero(active)]
+        return chosen, stresses if active.all() else stresses[chosen]
 
     @cached_property
     def _law_slopes(self) -> Array:

@@ -107,9 +107,9 @@ def _points(model: FiniteElementModel, region: str, points: Array) -> Points:
     """Points of a region's cells, the stress-free body in its present place."""
     rule, setting = QuadratureRule.at(points), SETTINGS[model.setting.kinematics]
     sample_points = Points(model.mesh, model.space, setting, model.cells(region), rule)
-    moved = model.moved_points(region, rule)
-    if moved is not None:
-        sample_points.move(moved.now())
+    moved_points = model.moved_points(region, rule)
+    if moved_points is not None:
+        sample_points.move(moved_points.now())
     return sample_points
 
 
@@ -249,8 +249,8 @@ def _corners(model: FiniteElementModel, region: str, corners: Array) -> tuple[Ar
     zero = np.zeros_like(radius)
     angle = u_[..., 1] if u_.shape[-1] == 3 else zero
     r = radius + u_[..., 0]
-    moved = np.stack([r * np.cos(angle), r * np.sin(angle), height + u_[..., -1]], axis=-1)
-    return np.stack([radius, zero, height], axis=-1), moved
+    positions = np.stack([r * np.cos(angle), r * np.sin(angle), height + u_[..., -1]], axis=-1)
+    return np.stack([radius, zero, height], axis=-1), positions
 
 
 def _outside(reference: Array) -> NDArray[np.bool_]:

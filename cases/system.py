@@ -149,8 +149,8 @@ class System:
         pattern.add_to(matrix)
         matrix.assemble()
         first_row, _ = matrix.getOwnershipRange()
-        others = first_row + np.concatenate([self.owned_pressures, self.owned_constrained])
-        matrix.zeroRowsColumns(others.astype(PETSc.IntType), diag=0.0)
+        constrained_rows = first_row + np.concatenate([self.owned_pressures, self.owned_constrained])
+        matrix.zeroRowsColumns(constrained_rows.astype(PETSc.IntType), diag=0.0)
         return matrix
 
     def tangent(self, matrix: PETSc.Mat, stiffened: bool = False, positive: bool = False) -> None:

@@ -144,11 +144,11 @@ class _Made:
         parameters = named(branch.parameters, inputs["parameters"])
         shear, duration = (inputs["parameters"][len(parameters) + i] for i in range(len(GIVEN)))
         step = Step(strain, energy, shear, _unpacked(branch, places, inputs["memory"]), duration)
-        made = branch.contribution(step, **parameters)
+        contribution = branch.contribution(step, **parameters)
         ends = branch.update(step, **parameters)
         end = [part for name in branch.internal for part in _components(ends[name])]
-        measures = (*strain.measures, energy) if made.measures is None else made.measures
-        return cls(made, end, y, energy, measures, inputs)
+        measures = (*strain.measures, energy) if contribution.measures is None else contribution.measures
+        return cls(contribution, end, y, energy, measures, inputs)
 
     def slopes(self) -> list[Scalar]:
         """V_a, and V_e where it is needed."""

@@ -29,8 +29,8 @@ class UnknownName(ValueError):
         self.name, self.known = name, known
         import difflib  # importing it takes 4 ms: only for wrong names
 
-        near = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.5)
-        self.nearest: str | None = near[0] if near else None
+        matches = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.5)
+        self.nearest: str | None = matches[0] if matches else None
         hint = f'; did you mean "{self.nearest}"?' if self.nearest else "; known:"
         super().__init__(f'"{name}" is not a {kind}{hint} ({", ".join(known)})')
 

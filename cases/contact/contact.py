@@ -134,8 +134,8 @@ class Contact:
             return
         self._state, self._blocks = state.copy(), None
         # A line search may try values that are not finite, which the body's residual shows.
-        moved = np.nan_to_num(self.bodies.displacements(state), posinf=0.0, neginf=0.0)
-        self._x = self.bodies.X + self._shift + moved
+        displacements = np.nan_to_num(self.bodies.displacements(state), posinf=0.0, neginf=0.0)
+        self._x = self.bodies.X + self._shift + displacements
         self._pressed, self.near = None, self._search.meeting(self._x, BEYOND)
         if self.near:
             inside = self._search.inside(self._x)
@@ -296,10 +296,10 @@ class Contact:
 
     def _unknowns(self, nodes: Ints) -> Index:
         """Unknowns of nodes (p, m), shape (p, m d); -1 for those of rigid facets."""
-        known = np.where(
+        unknowns = np.where(
             (nodes < self._free)[..., None], self.bodies.dofs[np.minimum(nodes, self._free - 1)], -1
         )
-        return np.ascontiguousarray(known.reshape(len(nodes), -1), dtype=np.int32)
+        return np.ascontiguousarray(unknowns.reshape(len(nodes), -1), dtype=np.int32)
 
 
 def contact_of(mesh: NamedMesh, space: Any, mode: Mode, stress_free: StressFree | None) -> Contact | None:

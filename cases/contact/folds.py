@@ -39,12 +39,12 @@ def folds(bodies: Bodies) -> tuple[Ints, Ints]:
         for node in nodes:
             around.setdefault(node, set()).add(facet)
     first_ring: list[set[int]] = [set().union(*(around[node] for node in nodes)) for nodes in soft]
-    second_ring = [sorted(set().union(*(first_ring[other] for other in ring))) for ring in first_ring]
+    second_ring = [sorted(set().union(*(first_ring[neighbour] for neighbour in ring))) for ring in first_ring]
     upright = _upright(bodies)
     rows = []
     for facet, ring in enumerate(second_ring):
-        others = np.array(ring, dtype=np.int64)
-        rows.append(others[upright[others] @ upright[facet] >= MAYBE])
+        candidates = np.array(ring, dtype=np.int64)
+        rows.append(candidates[upright[candidates] @ upright[facet] >= MAYBE])
     start = np.concatenate([[0], np.cumsum([len(row) for row in rows])]).astype(np.int64)
     return start, np.concatenate([np.zeros(0, dtype=np.int64), *rows])
 

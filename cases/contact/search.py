@@ -120,10 +120,10 @@ class ContactSearch:
         numbers = [np.empty((count, *shape)) for shape in ((d - 1,), (d - 1, d - 1), (d,))]
         out = [*(pointer(array, "int64_t") for array in integers), *map(pointer, numbers)]
         number = loops().lib.inside(self._surface, pointer(x), reach, MAYBE, *out)
-        facet, point, other = (array[:number].copy() for array in integers)
+        facet, point, other_facet = (array[:number].copy() for array in integers)
         xi, free, r = (array[:number].copy() for array in numbers)
-        share = np.where(other < self.bodies.soft, 0.5, 1.0)
-        columns: list[tuple[NDArray[Any], ...]] = [(facet, point, other, xi, free, r, share)]
+        share = np.where(other_facet < self.bodies.soft, 0.5, 1.0)
+        columns: list[tuple[NDArray[Any], ...]] = [(facet, point, other_facet, xi, free, r, share)]
         columns += self._beyond(x)
         return Inside(*(np.concatenate(column) for column in zip(*columns, strict=True)))
 
@@ -134,9 +134,9 @@ class ContactSearch:
             positions = self._places(plane, x)
             facet, point = np.nonzero(plane.height(positions) < 0.0)
             xi, r = plane.nearest(positions[facet, point])
-            other = np.full(len(facet), b.first_plane + number)
+            other_facet = np.full(len(facet), b.first_plane + number)
             free = np.tile(np.eye(d - 1), (len(facet), 1, 1))
-            yield plane.facets[facet], point, other, xi, free, r, np.ones(len(facet))
+            yield plane.facets[facet], point, other_facet, xi, free, r, np.ones(len(facet))
 
     def _places(self, plane: MirrorPlane, x: Array) -> Array:
         """Positions of the points that may meet a plane, mm, shape (f, q, d)."""
@@ -165,12 +165,12 @@ class ContactSearch:
             *(basis.weights, np.array(basis.edges), basis.courses(), b.X, np.zeros((len(b.facets), FRAME))),
         )
         arrays = [np.ascontiguousarray(array, dtype=np.float64) for array in numbers]
-        near = np.zeros(len(b.facets), dtype=np.int64)
+        neighbours = np.zeros(len(b.facets), dtype=np.int64)
         sizes = (len(b.facets), b.soft, len(basis.nodes), b.X.shape[1], len(xi), len(basis.edges))
         rows = [
             *(pointer(array, "int64_t") for array in integers),
             *map(pointer, arrays),
-            pointer(near, "int64_t"),
+            pointer(neighbours, "int64_t"),
         ]
         surface = loops().ffi.new("surface *", (*sizes, int(basis.kind == "triangle"), basis.bow, *rows))
-        return surface, (*integers, *arrays, near, *rows)
+        return surface, (*integers, *arrays, neighbours, *rows)

@@ -117,18 +117,18 @@ def strip(
         return None
     places = np.concatenate(X)
     anchors, weights = _anchored(bond.X, places)
-    held = Anchors(bond.dofs[anchors], bond.where[anchors], bond.cells)
-    return RigidFacets(np.array(facets), np.array(sign), places, held, weights, str(bond.names[0]))
+    anchor_points = Anchors(bond.dofs[anchors], bond.where[anchors], bond.cells)
+    return RigidFacets(np.array(facets), np.array(sign), places, anchor_points, weights, str(bond.names[0]))
 
 
 def _along(ways: Array, drawn: tuple[float, float]) -> Array:
     """Continuation at an edge's nodes as far as a sleeve is drawn; zero where it bends around the axis instead."""
     length = float(np.linalg.norm(ways[0]))
     rise = float(ways[:, -1].mean()) / length
-    way = np.zeros_like(ways)
+    directions = np.zeros_like(ways)
     if abs(rise) > ALONG:
-        way[:, -1] = np.sign(rise) * min(length, drawn[int(rise > 0.0)])
-    return way
+        directions[:, -1] = np.sign(rise) * min(length, drawn[int(rise > 0.0)])
+    return directions
 
 
 def _edges(bond: Patch, free: Patch) -> list[tuple[int, Ints]]:
@@ -140,11 +140,11 @@ def _edges(bond: Patch, free: Patch) -> list[tuple[int, Ints]]:
 def _all_edges(of: Patch) -> list[tuple[int, frozenset[int], Ints]]:
     """Facet, unknowns that identify the edge, and nodes along it, for every edge of every facet."""
     edges = []
-    for start, along in dict.fromkeys((tuple(a), tuple(b)) for a, b in of.basis.edges):
+    for start, edge in dict.fromkeys((tuple(a), tuple(b)) for a, b in of.basis.edges):
         offsets = of.basis.nodes - np.array(start)
-        t = offsets @ np.array(along) / max(float(np.dot(along, along)), 1.0)
-        on = np.flatnonzero(np.linalg.norm(offsets - t[:, None] * np.array(along), axis=1) < 1e-9)
-        places = on[np.argsort(t[on])]
+        t = offsets @ np.array(edge) / max(float(np.dot(edge, edge)), 1.0)
+        on_edge = np.flatnonzero(np.linalg.norm(offsets - t[:, None] * np.array(edge), axis=1) < 1e-9)
+        places = on_edge[np.argsort(t[on_edge])]
         for facet, nodes in enumerate(of.facets[:, places]):
             edges.append((facet, frozenset(map(int, of.dofs[nodes, 0])), nodes))
     return edges

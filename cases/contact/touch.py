@@ -59,10 +59,10 @@ def touches(contact: Contact, state: Array) -> list[Touch]:
     )
     answer = []
     for pair in np.unique(names, axis=0):
-        here = np.all(names == pair, axis=1) & (force > 0.0)
-        if not here.any():
+        of_pair = np.all(names == pair, axis=1) & (force > 0.0)
+        if not of_pair.any():
             continue
-        share = force[here] / force[here].sum()
-        total, mean = float(force[here].sum()), float(share @ radius[here])
-        answer.append(Touch((str(pair[0]), str(pair[1])), total, mean, float(share @ place[here, -1])))
+        share = force[of_pair] / force[of_pair].sum()
+        total, mean = float(force[of_pair].sum()), float(share @ radius[of_pair])
+        answer.append(Touch((str(pair[0]), str(pair[1])), total, mean, float(share @ place[of_pair, -1])))
     return answer

@@ -106,8 +106,10 @@ class UnevenModel:
     def _take(self) -> None:
         """Compute the strains of the new vectors, and the matrices over all vectors."""
         basis, points = self._basis, self._basis.pencil.model.body.rubber.points
-        new = basis.vectors[len(self._strains) :]
-        strains = [np.einsum("prk,pk->pr", self._root, points.gradients(vector)).ravel() for vector in new]
+        new_vectors = basis.vectors[len(self._strains) :]
+        strains = [
+            np.einsum("prk,pk->pr", self._root, points.gradients(vector)).ravel() for vector in new_vectors
+        ]
         self._strains = np.vstack([self._strains, *strains])
         self._reduced = basis.reduced()
         #: Local shear amplitude of the elastic body over the sleeve's, shape (points,).
@@ -162,9 +164,9 @@ class UnevenModel:
         density : float or None
             Of the rubber, t/mm^3; None = the present one.
         """
-        other = copy(self)
-        other._relax(thinned, branches, density)
-        return other
+        model = copy(self)
+        model._relax(thinned, branches, density)
+        return model
 
     def _relax(self, thinned: ThinnedSpectrum, branches: Branches, density: float | None) -> None:
         self._thinned, self._branches = thinned, branches
@@ -185,7 +187,7 @@ class UnevenModel:
         """
         frequency = np.array([balance.frequency for balance in balances])
         largest = max(balance.amplitude for balance in balances)
-        high, low = (other._responses(frequency, largest) for other in (more, less))
+        high, low = (model._responses(frequency, largest) for model in (more, less))
         change = {f: high[f].less(low[f]) for f in high}
         return np.array(
             [
@@ -216,8 +218,8 @@ class UnevenModel:
             if self._transfer and reduced.motions > reduced.driven:
                 viscous -= squared * mass[reduced.driven + i] @ x
             s = viscous / (x @ reduced.viscous @ x)
-            by = change.equilibrium + s * change.viscous - squared * by_mass
-            values.append(change.static[i, i] + x @ by @ x)
+            matrix = change.equilibrium + s * change.viscous - squared * by_mass
+            values.append(change.static[i, i] + x @ matrix @ x)
         return np.array(values)
 
     def enrich(self, amplitude: float, frequency: float) -> float:
@@ -233,24 +235,24 @@ class UnevenModel:
         response = self._responses(np.array([frequency]), amplitude)[frequency]
         balance = self._balance(amplitude, frequency, response, self._elastic)
         for _ in range(MOST_ROUNDS):
-            before, local = balance.stiffness, balance.local
+            previous, local = balance.stiffness, balance.local
             vectors = self._residuals(response.first(amplitude * local), frequency)
             comm = self._basis.pencil.model.comm
             # Real and imaginary part may be parallel: of their span what is larger than rounding errors is added.
-            moved = self._basis.vectors[self._motion : self._motion + 1]
+            motion = self._basis.vectors[self._motion : self._motion + 1]
             gram = summed(comm, vectors @ vectors.T)
-            square = float(summed(comm, moved @ moved.T)[0, 0])
-            squares, turned = np.linalg.eigh(gram)
-            left = squares > ROUNDED**2 * square
-            if not left.any():
+            square = float(summed(comm, motion @ motion.T)[0, 0])
+            squares, axes = np.linalg.eigh(gram)
+            independent = squares > ROUNDED**2 * square
+            if not independent.any():
                 # Even moduli, as without any relaxation: the vectors at hand are enough.
                 break
-            self._basis.add((turned[:, left] * np.sqrt(square / squares[left])).T @ vectors)
+            self._basis.add((axes[:, independent] * np.sqrt(square / squares[independent])).T @ vectors)
             self._take()
             balance = self._balance(amplitude, frequency, response, local)
-            if abs(balance.stiffness - before) <= ENOUGH * abs(balance.stiffness):
+            if abs(balance.stiffness - previous) <= ENOUGH * abs(balance.stiffness):
                 break
-        return abs(balance.stiffness - before) / abs(balance.stiffness)
+        return abs(balance.stiffness - previous) / abs(balance.stiffness)
 
     def _responses(self, frequency: Array, amplitude: float) -> dict[float, TabulatedHarmonics]:
         """Return the local harmonics at each frequency up to what the largest amplitude (mm or rad) may cause."""
@@ -276,23 +278,23 @@ class UnevenModel:
         local : shape (points,)
             Local amplitude over the sleeve's from which to begin.
         """
-        known, moved = 0j, np.inf
+        previous, change = 0j, np.inf
         for _ in range(MOST_TURNS):
-            before = local
-            stiffness, x = self._stiffness(response.first(amplitude * before), frequency)
-            local, moved, known = self._local(x), abs(stiffness - known) / abs(stiffness), stiffness
-            if moved <= SETTLED:
+            trial = local
+            stiffness, x = self._stiffness(response.first(amplitude * trial), frequency)
+            local, change, previous = self._local(x), abs(stiffness - previous) / abs(stiffness), stiffness
+            if change <= SETTLED:
                 break
-        third = float(abs(self._work(x, response.third(amplitude * before))) / abs(stiffness))
-        return Balance(amplitude, frequency, stiffness, third, x, local, moved)
+        third = float(abs(self._work(x, response.third(amplitude * trial))) / abs(stiffness))
+        return Balance(amplitude, frequency, stiffness, third, x, local, change)
 
     def _stiffness(self, s: Complex, frequency: float) -> tuple[complex, Complex]:
         """Return stiffness and coefficients of the state under the motion, at local moduli s."""
         uneven: ReducedPencil = replace(self._reduced, viscous=self._over(s))  # type: ignore[arg-type]
         sweep = Sweep(np.ones(1, dtype=np.complex128), np.array([(2.0 * np.pi * frequency) ** 2]))
         i = self._motion
-        both = uneven.stiffness(sweep)[int(self._transfer)]
-        return complex(both[0, i, i]), uneven.states(sweep)[0, :, i]
+        stiffness = uneven.stiffness(sweep)[int(self._transfer)]
+        return complex(stiffness[0, i, i]), uneven.states(sweep)[0, :, i]
 
     def _over(self, s: Complex) -> Complex:
         """Integral of a local modulus over the body, between all vectors, shape (k, k)."""

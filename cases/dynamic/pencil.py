@@ -106,10 +106,10 @@ class Pencil:
         q
             Displacement of the sleeve, mm or rad.
         """
-        other = copy(self)
-        other.model.system.stiffen()
-        other._take(q)
-        return other
+        pencil = copy(self)
+        pencil.model.system.stiffen()
+        pencil._take(q)
+        return pencil
 
     def _take(self, q: float) -> None:
         model = self.model
@@ -147,10 +147,10 @@ class Pencil:
         components = len(self._parent) // self._nodes.shape[1]
         # Of the half-plane the radius and z; its angle moves no point of it.
         plane = [0, components - 1] if model.mesh.dimension == 2 else [0, 1, 2]
-        now = self._nodes + self._state[self._parent].reshape(-1, components).T[plane]
-        moved = model.motion.rigid(now, q)
-        motions = np.zeros((len(moved), len(self._state)))
-        motions[:, self._parent] = moved.transpose(0, 2, 1).reshape(len(moved), -1)
+        positions = self._nodes + self._state[self._parent].reshape(-1, components).T[plane]
+        rigid_motions = model.motion.rigid(positions, q)
+        motions = np.zeros((len(rigid_motions), len(self._state)))
+        motions[:, self._parent] = rigid_motions.transpose(0, 2, 1).reshape(len(rigid_motions), -1)
         return motions
 
     def act(self, directions: Array) -> Actions:

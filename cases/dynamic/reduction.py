@@ -146,9 +146,9 @@ class ReducedPencil:
             Driving-point stiffness first.
         """
         x = self.states(sweep, density)
-        turned = x.transpose(0, 2, 1)
-        by_density = -sweep.squared[:, None, None] * (turned @ self.rubber @ x)
-        return np.array(self._apart(turned @ self.viscous @ x)), np.array(self._apart(by_density))
+        transposed = x.transpose(0, 2, 1)
+        by_density = -sweep.squared[:, None, None] * (transposed @ self.rubber @ x)
+        return np.array(self._apart(transposed @ self.viscous @ x)), np.array(self._apart(by_density))
 
     def along(self, change: Change, sweep: Sweep, density: float | None = None) -> Complex:
         """Return the derivatives x^T (dK/dp) x of both stiffnesses by a parameter, (2, f, driven, driven).
@@ -165,8 +165,8 @@ class ReducedPencil:
         x = self.states(sweep, density)
         mass = (self.density if density is None else density) * change.rubber + change.metal
         s, squared = sweep.s[:, None, None], sweep.squared[:, None, None]
-        by = change.equilibrium + s * change.viscous - squared * mass
-        return np.array(self._apart(x.transpose(0, 2, 1) @ by @ x, change.static))
+        matrix = change.equilibrium + s * change.viscous - squared * mass
+        return np.array(self._apart(x.transpose(0, 2, 1) @ matrix @ x, change.static))
 
     def errors(self, sweep: Sweep, density: float | None = None) -> Array:
         """Return the bound of the error of each stiffness over its own size, shape (f,); the worst of its motions.
@@ -214,9 +214,9 @@ class ReducedPencil:
             Of the rubber, t/mm^3; None = `density`. Residuals of elastic sleeves then count in proportion.
         """
         m, d = self.motions, self.driven
-        left = self.left_over(sweep, density)
-        squares = np.einsum("fma,ab,fmb->fm", left.conj(), self.residuals, left, optimize=True).real
-        norms, beta = np.sqrt(np.maximum(squares, 0.0)), np.ones((len(left), 1))
+        residuals = self.left_over(sweep, density)
+        squares = np.einsum("fma,ab,fmb->fm", residuals.conj(), self.residuals, residuals, optimize=True).real
+        norms, beta = np.sqrt(np.maximum(squares, 0.0)), np.ones((len(residuals), 1))
         if len(self.equilibrium) > m:
             root = np.linalg.inv(np.linalg.cholesky(self.equilibrium[m:, m:]))
             within = root @ self._dynamic(sweep, density)[:, m:, m:] @ root.T
@@ -297,10 +297,10 @@ class VectorBasis:
         self._add(vectors, self.pencil.act(vectors))
 
     def _add(self, vectors: Array, forces: Actions) -> None:
-        known = len(self.vectors)
+        count = len(self.vectors)
         self.vectors = np.vstack([self.vectors, vectors])
         self._forces = self._forces.with_(forces)
-        right = np.vstack([self._forces.viscous[known:], self._mass[known:]])
+        right = np.vstack([self._forces.viscous[count:], self._mass[count:]])
         viscous, inertial = np.split(self.pencil.solve(right), 2)
         self._viscous = np.vstack([self._viscous, viscous])
         self._inertial = np.vstack([self._inertial, inertial])
@@ -368,9 +368,9 @@ class VectorBasis:
         weights : Array
             Of the residuals, shape (f, m), a ratio.
         """
-        left = reduced.left_over(sweep) * weights[:, :, None]
-        every = left.reshape(-1, left.shape[2]).T
-        columns: Array = np.hstack([every.real, every.imag])
+        residuals = reduced.left_over(sweep) * weights[:, :, None]
+        complex_columns = residuals.reshape(-1, residuals.shape[2]).T
+        columns: Array = np.hstack([complex_columns.real, complex_columns.imag])
         size = np.sqrt(np.maximum(np.diag(reduced.residuals), 0.0))
         # Weighted, a residual's square is a relative error: parts of this size are rounding.
         significant = size * np.abs(columns).max(axis=1) > SMALLEST

@@ -53,9 +53,9 @@ def changes(
         Given if the preload is a force.
     """
     pencil, model = basis.pencil, basis.pencil.model
-    moved, rates, force = Sensitivity(model, names).moved(solver, basis.vectors[0], drive)
+    movements, rates, force = Sensitivity(model, names).moved(solver, basis.vectors[0], drive)
     state, derivatives = model.state.x.array.copy(), []
-    for name, movement, rate in zip(names, moved, rates, strict=True):
+    for name, movement, rate in zip(names, movements, rates, strict=True):
         value = float(model.constants[name].value)
         step = STEP * max(abs(value), 1e-3)
         ends = []

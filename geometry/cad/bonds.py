@@ -122,7 +122,8 @@ def _refuse_exchanged(labels: Mapping[int, str], faces: Sequence[Sampled], axis:
     if all(radii.values()) and min(radii["inner"]) >= max(radii["outer"]):
         raise GeometryError(
             "geometry.bonds",
-            f"all of the inner bond is farther from the axis ({min(radii['inner']):.4g} mm and more) than the outer one",
+            f"all of the inner bond is farther from the axis ({min(radii['inner']):.4g} mm and more) than the "
+            "outer one",
             "an inner bond nearer to the axis than the outer one: exchange the two rules",
             view_of(labels),
         )
