@@ -62,7 +62,7 @@ class Border:
 
     def read(self, x: PETSc.Vec) -> Array:
         """Return the free motions (mm, rad) stored in a vector; collective."""
-        return self._shared(x.array_r[self._slots]) / self._length
+        return self._broadcast(x.array_r[self._slots]) / self._length
 
     def write(self, x: PETSc.Vec, motions: Array) -> None:
         """Put free motions (mm, rad) into a vector.
@@ -89,7 +89,7 @@ class Border:
         share = reactions[self._free] / (self._length * self._model.multiplicity)
         b.array_w[self._slots] = share[: len(self._slots)]
 
-    def _shared(self, at_home: Array) -> Array:
+    def _broadcast(self, at_home: Array) -> Array:
         comm = self._model.comm
         return (
             np.array(at_home) if comm.size == 1 else np.asarray(comm.bcast(at_home.copy(), root=self._home))
@@ -131,7 +131,7 @@ class Border:
         """
         pose_tangent = self._tangent
         assert pose_tangent is not None
-        reactions = self._shared(b.array_r[self._slots]) * self._length
+        reactions = self._broadcast(b.array_r[self._slots]) * self._length
         right = b.copy()
         right.array_w[self._model.system.owned_constrained] = 0.0
         self.factor.solve(right, x)

@@ -128,7 +128,7 @@ class ForceSearch:
         self.largest = self._q, self._force
         return self._q + (prescribed - self._force) / self._stiffness
 
-    def passed(self, q: float, force: float, time: float, prescribed: float) -> bool:
+    def has_passed(self, q: float, force: float, time: float, prescribed: float) -> bool:
         """Whether an equilibrium on the way to a trial is already beyond the prescribed force.
 
         Parameters

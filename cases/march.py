@@ -125,7 +125,7 @@ def _started(
         model.internal.reset()
     start_time = 0.0 if program.time is None else float(program.time[0])
     if model.assembled:
-        recorder.tried(*assemble(model, solver))
+        recorder.add_attempts(*assemble(model, solver))
         if model.internal is not None:
             derivatives.follow(solver, 0, 0.0, start_time)
             model.commit()
@@ -193,13 +193,13 @@ class _March:
         self.stepper.begin(corner=number > 0 and self.program.turns(number - 1))
         while True:
             step = self.stepper.attempt(target, end_time)
-            self.recorder.tried(step.attempt)
+            self.recorder.add_attempts(step.attempt)
             newton += step.attempt.newton
             if not step.attempt.accepted:
                 self._refused(step, target, newton)
                 continue
             step_end = step.goal, self.solver.force, end_time, prescribed
-            if self.search is not None and (step.goal == target or self._passed(*step_end)):
+            if self.search is not None and (step.goal == target or self._has_passed(*step_end)):
                 better = self.search.better(*step_end)
                 if better is not None and math.isnan(better):
                     raise self._stopped(target, self.search.reason)
@@ -212,7 +212,7 @@ class _March:
             if step.goal == target:
                 return newton
 
-    def _passed(self, q: float, force: float, time: float, prescribed: float) -> bool:
+    def _has_passed(self, q: float, force: float, time: float, prescribed: float) -> bool:
         """Whether an equilibrium on the way to a trial already carries more than the prescribed force."""
         if not isinstance(self.search, ForceSearch):
             return False
@@ -220,7 +220,7 @@ class _March:
         # Rubber that relaxes may carry less although it is stiff.
         if self.program.time is None and self.search.falls(previous, (q, force), time):
             raise self._stopped(q, LIMIT_POINT)
-        return self.search.passed(q, force, time, prescribed)
+        return self.search.has_passed(q, force, time, prescribed)
 
     def record(self, number: int, newton: int) -> None:
         """Record a target that was reached."""

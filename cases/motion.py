@@ -80,13 +80,13 @@ class Motion:
         self._size = (space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts) * (
             space.dofmap.index_map_bs
         )
-        self.constrained = self._found()
+        self.constrained = self._find_constrained()
         self._shift_slopes: dict[str, Callable[[], Array] | None] = {}
         self.free: Array = np.zeros(len(self.free_numbers))
 
     # -- constrained unknowns -----------------------------------------------------------------------------------
 
-    def _found(self) -> Constrained:
+    def _find_constrained(self) -> Constrained:
         values = self._on_boundaries()
         components = self._space.sub(0).num_sub_spaces
         for field, name in enumerate(self._followed, start=2):

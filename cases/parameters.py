@@ -142,7 +142,7 @@ class Parameters:
         """Return the present input of the kernels."""
         state = self.state
         if self._kept is None or self._kept[0] != state:
-            self._kept = (state, _parts(self._made(self._present()), np.real, 1.0))
+            self._kept = (state, _parts(self._material_numbers(self._present()), np.real, 1.0))
         return self._kept[1]
 
     def rates(self, name: str) -> Numbers:
@@ -150,7 +150,7 @@ class Parameters:
         values = self._present()
         if name in values:
             values[name] = values[name] + 1j * STEP
-        return _parts(self._made(values), np.imag, STEP)
+        return _parts(self._material_numbers(values), np.imag, STEP)
 
     @property
     def metal_modulus(self) -> float:
@@ -161,7 +161,7 @@ class Parameters:
     def _present(self) -> dict[str, Any]:
         return {name: float(constant.value) for name, constant in self.constants.items()}
 
-    def _given(self, installed: Installed, values: Mapping[str, Any]) -> dict[str, Any]:
+    def _feature_values(self, installed: Installed, values: Mapping[str, Any]) -> dict[str, Any]:
         share = float(self.stage.value) if installed.feature.assembled else 1.0
         return {key: share * values[f"{installed.name}.{key}"] for key in installed.values}
 
@@ -170,23 +170,23 @@ class Parameters:
             branch
             for installed in self._features
             if installed.feature.branches is not None
-            for branch in installed.feature.branches(self._given(installed, values))
+            for branch in installed.feature.branches(self._feature_values(installed, values))
         ]
 
     def _youngs_modulus(self, sleeve: Metal, values: Mapping[str, Any]) -> Any:
         for installed in self._features:
             if installed.feature.metal is not None:
-                modulus = installed.feature.metal(self._given(installed, values), sleeve)
+                modulus = installed.feature.metal(self._feature_values(installed, values), sleeve)
                 if modulus is not None:
                     return modulus
         return sleeve.youngs_modulus
 
-    def _made(self, values: Mapping[str, Any]) -> list[Any]:
+    def _material_numbers(self, values: Mapping[str, Any]) -> list[Any]:
         """Law, volumetric, branches, metals, shear modulus, computed from floats or from complex numbers."""
         stiffer, bonded, slower = 1.0, 1.0, 1.0
         for installed in self._features:
             if installed.feature.heated is not None:
-                feature_values = self._given(installed, values)
+                feature_values = self._feature_values(installed, values)
                 stiffer, bonded, slower = installed.feature.heated(feature_values, values["temperature"])
                 if self.before is not None:
                     # The clock dt / a_T over the step, by the trapezoidal rule.
@@ -200,9 +200,11 @@ class Parameters:
         compliance, swelling = values["compliance"], 1.0
         for installed in self._features:
             if installed.feature.compliance is not None:
-                compliance = compliance + installed.feature.compliance(self._given(installed, values))
+                compliance = compliance + installed.feature.compliance(
+                    self._feature_values(installed, values)
+                )
             if installed.feature.swelling is not None:
-                swelling = swelling * installed.feature.swelling(self._given(installed, values))
+                swelling = swelling * installed.feature.swelling(self._feature_values(installed, values))
         branches = [
             [
                 *(attached.parameters[name] for name in attached.branch.parameters),

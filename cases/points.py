@@ -90,7 +90,9 @@ class Points:
         if self._half_plane:
             self.weight = self.weight * 2 * np.pi * self._radius
         self._slopes: Array = self._inverse if place.at_rest else self._inverse @ place.inverse
-        self._group = self._made(self._turn(self._slopes, self._radius, 1 / self._radius), self._pressure)
+        self._group = self._make_group(
+            self._turn(self._slopes, self._radius, 1 / self._radius), self._pressure
+        )
 
     def rescale(self, swelling: float) -> None:
         """Change the swelling alone."""
@@ -211,7 +213,7 @@ class Points:
         for i, name in enumerate(self._names):
             if name.startswith("radius_d"):
                 turn[:, :, i, : change.shape[2]] += radial[..., None] * self._slopes[..., int(name[-1])]
-        return Moving(self._made(turn, np.zeros_like(self._pressure)), stretch.reshape(-1), self)
+        return Moving(self._make_group(turn, np.zeros_like(self._pressure)), stretch.reshape(-1), self)
 
     # -- tables --------------------------------------------------------------------------------------------------
 
@@ -235,7 +237,7 @@ class Points:
                 turn[:, :, i, :d] = factor * slopes[..., int(name[-1])]
         return turn
 
-    def _made(self, turn: Array, pressure: Array) -> _PointGroup:
+    def _make_group(self, turn: Array, pressure: Array) -> _PointGroup:
         return _PointGroup.of(self, turn, pressure)
 
 

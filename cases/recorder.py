@@ -60,7 +60,7 @@ class Recorder:
             and all(len(values) in (0, n) for values in optional)
         )
 
-    def tried(self, *attempts: Attempt) -> None:
+    def add_attempts(self, *attempts: Attempt) -> None:
         """Record attempts at steps, accepted or not."""
         self.attempts.extend(attempts)
 

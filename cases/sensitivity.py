@@ -125,7 +125,7 @@ class Sensitivity:
             self.memory = list(slopes.memory_after(self.names, changes, self.memory, list(movements)))
         return works + stiffness * rates, rates
 
-    def moved(
+    def movements(
         self, solver: Equilibrium, rate: Array, drive: PrescribedForce | None = None
     ) -> tuple[Array, Array, Array]:
         """Return dx/dc, (names, n), dq/dc and the force's derivative, (names,) each; of a model without memory.
@@ -237,7 +237,7 @@ class Sensitivity:
         right = completed(model, forces)
         if solver.border is not None:
             return solver.tangent_rate(), solved(model, solver.factor, right)
-        solutions = self._refined(solver, right)
+        solutions = self._refine(solver, right)
         if solutions is None:
             solver.factorise(stiffened=True)
             b = model.system.create_vector()
@@ -249,12 +249,14 @@ class Sensitivity:
             if not model.system.symmetric:
                 dofs = model.motion.constrained.dofs
                 solutions[0, dofs] = solver.rate[dofs]
-                solutions = self._skewed(solver, np.vstack([np.zeros_like(solver.rate), right]), solutions)
+                solutions = self._refine_skew(
+                    solver, np.vstack([np.zeros_like(solver.rate), right]), solutions
+                )
         self._last.add(solver.q, solutions)
         return solutions[0], solutions[1:].copy()
 
     @staticmethod
-    def _skewed(solver: Equilibrium, loads: Array, guess: Array) -> Array:
+    def _refine_skew(solver: Equilibrium, loads: Array, guess: Array) -> Array:
         """Refine solutions obtained with the tangent's symmetric part until they satisfy the tangent itself."""
         state = ConvergedState(solver.model, solver.factor, solver.q, solver.rate, solver.tolerance)
         solutions = refined(state, loads, guess, MOST_OF_SKEW)
@@ -262,7 +264,7 @@ class Sensitivity:
             raise unsolved("the tangent is far from symmetric")
         return solutions
 
-    def _refined(self, solver: Equilibrium, right: Array) -> Array | None:
+    def _refine(self, solver: Equilibrium, right: Array) -> Array | None:
         """Solve for both by refining an extrapolation of the last steps; None unless the step was short."""
         if not self._last.q or self.model.mesh.dimension == 2 or not solver.fresh(SHORT):
             return None  # in the half-plane a factorisation costs less

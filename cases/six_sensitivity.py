@@ -89,7 +89,7 @@ class SixSensitivity(Sensitivity):
         """Refine responses found with the tangent's symmetric part until they satisfy the whole tangent."""
         model, six = self.model, len(pose_tangent.answers)
         loads = np.vstack([np.zeros_like(pose_tangent.answers), completed(model, forces)])
-        better = self._skewed(solver, loads, np.vstack([pose_tangent.answers, movements]))
+        better = self._refine_skew(solver, loads, np.vstack([pose_tangent.answers, movements]))
         answers = better[:six]
         work = answers @ model.system.pulls(answers).T
         stiffness = np.asarray(summed(model.comm, work)) * model.multiplicity

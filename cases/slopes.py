@@ -261,12 +261,12 @@ class Slopes:
 
     def _P(self, part: MaterialCells) -> Array:
         """Return the derivatives of the energy by the displacement gradients."""
-        if id(part) not in self._kept:
-            self._kept[id(part)] = part.answer().copy()
-        return self._kept[id(part)]
+        if id(part) not in self._energy_derivatives:
+            self._energy_derivatives[id(part)] = part.answer().copy()
+        return self._energy_derivatives[id(part)]
 
     @cached_property
-    def _kept(self) -> dict[int, Array]:
+    def _energy_derivatives(self) -> dict[int, Array]:
         return {}
 
     def along(self, direction: Array) -> Along:

@@ -71,14 +71,14 @@ def branch_functions(setting: KinematicDescription, branch: Branch) -> BranchFun
         "parameters": len(branch.parameters) + len(GIVEN),
     }
 
-    def made(inputs: Mapping[str, Scalar]) -> _Made:
+    def build(inputs: Mapping[str, Scalar]) -> _Made:
         return _Made.of(branch, places, inputs)
 
     def key(what: str) -> tuple[Hashable, ...]:
         return ("branch", branch.contribution, branch.update, what, str(len(setting.names)))
 
     def end(inputs: Mapping[str, Scalar]) -> list[Scalar]:
-        built = made(inputs)
+        built = build(inputs)
         return [built.contribution.stored, *built.end]
 
     def rates(
@@ -88,7 +88,7 @@ def branch_functions(setting: KinematicDescription, branch: Branch) -> BranchFun
             changes = {f"d{i} {name}": blocks[name] for i in range(directions) for name in names}
 
             def make(inputs: Mapping[str, Scalar]) -> list[Scalar]:
-                whole = ufl.as_vector(vector(made(inputs)))
+                whole = ufl.as_vector(vector(build(inputs)))
                 rows = [
                     sum(ufl.derivative(whole, inputs[name], inputs[f"d{i} {name}"]) for name in names)
                     for i in range(directions)
@@ -104,8 +104,8 @@ def branch_functions(setting: KinematicDescription, branch: Branch) -> BranchFun
         len(virgin),
         tuple(virgin),
         _needs_energy(branch, places, blocks),
-        PointFunction(key("stress"), blocks, lambda inputs: made(inputs).answer(moduli=False)),
-        PointFunction(key("moduli"), blocks, lambda inputs: made(inputs).answer(moduli=True)),
+        PointFunction(key("stress"), blocks, lambda inputs: build(inputs).answer(moduli=False)),
+        PointFunction(key("moduli"), blocks, lambda inputs: build(inputs).answer(moduli=True)),
         PointFunction(key("end"), blocks, end),
         rates("stress rate", others, _Made.slopes),
         rates("end rate", list(blocks), lambda built: built.end),

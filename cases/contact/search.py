@@ -84,7 +84,7 @@ class ContactSearch:
 
     def __init__(self, bodies: Bodies) -> None:
         self.bodies = bodies
-        self._surface, self._kept = self._given()
+        self._surface, self._kept = self._make_surface()
         # Shape functions at the points of a facet, (n, q).
         self._shares = bodies.basis.values(bodies.points[0]).T
 
@@ -153,7 +153,7 @@ class ContactSearch:
         loops().lib.facing_pairs(self._surface, pointer(x), MAYBE, pointer(pairs, "int64_t"))
         return pairs
 
-    def _given(self) -> tuple[Any, Sequence[Any]]:
+    def _make_surface(self) -> tuple[Any, Sequence[Any]]:
         """Return the surface as the loops read it, and the arrays that have to live as long."""
         b, basis = self.bodies.without_planes(), self.bodies.basis
         (xi, _), centre = b.points, basis.nodes.mean(axis=0)

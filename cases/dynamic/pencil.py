@@ -167,7 +167,7 @@ class Pencil:
             metal += density * inertia
         return Actions(self.model.system.pulls(directions), viscous, rubber, metal)
 
-    def followed(self) -> Array:
+    def followed_motions(self) -> Array:
         """Response of the body to each of the sleeve's motions, K_eq alone; shape (m, n)."""
         pull = completed(self.model, self.model.system.pulls(np.ascontiguousarray(self.motions)))
         return self.motions - solved(self.model, self._solver.factor, pull)

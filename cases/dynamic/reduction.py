@@ -180,7 +180,7 @@ class ReducedPencil:
         density : float or None
             Of the rubber, t/mm^3; None = `density`.
         """
-        return self.judged(sweep, density)[0]
+        return self.errors_and_weights(sweep, density)[0]
 
     def _dynamic(self, sweep: Sweep, density: float | None) -> Complex:
         mass = (self.density if density is None else density) * self.rubber + self.metal
@@ -203,7 +203,7 @@ class ReducedPencil:
         s, inertia = sweep.s[:, None, None], -share * sweep.squared[:, None, None]
         return np.concatenate([x[:, :, m:], s * x, inertia * x], axis=2)
 
-    def judged(self, sweep: Sweep, density: float | None = None) -> tuple[Array, Array]:
+    def errors_and_weights(self, sweep: Sweep, density: float | None = None) -> tuple[Array, Array]:
         """Return `errors`, (f,), and the weight of each residual in the choice of further vectors, (f, m).
 
         Parameters
@@ -249,11 +249,11 @@ def basis_for(pencil: Pencil, sweep: Sweep, density: float, tolerance: float) ->
         Relative error of driving-point and transfer stiffness, a ratio.
     """
     basis = VectorBasis(pencil, density)
-    basis.add(pencil.followed())
+    basis.add(pencil.followed_motions())
     basis.add_rigid()
     for _ in range(MOST_ROUNDS):
         reduced = basis.reduced()
-        errors, weights = reduced.judged(sweep)
+        errors, weights = reduced.errors_and_weights(sweep)
         if float(errors.max()) <= tolerance:
             break
         vectors = basis.residuals(reduced, sweep, weights)

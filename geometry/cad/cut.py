@@ -45,7 +45,7 @@ def cut(part: FoundPart) -> tuple[dict[str, tuple[int, ...]], Faces]:
     planes = [(2, _plane(part, "xyz".index(plane), reach)) for plane in sorted(part.planes)]
     _, fragments = occ.fragment(solids, planes)
     occ.synchronize()
-    regions = _kept(part, fragments)
+    regions = _kept_regions(part, fragments)
     labelled = _boundaries(part, regions, originals)
     occ.remove([(2, tag) for tag in originals.values()], recursive=True)
     used_faces = {
@@ -71,7 +71,7 @@ def _plane(part: FoundPart, component: int, reach: float) -> int:
     return int(occ.addPlaneSurface([occ.addCurveLoop(lines)]))
 
 
-def _kept(part: FoundPart, fragments: list[list[tuple[int, int]]]) -> dict[str, tuple[int, ...]]:
+def _kept_regions(part: FoundPart, fragments: list[list[tuple[int, int]]]) -> dict[str, tuple[int, ...]]:
     """Return the solids at positive coordinates, by region, and remove the others."""
     occ = model().occ
     components = ["xyz".index(plane) for plane in part.planes]

@@ -161,8 +161,8 @@ def _meshed(section: FoundSection, where: str, refinement: Refinement, quadrilat
 
 def bond_ends(drawn: Drawn) -> list[int]:
     """Points where rubber ends on a bond or on metal: the stress is singular there."""
-    free = _points([t for name, tags in drawn.boundaries.items() if not _held(name) for t in tags])
-    bonded = _points([t for name, tags in drawn.boundaries.items() if _held(name) for t in tags])
+    free = _points([t for name, tags in drawn.boundaries.items() if not _is_held(name) for t in tags])
+    bonded = _points([t for name, tags in drawn.boundaries.items() if _is_held(name) for t in tags])
     metal = _points(
         [c for name, tags in drawn.regions.items() if name != RUBBER for t in tags for c in _sides(t)]
     )
@@ -170,7 +170,7 @@ def bond_ends(drawn: Drawn) -> list[int]:
     return sorted(free & rubber & (bonded | metal))
 
 
-def _held(name: str) -> bool:
+def _is_held(name: str) -> bool:
     return name in ("inner", "outer")
 
 
