@@ -110,9 +110,9 @@ def _clear_remains(folder: Path, oldest: float) -> None:
                 source.unlink()
         except OSError:
             continue  # another process was faster
-    for ready in folder.glob(f"*{READY}"):
+    for ready_file in folder.glob(f"*{READY}"):
         with suppress(OSError):
-            remove_damaged(folder, ready.name.removesuffix(READY), is_whole)
+            remove_damaged(folder, ready_file.name.removesuffix(READY), is_whole)
 
 
 @cache
@@ -199,9 +199,9 @@ def compiled_source(name: str, folder: Path, sources: Sequence[str], declaration
         builder.set_source(module, code, **options)
         # Built beside its final place and moved there: another process sees all of it or nothing.
         with tempfile.TemporaryDirectory(dir=file.parent) as build_folder:
-            built = Path(builder.compile(tmpdir=build_folder))
-            note_checksum(built, file)
-            built.replace(file)
+            built_file = Path(builder.compile(tmpdir=build_folder))
+            note_checksum(built_file, file)
+            built_file.replace(file)
     return load(file)
 
 

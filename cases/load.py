@@ -140,9 +140,9 @@ class ForceSearch:
         prescribed
             Force that is prescribed, N or N mm.
         """
-        carried = self._load.force(q, force, time)
-        self._seen(q, carried, prescribed)
-        return (carried - prescribed) * (q - self._q) > 0.0
+        carried_force = self._load.force(q, force, time)
+        self._seen(q, carried_force, prescribed)
+        return (carried_force - prescribed) * (q - self._q) > 0.0
 
     def falls(self, previous: tuple[float, float], current: tuple[float, float], time: float) -> bool:
         """Whether the force falls on the way, past a limit point.
@@ -169,12 +169,12 @@ class ForceSearch:
         prescribed
             Force that is prescribed, N or N mm.
         """
-        carried = self._load.force(q, force, time)
-        excess = carried - prescribed
+        carried_force = self._load.force(q, force, time)
+        excess = carried_force - prescribed
         slope = self._slope(q, excess)
-        self._seen(q, carried, prescribed)
+        self._seen(q, carried_force, prescribed)
         if abs(excess) <= self._close:
-            self._q, self._force = q, carried
+            self._q, self._force = q, carried_force
             self._stiffness = slope if slope > 0.0 else self._stiffness
             return None
         self._trials.append((q, excess))
@@ -188,15 +188,15 @@ class ForceSearch:
         if slope <= 0.0:
             self.reason = LIMIT_POINT
             return math.nan
-        better = q - excess / slope
+        target = q - excess / slope
         # While rubber relaxes under a constant force, the last trial may have moved nothing.
         furthest = FURTHER * max(abs(q - self._q), abs(excess) / self._stiffness)
-        return self._q + math.copysign(min(abs(better - self._q), furthest), better - self._q)
+        return self._q + math.copysign(min(abs(target - self._q), furthest), target - self._q)
 
-    def _seen(self, q: float, carried: float, prescribed: float) -> None:
+    def _seen(self, q: float, carried_force: float, prescribed: float) -> None:
         """Remember the equilibrium that came nearest to the prescribed force."""
-        if abs(carried - prescribed) < abs(self.largest[1] - prescribed):
-            self.largest = q, carried
+        if abs(carried_force - prescribed) < abs(self.largest[1] - prescribed):
+            self.largest = q, carried_force
 
     def _slope(self, q: float, excess: float) -> float:
         """Return the stiffness between the last two trials; that at the last target where there is one alone."""

@@ -113,8 +113,8 @@ class LocalStiffness:
     def _by_cell(self, density: Array) -> Array:
         """Integrals of a density at the points over each cell, of all ranks."""
         points = self.model.body.rubber.points
-        whole = (density.reshape(points.shape) * points.weight).sum(axis=1)[self._own]
-        return np.concatenate(self.model.comm.allgather(whole * self.model.multiplicity))
+        totals = (density.reshape(points.shape) * points.weight).sum(axis=1)[self._own]
+        return np.concatenate(self.model.comm.allgather(totals * self.model.multiplicity))
 
     def _cells(self, cells: NDArray[np.int32]) -> Cells:
         model = self.model

@@ -200,12 +200,12 @@ class _March:
                 continue
             step_end = step.goal, self.solver.force, end_time, prescribed
             if self.search is not None and (step.goal == target or self._has_passed(*step_end)):
-                better = self.search.better(*step_end)
-                if better is not None and math.isnan(better):
+                better_target = self.search.better(*step_end)
+                if better_target is not None and math.isnan(better_target):
                     raise self._stopped(target, self.search.reason)
-                if better is not None:
+                if better_target is not None:
                     # Not yet what the program prescribes: repeat the step.
-                    target = better
+                    target = better_target
                     continue
                 target = step.goal
             self._accepted(step, number, arrived=step.goal == target)

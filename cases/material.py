@@ -232,16 +232,16 @@ class RubberAtPoints:
             calls.total[:] = calls.law
         if self._clock is not None:
             self._wind()
-        for branch, add, row in calls.adding:
+        for branch, call_branch, row in calls.adding:
             if branch.is_off:
                 continue
-            add()
+            call_branch()
             if branch.needs_energy:
                 self._add_through_energy(calls.total, calls.law, row, moduli)
         if moduli and self.skew is not None:
-            paced = not all(branch.is_off for branch in self.branches if branch.clock == "followed")
+            is_paced = not all(branch.is_off for branch in self.branches if branch.clock == "followed")
             self.skew[:] = 0.0
-            for call in calls.pacing if paced else ():
+            for call in calls.pacing if is_paced else ():
                 call()
             stress, pace = self.skew[:, :, 1:]
             a, b = self._upper

@@ -154,8 +154,8 @@ class FiniteElementModel:
         """Return which points have further energies of volumes, (points, 2): those of cells that touch no bond."""
         cells = self.cells("rubber")
         free = apart_from_bonds(self.mesh, self.space, cells, self._bonds)
-        which = np.outer(free, [1.0, float(guarded(self.mesh))])
-        return np.repeat(which, points // max(len(cells), 1), axis=0)
+        guards = np.outer(free, [1.0, float(guarded(self.mesh))])
+        return np.repeat(guards, points // max(len(cells), 1), axis=0)
 
     @property
     def _bonds(self) -> tuple[str, ...]:

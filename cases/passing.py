@@ -53,8 +53,8 @@ def passes_through(model: FiniteElementModel, states: Array, whole: Callable[[],
         if contact is not None:
             contact.take(1.0)
             gathered = _gathered(whole_model, parts, len(states))
-            narrow = float(contact.bodies.breadth.min())
-            for state in _between(gathered, STRIDE * narrow):
+            breadth = float(contact.bodies.breadth.min())
+            for state in _between(gathered, STRIDE * breadth):
                 contact.look(state)
                 penetrates = contact.penetration > 0.0
                 if penetrates:

@@ -329,5 +329,5 @@ def _geometry(mesh: NamedMesh, cells: Index, points: Array) -> tuple[Array, Arra
 
 def _filled(table: Array) -> Array:
     """The table with its last axis filled up with zeros to a multiple of four."""
-    short = -table.shape[-1] % 4
-    return np.ascontiguousarray(np.pad(table, [(0, 0)] * (table.ndim - 1) + [(0, short)]))
+    padding = -table.shape[-1] % 4
+    return np.ascontiguousarray(np.pad(table, [(0, 0)] * (table.ndim - 1) + [(0, padding)]))

@@ -117,9 +117,9 @@ class Rates:
         directions: list[tuple[Array, Array]] = []
         residual = self._preconditioned(state, rate, b, step)
         residual *= -1.0
-        close = max(LOOSER * state.tolerance, SMALLEST)
+        tolerance = max(LOOSER * state.tolerance, SMALLEST)
         # Relative to the rate as it is now: that of a bad guess may be of any size.
-        while not self._norm(state, residual) <= close * self._norm(state, rate):
+        while not self._norm(state, residual) <= tolerance * self._norm(state, rate):
             if len(directions) == most:
                 return False
             # The remaining error is the next direction; minimise the error over all directions so far.

@@ -79,10 +79,10 @@ def note(function: PointFunction, library: Path, size: int, names: tuple[str, ..
     file = _file(function)
     if file is None or library.parent.resolve() != file.parent.resolve():
         return
-    fresh = file.with_suffix(f".{os.getpid()}.part")
+    temporary_file = file.with_suffix(f".{os.getpid()}.part")
     with suppress(OSError):
-        fresh.write_text(json.dumps(asdict(Record(library.name, size, names))), encoding="utf-8")
-        fresh.replace(file)
+        temporary_file.write_text(json.dumps(asdict(Record(library.name, size, names))), encoding="utf-8")
+        temporary_file.replace(file)
 
 
 def _file(function: PointFunction) -> Path | None:

@@ -49,25 +49,25 @@ def refined(state: ConvergedState, loads: Array, guess: Array, most: int = MOST_
     -------
     ndarray, shape (k, n), or None
     """
-    solutions, close = guess.copy(), max(LOOSER * state.tolerance, SMALLEST)
+    solutions, tolerance = guess.copy(), max(LOOSER * state.tolerance, SMALLEST)
     residuals = solved(state.model, state.ksp, loads - _pulls(state, solutions))
     searched: list[tuple[Array, Array]] = []
     previous_errors: Array = np.ones(len(loads))
-    pushed: NDArray[np.bool_] = np.ones(len(loads), dtype=bool)
+    unconverged: NDArray[np.bool_] = np.ones(len(loads), dtype=bool)
     while True:
         errors = _shares(state, residuals, solutions + residuals)
         error = float(np.max(errors, initial=0.0))
         if not np.isfinite(error):
             return None
         # Adding the remainder reduces the error again, by as much as the last iteration did where it was meant to.
-        rate = min(1.0, float(np.max(errors[pushed] / previous_errors[pushed], initial=0.0)))
-        if error * rate <= close:
+        rate = min(1.0, float(np.max(errors[unconverged] / previous_errors[unconverged], initial=0.0)))
+        if error * rate <= tolerance:
             return solutions + residuals
         # At that rate the iterations that are left must suffice.
-        if len(searched) == most or (searched and error * rate ** (1 + most - len(searched)) > close):
+        if len(searched) == most or (searched and error * rate ** (1 + most - len(searched)) > tolerance):
             return None
-        previous_errors, pushed = errors, errors * rate > close
-        directions = residuals[pushed]
+        previous_errors, unconverged = errors, errors * rate > tolerance
+        directions = residuals[unconverged]
         images = solved(state.model, state.ksp, _pulls(state, directions))
         for earlier, its_images in searched:
             shares = _products(state, images, its_images)

@@ -89,8 +89,8 @@ def symmetries(shape: Shape, features: Sequence[Installed] = ()) -> Mirrors:
         Further changes of the rubber and the assembly.
     """
     planes = shape.mirror_planes
-    for item in (*features, *plates(shape)):
-        planes -= item.breaks
+    for component in (*features, *plates(shape)):
+        planes -= component.breaks
     return planes
 
 
@@ -123,9 +123,9 @@ def even_targets(lower: float, upper: float, steps: int) -> Array:
     steps : int
         Number of steps.
     """
-    reach = max(upper, -lower)
+    largest = max(upper, -lower)
     sides = [end for end in (lower, upper) if abs(end) > NEGLIGIBLE * (upper - lower)]
-    parts = [np.linspace(0.0, end, max(4, int(np.ceil(steps * abs(end) / reach))) + 1) for end in sides]
+    parts = [np.linspace(0.0, end, max(4, int(np.ceil(steps * abs(end) / largest))) + 1) for end in sides]
     return np.unique(np.concatenate([[0.0], *parts]))
 
 

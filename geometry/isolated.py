@@ -182,8 +182,8 @@ def _can_be_copied() -> bool:
     not to be copied. Linux lists the threads, of libraries too: two are MPI's, which the reader does not use.
     """
     mpi, threads = sys.modules.get("mpi4py.MPI"), Path("/proc/self/task")
-    few = threads.exists() and len(list(threads.iterdir())) <= (1 if mpi is None else 3)
-    return few and threading.active_count() == 1 and (mpi is None or mpi.COMM_WORLD.size == 1)
+    has_few_threads = threads.exists() and len(list(threads.iterdir())) <= (1 if mpi is None else 3)
+    return has_few_threads and threading.active_count() == 1 and (mpi is None or mpi.COMM_WORLD.size == 1)
 
 
 #: None in the reader itself.
@@ -213,9 +213,9 @@ def serve() -> None:
     # The terminal sends Ctrl-C to all processes; the other one ends this one.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     connection = Connection(os.dup(0))
-    nowhere = os.open(os.devnull, os.O_RDWR)
+    null_device = os.open(os.devnull, os.O_RDWR)
     for standard in (0, 1, 2):
-        os.dup2(nowhere, standard)
+        os.dup2(null_device, standard)
     _limit(resource.RLIMIT_AS, MOST_MEMORY)
     _limit(resource.RLIMIT_CORE, 0)
     threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
@@ -247,13 +247,15 @@ def _answer(
 def _is_ours(error: Exception) -> bool:
     """Whether an error comes from a module of this project, and not from a library that one calls."""
     *_, (frame, _) = traceback.walk_tb(error.__traceback__)
-    raised = Path(frame.f_code.co_filename).resolve()
-    return raised.is_relative_to(_ROOT / __package__)
+    source_file = Path(frame.f_code.co_filename).resolve()
+    return source_file.is_relative_to(_ROOT / __package__)
 
 
 def _limit(kind: int, limit: int) -> None:
-    hard = resource.getrlimit(kind)[1]
-    resource.setrlimit(kind, (limit if hard == resource.RLIM_INFINITY else min(limit, hard), hard))
+    hard_limit = resource.getrlimit(kind)[1]
+    resource.setrlimit(
+        kind, (limit if hard_limit == resource.RLIM_INFINITY else min(limit, hard_limit), hard_limit)
+    )
 
 
 def _end_with(parent: int) -> None:

@@ -234,11 +234,11 @@ def straightened(mesh: RawMesh) -> RawMesh:
     points = mesh.points.copy()
     cells = np.concatenate(list(mesh.cells.values()))
     for _ in range(ROUNDS):
-        bad = cells[_folded(points[cells])]
-        if not len(bad):
+        folded_cells = cells[_folded(points[cells])]
+        if not len(folded_cells):
             break
         for node, (a, b) in enumerate(SIDES, start=4):
-            points[bad[:, node]] = 0.5 * (points[bad[:, a]] + points[bad[:, b]])
+            points[folded_cells[:, node]] = 0.5 * (points[folded_cells[:, a]] + points[folded_cells[:, b]])
     return replace(mesh, points=points)
 
 
@@ -252,5 +252,5 @@ def _folded(x: Array) -> Array:
     for k, (i, j) in enumerate(SIDES, start=4):
         derivative[:, k] = 4 * (coordinates[:, i, None] * slope[j] + coordinates[:, j, None] * slope[i])
     curved = np.linalg.det(np.einsum("pki,nkj->npij", derivative, x))
-    straight = np.linalg.det(x[:, 1:4] - x[:, :1])
-    return np.asarray((curved / straight[:, None]).min(axis=1) < LEAST)
+    straight_volume = np.linalg.det(x[:, 1:4] - x[:, :1])
+    return np.asarray((curved / straight_volume[:, None]).min(axis=1) < LEAST)

@@ -108,8 +108,8 @@ def _unfolded(free: Patch, axis: int) -> Ints:
     distances = np.abs(free.X[:, axis])
     at_plane = (distances < 1e-6 * np.ptp(free.X, axis=0).max())[free.facets].any(axis=1)
     at_plane = np.isin(free.facets, free.facets[at_plane]).any(axis=1)
-    middle = free.basis.slopes(free.basis.nodes.mean(axis=0)[None])[0]
-    upright = normals(np.einsum("an,fnd->fad", middle, free.X[free.facets]))
+    centre_slopes = free.basis.slopes(free.basis.nodes.mean(axis=0)[None])[0]
+    upright = normals(np.einsum("an,fnd->fad", centre_slopes, free.X[free.facets]))
     cosine = upright[:, axis] / np.linalg.norm(upright, axis=1)
     # The cosine between a facet's normal and that of its mirror image.
     return np.flatnonzero(~at_plane | (1.0 - 2.0 * cosine**2 < MAYBE))

@@ -107,8 +107,8 @@ def strip(
             ways = _along(ways, drawn)
         if not np.any(np.abs(ways) > NEGLIGIBLE * length):
             continue
-        reach = np.linspace(0.0, 1.0, order + 1)[None, :, None]
-        grid = bond.X[nodes][:, None, :] + reach * ways[:, None, :]
+        shares = np.linspace(0.0, 1.0, order + 1)[None, :, None]
+        grid = bond.X[nodes][:, None, :] + shares * ways[:, None, :]
         outward = bond.sign[facet] * _middle(bond, facet)
         # Rubber may come to lie behind the bond too, where a corner folds.
         for corners in (*_cut(bond.basis, grid), bond.X[bond.facets[facet]]):

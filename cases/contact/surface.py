@@ -123,16 +123,16 @@ def patch(mesh: NamedMesh, space: Any, facets: Ints, components: tuple[int, ...]
     closures = _closures(element, kind, d, basis)
     unique_cells, place = np.unique(cells, return_inverse=True)
     dofs, X = _nodes_of_cells(mesh, space, unique_cells, element.points)
-    picked = closures[local]
-    numbers = dofs[place[:, None], picked]
+    local_nodes = closures[local]
+    numbers = dofs[place[:, None], local_nodes]
     _, indices, names = np.unique(numbers[..., 0], return_index=True, return_inverse=True)
-    where = np.column_stack([np.repeat(place, picked.shape[1])[indices], picked.ravel()[indices]])
-    inward = X.mean(axis=1)[place] - X[place[:, None], picked].mean(axis=1)
-    middle = basis.slopes(basis.nodes.mean(axis=0)[None])[0]
-    normal = normals(np.einsum("an,fnd->fad", middle, X[place[:, None], picked]))
+    where = np.column_stack([np.repeat(place, local_nodes.shape[1])[indices], local_nodes.ravel()[indices]])
+    inward = X.mean(axis=1)[place] - X[place[:, None], local_nodes].mean(axis=1)
+    centre_slopes = basis.slopes(basis.nodes.mean(axis=0)[None])[0]
+    normal = normals(np.einsum("an,fnd->fad", centre_slopes, X[place[:, None], local_nodes]))
     return Patch(
         basis,
-        names.reshape(picked.shape).astype(np.int64),
+        names.reshape(local_nodes.shape).astype(np.int64),
         -np.sign(np.einsum("fd,fd->f", normal, inward)),
         X[where[:, 0], where[:, 1]],
         dofs[where[:, 0], where[:, 1]][:, list(components)],

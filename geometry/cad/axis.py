@@ -110,8 +110,8 @@ def is_coaxial(face: Sampled, axis: Axis, size: float) -> bool:
     distance = np.linalg.norm(radial, axis=1)
     if distance.max() < 1e-9 * size:
         return False
-    around = np.cross(axis.direction, radial)
-    return bool(np.abs(np.einsum("ij,ij->i", around, face.normals)).max() < COAXIAL * distance.max())
+    tangents = np.cross(axis.direction, radial)
+    return bool(np.abs(np.einsum("ij,ij->i", tangents, face.normals)).max() < COAXIAL * distance.max())
 
 
 def own_line(face: Sampled, axis: Axis, size: float) -> Axis | None:

@@ -145,11 +145,13 @@ def _bond(
         ]
         bond_tags = sorted({tag for tags in tags_by_rule for tag in tags})
         if [] in tags_by_rule:
-            wrong = tags_by_rule.index([])
-            which = f"rule {wrong + 1} of {len(tags_by_rule)}" if len(tags_by_rule) > 1 else "the rule"
+            rule_index = tags_by_rule.index([])
+            rule_text = (
+                f"rule {rule_index + 1} of {len(tags_by_rule)}" if len(tags_by_rule) > 1 else "the rule"
+            )
             raise GeometryError(
                 f"geometry.bonds.{bond}",
-                f"{which} ({rules[wrong].text}) selects no face",
+                f"{rule_text} ({rules[rule_index].text}) selects no face",
                 f"rules that each select a face; there are {selectable(faces, axis, part)}",
                 view_of({face.tag: bond if face.tag in bond_tags else FREE for face in faces}),
             )
@@ -218,8 +220,8 @@ def selectable(faces: Sequence[Sampled], axis: Axis, part: Part) -> str:
         ("faces named {}", names),
         ("faces in {}", colours),
     ]
-    said = [text.format(", ".join(items[:MOST_SHOWN])) for text, items in shown if items]
-    return "; ".join(said) or "no cylinders about the axis, names or colours"
+    sentences = [text.format(", ".join(items[:MOST_SHOWN])) for text, items in shown if items]
+    return "; ".join(sentences) or "no cylinders about the axis, names or colours"
 
 
 def _rounded(vector: Array) -> str:

@@ -41,8 +41,8 @@ def cut(part: FoundPart) -> tuple[dict[str, tuple[int, ...]], Faces]:
         return regions, boundaries
     originals = {face: occ.copy([(2, face)])[0][1] for face in part.labels}
     solids = [(3, tag) for tag in part.meshed]
-    reach = 2.0 * float(np.abs(np.array(model().getBoundingBox(-1, -1))).max()) + 1.0
-    planes = [(2, _plane(part, "xyz".index(plane), reach)) for plane in sorted(part.planes)]
+    half_size = 2.0 * float(np.abs(np.array(model().getBoundingBox(-1, -1))).max()) + 1.0
+    planes = [(2, _plane(part, "xyz".index(plane), half_size)) for plane in sorted(part.planes)]
     _, fragments = occ.fragment(solids, planes)
     occ.synchronize()
     regions = _kept_regions(part, fragments)
@@ -59,13 +59,13 @@ def cut(part: FoundPart) -> tuple[dict[str, tuple[int, ...]], Faces]:
     return regions, labelled
 
 
-def _plane(part: FoundPart, component: int, reach: float) -> int:
+def _plane(part: FoundPart, component: int, half_size: float) -> int:
     """A large square in a plane of symmetry."""
     occ = model().occ
     a, b = (i for i in range(3) if i != component)
     corners = np.zeros((4, 3))
-    corners[:, a] = [-reach, reach, reach, -reach]
-    corners[:, b] = [-reach, -reach, reach, reach]
+    corners[:, a] = [-half_size, half_size, half_size, -half_size]
+    corners[:, b] = [-half_size, -half_size, half_size, half_size]
     points = [occ.addPoint(*p) for p in part.frame.in_file(corners)]
     lines = [occ.addLine(points[i], points[(i + 1) % 4]) for i in range(4)]
     return int(occ.addPlaneSurface([occ.addCurveLoop(lines)]))

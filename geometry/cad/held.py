@@ -73,20 +73,20 @@ def beyond_bonds(
         bonded = {face.tag for face in faces}
         other_faces = {f for solid in solids for f in _sides(3, solid)} - bonded
         radius = float(np.mean([radius_of(face, axis) for face in faces]))
-        alike = {
+        coaxial = {
             face.tag: face
             for face in (sample(tag, part.size, 0.0) for tag in other_faces)
             if _is_cylinder(face, axis, radius)
         }
-        if not alike or not all(_is_cylinder(face, axis, radius) for face in faces):
+        if not coaxial or not all(_is_cylinder(face, axis, radius) for face in faces):
             continue
-        reached, curves = set[int](), {c for face in bonded for c in _sides(2, face)}
-        while fresh := {tag for tag in alike.keys() - reached if curves & set(_sides(2, tag))}:
-            reached |= fresh
-            curves |= {c for tag in fresh for c in _sides(2, tag)}
-        if reached:
+        continued, curves = set[int](), {c for face in bonded for c in _sides(2, face)}
+        while neighbours := {tag for tag in coaxial.keys() - continued if curves & set(_sides(2, tag))}:
+            continued |= neighbours
+            curves |= {c for tag in neighbours for c in _sides(2, tag)}
+        if continued:
             ends = extent(faces, axis.direction)
-            low, high = extent([*faces, *(alike[tag] for tag in reached)], axis.direction)
+            low, high = extent([*faces, *(coaxial[tag] for tag in continued)], axis.direction)
             lengths[bond] = (ends[0] - low, high - ends[1])
     return lengths
 
@@ -101,8 +101,8 @@ def is_even(beyond: Mapping[str, tuple[float, float]], thickness: float) -> bool
     thickness
         Size of the rubber across the bonds, mm: it bulges no farther than this.
     """
-    reach = [[min(length, thickness) for length in lengths] for lengths in beyond.values()]
-    return all(abs(above - below) < EVEN * thickness for below, above in reach)
+    ends = [[min(length, thickness) for length in lengths] for lengths in beyond.values()]
+    return all(abs(above - below) < EVEN * thickness for below, above in ends)
 
 
 def _sides(dimension: int, tag: int) -> list[int]:

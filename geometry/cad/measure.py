@@ -39,8 +39,8 @@ def volume(points: Array, cells: Ints) -> float:
         a, b, c = (corners[:, k] - corners[:, 0] for k in (1, 2, 3))
         return float(np.abs(np.einsum("ij,ij->i", np.cross(a, b), c)).sum() / 6)
     # A hexahedron is five tetrahedra.
-    five = ((0, 1, 3, 4), (1, 2, 3, 6), (1, 4, 5, 6), (3, 4, 6, 7), (1, 3, 4, 6))
-    return sum(volume(points, cells[:, list(part)]) for part in five)
+    tetrahedra = ((0, 1, 3, 4), (1, 2, 3, 6), (1, 4, 5, 6), (3, 4, 6, 7), (1, 3, 4, 6))
+    return sum(volume(points, cells[:, list(part)]) for part in tetrahedra)
 
 
 def flux(points: Array, facets: Ints) -> float:

@@ -86,9 +86,11 @@ def refuse_flat(raw: RawMesh, where: str, view: View | None) -> None:
     )
     facets = np.concatenate(list(raw.facets.values()))
     facet_keys, twice = np.unique(keys(facets), return_counts=True)
-    wrong = np.concatenate([np.setxor1d(sides[times == 1], facet_keys), facet_keys[twice > 1]])
-    if len(wrong):
-        place = raw.points[[wrong[0] // count**2, wrong[0] // count % count, wrong[0] % count]].mean(axis=0)
+    wrong_keys = np.concatenate([np.setxor1d(sides[times == 1], facet_keys), facet_keys[twice > 1]])
+    if len(wrong_keys):
+        place = raw.points[
+            [wrong_keys[0] // count**2, wrong_keys[0] // count % count, wrong_keys[0] % count]
+        ].mean(axis=0)
         raise GeometryError(
             where,
             f"cannot be meshed: an element near {vector_text(place)} mm from the bushing's centre has no volume",

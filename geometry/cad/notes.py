@@ -129,9 +129,9 @@ def _unused(part: Part, bonds: Bonds) -> list[str]:
     """Return sentences about colours and names of faces in the file that defined no bond."""
     sentences = []
     if bonds.unused:
-        why = "the bonds are known without them" if len(bonds.unused) == 2 else "there are not two of them"
+        reason = "the bonds are known without them" if len(bonds.unused) == 2 else "there are not two of them"
         sentences.append(
-            f"colours of faces ({', '.join(bonds.unused)}) were not used: {why}; "
+            f"colours of faces ({', '.join(bonds.unused)}) were not used: {reason}; "
             f'geometry.bonds.inner = {{colour = "{bonds.unused[0]}"}} takes a bond from one'
         )
     if part.lost:

@@ -140,14 +140,14 @@ def _refuse_loose(points: Array, cells: Ints, facets: Mapping[str, Ints], where:
     from scipy.sparse.csgraph import connected_components
 
     first_nodes = np.repeat(cells[:, 0], cells.shape[1])
-    links = coo_array(
+    graph = coo_array(
         (np.ones(first_nodes.size), (first_nodes, cells.ravel())), shape=(len(points), len(points))
     )
-    _, body = connected_components(links, directed=False)
+    _, body = connected_components(graph, directed=False)
     bodies_by_bond = {name: set(body[facets[name]].ravel().tolist()) for name in ("inner", "outer")}
-    loose = sorted(set(body[cells[:, 0]].tolist()) - bodies_by_bond["inner"] - bodies_by_bond["outer"])
-    if loose:
-        x, y, z = points[body == loose[0]].mean(axis=0)
+    loose_bodies = sorted(set(body[cells[:, 0]].tolist()) - bodies_by_bond["inner"] - bodies_by_bond["outer"])
+    if loose_bodies:
+        x, y, z = points[body == loose_bodies[0]].mean(axis=0)
         raise GeometryError(
             where,
             f"elements around ({x:.4g}, {y:.4g}, {z:.4g}) are held by no bond: they share no nodes with those that are",

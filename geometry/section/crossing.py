@@ -111,7 +111,7 @@ def _crossing(outline: Array) -> Array | None:
             s = (between[:, 0] * d[j, 1] - between[:, 1] * d[j, 0]) / det
             t = (between[:, 0] * d[i, 1] - between[:, 1] * d[i, 0]) / det
         # Open intervals: what merely touches is left to Gmsh.
-        hit = np.flatnonzero((s > 1e-9) & (s < 1 - 1e-9) & (t > 1e-9) & (t < 1 - 1e-9))
-        if len(hit):
-            return np.asarray(a[i[hit[0]]] + s[hit[0]] * d[i[hit[0]]])
+        crossings = np.flatnonzero((s > 1e-9) & (s < 1 - 1e-9) & (t > 1e-9) & (t < 1 - 1e-9))
+        if len(crossings):
+            return np.asarray(a[i[crossings[0]]] + s[crossings[0]] * d[i[crossings[0]]])
     return None

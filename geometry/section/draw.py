@@ -44,8 +44,8 @@ def draw(loops: Sequence[Loop], where: str, half: bool = False) -> Drawn:
     faces, names = _faces(loops, where)
     tools = []
     if half:
-        reach = 4.0 * max(abs(x) for loop in loops for c in loop.curves for p in c.points for x in p)
-        ends = [occ.addPoint(-reach, 0, 0), occ.addPoint(reach, 0, 0)]
+        half_length = 4.0 * max(abs(x) for loop in loops for c in loop.curves for p in c.points for x in p)
+        ends = [occ.addPoint(-half_length, 0, 0), occ.addPoint(half_length, 0, 0)]
         tools.append((1, occ.addLine(*ends)))
     fragments = [[(2, tag)] for tag in faces]
     if len(faces) + len(tools) > 1:
@@ -148,7 +148,7 @@ def _holes(loops: Sequence[Loop]) -> dict[int, int]:
     """Loops of rubber that are holes, with the loop that they are in: those inside an odd number of loops of rubber."""
     polygons = [np.array([p for c in loop.curves for p in c.points[:-1]]) for loop in loops]
     rubber = [number for number, loop in enumerate(loops) if loop.body == RUBBER]
-    around = {
+    enclosing = {
         inner: [
             outer
             for outer in rubber
@@ -158,8 +158,8 @@ def _holes(loops: Sequence[Loop]) -> dict[int, int]:
     }
     # The innermost of the loops around it is itself inside the most loops.
     return {
-        inner: max(outside, key=lambda outer: len(around[outer]))
-        for inner, outside in around.items()
+        inner: max(outside, key=lambda outer: len(enclosing[outer]))
+        for inner, outside in enclosing.items()
         if len(outside) % 2
     }
 
@@ -208,8 +208,8 @@ def _boundaries(loops: Sequence[Loop], half: bool) -> dict[str, tuple[int, ...]]
             # Only edges whose boxes are as near as one of the edges can be nearest.
             beyond = np.maximum(np.maximum(lowest - points[:, None], points[:, None] - highest), 0.0)
             boxes = np.linalg.norm(beyond, axis=2).max(axis=0)
-            reach = _apart(points, lines[int(np.argmin(boxes))][1]) + 1e-5 * size
-            gaps = {i: _apart(points, lines[i][1]) for i in map(int, np.flatnonzero(boxes <= reach))}
+            limit = _apart(points, lines[int(np.argmin(boxes))][1]) + 1e-5 * size
+            gaps = {i: _apart(points, lines[i][1]) for i in map(int, np.flatnonzero(boxes <= limit))}
             # Among edges that lie on each other, the named one is used.
             name = lines[min(gaps, key=lambda i: (round(gaps[i] / size, 6), lines[i][0] == FREE))][0]
         boundaries[name] = (*boundaries.get(name, ()), int(tag))

@@ -227,17 +227,17 @@ def _loops(curves: Sequence[OutlineCurve], where: str, off: Sequence[str]) -> tu
         ends = [p for curve in left for p in (curve.points[0], curve.points[-1])]
         end_points = np.array(ends)
         distances = (np.hypot(*(end_points - p).T) for p in ends)
-        lonely = next((p for p, d in zip(ends, distances, strict=True) if np.sum(d <= gap) == 1), ends[0])
+        open_end = next((p for p, d in zip(ends, distances, strict=True) if np.sum(d <= gap) == 1), ends[0])
         layers = " and ".join(f'"{name}"' for name in sorted({curve.name for curve in left}))
-        gaps = [float(np.hypot(lonely[0] - q[0], lonely[1] - q[1])) for q in ends]
+        gaps = [float(np.hypot(open_end[0] - q[0], open_end[1] - q[1])) for q in ends]
         width, place = min(
-            ((d, q) for d, q in zip(gaps, ends, strict=True) if d > gap), default=(0.0, lonely)
+            ((d, q) for d, q in zip(gaps, ends, strict=True) if d > gap), default=(0.0, open_end)
         )
         nearest = f", {width:.3g} mm from the next open end at ({place[0]:g}, {place[1]:g})" if width else ""
         layers_off = f"; layers that are off or frozen are left out: {', '.join(off)}" if off else ""
         raise GeometryError(
             where,
-            f"an outline is open at ({lonely[0]:g}, {lonely[1]:g}){nearest}; "
+            f"an outline is open at ({open_end[0]:g}, {open_end[1]:g}){nearest}; "
             f"{len(left)} {'curves' if len(left) > 1 else 'curve'} of {layers} in no closed outline{layers_off}",
             f"closed outlines only: no gaps above {gap:.2g} mm, no centre lines, no duplicate lines",
         )
@@ -256,20 +256,20 @@ def _chained(
 ) -> tuple[list[tuple[OutlineCurve, ...]], list[OutlineCurve]]:
     """Closed chains of curves, and the curves that are left."""
     ends = np.array([(curve.points[0], curve.points[-1]) for curve in curves]).reshape(-1, 2, 2)
-    waiting = np.ones(len(curves), dtype=bool)
+    unused = np.ones(len(curves), dtype=bool)
     closed, left = [], []
     for start, curve in enumerate(curves):
-        if not waiting[start]:
+        if not unused[start]:
             continue
-        waiting[start] = False
+        unused[start] = False
         chain = [curve]
         while not _meet(chain[0].points[0], chain[-1].points[-1], gap) or len(chain[0].points) < 2:
             end = chain[-1].points[-1]
             within_gap = np.hypot(ends[..., 0] - end[0], ends[..., 1] - end[1]) <= gap
-            number = int(np.argmax(waiting & within_gap.any(axis=1)))
-            if not (waiting[number] and within_gap[number].any()):
+            number = int(np.argmax(unused & within_gap.any(axis=1)))
+            if not (unused[number] and within_gap[number].any()):
                 break
-            waiting[number] = False
+            unused[number] = False
             following = curves[number] if within_gap[number, 0] else curves[number].reversed()
             chain.append(_moved(following, end))
         if _meet(chain[0].points[0], chain[-1].points[-1], gap):
