@@ -42,8 +42,8 @@ class Border:
         self._free = list(self._motion.free_numbers)
         count = len(self._free)
         dofs = model.system.owned_constrained
-        homes = [rank for rank, many in enumerate(model.comm.allgather(len(dofs))) if many >= count]
-        self._home = homes[0]
+        ranks = [rank for rank, number in enumerate(model.comm.allgather(len(dofs))) if number >= count]
+        self._home = ranks[0]
         self._slots = dofs[:count] if model.comm.rank == self._home else dofs[:0]
         extent = float(
             model.comm.allreduce(np.abs(model.mesh.mesh.geometry.x[:, :2]).max(initial=0.0), MPI.MAX)

@@ -172,15 +172,15 @@ def _limit(law: Law, parameters: Mapping[str, float], mode: str, end: float, bey
     while True:
         e = np.linspace(low, high, _CHUNK)
         strains = e[:, None] * path
-        good = stable(law, parameters, np.exp(np.column_stack((strains, -strains.sum(axis=1)))))
-        if good.all():
+        is_stable = stable(law, parameters, np.exp(np.column_stack((strains, -strains.sum(axis=1)))))
+        if is_stable.all():
             return beyond
-        bad = int(np.argmin(good))
-        if bad == 0:
+        first_unstable = int(np.argmin(is_stable))
+        if first_unstable == 0:
             return 1.0
-        if abs(e[bad] - e[bad - 1]) < 1e-5:
-            return float(np.exp(e[bad - 1]))
-        low, high = float(e[bad - 1]), float(e[bad])
+        if abs(e[first_unstable] - e[first_unstable - 1]) < 1e-5:
+            return float(np.exp(e[first_unstable - 1]))
+        low, high = float(e[first_unstable - 1]), float(e[first_unstable])
 
 
 def _path(mode: str) -> NDArray[Any]:

@@ -166,21 +166,21 @@ class Stepper:
         outcome = self._solved(goal, guess)
         settled = False
         if not outcome.found and self._may_settle(goal):
-            flown = settle(self._solver, goal, self._known.x[-1])
-            settled = flown.found
+            flow_outcome = settle(self._solver, goal, self._known.x[-1])
+            settled = flow_outcome.found
             self._restless = not settled
-            outcome = replace(flown, iterations=outcome.iterations + flown.iterations)
+            outcome = replace(flow_outcome, iterations=outcome.iterations + flow_outcome.iterations)
         seconds = time.perf_counter() - start
-        tried = Attempt(q, goal, outcome.iterations, outcome.reason, seconds)
-        return AttemptedStep(goal, share, duration, outcome.newton, tried, settled)
+        attempt = Attempt(q, goal, outcome.iterations, outcome.reason, seconds)
+        return AttemptedStep(goal, share, duration, outcome.newton, attempt, settled)
 
     def _warm(self, start: float, end: float) -> None:
         """Set the temperatures at the ends of the step, if they change along the program."""
-        warm = None if self._program is None else self._program.temperature_at(end)
-        if warm is not None and "temperature" in self._model.constants:
+        temperature = None if self._program is None else self._program.temperature_at(end)
+        if temperature is not None and "temperature" in self._model.constants:
             assert self._program is not None
             self._model.parameters.begin_step(self._program.temperature_at(start))
-            self._model.constants["temperature"].value = warm
+            self._model.constants["temperature"].value = temperature
 
     def _solved(self, goal: float, guess: Array) -> Outcome:
         """Bring the model into equilibrium, with a soft contact first where it fails with the actual one."""
@@ -237,8 +237,8 @@ class Stepper:
 
     def _guess(self, goal: float) -> Array:
         states = self._known
-        soft = self._stiffens > 0 and not self._model.surfaces.apart
-        if soft and not self._rejected and goal != self.q:
+        is_soft = self._stiffens > 0 and not self._model.surfaces.apart
+        if is_soft and not self._rejected and goal != self.q:
             # The tangent moves surfaces in contact along each other; a parabola moves them into each other. After a
             # step that failed from one guess, the other is used.
             return states.x[-1] + (goal - self.q) * self._solver.ahead(self.q, states.x[-1])

@@ -135,13 +135,13 @@ class SurfaceForms:
         if contact is None or contact.share < 1.0:
             return False
         contact.look(self._state.x.array)
-        deep = contact.penetration > DEEPEST
+        is_too_deep = contact.penetration > DEEPEST
         if self._resting:
-            self.apart = not (contact.touching or deep)
+            self.apart = not (contact.touching or is_too_deep)
             return not self.apart
         # Where surfaces are about to meet, contact remains included.
         self.apart = not contact.near
-        return deep
+        return is_too_deep
 
     def near(self) -> bool:
         """Whether surfaces are near each other at the present state; contact takes part from then on."""
@@ -292,8 +292,8 @@ def surface_energies(
     ]
 
 
-def _measure(mesh: NamedMesh, usual: int) -> Callable[..., Any]:
-    def ds(name: str, degree: int = usual) -> Any:
+def _measure(mesh: NamedMesh, default_degree: int) -> Callable[..., Any]:
+    def ds(name: str, degree: int = default_degree) -> Any:
         if name not in mesh.boundary:
             return None
         metadata = {"quadrature_degree": degree}

@@ -2,10 +2,10 @@
 
 A stiffness is a stationary value x^T K x, so that its derivative by a parameter p is x^T (dK/dp) x, without those of x
 and without an adjoint solution. But K is the tangent at a preload, whose state u depends on p as well: dK/dp = K_p +
-K_u u_p. The movement u_p is exact: one back-substitution with the factorisation of K_eq (`Sensitivity.movements`). Along
-it the matrices are differenced, at p and u(p) a little to either side: products with the few vectors of the basis, where
-exact third derivatives of the energy would need kernels of their own for the law, its volumetric part, sleeves and
-surfaces, to no use. Neither another march nor another factorisation is needed.
+K_u u_p. The movement u_p is exact: one back-substitution with the factorisation of K_eq (`Sensitivity.movements`).
+Along it the matrices are differenced, at p and u(p) a little to either side: products with the few vectors of the
+basis, where exact third derivatives of the energy would need kernels of their own for the law, its volumetric part,
+sleeves and surfaces, to no use. Neither another march nor another factorisation is needed.
 """
 
 from __future__ import annotations

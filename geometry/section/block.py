@@ -178,9 +178,9 @@ def _sound(points: Array) -> bool:
     """Whether no corner of an element is folded or too acute."""
     corners = points[::2, ::2]
     for i, j in ((0, 0), (1, 0), (1, 1), (0, 1)):
-        here = corners[i : i + corners.shape[0] - 1, j : j + corners.shape[1] - 1]
-        right = corners[1 - i : 1 - i + corners.shape[0] - 1, j : j + corners.shape[1] - 1] - here
-        up = corners[i : i + corners.shape[0] - 1, 1 - j : 1 - j + corners.shape[1] - 1] - here
+        corner = corners[i : i + corners.shape[0] - 1, j : j + corners.shape[1] - 1]
+        right = corners[1 - i : 1 - i + corners.shape[0] - 1, j : j + corners.shape[1] - 1] - corner
+        up = corners[i : i + corners.shape[0] - 1, 1 - j : 1 - j + corners.shape[1] - 1] - corner
         area = right[..., 0] * up[..., 1] - right[..., 1] * up[..., 0]
         sine = area / (np.linalg.norm(right, axis=-1) * np.linalg.norm(up, axis=-1))
         if np.any((sine if i == j else -sine) < LEAST_SINE):

@@ -43,13 +43,13 @@ def with_plates(loops: Sequence[Loop], where: str) -> tuple[Loop, ...]:
 def _plate(name: str, loops: Sequence[Loop], where: str) -> Loop:
     chains = [chain for loop in loops for chain in _chains(loop, name)]
     if len(chains) != 2:
-        meant = next((bond for bond in BONDS if bond in name.lower()), None)
+        bond_name = next((bond for bond in BONDS if bond in name.lower()), None)
         raise GeometryError(
             where,
             f'the name "{name}" is given to {len(chains)} row{"s" * (len(chains) > 1)} of edges: a plate is bonded to '
             "rubber on two sides",
-            f'did you mean "{meant}"?'
-            if meant
+            f'did you mean "{bond_name}"?'
+            if bond_name
             else f'"inner", "outer", no name for a free edge, or a plate drawn as an outline with body = "{name}"',
         )
     outline_chain, other_chain = chains
