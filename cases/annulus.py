@@ -68,5 +68,5 @@ def conical(a: float, b: float, length: float) -> Bounds:
     a, b, length : float
         Inner radius, outer radius and length of the rubber, mm.
     """
-    along, across, share = axial(a, b, length), radial(a, b, length), length**2 / 12.0
-    return along[0] * a**2 / 2.0 + across[0] * share, along[1] * b**2 / 2.0 + across[1] * share
+    axially, radially, share = axial(a, b, length), radial(a, b, length), length**2 / 12.0
+    return axially[0] * a**2 / 2.0 + radially[0] * share, axially[1] * b**2 / 2.0 + radially[1] * share

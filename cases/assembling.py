@@ -31,21 +31,23 @@ def assemble(model: FiniteElementModel, solver: Equilibrium) -> list[Attempt]:
     """
     attempts: list[Attempt] = []
     model.duration.value = RELAXED
-    done, step, taken = 0.0, 1.0 / ASSEMBLY_STEPS, 1.0
+    done, step, previous_step = 0.0, 1.0 / ASSEMBLY_STEPS, 1.0
     states = [solver.unknowns()]
     while done < 1.0:
         stage = min(1.0, done + step)
         model.stage.value = stage
         # Extrapolated linearly from the last two states.
         guess = (
-            states[-1] if len(states) < 2 else states[-1] + (states[-1] - states[-2]) * (stage - done) / taken
+            states[-1]
+            if len(states) < 2
+            else states[-1] + (states[-1] - states[-2]) * (stage - done) / previous_step
         )
-        begin = time.perf_counter()
+        start = time.perf_counter()
         outcome = solver.solve(0.0, guess)
-        seconds = time.perf_counter() - begin
+        seconds = time.perf_counter() - start
         attempts.append(Attempt(0.0, 0.0, outcome.iterations, outcome.reason, seconds))
         if attempts[-1].accepted:
-            taken, done = stage - done, stage
+            previous_step, done = stage - done, stage
             states = [states[-1], solver.unknowns()]
             continue
         step *= 0.5

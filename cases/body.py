@@ -289,5 +289,5 @@ class Body:
     @property
     def volume(self) -> float:
         """Volume of the stress-free body on this rank without swelling, mm^3, metal included."""
-        whole = sum(float(part.points.weight.sum()) for part in self._metals)
-        return whole + float(self.rubber.points.weight.sum()) / self.swelling
+        metal_volume = sum(float(part.points.weight.sum()) for part in self._metals)
+        return metal_volume + float(self.rubber.points.weight.sum()) / self.swelling

@@ -41,10 +41,10 @@ class Border:
         self._model, self._motion = model, pose_motion_of(model.motion)
         self._free = list(self._motion.free_numbers)
         count = len(self._free)
-        own = model.system.owned_constrained
-        homes = [rank for rank, many in enumerate(model.comm.allgather(len(own))) if many >= count]
-        self._home = homes[0]
-        self._slots = own[:count] if model.comm.rank == self._home else own[:0]
+        dofs = model.system.owned_constrained
+        ranks = [rank for rank, number in enumerate(model.comm.allgather(len(dofs))) if number >= count]
+        self._home = ranks[0]
+        self._slots = dofs[:count] if model.comm.rank == self._home else dofs[:0]
         extent = float(
             model.comm.allreduce(np.abs(model.mesh.mesh.geometry.x[:, :2]).max(initial=0.0), MPI.MAX)
         )
@@ -62,7 +62,7 @@ class Border:
 
     def read(self, x: PETSc.Vec) -> Array:
         """Return the free motions (mm, rad) stored in a vector; collective."""
-        return self._shared(x.array_r[self._slots]) / self._length
+        return self._broadcast(x.array_r[self._slots]) / self._length
 
     def write(self, x: PETSc.Vec, motions: Array) -> None:
         """Put free motions (mm, rad) into a vector.
@@ -89,7 +89,7 @@ class Border:
         share = reactions[self._free] / (self._length * self._model.multiplicity)
         b.array_w[self._slots] = share[: len(self._slots)]
 
-    def _shared(self, at_home: Array) -> Array:
+    def _broadcast(self, at_home: Array) -> Array:
         comm = self._model.comm
         return (
             np.array(at_home) if comm.size == 1 else np.asarray(comm.bcast(at_home.copy(), root=self._home))
@@ -106,16 +106,16 @@ class Border:
         matrix = pc.getOperators()[0]
         self.factor.setOperators(matrix)
         turning = any(k >= 3 for k in self._free)
-        wanted = sorted({*self._free, *((3, 4, 5) if turning else ())})
+        motions = sorted({*self._free, *((3, 4, 5) if turning else ())})
         try:
-            found = tangent(self._model, self.factor, self._q, wanted)
+            pose_tangent = tangent(self._model, self.factor, self._q, motions)
         except NoFactorisation:
             # The linear solver then fails, and the step is cut back.
             pc.setFailedReason(PETSc.PC.FailedReason.FACTOR_OTHER)
             return
         self._columns = twist_of(self._motion.pose(self._q))[:, self._free]
-        self._tangent = found
-        self._schur = (found.stiffness @ self._columns)[self._free] / self._model.multiplicity
+        self._tangent = pose_tangent
+        self._schur = (pose_tangent.stiffness @ self._columns)[self._free] / self._model.multiplicity
 
     def apply(self, pc: PETSc.PC, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve the bordered system (called by PETSc).
@@ -129,16 +129,16 @@ class Border:
         x : PETSc.Vec
             Receives the solution.
         """
-        found = self._tangent
-        assert found is not None
-        reactions = self._shared(b.array_r[self._slots]) * self._length
+        pose_tangent = self._tangent
+        assert pose_tangent is not None
+        reactions = self._broadcast(b.array_r[self._slots]) * self._length
         right = b.copy()
         right.array_w[self._model.system.owned_constrained] = 0.0
         self.factor.solve(right, x)
         owned = self._model.system.owned
-        reactions -= summed(self._model.comm, found.pull[self._free, :owned] @ x.array_r)
+        reactions -= summed(self._model.comm, pose_tangent.pull[self._free, :owned] @ x.array_r)
         motions = np.linalg.solve(self._schur, reactions)
-        answers = (self._columns @ motions) @ found.answers[:, :owned]
+        answers = (self._columns @ motions) @ pose_tangent.answers[:, :owned]
         answers[self._model.system.owned_constrained] = 0.0
         x.array_w[:] = x.array_r + answers
         self.write(x, motions)
@@ -162,25 +162,25 @@ class Border:
         ahead
             At a corner of the path: take the rate of the load after it.
         """
-        model, found = self._model, self._tangent
-        assert found is not None
+        model, pose_tangent = self._model, self._tangent
+        assert pose_tangent is not None
         constrained = model.motion.constrained.dofs
         twists = self._motion.twists(self._q)
         twist = _coordinates(model, twists, rate[constrained])
         b, x = model.system.create_vector(), model.system.create_vector()
         model.system.apply_tangent(b, rate)
-        at = constrained < model.system.owned
-        work = twists[:, at] @ b.array_r[constrained[at]]
+        owned = constrained < model.system.owned
+        work = twists[:, owned] @ b.array_r[constrained[owned]]
         change = np.asarray(summed(model.comm, work)) * model.multiplicity
-        change[3:] += found.arms @ twist[3:]
+        change[3:] += pose_tangent.arms @ twist[3:]
         b.array_w[model.system.owned_constrained] = 0.0
         self.write_forces(b, change - self._motion.path.load_rate(self._q, ahead))
         b.scale(-1.0)
         ksp.solve(b, x)
         free, answer = self.read(x), ghosted(x)
         answer[constrained] = 0.0
-        for item in (b, x):
-            item.destroy()
+        for vector in (b, x):
+            vector.destroy()
         return answer + rate + model.motion.over_all((self._columns @ free) @ twists), free
 
 

@@ -61,5 +61,5 @@ class Drag:
 
     def destroy(self) -> None:
         """Free the PETSc objects."""
-        for item in (self._stiffness, self._origin, self._way):
-            item.destroy()
+        for petsc_object in (self._stiffness, self._origin, self._way):
+            petsc_object.destroy()

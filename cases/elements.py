@@ -58,8 +58,8 @@ class Unknowns:
 
 def _unknowns(part: Any, cells: Index) -> Index:
     """Unknowns of a part of a mixed space, those of a block in sequence; a rank may have no cells."""
-    found = [part.dofmap.cell_dofs(cell) for cell in cells]
-    return np.array(found, dtype=np.int32).reshape(len(cells), part.element.space_dimension)
+    dofs = [part.dofmap.cell_dofs(cell) for cell in cells]
+    return np.array(dofs, dtype=np.int32).reshape(len(cells), part.element.space_dimension)
 
 
 @dataclass(frozen=True)
@@ -113,17 +113,17 @@ def apart_from_bonds(mesh: NamedMesh, space: Any, cells: Index, bonds: Iterable[
     """
     facets = [mesh.facets.find(mesh.boundary[name]) for name in bonds if name in mesh.boundary]
     dimension = mesh.dimension
-    held = np.zeros(space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts, dtype=np.bool_)
+    on_bond = np.zeros(space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts, dtype=np.bool_)
     if facets:
         # Asks the other ranks for unknowns that lie on a bond of theirs.
-        held[fem.locate_dofs_topological(space.sub(0), dimension - 1, np.unique(np.concatenate(facets)))] = (
-            True
-        )
+        on_bond[
+            fem.locate_dofs_topological(space.sub(0), dimension - 1, np.unique(np.concatenate(facets)))
+        ] = True
     mesh.mesh.topology.create_connectivity(dimension, dimension)
     for name in mesh.sleeves:
         metal = mesh.cells.find(mesh.region[name])
-        held[fem.locate_dofs_topological(space.sub(0), dimension, metal)] = True
-    return np.asarray(~held[_unknowns(space.sub(0), cells)].any(axis=1))
+        on_bond[fem.locate_dofs_topological(space.sub(0), dimension, metal)] = True
+    return np.asarray(~on_bond[_unknowns(space.sub(0), cells)].any(axis=1))
 
 
 def mixed_element(mesh: NamedMesh, components: int, followed: int) -> Any:

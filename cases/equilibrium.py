@@ -174,17 +174,17 @@ class Equilibrium:
         """Unknowns of this rank, and the free motions of the sleeve after them, at the last solution."""
         return np.concatenate([self.model.state.x.array, self.model.motion.free])
 
-    def ahead(self, q: float, at: Array) -> Array:
+    def ahead(self, q: float, state: Array) -> Array:
         """Return the derivative of `unknowns` by q at any solution; at a corner of the path, on the segment after it.
 
         Parameters
         ----------
         q
             Displacement there, mm or rad.
-        at
+        state
             `unknowns` there, shape (n,).
         """
-        self.model.put(at)
+        self.model.put(state)
         self.q, self.rate = q, self.model.rate(q, ahead=True)
         return np.concatenate([self.tangent_rate(ahead=True), self.free_rate])
 
@@ -201,12 +201,12 @@ class Equilibrium:
         self.free_rate: Array = np.zeros_like(self.model.motion.free)
         if self.border is not None:
             self.factorise()
-            moved, self.free_rate = self.border.rate(self.ksp, self.rate, ahead)
-            return moved
+            border_rate, self.free_rate = self.border.rate(self.ksp, self.rate, ahead)
+            return border_rate
         if not factorised and self.fresh(TIRED):
             self.model.system.stiffen()
-            at = ConvergedState(self.model, self.ksp, self.q, self.rate, self.tolerance)
-            rate = self._rates.iterated(at)
+            state = ConvergedState(self.model, self.ksp, self.q, self.rate, self.tolerance)
+            rate = self._rates.iterated(state)
             if rate is not None:
                 return rate
         self._renew()
@@ -216,10 +216,10 @@ class Equilibrium:
         rate = ghosted(solution)
         solution.destroy()
         if not self.model.system.symmetric:
-            at = ConvergedState(self.model, self.ksp, self.q, self.rate, self.tolerance)
-            found = self._rates.iterated(at, rate, MOST_OF_SKEW)
-            if found is not None:
-                return found
+            state = ConvergedState(self.model, self.ksp, self.q, self.rate, self.tolerance)
+            refined = self._rates.iterated(state, rate, MOST_OF_SKEW)
+            if refined is not None:
+                return refined
         self._rates.add(self.q, rate)
         return rate
 
@@ -237,8 +237,8 @@ class Equilibrium:
 
     def destroy(self) -> None:
         """Free the PETSc objects: the garbage collector does not do so in step on all ranks."""
-        for item in (self.snes, self.matrix, self.b, self.x):
-            item.destroy()
+        for petsc_object in (self.snes, self.matrix, self.b, self.x):
+            petsc_object.destroy()
         if self.border is not None:
             self.border.release()
 

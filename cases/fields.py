@@ -60,7 +60,7 @@ def write_fields(model: FiniteElementModel, displacements: Array, states: Array,
     times = displacements if distinct else np.arange(len(displacements), dtype=float)
     with io.XDMFFile(mesh.comm, file, "w") as out:
         out.write_mesh(mesh)
-        for when, state in zip(times, states, strict=True):
+        for time, state in zip(times, states, strict=True):
             model.state.x.array[:] = state
             for (function, _), expression in zip(fields, expressions, strict=True):
                 if expression is None:
@@ -68,7 +68,7 @@ def write_fields(model: FiniteElementModel, displacements: Array, states: Array,
                 else:
                     function.interpolate(expression)
                 function.x.scatter_forward()
-                out.write_function(function, float(when))
+                out.write_function(function, float(time))
 
 
 def _cartesian(model: FiniteElementModel, u: ufl.core.expr.Expr) -> ufl.core.expr.Expr:

@@ -110,9 +110,9 @@ def _clear_remains(folder: Path, oldest: float) -> None:
                 source.unlink()
         except OSError:
             continue  # another process was faster
-    for ready in folder.glob(f"*{READY}"):
+    for ready_file in folder.glob(f"*{READY}"):
         with suppress(OSError):
-            remove_damaged(folder, ready.name.removesuffix(READY), is_whole)
+            remove_damaged(folder, ready_file.name.removesuffix(READY), is_whole)
 
 
 @cache
@@ -191,17 +191,17 @@ def compiled_source(name: str, folder: Path, sources: Sequence[str], declaration
         builder = cffi.FFI()
         builder.cdef(declarations)
         code = "".join(f'#include "{source}"\n' for source in sources if source.endswith(".c"))
-        given = {
+        options = {
             "extra_compile_args": ["-std=c17", *FLAGS],
             "include_dirs": [str(folder)],
             "libraries": ["m"],
         }
-        builder.set_source(module, code, **given)
+        builder.set_source(module, code, **options)
         # Built beside its final place and moved there: another process sees all of it or nothing.
-        with tempfile.TemporaryDirectory(dir=file.parent) as beside:
-            built = Path(builder.compile(tmpdir=beside))
-            note_checksum(built, file)
-            built.replace(file)
+        with tempfile.TemporaryDirectory(dir=file.parent) as build_folder:
+            built_file = Path(builder.compile(tmpdir=build_folder))
+            note_checksum(built_file, file)
+            built_file.replace(file)
     return load(file)
 
 

@@ -29,8 +29,8 @@ class ResultCache(Generic[Result]):
         asked : object
             Everything that the result depends on.
         """
-        for i, (known, result) in enumerate(self._results):
-            if known == asked:
+        for i, (key, result) in enumerate(self._results):
+            if key == asked:
                 self._results.append(self._results.pop(i))
                 return result
         return None
@@ -44,5 +44,5 @@ class ResultCache(Generic[Result]):
             Everything that the result depends on.
         result : Result
         """
-        others = [one for one in self._results if one[0] != asked]
-        self._results = [*others, (asked, result)][-self._most :]
+        other_entries = [entry for entry in self._results if entry[0] != asked]
+        self._results = [*other_entries, (asked, result)][-self._most :]

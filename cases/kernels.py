@@ -94,15 +94,15 @@ class Kernel:
     """
 
     def __init__(self, function: PointFunction) -> None:
-        found = records.find(function)
-        if found is None:
+        record = records.find(function)
+        if record is None:
             # UFL and the form compiler take longer to load than most kernels.
             from cases.compiling import compiled_function
 
             names, size, self._module = compiled_function(function)
             records.note(function, Path(self._module.__file__), size, names)
         else:
-            names, size, self._module = found[0].names, found[0].size, found[1]
+            names, size, self._module = record[0].names, record[0].size, record[1]
         self.size, self._names, self.batch = size, names, function.batch
         self._widths = [function.blocks[name] for name in names]
         # The form compiler puts one expression into a library.

@@ -111,11 +111,11 @@ class ForceSearch:
     """
 
     def __init__(
-        self, load: PrescribedForce, span: float, began: float, force: float, stiffness: float
+        self, load: PrescribedForce, span: float, start_time: float, force: float, stiffness: float
     ) -> None:
         self._load, self._close = load, CLOSE * span
         # Travel and force at the last target, and the stiffness there.
-        self._q, self._force, self._stiffness = 0.0, load.force(0.0, force, began), stiffness
+        self._q, self._force, self._stiffness = 0.0, load.force(0.0, force, start_time), stiffness
         # Travel and excess of force of the trials for this target, and the ends of the bracket: too little, too much.
         self._trials: list[tuple[float, float]] = []
         self._less: tuple[float, float] | None = None
@@ -128,7 +128,7 @@ class ForceSearch:
         self.largest = self._q, self._force
         return self._q + (prescribed - self._force) / self._stiffness
 
-    def passed(self, q: float, force: float, time: float, prescribed: float) -> bool:
+    def has_passed(self, q: float, force: float, time: float, prescribed: float) -> bool:
         """Whether an equilibrium on the way to a trial is already beyond the prescribed force.
 
         Parameters
@@ -140,11 +140,11 @@ class ForceSearch:
         prescribed
             Force that is prescribed, N or N mm.
         """
-        carried = self._load.force(q, force, time)
-        self._seen(q, carried, prescribed)
-        return (carried - prescribed) * (q - self._q) > 0.0
+        carried_force = self._load.force(q, force, time)
+        self._seen(q, carried_force, prescribed)
+        return (carried_force - prescribed) * (q - self._q) > 0.0
 
-    def falls(self, before: tuple[float, float], now: tuple[float, float], time: float) -> bool:
+    def falls(self, previous: tuple[float, float], current: tuple[float, float], time: float) -> bool:
         """Whether the force falls on the way, past a limit point.
 
         Parameters
@@ -154,8 +154,8 @@ class ForceSearch:
         time
             s, as in the program.
         """
-        gained = self._load.force(*now, time) - self._load.force(*before, time)
-        return gained * (now[0] - before[0]) < 0.0
+        gained = self._load.force(*current, time) - self._load.force(*previous, time)
+        return gained * (current[0] - previous[0]) < 0.0
 
     def better(self, q: float, force: float, time: float, prescribed: float) -> float | None:
         """Return a better travel; None if this one is good enough, NaN to give up the search.
@@ -169,12 +169,12 @@ class ForceSearch:
         prescribed
             Force that is prescribed, N or N mm.
         """
-        carried = self._load.force(q, force, time)
-        excess = carried - prescribed
+        carried_force = self._load.force(q, force, time)
+        excess = carried_force - prescribed
         slope = self._slope(q, excess)
-        self._seen(q, carried, prescribed)
+        self._seen(q, carried_force, prescribed)
         if abs(excess) <= self._close:
-            self._q, self._force = q, carried
+            self._q, self._force = q, carried_force
             self._stiffness = slope if slope > 0.0 else self._stiffness
             return None
         self._trials.append((q, excess))
@@ -188,31 +188,31 @@ class ForceSearch:
         if slope <= 0.0:
             self.reason = LIMIT_POINT
             return math.nan
-        better = q - excess / slope
+        target = q - excess / slope
         # While rubber relaxes under a constant force, the last trial may have moved nothing.
         furthest = FURTHER * max(abs(q - self._q), abs(excess) / self._stiffness)
-        return self._q + math.copysign(min(abs(better - self._q), furthest), better - self._q)
+        return self._q + math.copysign(min(abs(target - self._q), furthest), target - self._q)
 
-    def _seen(self, q: float, carried: float, prescribed: float) -> None:
+    def _seen(self, q: float, carried_force: float, prescribed: float) -> None:
         """Remember the equilibrium that came nearest to the prescribed force."""
-        if abs(carried - prescribed) < abs(self.largest[1] - prescribed):
-            self.largest = q, carried
+        if abs(carried_force - prescribed) < abs(self.largest[1] - prescribed):
+            self.largest = q, carried_force
 
     def _slope(self, q: float, excess: float) -> float:
         """Return the stiffness between the last two trials; that at the last target where there is one alone."""
         if not self._trials or self._trials[-1][0] == q:
             return self._stiffness
-        before, then = self._trials[-1]
-        return (excess - then) / (q - before)
+        previous_q, previous_excess = self._trials[-1]
+        return (excess - previous_excess) / (q - previous_q)
 
     def _bracket(self, q: float, excess: float) -> None:
         """Narrow the bracket by a trial; an end that stays twice in a row counts half (Illinois)."""
-        same = len(self._trials) > 1 and self._trials[-2][1] * excess > 0.0
+        same_side = len(self._trials) > 1 and self._trials[-2][1] * excess > 0.0
         if excess < 0.0:
             self._less = q, excess
-            if same and self._more is not None:
+            if same_side and self._more is not None:
                 self._more = self._more[0], 0.5 * self._more[1]
         else:
             self._more = q, excess
-            if same and self._less is not None:
+            if same_side and self._less is not None:
                 self._less = self._less[0], 0.5 * self._less[1]

@@ -88,10 +88,10 @@ class LocalStiffness:
     def __init__(self, model: FiniteElementModel, reaction: int | None = None) -> None:
         self.model, self._reaction = model, reaction
         inner = model.mesh.mesh
-        found = model.cells("rubber")
+        cells = model.cells("rubber")
         # Those of the rubber's cells that this rank owns.
-        self._own = np.flatnonzero(found < inner.topology.index_map(inner.topology.dim).size_local)
-        self.cells = self._cells(found[self._own])
+        self._own = np.flatnonzero(cells < inner.topology.index_map(inner.topology.dim).size_local)
+        self.cells = self._cells(cells[self._own])
 
     def __call__(self, solver: Equilibrium) -> Array:
         """Derivatives of the force (m,) at the equilibrium that the solver has just found; collective.
@@ -113,23 +113,23 @@ class LocalStiffness:
     def _by_cell(self, density: Array) -> Array:
         """Integrals of a density at the points over each cell, of all ranks."""
         points = self.model.body.rubber.points
-        whole = (density.reshape(points.shape) * points.weight).sum(axis=1)[self._own]
-        return np.concatenate(self.model.comm.allgather(whole * self.model.multiplicity))
+        totals = (density.reshape(points.shape) * points.weight).sum(axis=1)[self._own]
+        return np.concatenate(self.model.comm.allgather(totals * self.model.multiplicity))
 
-    def _cells(self, own: NDArray[np.int32]) -> Cells:
+    def _cells(self, cells: NDArray[np.int32]) -> Cells:
         model = self.model
         geometry, dimension = model.mesh.mesh.geometry, model.mesh.dimension
         # Corners come first among the nodes of a cell of second order.
-        nodes = cell_nodes(model.mesh.mesh)[own][:, : model.mesh.corners]
+        nodes = cell_nodes(model.mesh.mesh)[cells][:, : model.mesh.corners]
         # Ranks share points: global numbers identify them, so that cells on both sides stay neighbours.
         names = geometry.index_map().local_to_global(nodes.ravel()).reshape(nodes.shape)
         parts = model.comm.allgather((names, geometry.x[nodes][..., :dimension]))
         names, places = (np.concatenate([part[i] for part in parts]) for i in range(2))
-        _, first, corners = np.unique(names, return_index=True, return_inverse=True)
+        _, indices, corners = np.unique(names, return_index=True, return_inverse=True)
         # Volume of the stress-free shape, before the rubber swells or shrinks.
         model.take_parameters()
         volume = self._by_cell(np.full(model.body.rubber.points.number, 1.0 / model.body.swelling))
-        return Cells(places.reshape(-1, dimension)[first], corners.reshape(names.shape), volume)
+        return Cells(places.reshape(-1, dimension)[indices], corners.reshape(names.shape), volume)
 
 
 def swept(model: FiniteElementModel, targets: Array) -> Local:

@@ -123,22 +123,22 @@ def _started(
     model.put(np.zeros_like(solver.unknowns()))
     if model.internal is not None:
         model.internal.reset()
-    began = 0.0 if program.time is None else float(program.time[0])
+    start_time = 0.0 if program.time is None else float(program.time[0])
     if model.assembled:
-        recorder.tried(*assemble(model, solver))
+        recorder.add_attempts(*assemble(model, solver))
         if model.internal is not None:
-            derivatives.follow(solver, 0, 0.0, began)
+            derivatives.follow(solver, 0, 0.0, start_time)
             model.commit()
     span = float(np.abs(program.displacement).max())
     widest = max(float(np.abs(np.diff(program.displacement, prepend=0.0)).max()), 1e-12)
     search: Shared | ForceSearch | None = None
     if isinstance(drive, PrescribedForce):
         stiffness = Sensitivity(model, ()).stiffness(solver)
-        search = ForceSearch(drive, span, began, solver.force, stiffness)
+        search = ForceSearch(drive, span, start_time, solver.force, stiffness)
         widest /= abs(stiffness)
     elif drive is not None:
-        search = Shared(drive, span, began)
-    stepper = Stepper(model, solver, began, widest, flows=failure_limit is None, program=program)
+        search = Shared(drive, span, start_time)
+    stepper = Stepper(model, solver, start_time, widest, flows=failure_limit is None, program=program)
     return _March(model, solver, program, derivatives, recorder, stepper, search, observer, failure_limit)
 
 
@@ -187,50 +187,50 @@ class _March:
     def reach(self, number: int) -> int:
         """Go to the target with this number; return how many corrections of the state it took."""
         prescribed = float(self.program.displacement[number])
-        until = 0.0 if self.program.time is None else float(self.program.time[number])
+        end_time = 0.0 if self.program.time is None else float(self.program.time[number])
         target = prescribed if self.search is None else self.search.first(prescribed)
         newton = 0
         self.stepper.begin(corner=number > 0 and self.program.turns(number - 1))
         while True:
-            step = self.stepper.attempt(target, until)
-            self.recorder.tried(step.attempt)
+            step = self.stepper.attempt(target, end_time)
+            self.recorder.add_attempts(step.attempt)
             newton += step.attempt.newton
             if not step.attempt.accepted:
                 self._refused(step, target, newton)
                 continue
-            at = step.goal, self.solver.force, until, prescribed
-            if self.search is not None and (step.goal == target or self._passed(*at)):
-                better = self.search.better(*at)
-                if better is not None and math.isnan(better):
+            step_end = step.goal, self.solver.force, end_time, prescribed
+            if self.search is not None and (step.goal == target or self._has_passed(*step_end)):
+                better_target = self.search.better(*step_end)
+                if better_target is not None and math.isnan(better_target):
                     raise self._stopped(target, self.search.reason)
-                if better is not None:
+                if better_target is not None:
                     # Not yet what the program prescribes: repeat the step.
-                    target = better
+                    target = better_target
                     continue
                 target = step.goal
             self._accepted(step, number, arrived=step.goal == target)
             if step.goal == target:
                 return newton
 
-    def _passed(self, q: float, force: float, time: float, prescribed: float) -> bool:
+    def _has_passed(self, q: float, force: float, time: float, prescribed: float) -> bool:
         """Whether an equilibrium on the way to a trial already carries more than the prescribed force."""
         if not isinstance(self.search, ForceSearch):
             return False
-        before = self.stepper.q, self.stepper.force
+        previous = self.stepper.q, self.stepper.force
         # Rubber that relaxes may carry less although it is stiff.
-        if self.program.time is None and self.search.falls(before, (q, force), time):
+        if self.program.time is None and self.search.falls(previous, (q, force), time):
             raise self._stopped(q, LIMIT_POINT)
-        return self.search.passed(q, force, time, prescribed)
+        return self.search.has_passed(q, force, time, prescribed)
 
     def record(self, number: int, newton: int) -> None:
         """Record a target that was reached."""
-        at = self.stepper
-        self.recorder.point(at.q, at.force, at.energy, newton, at.state)
-        if at.six is not None and at.pose is not None:
-            self.recorder.six(at.pose, at.six)
+        stepper = self.stepper
+        self.recorder.point(stepper.q, stepper.force, stepper.energy, newton, stepper.state)
+        if stepper.six is not None and stepper.pose is not None:
+            self.recorder.six(stepper.pose, stepper.six)
         if self.derivatives.names:
             if self.model.internal is None:
-                self.derivatives.follow(self.solver, number, 1.0, at.time)
+                self.derivatives.follow(self.solver, number, 1.0, stepper.time)
             self.recorder.slopes(self.derivatives.at, self.derivatives.rates, self.derivatives.reactions)
 
     def _accepted(self, step: AttemptedStep, number: int, arrived: bool) -> None:
@@ -246,12 +246,14 @@ class _March:
 
     def _refused(self, step: AttemptedStep, target: float, newton: int) -> None:
         """Cut the step back, or end the march."""
-        at = self.stepper
-        at.reject(step)
+        stepper = self.stepper
+        stepper.reject(step)
         if self.failure_limit is not None and self.recorder.failed > self.failure_limit:
             raise self._stopped(target, step.attempt.reason)
-        if not at.can_go_on():
-            self.recorder.last_reached(at.q, at.force, at.energy, newton, at.state, at.pose, at.six)
+        if not stepper.can_go_on():
+            self.recorder.last_reached(
+                stepper.q, stepper.force, stepper.energy, newton, stepper.state, stepper.pose, stepper.six
+            )
             raise self._stopped(target, step.attempt.reason)
 
     def _stopped(self, target: float, reason: str) -> NotConverged:

@@ -76,8 +76,8 @@ class Remembered:
         last = np.zeros(self.parameters.shape[-1])
         last[-1] = 1.0
         nothing = np.zeros(self.values.shape[-1])
-        still = {f"d0 {name}": nothing for name in inputs}
-        return function.bound(out, {**inputs, **still, "d0 parameters": last}, clear)
+        no_change = {f"d0 {name}": nothing for name in inputs}
+        return function.bound(out, {**inputs, **no_change, "d0 parameters": last}, clear)
 
     @property
     def end(self) -> Kernel:
@@ -101,17 +101,19 @@ class Remembered:
         """
         function = self._functions.stress_rate if what == "stress" else self._functions.end_rate
         nothing = np.zeros(max(array.shape[-1] for array in inputs.values()))
-        found: list[Array] = []
-        while len(found) < len(changes):
-            left = changes[len(found) :]
-            count = BATCH if len(left) >= WORTH_IT else 1
-            given = dict(inputs)
+        rates: list[Array] = []
+        while len(rates) < len(changes):
+            remaining = changes[len(rates) :]
+            count = BATCH if len(remaining) >= WORTH_IT else 1
+            point_inputs = dict(inputs)
             for d in range(count):
-                change = left[d] if d < len(left) else {}
-                given |= {f"d{d} {name}": change.get(name, nothing) for name in inputs}
-            rows = kernel(function(count))(len(self.values), given).reshape(len(self.values), count, -1)
-            found += [rows[:, d] for d in range(min(count, len(left)))]
-        return found
+                change = remaining[d] if d < len(remaining) else {}
+                point_inputs |= {f"d{d} {name}": change.get(name, nothing) for name in inputs}
+            rows = kernel(function(count))(len(self.values), point_inputs).reshape(
+                len(self.values), count, -1
+            )
+            rates += [rows[:, d] for d in range(min(count, len(remaining)))]
+        return rates
 
     def inputs(self, strain: Array, law: Array) -> dict[str, Array]:
         """Return the inputs of its kernels, given strains and the law's [W, ...].
@@ -210,8 +212,8 @@ class RubberAtPoints:
         self._parameters["volumetric"][:] = numbers.volumetric
         for branch, parameters in zip(self.branches, numbers.branches, strict=True):
             # What has passed on the clock comes from the strains.
-            own = slice(-1 if branch.clock == "followed" else None)
-            branch.parameters[..., own] = parameters[own]
+            columns = slice(-1 if branch.clock == "followed" else None)
+            branch.parameters[..., columns] = parameters[columns]
 
     def answer(self, moduli: bool) -> Array:
         """Return energy, stresses and moduli at `strain`, shape (points, length); the energy excludes the branches.
@@ -230,16 +232,16 @@ class RubberAtPoints:
             calls.total[:] = calls.law
         if self._clock is not None:
             self._wind()
-        for branch, add, row in calls.adding:
+        for branch, call_branch, row in calls.adding:
             if branch.is_off:
                 continue
-            add()
+            call_branch()
             if branch.needs_energy:
                 self._add_through_energy(calls.total, calls.law, row, moduli)
         if moduli and self.skew is not None:
-            paced = not all(branch.is_off for branch in self.branches if branch.clock == "followed")
+            is_paced = not all(branch.is_off for branch in self.branches if branch.clock == "followed")
             self.skew[:] = 0.0
-            for call in calls.pacing if paced else ():
+            for call in calls.pacing if is_paced else ():
                 call()
             stress, pace = self.skew[:, :, 1:]
             a, b = self._upper
@@ -250,11 +252,11 @@ class RubberAtPoints:
 
     def _wind(self) -> None:
         """Advance the clock of the branches by the path from the start of the step to `strain`."""
-        (end, after), *_ = ((end, after) for branch, end, after in self._ends if branch is self._clock)
+        (end, row), *_ = ((end, row) for branch, end, row in self._ends if branch is self._clock)
         end()
         for branch in self.branches:
             if branch.clock == "followed":
-                branch.parameters[:, -1] = after[:, 1]
+                branch.parameters[:, -1] = row[:, 1]
 
     def _answered(self, moduli: bool) -> _Answered:
         return self._with_moduli if moduli else self._without_moduli
@@ -271,8 +273,8 @@ class RubberAtPoints:
         law = total = np.zeros((self._points, length(self.variables, moduli)))
         if any(branch.needs_energy for branch in self.branches):
             total = np.zeros_like(law)
-        own = answers.law_answer(self._setting, self._law, self._names, moduli)
-        begin = kernel(own).bound(
+        law_function = answers.law_answer(self._setting, self._law, self._names, moduli)
+        law_call = kernel(law_function).bound(
             law, {"strain": self.strain, "parameters": self._parameters["law"]}, clear=True
         )
         adding: list[tuple[Remembered, Call, Array]] = []
@@ -288,7 +290,7 @@ class RubberAtPoints:
             adding.append((branch, function.bound(row, inputs, clear=branch.needs_energy), row))
         function = kernel(answers.volumetric_answer(self._setting, moduli))
         volumetric = function.bound(total, self._volumetric_inputs(self.strain))
-        return _Answered(law, total, begin, adding, volumetric, pacing)
+        return _Answered(law, total, law_call, adding, volumetric, pacing)
 
     def _pacing(self, branch: Remembered, law: Array, number: int) -> Call:
         """Return the call that writes z_a for a clock, which comes first, or adds V_az of a branch on it."""
@@ -325,9 +327,9 @@ class RubberAtPoints:
         volumetric, row = self._apart
         volumetric()
         stored += row[:, 0]
-        for _, end, after in self._ends:
+        for _, end, state in self._ends:
             end()
-            stored += after[:, 0]
+            stored += state[:, 0]
         return stored
 
     def commit(self) -> None:
@@ -335,9 +337,9 @@ class RubberAtPoints:
         self._without_moduli.begin()
         if self._clock is not None:
             self._wind()
-        for branch, end, after in self._ends:
+        for branch, end, row in self._ends:
             end()
-            branch.values[:] = after[:, 1:]
+            branch.values[:] = row[:, 1:]
 
     @cached_property
     def _apart(self) -> tuple[Call, Array]:
@@ -352,12 +354,12 @@ class RubberAtPoints:
     @cached_property
     def _ends(self) -> list[tuple[Remembered, Call, Array]]:
         """Calls that compute each branch's stored energy and memory at the end of the step, each with its output."""
-        found: list[tuple[Remembered, Call, Array]] = []
+        ends: list[tuple[Remembered, Call, Array]] = []
         for branch in self.branches:
             row = np.zeros((self._points, branch.end.size))
             inputs = branch.inputs(self.strain, self._without_moduli.law)
-            found.append((branch, branch.end.bound(row, inputs, clear=True), row))
-        return found
+            ends.append((branch, branch.end.bound(row, inputs, clear=True), row))
+        return ends
 
     # -- derivatives by parameters -------------------------------------------------------------------------------
 
@@ -368,18 +370,18 @@ class RubberAtPoints:
         law = kernel(function)(self._points, {"strain": strain, "parameters": self._parameters["law"]})
         return PointState(strain, law)
 
-    def slopes(self, at: PointState) -> Array:
+    def slopes(self, state: PointState) -> Array:
         """Derivatives of the law's [W, W_a] by each of its parameters, shape (parameters, points, 1 + variables)."""
         function = kernel(answers.law_slopes(self._setting, self._law, self._names))
-        rows = function(self._points, {"strain": at.strain, "parameters": self._parameters["law"]})
+        rows = function(self._points, {"strain": state.strain, "parameters": self._parameters["law"]})
         return np.ascontiguousarray(
             rows.reshape(self._points, len(self._names), 1 + self.variables).transpose(1, 0, 2)
         )
 
-    def volumetric_slopes(self, at: PointState) -> Array:
+    def volumetric_slopes(self, state: PointState) -> Array:
         """Return derivatives of the volumetric part's [W, W_a] by its parameters."""
         function = kernel(answers.volumetric_slopes(self._setting))
-        rows = function(self._points, self._volumetric_inputs(at.strain))
+        rows = function(self._points, self._volumetric_inputs(state.strain))
         return np.ascontiguousarray(rows.reshape(self._points, -1, 1 + self.variables).transpose(1, 0, 2))
 
     def work_slopes(self, strain: Array, change: Array) -> tuple[Array, Array]:
@@ -394,23 +396,25 @@ class RubberAtPoints:
         """
         law = answers.law_slopes(self._setting, self._law, self._names)
         volumetric = answers.volumetric_slopes(self._setting)
-        own = kernel(answers.work_slopes(law, len(self._names)))
-        other = kernel(answers.work_slopes(volumetric, answers.VOLUMETRIC))
+        evaluate = kernel(answers.work_slopes(law, len(self._names)))
+        evaluate_volumetric = kernel(answers.work_slopes(volumetric, answers.VOLUMETRIC))
         return (
-            own(self._points, {"strain": strain, "change": change, "parameters": self._parameters["law"]}),
-            other(self._points, {"change": change} | self._volumetric_inputs(strain)),
+            evaluate(
+                self._points, {"strain": strain, "change": change, "parameters": self._parameters["law"]}
+            ),
+            evaluate_volumetric(self._points, {"change": change} | self._volumetric_inputs(strain)),
         )
 
-    def by_energy(self, at: PointState, i: int) -> Array:
+    def by_energy(self, state: PointState, i: int) -> Array:
         """V_e of a branch that depends on the law's energy, shape (points,).
 
         Parameters
         ----------
-        at : PointState
+        state : PointState
             State that `point_state` returned.
         i : int
             Index of the branch.
         """
         branch = self.branches[i]
-        row = branch.answer(moduli=False)(self._points, branch.inputs(at.strain, at.law))
+        row = branch.answer(moduli=False)(self._points, branch.inputs(state.strain, state.law))
         return row[:, 1 + self.variables]

@@ -94,8 +94,8 @@ class Pattern:
             n = unknowns.shape[1]
             rows, columns = np.repeat(unknowns, n, axis=1).ravel(), np.tile(unknowns, (1, n)).ravel()
             free = (rows >= 0) & (columns >= 0) & (self._fixed[rows] == 0) & (self._fixed[columns] == 0)
-            there = np.ones(int(free.sum()), dtype=np.bool_)
-            coupled = coupled + csr_matrix((there, (rows[free], columns[free])), shape=shape)
+            ones = np.ones(int(free.sum()), dtype=np.bool_)
+            coupled = coupled + csr_matrix((ones, (rows[free], columns[free])), shape=shape)
         coupled.sort_indices()
         wide._take(coupled.indptr.astype(np.int32), coupled.indices.astype(np.int32))
         return wide

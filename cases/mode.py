@@ -145,9 +145,9 @@ class Mode:
         x = np.column_stack([np.zeros(3), np.eye(3)])
         q = 0.3
         motion = self.solid.motion(x, q)
-        for other in (None, *sorted(planes - {"z"})):
+        for plane in (None, *sorted(planes - {"z"})):
             sign = np.ones((3, 1))
-            sign[[2] if other is None else [2, "xyz".index(other)]] = -1.0
+            sign[[2] if plane is None else [2, "xyz".index(plane)]] = -1.0
             if np.allclose(sign * self.solid.motion(sign * x, q), motion, atol=1e-12):
                 return True
         return False
@@ -193,8 +193,8 @@ def modes() -> Mapping[str, Mode]:
     """All modes by name, discovered in `cases/modes`."""
     package = importlib.import_module("cases.modes")
 
-    found = (
+    members = (
         importlib.import_module(f"{package.__name__}.{m.name}").MODE
         for m in pkgutil.iter_modules(package.__path__)
     )
-    return {mode.name: mode for mode in sorted(found, key=lambda mode: (mode.specimen, mode.name))}
+    return {mode.name: mode for mode in sorted(members, key=lambda mode: (mode.specimen, mode.name))}

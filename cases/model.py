@@ -98,7 +98,7 @@ class FiniteElementModel:
         self.setting = setting_for(mode, mesh.dimension)
         self.comm = mesh.mesh.comm
         # The motion of a sleeve that a surface energy refers to is one more field, prescribed everywhere.
-        followed = sorted({item.feature.follows for item in self.features} - {""})
+        followed = sorted({installed.feature.follows for installed in self.features} - {""})
         self.space = fem.functionspace(
             mesh.mesh, mixed_element(mesh, self._gradients.components, len(followed))
         )
@@ -133,7 +133,7 @@ class FiniteElementModel:
 
     def _body(self) -> Body:
         mesh = self.mesh
-        branches = [one.branch for one in self.parameters.attached()]
+        branches = [attached.branch for attached in self.parameters.attached()]
 
         def part(region: str, material: Callable[[int], RubberAtPoints | MetalAtPoints]) -> MaterialCells:
             points = Points(mesh, self.space, self._gradients, self.cells(region), self.rule)
@@ -154,8 +154,8 @@ class FiniteElementModel:
         """Return which points have further energies of volumes, (points, 2): those of cells that touch no bond."""
         cells = self.cells("rubber")
         free = apart_from_bonds(self.mesh, self.space, cells, self._bonds)
-        which = np.outer(free, [1.0, float(guarded(self.mesh))])
-        return np.repeat(which, points // max(len(cells), 1), axis=0)
+        guards = np.outer(free, [1.0, float(guarded(self.mesh))])
+        return np.repeat(guards, points // max(len(cells), 1), axis=0)
 
     @property
     def _bonds(self) -> tuple[str, ...]:
@@ -195,9 +195,9 @@ class FiniteElementModel:
     def _surfaces(self, followed: Sequence[str], contact: Contact | None) -> SurfaceForms:
         shear_constant = fem.Constant(self.mesh.mesh, PETSc.ScalarType(0.0))
         energies, shear = list[Any](), ufl.variable(shear_constant)
-        if any(item.feature.surface is not None for item in self.features):
+        if any(installed.feature.surface is not None for installed in self.features):
             u, _, *motions = ufl.split(self.state)
-            given = {
+            place_values = {
                 "u": u,
                 "motion": dict(zip(followed, motions, strict=True)),
                 "kinematics": self.setting.kinematics,
@@ -205,7 +205,9 @@ class FiniteElementModel:
             }
             moved = self._stress_free.together(self.features)
             degree = self.quadrature_degree
-            energies = surface_energies(self.mesh, self.features, self.parameters, given, moved, degree)
+            energies = surface_energies(
+                self.mesh, self.features, self.parameters, place_values, moved, degree
+            )
         gradient = strain_gradient(self.mesh, self.space, self.cells("rubber"), self._bonds)
         return SurfaceForms(self.state, energies, self.parameters, (shear, shear_constant), contact, gradient)
 
@@ -263,7 +265,7 @@ class FiniteElementModel:
     @property
     def assembled(self) -> bool:
         """Whether the rubber is deformed before the test begins."""
-        return any(item.feature.assembled for item in self.features)
+        return any(installed.feature.assembled for installed in self.features)
 
     def commit(self) -> None:
         """Accept the present state as the end of the step: the rubber remembers it."""
@@ -315,7 +317,7 @@ class FiniteElementModel:
         ValueError
             The model has features of the assembly, which depend on the mesh as it was.
         """
-        if not all(item.feature.of_rubber for item in self.features):
+        if not all(installed.feature.of_rubber for installed in self.features):
             raise ValueError("a model with features of the assembly cannot be moved to another shape")
         self.mesh = mesh
         for part in self.body.parts:

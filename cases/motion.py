@@ -80,20 +80,20 @@ class Motion:
         self._size = (space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts) * (
             space.dofmap.index_map_bs
         )
-        self.constrained = self._found()
+        self.constrained = self._find_constrained()
         self._shift_slopes: dict[str, Callable[[], Array] | None] = {}
         self.free: Array = np.zeros(len(self.free_numbers))
 
     # -- constrained unknowns -----------------------------------------------------------------------------------
 
-    def _found(self) -> Constrained:
+    def _find_constrained(self) -> Constrained:
         values = self._on_boundaries()
         components = self._space.sub(0).num_sub_spaces
         for field, name in enumerate(self._followed, start=2):
             driven = name in self._mode.driven
             for component in range(components):
-                alone, dofs = collapsed(self._space.sub(field).sub(component))
-                points = alone.tabulate_dof_coordinates()
+                subspace, dofs = collapsed(self._space.sub(field).sub(component))
+                points = subspace.tabulate_dof_coordinates()
                 values |= {int(d): (component, points[i], driven, name) for i, d in enumerate(dofs)}
         # The energy of a metal sleeve does not contain the pressure.
         for dof in self._idle_pressures():
@@ -111,23 +111,28 @@ class Motion:
         """Displacements that are held or driven."""
         mesh, mode, space = self._mesh, self._mode, self._space
         components = space.sub(0).num_sub_spaces
-        released = {name for item in self._features for name in item.feature.released}
-        held = {name: only for name, only in mode.held.items() if name not in released}
+        released = {name for installed in self._features for name in installed.feature.released}
+        held_names = {name: only for name, only in mode.held.items() if name not in released}
         driven_names = {name: only for name, only in mode.driven.items() if name not in released}
         planes = _mirror_components(mesh.mirrors, components)
         values: dict[int, tuple[int, Array, bool, str]] = {}
         for component in range(components):
             part = space.sub(0).sub(component)
-            alone, _ = collapsed(part)
-            points = alone.tabulate_dof_coordinates()
-            for names, driven in ((held | planes, False), (driven_names, True)):
-                for name, only in names.items():
-                    if name not in mesh.boundary or (only is not None and component not in only):
+            subspace, _ = collapsed(part)
+            points = subspace.tabulate_dof_coordinates()
+            for names, driven in ((held_names | planes, False), (driven_names, True)):
+                for name, components_held in names.items():
+                    if name not in mesh.boundary or (
+                        components_held is not None and component not in components_held
+                    ):
                         continue
                     facets = mesh.facets.find(mesh.boundary[name])
-                    dofs, own = fem.locate_dofs_topological((part, alone), mesh.dimension - 1, facets)
+                    dofs, indices = fem.locate_dofs_topological((part, subspace), mesh.dimension - 1, facets)
                     values.update(
-                        {int(d): (component, points[o], driven, name) for d, o in zip(dofs, own, strict=True)}
+                        {
+                            int(d): (component, points[index], driven, name)
+                            for d, index in zip(dofs, indices, strict=True)
+                        }
                     )
         return values
 
@@ -142,8 +147,8 @@ class Motion:
             fem.locate_dofs_topological(part, tdim, mesh.cells.find(mesh.region[name]))
             for name in mesh.sleeves
         ]
-        busy = fem.locate_dofs_topological(part, tdim, mesh.cells.find(mesh.region["rubber"]))
-        return [int(d) for d in np.setdiff1d(np.concatenate(idle), busy)]
+        rubber_dofs = fem.locate_dofs_topological(part, tdim, mesh.cells.find(mesh.region["rubber"]))
+        return [int(d) for d in np.setdiff1d(np.concatenate(idle), rubber_dofs)]
 
     def relocate(self, x: Array) -> None:
         """Move the constrained unknowns to other points, shape (n, 3), mm."""
@@ -303,15 +308,15 @@ class Motion:
         """Parameters that move a boundary: displacement of the constrained unknowns per unit of each."""
         c = self.constrained
         dimension = 3 if self._setting.kinematics == "cartesian" else 2
-        found = {}
-        for item in self._features:
-            if item.feature.reduction is None:
+        reductions = {}
+        for installed in self._features:
+            if installed.feature.reduction is None:
                 continue
-            moved = item.feature.reduction(c.x[:, :dimension].T, self._setting.kinematics)
-            there = c.boundary == item.feature.reduced
-            rate = np.where(there, moved[np.maximum(c.component, 0), np.arange(len(c.dofs))], 0.0)
-            found[f"{item.name}.{next(iter(item.values))}"] = rate
-        return found
+            rates = installed.feature.reduction(c.x[:, :dimension].T, self._setting.kinematics)
+            on_boundary = c.boundary == installed.feature.reduced
+            rate = np.where(on_boundary, rates[np.maximum(c.component, 0), np.arange(len(c.dofs))], 0.0)
+            reductions[f"{installed.name}.{next(iter(installed.values))}"] = rate
+        return reductions
 
 
 def _mirror_components(mirrors: Mirrors, components: int) -> dict[str, tuple[int, ...] | None]:
@@ -345,8 +350,8 @@ class PoseMotion(Motion):
 
     @override
     def rigid(self, x: Array, q: float) -> Array:
-        moved = twists(x - self.pose(q)[:3, None], np.zeros(6))
-        return moved[list(possible(self._mesh.mirrors))]
+        motions = twists(x - self.pose(q)[:3, None], np.zeros(6))
+        return motions[list(possible(self._mesh.mirrors))]
 
     @override
     def boundary_bend(self, name: str, q: float) -> Array | None:

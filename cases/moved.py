@@ -70,28 +70,30 @@ class StressFree:
         """Return, by the name of each feature that moves the body, the position in UFL."""
         x = ufl.SpatialCoordinate(self._mesh.mesh)
         return {
-            item.name: item.feature.stress_free(self._parameters.ufl_values(item), x, self._mesh.shape)
-            for item in features
-            if item.feature.stress_free is not None
+            installed.name: installed.feature.stress_free(
+                self._parameters.ufl_values(installed), x, self._mesh.shape
+            )
+            for installed in features
+            if installed.feature.stress_free is not None
         }
 
     def together(self, features: Sequence[Installed]) -> Moved | None:
         """Return the position due to these features together, in UFL; None if it is the mesh."""
-        moved = list(self.each(features).values())
-        if len(moved) < 2:
-            return moved[0] if moved else None
-        return Moved.by(sum((one.displacement for one in moved[1:]), moved[0].displacement))
+        positions = list(self.each(features).values())
+        if len(positions) < 2:
+            return positions[0] if positions else None
+        return Moved.by(sum((position.displacement for position in positions[1:]), positions[0].displacement))
 
     def arms(self) -> Scalar | None:
         """Return the displacement by which sleeves turn as other bodies (`Feature.arms`), in UFL; None if by none."""
         x = ufl.SpatialCoordinate(self._mesh.mesh)
-        found = [
-            item.feature.arms(self._parameters.ufl_values(item), x, self._mesh.shape)
-            for item in self._features
-            if item.feature.arms is not None
+        arms = [
+            installed.feature.arms(self._parameters.ufl_values(installed), x, self._mesh.shape)
+            for installed in self._features
+            if installed.feature.arms is not None
         ]
-        given = [one for one in found if one is not None]
-        return sum(given[1:], given[0]) if given else None
+        nonzero = [arm for arm in arms if arm is not None]
+        return sum(nonzero[1:], nonzero[0]) if nonzero else None
 
     def at(self, cells: NDArray[np.int32], points: Array) -> MovedPoints | None:
         """Return the position at reference points of cells; None if it is the mesh.
@@ -103,10 +105,10 @@ class StressFree:
         points : Array
             Reference coordinates in the cell, shape (points, dimension).
         """
-        moved = self.each(self._features)
-        if not moved:
+        positions = self.each(self._features)
+        if not positions:
             return None
-        return MovedPoints(self._mesh.mesh, moved, self._parameters.marked, cells, points)
+        return MovedPoints(self._mesh.mesh, positions, self._parameters.marked, cells, points)
 
 
 class MovedPoints:
@@ -130,13 +132,13 @@ class MovedPoints:
         self._mesh, self._cells = mesh, cells
         self._shape = (len(cells), len(points))
         self._moved = [
-            _One(one, {n: v for n, v in parameters.items() if n.startswith(f"{feature}.")}, points)
-            for feature, one in moved.items()
+            _One(position, {n: v for n, v in parameters.items() if n.startswith(f"{feature}.")}, points)
+            for feature, position in moved.items()
         ]
 
     def now(self) -> StressFreePlacement:
         """Return the position with the present parameters; `rate` then returns the derivatives there."""
-        parts = [one.evaluated(self._mesh, self._cells, self._shape) for one in self._moved]
+        parts = [part.evaluated(self._mesh, self._cells, self._shape) for part in self._moved]
         displacement = sum((u for u, _, _ in parts), np.zeros(1))
         d = displacement.shape[-1]
         if len(parts) == 1:
@@ -147,14 +149,14 @@ class MovedPoints:
             inverse = np.asarray(np.linalg.inv(gradient), dtype=np.float64)
         self._rates: dict[str, StressFreePlacement] = {}
         ratio = np.linalg.det(gradient)
-        for _, own, rates in parts:
-            M = np.linalg.inv(own)
+        for _, gradients, rates in parts:
+            M = np.linalg.inv(gradients)
             for name, (u, change) in rates.items():
                 # Derivatives of the gradient, then of the inverse and the determinant of the sum.
                 slope = -M @ change @ M
-                turned = inverse @ slope
+                product = inverse @ slope
                 self._rates[name] = StressFreePlacement(
-                    u, -turned @ inverse, ratio * np.trace(turned, axis1=-2, axis2=-1)
+                    u, -product @ inverse, ratio * np.trace(product, axis1=-2, axis2=-1)
                 )
         return StressFreePlacement(displacement, inverse, ratio)
 
@@ -169,8 +171,8 @@ class _One:
     def __init__(self, moved: Moved, parameters: Mapping[str, Any], points: Array) -> None:
         self._names = tuple(parameters)
         self._d = len(moved.displacement)
-        own = self._components(moved)
-        parts = own + [ufl.diff(part, v) for v in parameters.values() for part in own]
+        components = self._components(moved)
+        parts = components + [ufl.diff(part, v) for v in parameters.values() for part in components]
         self._expression = fem.Expression(bare(ufl.as_vector(parts)), points, jit_options=options(light=True))
 
     def _components(self, moved: Moved) -> list[Any]:

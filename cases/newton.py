@@ -55,14 +55,14 @@ def newton_solver(model: FiniteElementModel, most: int, border: Border | None) -
     PETSc.Options()[prefix + "snes_linesearch_type"] = "l2"
     ksp = snes.getKSP()
     ksp.setType("preonly")
-    alone, unknowns = model.comm.size == 1, model.system.owned
-    if border is not None or (alone and unknowns <= MOST_SMALL):
+    serial, unknowns = model.comm.size == 1, model.system.owned
+    if border is not None or (serial and unknowns <= MOST_SMALL):
         ksp.getPC().setType("python")
         ksp.getPC().setPythonContext(Small() if border is None else border)
     else:
         ksp.getPC().setType("cholesky")
         compressible = float(model.compliance.value) > 0.0
-        if alone and compressible and model.mesh.dimension == 2 and unknowns <= MOST_IN_PLANE:
+        if serial and compressible and model.mesh.dimension == 2 and unknowns <= MOST_IN_PLANE:
             # L D L^T without exchange of rows. With a finite bulk modulus the pressures' block is negative definite,
             # so that every order of elimination has a factorisation while the rubber is stable (Vanderbei 1995,
             # doi:10.1137/0805005); where it is not, residuals of 3753 solutions were below 4e-11 (1e-15 usually).
@@ -175,8 +175,8 @@ def broyden_step(ksp: PETSc.KSP, b: PETSc.Vec, steps: Sequence[tuple[PETSc.Vec, 
     step = b.duplicate()
     ksp.solve(b, step)
     step.scale(-1.0)
-    for (before, square), (after, _) in pairwise(steps):
-        step.axpy(before.dot(step) / square, after)
+    for (previous, square), (following, _) in pairwise(steps):
+        step.axpy(previous.dot(step) / square, following)
     if steps:
         last, square = steps[-1]
         share = 1.0 - last.dot(step) / square
@@ -255,5 +255,5 @@ def rounding(model: FiniteElementModel) -> float:
     metal = model.metal_modulus
     extent = float(model.comm.allreduce(np.ptp(model.mesh.mesh.geometry.x, axis=0).max(initial=0.0)))
     share = 5e-16 if model.mesh.dimension == 3 else 5e-15
-    springs = sum(item.feature.springs for item in model.features)
+    springs = sum(installed.feature.springs for installed in model.features)
     return ((1e-12 + 1e-16 * springs) * abs(shear) + share * metal) * extent**2

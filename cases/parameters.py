@@ -93,13 +93,15 @@ class Parameters:
         self.law_names = tuple(parameters)
         self._moduli = {name for name in parameters if law.parameter(name).unit == "MPa"}
         values = dict(parameters) | {"compliance": 1.0 / bulk_modulus}
-        for item in features:
-            values |= {f"{item.name}.{key}": value for key, value in item.values.items()}
-            values |= {"temperature": item.temperature} if item.feature.heated is not None else {}
+        for installed in features:
+            values |= {f"{installed.name}.{key}": value for key, value in installed.values.items()}
+            values |= {"temperature": installed.temperature} if installed.feature.heated is not None else {}
         self.constants = {name: _constant(mesh, value) for name, value in values.items()}
         self.duration, self.stage = _constant(mesh, 0.0), _constant(mesh, 1.0)
         self.marked = {name: ufl.variable(constant) for name, constant in self.constants.items()}
-        self._dimensions = {f"{item.name}.{key}" for item in features for key in item.feature.dimensions}
+        self._dimensions = {
+            f"{installed.name}.{key}" for installed in features for key in installed.feature.dimensions
+        }
         self.before: float | None = None
         # Views of the constants' memory: reading a constant's value takes longer than all the rest.
         self._views = [c.value for c in (*self.constants.values(), self.stage, self.duration)]
@@ -114,10 +116,10 @@ class Parameters:
         """All values, the stage and the duration: what `numbers` depends on."""
         return (0.0 if self.before is None else self.before, *[view.item() for view in self._views])
 
-    def ufl_values(self, item: Installed) -> dict[str, Any]:
+    def ufl_values(self, installed: Installed) -> dict[str, Any]:
         """A feature's parameters as UFL scalars; those of the assembly grow with the stage."""
-        share = self.stage if item.feature.assembled else 1
-        return {key: share * self.marked[f"{item.name}.{key}"] for key in item.values}
+        share = self.stage if installed.feature.assembled else 1
+        return {key: share * self.marked[f"{installed.name}.{key}"] for key in installed.values}
 
     def set(self, values: Mapping[str, float]) -> None:
         """Change parameters by name.
@@ -140,7 +142,7 @@ class Parameters:
         """Return the present input of the kernels."""
         state = self.state
         if self._kept is None or self._kept[0] != state:
-            self._kept = (state, _parts(self._made(self._present()), np.real, 1.0))
+            self._kept = (state, _parts(self._material_numbers(self._present()), np.real, 1.0))
         return self._kept[1]
 
     def rates(self, name: str) -> Numbers:
@@ -148,7 +150,7 @@ class Parameters:
         values = self._present()
         if name in values:
             values[name] = values[name] + 1j * STEP
-        return _parts(self._made(values), np.imag, STEP)
+        return _parts(self._material_numbers(values), np.imag, STEP)
 
     @property
     def metal_modulus(self) -> float:
@@ -159,53 +161,57 @@ class Parameters:
     def _present(self) -> dict[str, Any]:
         return {name: float(constant.value) for name, constant in self.constants.items()}
 
-    def _given(self, item: Installed, values: Mapping[str, Any]) -> dict[str, Any]:
-        share = float(self.stage.value) if item.feature.assembled else 1.0
-        return {key: share * values[f"{item.name}.{key}"] for key in item.values}
+    def _feature_values(self, installed: Installed, values: Mapping[str, Any]) -> dict[str, Any]:
+        share = float(self.stage.value) if installed.feature.assembled else 1.0
+        return {key: share * values[f"{installed.name}.{key}"] for key in installed.values}
 
     def _attached(self, values: Mapping[str, Any]) -> list[Attached]:
         return [
             branch
-            for item in self._features
-            if item.feature.branches is not None
-            for branch in item.feature.branches(self._given(item, values))
+            for installed in self._features
+            if installed.feature.branches is not None
+            for branch in installed.feature.branches(self._feature_values(installed, values))
         ]
 
     def _youngs_modulus(self, sleeve: Metal, values: Mapping[str, Any]) -> Any:
-        for item in self._features:
-            if item.feature.metal is not None:
-                modulus = item.feature.metal(self._given(item, values), sleeve)
+        for installed in self._features:
+            if installed.feature.metal is not None:
+                modulus = installed.feature.metal(self._feature_values(installed, values), sleeve)
                 if modulus is not None:
                     return modulus
         return sleeve.youngs_modulus
 
-    def _made(self, values: Mapping[str, Any]) -> list[Any]:
+    def _material_numbers(self, values: Mapping[str, Any]) -> list[Any]:
         """Law, volumetric, branches, metals, shear modulus, computed from floats or from complex numbers."""
         stiffer, bonded, slower = 1.0, 1.0, 1.0
-        for item in self._features:
-            if item.feature.heated is not None:
-                given = self._given(item, values)
-                stiffer, bonded, slower = item.feature.heated(given, values["temperature"])
+        for installed in self._features:
+            if installed.feature.heated is not None:
+                feature_values = self._feature_values(installed, values)
+                stiffer, bonded, slower = installed.feature.heated(feature_values, values["temperature"])
                 if self.before is not None:
                     # The clock dt / a_T over the step, by the trapezoidal rule.
-                    slower = 2.0 / (1.0 / slower + 1.0 / item.feature.heated(given, self.before)[2])
+                    slower = 2.0 / (
+                        1.0 / slower + 1.0 / installed.feature.heated(feature_values, self.before)[2]
+                    )
         law = {
             name: values[name] * stiffer if name in self._moduli else values[name] for name in self.law_names
         }
         shear = self._law.shear_modulus(**law)
         compliance, swelling = values["compliance"], 1.0
-        for item in self._features:
-            if item.feature.compliance is not None:
-                compliance = compliance + item.feature.compliance(self._given(item, values))
-            if item.feature.swelling is not None:
-                swelling = swelling * item.feature.swelling(self._given(item, values))
+        for installed in self._features:
+            if installed.feature.compliance is not None:
+                compliance = compliance + installed.feature.compliance(
+                    self._feature_values(installed, values)
+                )
+            if installed.feature.swelling is not None:
+                swelling = swelling * installed.feature.swelling(self._feature_values(installed, values))
         branches = [
             [
-                *(one.parameters[name] for name in one.branch.parameters),
+                *(attached.parameters[name] for name in attached.branch.parameters),
                 shear * bonded,
                 float(self.duration.value) / slower,
             ]
-            for one in self._attached(values)
+            for attached in self._attached(values)
         ]
         metals = []
         for sleeve in self._sleeves:
@@ -214,11 +220,11 @@ class Parameters:
         return [list(law.values()), [compliance, swelling, shear], branches, metals, shear]
 
 
-def _parts(made: Sequence[Any], part: Any, scale: float) -> Numbers:
+def _parts(numbers: Sequence[Any], part: Any, scale: float) -> Numbers:
     def array(values: Sequence[Any]) -> Array:
         return np.ascontiguousarray(part(np.array(values, dtype=np.complex128)) / scale)
 
-    law, volumetric, branches, metals, shear = made
+    law, volumetric, branches, metals, shear = numbers
     return Numbers(
         array(law),
         array(volumetric),

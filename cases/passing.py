@@ -46,37 +46,37 @@ def passes_through(model: FiniteElementModel, states: Array, whole: Callable[[],
     parts = comm.gather(
         [(points, states[:, dofs]) for points, dofs in _displacements(model, owned=True)], root=0
     )
-    found = False
+    penetrates = False
     if comm.rank == 0:
-        alone = whole()
-        contact = alone.surfaces.contact
+        whole_model = whole()
+        contact = whole_model.surfaces.contact
         if contact is not None:
             contact.take(1.0)
-            gathered = _gathered(alone, parts, len(states))
-            narrow = float(contact.bodies.breadth.min())
-            for state in _between(gathered, STRIDE * narrow):
+            gathered = _gathered(whole_model, parts, len(states))
+            breadth = float(contact.bodies.breadth.min())
+            for state in _between(gathered, STRIDE * breadth):
                 contact.look(state)
-                found = contact.penetration > 0.0
-                if found:
+                penetrates = contact.penetration > 0.0
+                if penetrates:
                     break
-    return bool(comm.bcast(found, root=0))
+    return bool(comm.bcast(penetrates, root=0))
 
 
 def _displacements(model: FiniteElementModel, owned: bool) -> Iterator[tuple[Array, NDArray[np.int32]]]:
     """Points (n, 3) and unknowns (n,) of each component of the displacement."""
     space = model.space.sub(0)
     for component in range(space.num_sub_spaces):
-        alone, dofs = collapsed(space.sub(component))
-        count = alone.dofmap.index_map.size_local if owned else len(dofs)
-        yield alone.tabulate_dof_coordinates()[:count], dofs[:count]
+        subspace, dofs = collapsed(space.sub(component))
+        count = subspace.dofmap.index_map.size_local if owned else len(dofs)
+        yield subspace.tabulate_dof_coordinates()[:count], dofs[:count]
 
 
-def _gathered(alone: FiniteElementModel, parts: list[list[tuple[Array, Array]]], steps: int) -> Array:
+def _gathered(whole_model: FiniteElementModel, parts: list[list[tuple[Array, Array]]], steps: int) -> Array:
     """Return all unknowns of the whole mesh, shape (steps, n): displacements of all ranks, zero pressures."""
     from scipy.spatial import cKDTree
 
-    states = np.zeros((steps, len(alone.state.x.array)))
-    for component, (points, dofs) in enumerate(_displacements(alone, owned=False)):
+    states = np.zeros((steps, len(whole_model.state.x.array)))
+    for component, (points, dofs) in enumerate(_displacements(whole_model, owned=False)):
         theirs = np.vstack([part[component][0] for part in parts])
         values = np.hstack([part[component][1] for part in parts])
         states[:, dofs] = values[:, cKDTree(theirs).query(points)[1]]
@@ -85,9 +85,9 @@ def _gathered(alone: FiniteElementModel, parts: list[list[tuple[Array, Array]]],
 
 def _between(states: Array, stride: float) -> Iterator[Array]:
     """Yield the states, with intermediate states so that no unknown changes by more than one stride."""
-    before = np.zeros(states.shape[1])
+    previous = np.zeros(states.shape[1])
     for state in states:
-        count = int(np.clip(np.ceil(np.abs(state - before).max() / stride), 1, MOST_BETWEEN))
+        count = int(np.clip(np.ceil(np.abs(state - previous).max() / stride), 1, MOST_BETWEEN))
         for share in np.arange(1, count + 1) / count:
-            yield before + share * (state - before)
-        before = state
+            yield previous + share * (state - previous)
+        previous = state

@@ -90,7 +90,9 @@ class Points:
         if self._half_plane:
             self.weight = self.weight * 2 * np.pi * self._radius
         self._slopes: Array = self._inverse if place.at_rest else self._inverse @ place.inverse
-        self._group = self._made(self._turn(self._slopes, self._radius, 1 / self._radius), self._pressure)
+        self._group = self._make_group(
+            self._turn(self._slopes, self._radius, 1 / self._radius), self._pressure
+        )
 
     def rescale(self, swelling: float) -> None:
         """Change the swelling alone."""
@@ -192,8 +194,8 @@ class Points:
             weight = weight * lever
         displaced = self.unknowns.displaced
         for direction, force in zip(directions, forces, strict=True):
-            moved = np.einsum("cip,pn,cin->cip", weight, self._N, direction[displaced], optimize=True)
-            local = np.einsum("cip,pn->cin", moved, self._N, optimize=True)
+            inertia = np.einsum("cip,pn,cin->cip", weight, self._N, direction[displaced], optimize=True)
+            local = np.einsum("cip,pn->cin", inertia, self._N, optimize=True)
             force += np.bincount(displaced.ravel(), local.ravel(), minlength=len(force))
 
     def integral(self, density: Array) -> float:
@@ -211,7 +213,7 @@ class Points:
         for i, name in enumerate(self._names):
             if name.startswith("radius_d"):
                 turn[:, :, i, : change.shape[2]] += radial[..., None] * self._slopes[..., int(name[-1])]
-        return Moving(self._made(turn, np.zeros_like(self._pressure)), stretch.reshape(-1), self)
+        return Moving(self._make_group(turn, np.zeros_like(self._pressure)), stretch.reshape(-1), self)
 
     # -- tables --------------------------------------------------------------------------------------------------
 
@@ -235,7 +237,7 @@ class Points:
                 turn[:, :, i, :d] = factor * slopes[..., int(name[-1])]
         return turn
 
-    def _made(self, turn: Array, pressure: Array) -> _PointGroup:
+    def _make_group(self, turn: Array, pressure: Array) -> _PointGroup:
         return _PointGroup.of(self, turn, pressure)
 
 
@@ -327,5 +329,5 @@ def _geometry(mesh: NamedMesh, cells: Index, points: Array) -> tuple[Array, Arra
 
 def _filled(table: Array) -> Array:
     """The table with its last axis filled up with zeros to a multiple of four."""
-    short = -table.shape[-1] % 4
-    return np.ascontiguousarray(np.pad(table, [(0, 0)] * (table.ndim - 1) + [(0, short)]))
+    padding = -table.shape[-1] % 4
+    return np.ascontiguousarray(np.pad(table, [(0, 0)] * (table.ndim - 1) + [(0, padding)]))

@@ -28,8 +28,8 @@ from forms.setting import SETTINGS
 
 def functions() -> list[PointFunction]:
     """Return all of these kernels once, those that take longest to compile first."""
-    found = {function.key: function for function in _functions()}
-    return sorted(found.values(), key=_weight, reverse=True)
+    by_key = {function.key: function for function in _functions()}
+    return sorted(by_key.values(), key=_weight, reverse=True)
 
 
 def parameter_sets(law: Law) -> list[tuple[str, ...]]:
@@ -47,14 +47,14 @@ def precompile(processes: int | None = None) -> tuple[int, float]:
     processes
         Number of processes at once; that of the processors if not given.
     """
-    begin = time.perf_counter()
+    start_time = time.perf_counter()
     loops()
     number = len(functions())
     # A process that was forked from one that has started MPI cannot be relied on.
     start = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(processes or os.cpu_count(), mp_context=start) as pool:
         list(pool.map(_compile, range(number)))
-    return number, time.perf_counter() - begin
+    return number, time.perf_counter() - start_time
 
 
 def _compile(index: int) -> None:
@@ -83,13 +83,13 @@ def _functions() -> Iterator[PointFunction]:
             slopes = answers.law_slopes(setting, law, names)
             yield from (slopes, answers.work_slopes(slopes, len(names)))
         for branch in (*branches().values(), payne.BRANCH):
-            made = branch_functions(setting, branch)
-            yield from (made.stress, made.end)
+            functions = branch_functions(setting, branch)
+            yield from (functions.stress, functions.end)
             for directions in (1, BATCH):
-                yield made.end_rate(directions)
+                yield functions.end_rate(directions)
             if not branch.clock:
-                yield made.moduli
-                yield from (made.stress_rate(directions) for directions in (1, BATCH))
+                yield functions.moduli
+                yield from (functions.stress_rate(directions) for directions in (1, BATCH))
 
 
 def _weight(function: PointFunction) -> int:

@@ -51,7 +51,7 @@ class RecentPoints:
             This rank's unknowns, shape (n,).
         """
         # One state per displacement: an elastic body has one, and the extrapolation needs distinct points.
-        keep = [i for i, known in enumerate(self.q) if abs(known - q) > 1e-12 * max(1.0, abs(q))]
+        keep = [i for i, solved_q in enumerate(self.q) if abs(solved_q - q) > 1e-12 * max(1.0, abs(q))]
         self.q = [*[self.q[i] for i in keep][1 - self.most :], q]
         self.x = [*[self.x[i] for i in keep][1 - self.most :], x]
         self.rates = [*[self.rates[i] for i in keep][1 - self.most :], None]
@@ -70,10 +70,10 @@ class RecentPoints:
         Points that nearly coincide, as where a path returns, would make wild polynomials: only the newer of them is
         used.
         """
-        apart = CLOSEST * abs(q - self.q[-1])
+        least_distance = CLOSEST * abs(q - self.q[-1])
         chosen: list[int] = []
         for i in reversed(range(len(self.q))):
-            if all(abs(self.q[i] - self.q[j]) > apart for j in chosen):
+            if all(abs(self.q[i] - self.q[j]) > least_distance for j in chosen):
                 chosen.append(i)
         nodes = [self.q[i] for i in chosen]
         if len(chosen) > 1 and all(self.rates[i] is not None for i in chosen):
@@ -86,12 +86,12 @@ class RecentPoints:
 
         Where the rubber has memory, the unknowns change with time too: by as much per unit of q as in the step before.
         """
-        last, before = chosen[:2]
+        last, previous = chosen[:2]
         nodes = [self.q[i] for i in chosen]
         share = (q - nodes[0]) / (nodes[0] - nodes[1])
         weights = _integrals(nodes, nodes[0], q) - share * _integrals(nodes, nodes[1], nodes[0])
-        found = self.x[last] + share * (self.x[last] - self.x[before])
-        return np.asarray(found + sum(w * self.rates[i] for w, i in zip(weights, chosen, strict=True)))
+        state = self.x[last] + share * (self.x[last] - self.x[previous])
+        return np.asarray(state + sum(w * self.rates[i] for w, i in zip(weights, chosen, strict=True)))
 
 
 def _lagrange(nodes: list[float], q: float) -> list[float]:

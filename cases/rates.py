@@ -93,68 +93,68 @@ class Rates:
         return self._known.extrapolate(q) if self._known.q else rate.copy()
 
     def iterated(
-        self, at: ConvergedState, guess: Array | None = None, most: int = MOST_ITERATIONS
+        self, state: ConvergedState, guess: Array | None = None, most: int = MOST_ITERATIONS
     ) -> Array | None:
         """The rate at a solution, all local unknowns, from a guess; None if it needs too many iterations."""
-        model = at.model
-        prescribed = at.rate
-        rate = self.guess(at.q, prescribed) if guess is None else guess
+        model = state.model
+        prescribed = state.rate
+        rate = self.guess(state.q, prescribed) if guess is None else guess
         dofs = model.motion.constrained.dofs
         rate[dofs] = prescribed[dofs]
         b, step = model.system.create_vector(), model.system.create_vector()
         try:
-            found = self._improved(at, rate, b, step, most)
+            improved = self._improved(state, rate, b, step, most)
         finally:
             b.destroy()
             step.destroy()
-        if found:
-            self.add(at.q, rate)
+        if improved:
+            self.add(state.q, rate)
             return rate
         return None
 
-    def _improved(self, at: ConvergedState, rate: Array, b: PETSc.Vec, step: PETSc.Vec, most: int) -> bool:
+    def _improved(self, state: ConvergedState, rate: Array, b: PETSc.Vec, step: PETSc.Vec, most: int) -> bool:
         """Improve the rate in place down to its tolerance; return whether that was possible."""
         directions: list[tuple[Array, Array]] = []
-        left = self._preconditioned(at, rate, b, step)
-        left *= -1.0
-        close = max(LOOSER * at.tolerance, SMALLEST)
+        residual = self._preconditioned(state, rate, b, step)
+        residual *= -1.0
+        tolerance = max(LOOSER * state.tolerance, SMALLEST)
         # Relative to the rate as it is now: that of a bad guess may be of any size.
-        while not self._norm(at, left) <= close * self._norm(at, rate):
+        while not self._norm(state, residual) <= tolerance * self._norm(state, rate):
             if len(directions) == most:
                 return False
             # The remaining error is the next direction; minimise the error over all directions so far.
-            image, direction = self._preconditioned(at, left, b, step), left.copy()
-            for before, its_image in directions:
-                share = self._dot(at, its_image, image)
+            image, direction = self._preconditioned(state, residual, b, step), residual.copy()
+            for earlier, its_image in directions:
+                share = self._dot(state, its_image, image)
                 image -= share * its_image
-                direction -= share * before
-            size = self._norm(at, image)
+                direction -= share * earlier
+            size = self._norm(state, image)
             if not np.isfinite(size) or size == 0.0:
                 return False
             image /= size
             direction /= size
             directions.append((direction, image))
-            share = self._dot(at, image, left)
+            share = self._dot(state, image, residual)
             rate += share * direction
-            left = left - share * image
+            residual = residual - share * image
         return True
 
     @staticmethod
-    def _preconditioned(at: ConvergedState, vector: Array, b: PETSc.Vec, step: PETSc.Vec) -> Array:
+    def _preconditioned(state: ConvergedState, vector: Array, b: PETSc.Vec, step: PETSc.Vec) -> Array:
         """Apply the tangent to a vector of all local unknowns, and the present factorisation to the product."""
-        at.model.system.apply_tangent(b, vector)
-        b.array_w[at.model.system.owned_constrained] = 0.0
-        at.ksp.solve(b, step)
+        state.model.system.apply_tangent(b, vector)
+        b.array_w[state.model.system.owned_constrained] = 0.0
+        state.ksp.solve(b, step)
         return ghosted(step)
 
     @staticmethod
-    def _dot(at: ConvergedState, left: Array, right: Array) -> float:
-        owned = at.model.system.owned
-        return float(summed(at.model.comm, left[:owned] @ right[:owned]))
+    def _dot(state: ConvergedState, left: Array, right: Array) -> float:
+        owned = state.model.system.owned
+        return float(summed(state.model.comm, left[:owned] @ right[:owned]))
 
     @classmethod
-    def _norm(cls, at: ConvergedState, vector: Array) -> float:
-        return float(np.sqrt(cls._dot(at, vector, vector)))
+    def _norm(cls, state: ConvergedState, vector: Array) -> float:
+        return float(np.sqrt(cls._dot(state, vector, vector)))
 
 
 def ghosted(vector: PETSc.Vec) -> Array:

@@ -51,6 +51,6 @@ def reactions(model: FiniteElementModel, residual: PETSc.Vec, q: float) -> Array
 
 def _unmirrored(model: FiniteElementModel, values: Array) -> Array:
     """Clear the values of motions that planes of symmetry rule out: forces of the other half cancel them."""
-    left = np.zeros(6)
-    left[list(possible(model.mesh.mirrors))] = 1.0
-    return np.asarray(left * values)
+    mask = np.zeros(6)
+    mask[list(possible(model.mesh.mirrors))] = 1.0
+    return np.asarray(mask * values)

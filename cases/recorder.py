@@ -46,7 +46,7 @@ class Recorder:
     @property
     def failed(self) -> int:
         """Attempts that did not converge."""
-        return sum(not one.accepted for one in self.attempts)
+        return sum(not attempt.accepted for attempt in self.attempts)
 
     @property
     def complete(self) -> bool:
@@ -56,11 +56,11 @@ class Recorder:
         optional = self._poses, self._reactions, self._reaction_slopes
         return (
             n > 1
-            and all(len(one) == n * given for one, given in needed)
-            and all(len(o) in (0, n) for o in optional)
+            and all(len(values) == n * is_needed for values, is_needed in needed)
+            and all(len(values) in (0, n) for values in optional)
         )
 
-    def tried(self, *attempts: Attempt) -> None:
+    def add_attempts(self, *attempts: Attempt) -> None:
         """Record attempts at steps, accepted or not."""
         self.attempts.extend(attempts)
 
@@ -157,10 +157,10 @@ def _times(program: Program, reached: Array) -> Array:
     assert program.time is not None
     targets = program.displacement
     last = min(len(reached), len(program.time)) - 1
-    found = program.time[: last + 1].copy()
+    times = program.time[: last + 1].copy()
     if last > 0 and targets[last] != targets[last - 1]:
         share = (reached[last] - targets[last - 1]) / (targets[last] - targets[last - 1])
         # A target that was found by a search is reached to within its tolerance.
         if not np.isclose(share, 1.0, rtol=0.0, atol=1e-5):
-            found[last] = found[last - 1] + share * (program.time[last] - found[last - 1])
-    return np.asarray(found)
+            times[last] = times[last - 1] + share * (program.time[last] - times[last - 1])
+    return np.asarray(times)

@@ -53,8 +53,8 @@ def find(function: PointFunction) -> tuple[Record, Any] | None:
     if file is None:
         return None
     try:
-        found = json.loads(file.read_text(encoding="utf-8"))
-        record = Record(str(found["library"]), int(found["size"]), tuple(map(str, found["names"])))
+        entry = json.loads(file.read_text(encoding="utf-8"))
+        record = Record(str(entry["library"]), int(entry["size"]), tuple(map(str, entry["names"])))
         library = file.parent / record.library
         if library.parent != file.parent or not is_sound(library):
             return None
@@ -79,10 +79,10 @@ def note(function: PointFunction, library: Path, size: int, names: tuple[str, ..
     file = _file(function)
     if file is None or library.parent.resolve() != file.parent.resolve():
         return
-    fresh = file.with_suffix(f".{os.getpid()}.part")
+    temporary_file = file.with_suffix(f".{os.getpid()}.part")
     with suppress(OSError):
-        fresh.write_text(json.dumps(asdict(Record(library.name, size, names))), encoding="utf-8")
-        fresh.replace(file)
+        temporary_file.write_text(json.dumps(asdict(Record(library.name, size, names))), encoding="utf-8")
+        temporary_file.replace(file)
 
 
 def _file(function: PointFunction) -> Path | None:
@@ -103,7 +103,7 @@ def _lasting(part: Hashable) -> str | None:
     covers the text of these modules, and not that of a law which somebody writes elsewhere.
     """
     if isinstance(part, tuple):
-        parts = [_lasting(one) for one in part]
+        parts = [_lasting(member) for member in part]
         return None if None in parts else f"({', '.join(map(str, parts))})"
     if isinstance(part, FunctionType):
         home = sys.modules.get(part.__module__)

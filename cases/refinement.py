@@ -31,12 +31,12 @@ MOST_CORRECTIONS = 4
 DEPENDENT = 1e-10
 
 
-def refined(at: ConvergedState, loads: Array, guess: Array, most: int = MOST_CORRECTIONS) -> Array | None:
+def refined(state: ConvergedState, loads: Array, guess: Array, most: int = MOST_CORRECTIONS) -> Array | None:
     """Solve for the response to each load, down to the tolerance of `cases.rates`; None where that takes too long.
 
     Parameters
     ----------
-    at : ConvergedState
+    state : ConvergedState
         The solution, with the moduli there and a factorisation of some earlier tangent.
     loads : shape (k, n)
         Loads on the free unknowns, complete on the rank that owns them; zero in ghosts and constrained unknowns.
@@ -49,41 +49,41 @@ def refined(at: ConvergedState, loads: Array, guess: Array, most: int = MOST_COR
     -------
     ndarray, shape (k, n), or None
     """
-    found, close = guess.copy(), max(LOOSER * at.tolerance, SMALLEST)
-    left = solved(at.model, at.ksp, loads - _pulls(at, found))
-    known: list[tuple[Array, Array]] = []
-    before: Array = np.ones(len(loads))
-    pushed: NDArray[np.bool_] = np.ones(len(loads), dtype=bool)
+    solutions, tolerance = guess.copy(), max(LOOSER * state.tolerance, SMALLEST)
+    residuals = solved(state.model, state.ksp, loads - _pulls(state, solutions))
+    searched: list[tuple[Array, Array]] = []
+    previous_errors: Array = np.ones(len(loads))
+    unconverged: NDArray[np.bool_] = np.ones(len(loads), dtype=bool)
     while True:
-        errors = _shares(at, left, found + left)
+        errors = _shares(state, residuals, solutions + residuals)
         error = float(np.max(errors, initial=0.0))
         if not np.isfinite(error):
             return None
         # Adding the remainder reduces the error again, by as much as the last iteration did where it was meant to.
-        rate = min(1.0, float(np.max(errors[pushed] / before[pushed], initial=0.0)))
-        if error * rate <= close:
-            return found + left
+        rate = min(1.0, float(np.max(errors[unconverged] / previous_errors[unconverged], initial=0.0)))
+        if error * rate <= tolerance:
+            return solutions + residuals
         # At that rate the iterations that are left must suffice.
-        if len(known) == most or (known and error * rate ** (1 + most - len(known)) > close):
+        if len(searched) == most or (searched and error * rate ** (1 + most - len(searched)) > tolerance):
             return None
-        before, pushed = errors, errors * rate > close
-        directions = left[pushed]
-        images = solved(at.model, at.ksp, _pulls(at, directions))
-        for earlier, its_images in known:
-            shares = _products(at, images, its_images)
+        previous_errors, unconverged = errors, errors * rate > tolerance
+        directions = residuals[unconverged]
+        images = solved(state.model, state.ksp, _pulls(state, directions))
+        for earlier, its_images in searched:
+            shares = _products(state, images, its_images)
             images -= shares @ its_images
             directions -= shares @ earlier
-        turn = _orthonormal(_products(at, images, images))
+        turn = _orthonormal(_products(state, images, images))
         directions, images = turn @ directions, turn @ images
-        known.append((directions, images))
-        shares = _products(at, left, images)
-        found += shares @ directions
-        left = left - shares @ images
+        searched.append((directions, images))
+        shares = _products(state, residuals, images)
+        solutions += shares @ directions
+        residuals = residuals - shares @ images
 
 
-def _pulls(at: ConvergedState, directions: Array) -> Array:
+def _pulls(state: ConvergedState, directions: Array) -> Array:
     """The tangent applied to each direction, complete and zero where `loads` are."""
-    return completed(at.model, at.model.system.pulls(directions))
+    return completed(state.model, state.model.system.pulls(directions))
 
 
 def _orthonormal(products: Array) -> Array:
@@ -91,18 +91,18 @@ def _orthonormal(products: Array) -> Array:
     size = np.sqrt(np.diag(products))
     scale = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0.0)
     values, vectors = np.linalg.eigh(products * np.outer(scale, scale))
-    kept = values > DEPENDENT * max(float(values[-1]), 0.0)
-    return np.asarray((vectors[:, kept] / np.sqrt(values[kept])).T * scale)
+    significant = values > DEPENDENT * max(float(values[-1]), 0.0)
+    return np.asarray((vectors[:, significant] / np.sqrt(values[significant])).T * scale)
 
 
-def _products(at: ConvergedState, left: Array, right: Array) -> Array:
-    owned = slice(0, at.model.system.owned)
-    return np.asarray(summed(at.model.comm, left[:, owned] @ right[:, owned].T))
+def _products(state: ConvergedState, left: Array, right: Array) -> Array:
+    owned = slice(0, state.model.system.owned)
+    return np.asarray(summed(state.model.comm, left[:, owned] @ right[:, owned].T))
 
 
-def _shares(at: ConvergedState, parts: Array, wholes: Array) -> Array:
+def _shares(state: ConvergedState, parts: Array, wholes: Array) -> Array:
     """Norm of each row over that of another; 0 where that is zero."""
-    owned = slice(0, at.model.system.owned)
+    owned = slice(0, state.model.system.owned)
     squares = np.array([np.einsum("kn,kn->k", rows[:, owned], rows[:, owned]) for rows in (parts, wholes)])
-    part, whole = np.sqrt(summed(at.model.comm, squares))
+    part, whole = np.sqrt(summed(state.model.comm, squares))
     return np.asarray(np.divide(part, whole, out=np.zeros_like(part), where=whole > 0.0))

@@ -61,13 +61,15 @@ class Tangent:
 
         It is symmetric where the rubber has no memory, without averaging.
         """
-        found = self.stiffness.copy()
+        stiffness = self.stiffness.copy()
         # dM = K_sym w + w x M / 2, for a twist w.
-        found[3:, 3:] += 0.5 * skew(self.moment)
-        return found
+        stiffness[3:, 3:] += 0.5 * skew(self.moment)
+        return stiffness
 
 
-def tangent(model: FiniteElementModel, ksp: PETSc.KSP, q: float, wanted: Sequence[int] = range(6)) -> Tangent:
+def tangent(
+    model: FiniteElementModel, ksp: PETSc.KSP, q: float, motions: Sequence[int] = range(6)
+) -> Tangent:
     """Solve for the response of the body to all rigid motions together.
 
     Parameters
@@ -78,11 +80,11 @@ def tangent(model: FiniteElementModel, ksp: PETSc.KSP, q: float, wanted: Sequenc
         Solver with the factorised tangent of the state.
     q
         Path's parameter, s.
-    wanted
+    motions
         Motions by number; the others' rows and columns are zero.
     """
     twist = model.motion.over_all(pose_motion_of(model.motion).twists(q))
-    allowed = [k for k in wanted if k in possible(model.mesh.mirrors)]
+    allowed = [k for k in motions if k in possible(model.mesh.mirrors)]
     pull = np.zeros_like(twist)
     forces = np.zeros_like(twist)
     b = model.system.create_vector()
@@ -118,12 +120,12 @@ def adjoint(model: FiniteElementModel, ksp: PETSc.KSP, q: float, reaction: int) 
     reaction
         Number of the reaction.
     """
-    motion, found = pose_motion_of(model.motion), tangent(model, ksp, q)
-    busy = [k for k in motion.free_numbers if found.stiffness[k].any()]
-    direction: Array = found.answers[reaction].copy()
-    if busy:
-        columns = found.stiffness @ twist_of(motion.pose(q))[:, busy]
-        direction -= np.linalg.solve(columns[busy].T, columns[reaction]) @ found.answers[busy]
+    motion, pose_tangent = pose_motion_of(model.motion), tangent(model, ksp, q)
+    coupled = [k for k in motion.free_numbers if pose_tangent.stiffness[k].any()]
+    direction: Array = pose_tangent.answers[reaction].copy()
+    if coupled:
+        columns = pose_tangent.stiffness @ twist_of(motion.pose(q))[:, coupled]
+        direction -= np.linalg.solve(columns[coupled].T, columns[reaction]) @ pose_tangent.answers[coupled]
     return direction
 
 
@@ -180,25 +182,26 @@ def solved(model: FiniteElementModel, ksp: PETSc.KSP, forces: Array) -> Array:
     if ksp.getPC().getFailedReason():
         # MUMPS would be asked for a solution without a factorisation, which is an error in the program.
         raise NoFactorisation
-    own = np.ascontiguousarray(forces[:, : model.system.owned])
-    shape = ((own.shape[1], None), (None, len(own)))
+    owned = np.ascontiguousarray(forces[:, : model.system.owned])
+    shape = ((owned.shape[1], None), (None, len(owned)))
     # PETSc stores columns one after the other: the rows of these arrays.
     right, answers = (
-        PETSc.Mat().createDense(shape, array=rows.T, comm=model.comm) for rows in (own, np.zeros_like(own))
+        PETSc.Mat().createDense(shape, array=rows.T, comm=model.comm)
+        for rows in (owned, np.zeros_like(owned))
     )
     # Solved together they take a third of the time of solving one by one.
     ksp.matSolve(right, answers)
-    left = np.array(answers.getDenseArray(readonly=True).T, order="C")
+    dense = np.array(answers.getDenseArray(readonly=True).T, order="C")
     right.destroy()
     answers.destroy()
     if model.comm.size == 1:
-        return left
-    b, found = model.system.create_vector(), np.empty_like(forces)
-    for row, complete in zip(left, found, strict=True):
+        return dense
+    b, solutions = model.system.create_vector(), np.empty_like(forces)
+    for row, complete in zip(dense, solutions, strict=True):
         b.array_w[:] = row
         complete[:] = ghosted(b)
     b.destroy()
-    return found
+    return solutions
 
 
 def turned(model: FiniteElementModel, residual: PETSc.Vec, q: float) -> Array:

@@ -106,10 +106,10 @@ class Sensitivity:
             model.system.stiffen()
             slopes = Slopes(model.body, model.state.x.array)
             forces = self._forces(slopes, changes, boundaries)
-            rate, moved = self._solutions(solver, -forces)
+            rate, movements = self._solutions(solver, -forces)
             self.rate = rate
             if not model.system.symmetric:
-                forces += model.system.pulls(moved)
+                forces += model.system.pulls(movements)
             works = forces @ rate
         stiffness = self._stiffness(solver.q, rate) if drive is not None or any(prescribed.values()) else 0.0
         works = summed(model.comm, works) * model.multiplicity
@@ -119,13 +119,13 @@ class Sensitivity:
             for i, (name, work) in enumerate(zip(self.names, works, strict=True)):
                 rates[i] = drive.rate(name, solver.q, solver.force, time, stiffness, rates[i], work)
         if model.path_dependent:
-            moved += np.outer(rates, rate)
-            for one, boundary in zip(moved, boundaries, strict=True):
-                one += 0.0 if boundary is None else boundary
-            self.memory = list(slopes.memory_after(self.names, changes, self.memory, list(moved)))
+            movements += np.outer(rates, rate)
+            for movement, boundary in zip(movements, boundaries, strict=True):
+                movement += 0.0 if boundary is None else boundary
+            self.memory = list(slopes.memory_after(self.names, changes, self.memory, list(movements)))
         return works + stiffness * rates, rates
 
-    def moved(
+    def movements(
         self, solver: Equilibrium, rate: Array, drive: PrescribedForce | None = None
     ) -> tuple[Array, Array, Array]:
         """Return dx/dc, (names, n), dq/dc and the force's derivative, (names,) each; of a model without memory.
@@ -143,15 +143,15 @@ class Sensitivity:
         changes = [self._change(name) for name in self.names]
         boundaries = [model.motion.boundary_rate(name, solver.q) for name in self.names]
         forces = self._forces(Slopes(model.body, model.state.x.array), changes, boundaries)
-        moved = solved(model, solver.factor, completed(model, -forces))
+        movements = solved(model, solver.factor, completed(model, -forces))
         works = np.asarray(summed(model.comm, forces @ rate)) * model.multiplicity
         works += [self._bent(name, solver.q) for name in self.names]
         stiffness = self._stiffness(solver.q, rate)
         rates = np.zeros(len(works)) if drive is None else -works / stiffness
-        moved += np.outer(rates, rate)
-        for one, boundary in zip(moved, boundaries, strict=True):
-            one += 0.0 if boundary is None else boundary
-        return moved, rates, works + stiffness * rates
+        movements += np.outer(rates, rate)
+        for movement, boundary in zip(movements, boundaries, strict=True):
+            movement += 0.0 if boundary is None else boundary
+        return movements, rates, works + stiffness * rates
 
     def stiffness(self, solver: Equilibrium) -> float:
         """Return dQ/dq at the present equilibrium, at fixed memory: N/mm or N mm/rad."""
@@ -175,21 +175,21 @@ class Sensitivity:
     ) -> Array:
         """Work of the forces' derivatives by each parameter on v, of this rank; without memory."""
         along = slopes.along(rate)
-        found = [
+        works = [
             slopes.work(name, change, along) + self._outside(name, change, boundary, along)
             for name, change, boundary in zip(self.names, changes, boundaries, strict=True)
         ]
-        return np.array(found)
+        return np.array(works)
 
     def _forces(
         self, slopes: Slopes, changes: Sequence[Numbers], boundaries: Sequence[Array | None]
     ) -> Array:
         """Derivatives of the forces by each parameter with the unknowns held, (names, n), of this rank."""
         stresses = slopes.stresses(changes, self.memory)
-        found = slopes.forces(self.names, changes, stresses)
-        for name, change, boundary, force in zip(self.names, changes, boundaries, found, strict=True):
+        forces = slopes.forces(self.names, changes, stresses)
+        for name, change, boundary, force in zip(self.names, changes, boundaries, forces, strict=True):
             self._add_outside(name, change, boundary, force)
-        return found
+        return forces
 
     def _outside(self, name: str, change: Numbers, boundary: Array | None, along: Along) -> float:
         """Work of the derivative of surfaces' forces, and of the tangent on a boundary's motion; of this rank."""
@@ -237,37 +237,39 @@ class Sensitivity:
         right = completed(model, forces)
         if solver.border is not None:
             return solver.tangent_rate(), solved(model, solver.factor, right)
-        found = self._refined(solver, right)
-        if found is None:
+        solutions = self._refine(solver, right)
+        if solutions is None:
             solver.factorise(stiffened=True)
             b = model.system.create_vector()
             model.system.lift(b, solver.rate)
             lifted = np.zeros_like(solver.rate)
             lifted[: model.system.owned] = b.array_r
             b.destroy()
-            found = solved(model, solver.factor, np.vstack([lifted, right]))
+            solutions = solved(model, solver.factor, np.vstack([lifted, right]))
             if not model.system.symmetric:
                 dofs = model.motion.constrained.dofs
-                found[0, dofs] = solver.rate[dofs]
-                found = self._skewed(solver, np.vstack([np.zeros_like(solver.rate), right]), found)
-        self._last.add(solver.q, found)
-        return found[0], found[1:].copy()
+                solutions[0, dofs] = solver.rate[dofs]
+                solutions = self._refine_skew(
+                    solver, np.vstack([np.zeros_like(solver.rate), right]), solutions
+                )
+        self._last.add(solver.q, solutions)
+        return solutions[0], solutions[1:].copy()
 
     @staticmethod
-    def _skewed(solver: Equilibrium, loads: Array, guess: Array) -> Array:
+    def _refine_skew(solver: Equilibrium, loads: Array, guess: Array) -> Array:
         """Refine solutions obtained with the tangent's symmetric part until they satisfy the tangent itself."""
-        at = ConvergedState(solver.model, solver.factor, solver.q, solver.rate, solver.tolerance)
-        found = refined(at, loads, guess, MOST_OF_SKEW)
-        if found is None:
+        state = ConvergedState(solver.model, solver.factor, solver.q, solver.rate, solver.tolerance)
+        solutions = refined(state, loads, guess, MOST_OF_SKEW)
+        if solutions is None:
             raise unsolved("the tangent is far from symmetric")
-        return found
+        return solutions
 
-    def _refined(self, solver: Equilibrium, right: Array) -> Array | None:
+    def _refine(self, solver: Equilibrium, right: Array) -> Array | None:
         """Solve for both by refining an extrapolation of the last steps; None unless the step was short."""
         if not self._last.q or self.model.mesh.dimension == 2 or not solver.fresh(SHORT):
             return None  # in the half-plane a factorisation costs less
         guess = self._last.extrapolate(solver.q)
         dofs = self.model.motion.constrained.dofs
         guess[0, dofs] = solver.rate[dofs]
-        at = ConvergedState(self.model, solver.ksp, solver.q, solver.rate, solver.tolerance)
-        return refined(at, np.vstack([np.zeros_like(solver.rate), right]), guess)
+        state = ConvergedState(self.model, solver.ksp, solver.q, solver.rate, solver.tolerance)
+        return refined(state, np.vstack([np.zeros_like(solver.rate), right]), guess)

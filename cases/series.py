@@ -87,9 +87,9 @@ class SeriesSpring:
         work
             Derivative of the bushing's force by c at fixed q, N or N mm per unit of c.
         """
-        at = self.extension(q, force, time)
-        taken = at.by_force * work + at.by_parameter.get(name, 0.0)
-        return (prescribed - taken) / (1.0 + at.by_displacement + at.by_force * stiffness)
+        extension = self.extension(q, force, time)
+        taken = extension.by_force * work + extension.by_parameter.get(name, 0.0)
+        return (prescribed - taken) / (1.0 + extension.by_displacement + extension.by_force * stiffness)
 
 
 class Shared:
@@ -105,11 +105,11 @@ class Shared:
         Time of the program's beginning, s.
     """
 
-    def __init__(self, series: SeriesSpring, span: float, began: float) -> None:
+    def __init__(self, series: SeriesSpring, span: float, start_time: float) -> None:
         self._series, self._close = series, CLOSE * span
         # The last equilibrium, and dq over the prescribed displacement's change there.
         self._q = self._prescribed = 0.0
-        self._share = 1.0 / (1.0 + series.extension(0.0, 0.0, began).by_displacement)
+        self._share = 1.0 / (1.0 + series.extension(0.0, 0.0, start_time).by_displacement)
         self._trials: list[tuple[float, float]] = []
 
     reason = "DIVERGED_SERIES"
@@ -143,6 +143,8 @@ class Shared:
             return None
         if len(self._trials) == 1:
             return q - self._share * excess
-        (before, over), (now, left) = self._trials[-2:]
-        slope = (left - over) / (now - before) if now != before else 1.0
-        return now - left / max(slope, 1.0)
+        (previous_q, previous_excess), (current_q, current_excess) = self._trials[-2:]
+        slope = (
+            (current_excess - previous_excess) / (current_q - previous_q) if current_q != previous_q else 1.0
+        )
+        return current_q - current_excess / max(slope, 1.0)

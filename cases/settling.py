@@ -54,16 +54,16 @@ def settle(solver: Equilibrium, q: float, start: Array) -> Outcome:
         With the reason "DIVERGED_FLOW" where the flow did not come to rest.
     """
     drag, viscosity = Drag(solver.model, FLOW_NEWTON), FIRST
-    corrections, here, easy = 0, start, True
+    corrections, state, easy = 0, start, True
     outcome = Outcome(0, 0, "DIVERGED_MAX_IT")
     try:
         for _ in range(STATES):
             free = viscosity < LEAST_DRAG
             if free:
-                outcome = solver.solve(q, here)
+                outcome = solver.solve(q, state)
             else:
-                with solver.dragged(drag, here, viscosity):
-                    outcome = solver.solve(q, here)
+                with solver.dragged(drag, state, viscosity):
+                    outcome = solver.solve(q, state)
             corrections += outcome.iterations
             if (free and outcome.found) or (viscosity > MOST_DRAG and not outcome.found):
                 break
@@ -72,7 +72,7 @@ def settle(solver: Equilibrium, q: float, start: Array) -> Outcome:
             elif easy:
                 viscosity /= THINNER
             easy = outcome.found
-            here = solver.unknowns() if outcome.found else here
+            state = solver.unknowns() if outcome.found else state
         if not (free and outcome.found):
             # A state that balances only with a drag is not an equilibrium.
             outcome = replace(outcome, reason="DIVERGED_FLOW")

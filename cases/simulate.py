@@ -66,9 +66,9 @@ def prepare(
     if "z" in setting_for(mode, dimension).mirrors & shape.mirror_planes - mirrors:
         # The change by the features must not be mixed with that by another mesh.
         refinement = replace(refinement, doubled=True)
-    for item in features:
-        if item.feature.shape is not None:
-            shape = item.feature.shape(shape, item.values)
+    for installed in features:
+        if installed.feature.shape is not None:
+            shape = installed.feature.shape(shape, installed.values)
     mesh = build(shape, dimension, mirrors, refinement, comm)
     features = [*features, *plates(shape)]
     return FiniteElementModel(mesh, mode, rubber.law, rubber.parameters, rubber.bulk_modulus, features)
@@ -89,8 +89,8 @@ def symmetries(shape: Shape, features: Sequence[Installed] = ()) -> Mirrors:
         Further changes of the rubber and the assembly.
     """
     planes = shape.mirror_planes
-    for item in (*features, *plates(shape)):
-        planes -= item.breaks
+    for component in (*features, *plates(shape)):
+        planes -= component.breaks
     return planes
 
 
@@ -123,9 +123,9 @@ def even_targets(lower: float, upper: float, steps: int) -> Array:
     steps : int
         Number of steps.
     """
-    reach = max(upper, -lower)
+    largest = max(upper, -lower)
     sides = [end for end in (lower, upper) if abs(end) > NEGLIGIBLE * (upper - lower)]
-    parts = [np.linspace(0.0, end, max(4, int(np.ceil(steps * abs(end) / reach))) + 1) for end in sides]
+    parts = [np.linspace(0.0, end, max(4, int(np.ceil(steps * abs(end) / largest))) + 1) for end in sides]
     return np.unique(np.concatenate([[0.0], *parts]))
 
 
@@ -196,11 +196,11 @@ def _sides(targets: Array) -> list[Array]:
     return [side for side in (targets[targets <= 0][::-1], targets[targets >= 0]) if len(side) > 1]
 
 
-def _progress(progress: Progress | None, before: int, total: int) -> Progress | None:
+def _progress(progress: Progress | None, steps_before: int, total: int) -> Progress | None:
     """Add the number of steps on the previous sides to the step's number."""
     if progress is None:
         return None
-    return lambda step, _, newton, q: progress(before + step, total, newton, q)
+    return lambda step, _, newton, q: progress(steps_before + step, total, newton, q)
 
 
 def _join(histories: Sequence[History]) -> History:

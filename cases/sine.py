@@ -74,8 +74,11 @@ class ThinnedSpectrum:
             (amplitude * self.speed(amplitude))[:, None] / self.times,
         )
         limits = 10.0**-DECADES, 10.0**DECADES
-        places = [PER_DECADE * (np.log10(np.clip(one, *limits)) + DECADES) for one in numbers]
-        first, third = (interpolated(one, *np.broadcast_arrays(*places)) @ self.moduli for one in _branch())
+        places = [PER_DECADE * (np.log10(np.clip(values, *limits)) + DECADES) for values in numbers]
+        first, third = (
+            interpolated(coefficients, *np.broadcast_arrays(*places)) @ self.moduli
+            for coefficients in _branch()
+        )
         return first, third
 
     def responses(self, frequency: Array, largest: float) -> list[TabulatedHarmonics]:
@@ -92,10 +95,10 @@ class ThinnedSpectrum:
 
         last = int(np.ceil(PER_DECADE * np.log10(max(largest, 10.0 * SMALLEST) / SMALLEST)))
         nodes = SMALLEST * 10.0 ** (np.arange(last + BEYOND) / PER_DECADE)
-        found = np.stack(self.harmonics(nodes, frequency[:, None]), axis=1)
+        harmonics = np.stack(self.harmonics(nodes, frequency[:, None]), axis=1)
         return [
-            TabulatedHarmonics(one, last)
-            for one in spline_filter1d(found, output=np.complex128, mode="mirror")
+            TabulatedHarmonics(coefficients, last)
+            for coefficients in spline_filter1d(harmonics, output=np.complex128, mode="mirror")
         ]
 
 
@@ -139,8 +142,8 @@ def interpolated(coefficients: Complex, *places: Array) -> Complex:
     """Return the values (...) of a cubic spline at places (...) along each axis, in steps of its table."""
     from scipy.ndimage import map_coordinates
 
-    found = map_coordinates(coefficients, places, output=np.complex128, prefilter=False, mode="mirror")
-    return np.asarray(found)
+    values = map_coordinates(coefficients, places, output=np.complex128, prefilter=False, mode="mirror")
+    return np.asarray(values)
 
 
 @cache
@@ -153,14 +156,14 @@ def _branch() -> tuple[Complex, Complex]:
     rise = np.diff(sine)
     number = 10.0 ** np.linspace(-DECADES, DECADES, 2 * DECADES * PER_DECADE + 1)
     ratio = width * number[:, None] + rise[:, None, None] * number
-    kept, gained = np.exp(-ratio), -np.expm1(-ratio) / ratio
+    decay, gained = np.exp(-ratio), -np.expm1(-ratio) / ratio
     h = np.zeros((STEPS + 1, *ratio.shape[1:]))
     left = np.ones_like(h)
     for i in range(STEPS):
-        h[i + 1] = h[i] * kept[i] + gained[i] * rise[i]
-        left[i + 1] = left[i] * kept[i]
+        h[i + 1] = h[i] * decay[i] + gained[i] * rise[i]
+        left[i + 1] = left[i] * decay[i]
     h -= h[-1] / (1.0 + left[-1]) * left
     weights = np.full(STEPS + 1, 2.0 / np.pi * width)
     weights[[0, -1]] *= 0.5
     first, third = (np.tensordot(weights * (np.sin(n * turn) + 1j * np.cos(n * turn)), h, 1) for n in (1, 3))
-    return tuple(spline_filter(one, output=np.complex128, mode="mirror") for one in (first, third))
+    return tuple(spline_filter(harmonic, output=np.complex128, mode="mirror") for harmonic in (first, third))

@@ -41,9 +41,9 @@ def rotation(theta: Array) -> Array:
     """Rotation matrix of a rotation vector (rad), shape (3, 3), by Rodrigues' formula."""
     angle, W = float(np.linalg.norm(theta)), skew(theta)
     # sinc(x) = sin(pi x) / (pi x)
-    first = np.sinc(angle / np.pi)
-    second = 0.5 * np.sinc(0.5 * angle / np.pi) ** 2
-    return np.eye(3) + first * W + second * W @ W
+    linear = np.sinc(angle / np.pi)
+    quadratic = 0.5 * np.sinc(0.5 * angle / np.pi) ** 2
+    return np.eye(3) + linear * W + quadratic * W @ W
 
 
 def tangent(theta: Array) -> Array:
@@ -65,8 +65,8 @@ def displacement(x: Array, pose: Array) -> Array:
     pose
         Shape (6,), mm and rad.
     """
-    moved: Array = pose[:3, None] + (rotation(pose[3:]) - np.eye(3)) @ x
-    return moved
+    displacements: Array = pose[:3, None] + (rotation(pose[3:]) - np.eye(3)) @ x
+    return displacements
 
 
 def twists(x: Array, pose: Array) -> Array:
@@ -83,12 +83,12 @@ def twists(x: Array, pose: Array) -> Array:
     -------
     ndarray, shape (6, 3, n)
     """
-    found = np.zeros((6, *x.shape))
+    motions = np.zeros((6, *x.shape))
     arm = rotation(pose[3:]) @ x
     for k in range(3):
-        found[k, k] = 1.0
-        found[3 + k] = skew(np.eye(3)[k]) @ arm
-    return found
+        motions[k, k] = 1.0
+        motions[3 + k] = skew(np.eye(3)[k]) @ arm
+    return motions
 
 
 def twist_of(pose: Array) -> Array:
@@ -128,14 +128,14 @@ class SixPath:
             raise ValueError("a path needs a time for each of at least two poses")
         if np.any(np.diff(self.time) <= 0.0) or self.motion[0].any():
             raise ValueError("a path needs times that increase, and begins at rest")
-        free, held = list(self.free), self.motion.copy()
-        held[:, free] = 0.0
-        load = np.zeros_like(held)
+        free, prescribed = list(self.free), self.motion.copy()
+        prescribed[:, free] = 0.0
+        load = np.zeros_like(prescribed)
         if self.load is not None:
             load[:, free] = self.load[:, free]
         if load[0].any():
             raise ValueError("a path begins without load")
-        object.__setattr__(self, "motion", held)
+        object.__setattr__(self, "motion", prescribed)
         object.__setattr__(self, "load", load)
 
     @property

@@ -57,55 +57,55 @@ class SixSensitivity(Sensitivity):
         assert drive is None
         model, motion, q = self.model, pose_motion_of(self.model.motion), solver.q
         solver.factorise()
-        found = tangent(model, solver.factor, q)
+        pose_tangent = tangent(model, solver.factor, q)
         slopes = Slopes(model.body, model.state.x.array)
         changes = [self._change(name) for name in self.names]
         boundaries = [motion.boundary_rate(name, q) for name in self.names]
         forces = self._forces(slopes, changes, boundaries)
         if model.path_dependent:
-            moved = solved(model, solver.factor, completed(model, -forces))
+            movements = solved(model, solver.factor, completed(model, -forces))
         if not model.system.symmetric:
-            found, moved = self._whole(solver, found, moved, -forces)
-            forces += model.system.pulls(moved)
-        held = np.asarray(summed(model.comm, found.answers @ forces.T)) * model.multiplicity
+            pose_tangent, movements = self._whole(solver, pose_tangent, movements, -forces)
+            forces += model.system.pulls(movements)
+        held_forces = np.asarray(summed(model.comm, pose_tangent.answers @ forces.T)) * model.multiplicity
         for i, name in enumerate(self.names):
             if motion.arms_depend_on(name):
                 bends = motion.over_all(motion.twists(q, by=name))
-                held[:, i] += [self._on_reactions(bend) for bend in bends]
+                held_forces[:, i] += [self._on_reactions(bend) for bend in bends]
         columns = twist_of(motion.pose(q))
-        given_way = self._given_way(found.stiffness @ columns, held)
+        given_way = self._given_way(pose_tangent.stiffness @ columns, held_forces)
         self.motions = given_way
-        self.reactions = held + found.stiffness @ columns @ given_way
+        self.reactions = held_forces + pose_tangent.stiffness @ columns @ given_way
         if model.path_dependent:
-            moved += (columns @ given_way).T @ found.answers
+            movements += (columns @ given_way).T @ pose_tangent.answers
             for i, boundary in enumerate(boundaries):
-                moved[i] += 0.0 if boundary is None else boundary
-            self.memory = list(slopes.memory_after(self.names, changes, self.memory, list(moved)))
+                movements[i] += 0.0 if boundary is None else boundary
+            self.memory = list(slopes.memory_after(self.names, changes, self.memory, list(movements)))
         return self._power(solver), np.zeros(len(self.names))
 
     def _whole(
-        self, solver: Equilibrium, found: Tangent, moved: Array, forces: Array
+        self, solver: Equilibrium, pose_tangent: Tangent, movements: Array, forces: Array
     ) -> tuple[Tangent, Array]:
         """Refine responses found with the tangent's symmetric part until they satisfy the whole tangent."""
-        model, six = self.model, len(found.answers)
-        loads = np.vstack([np.zeros_like(found.answers), completed(model, forces)])
-        better = self._skewed(solver, loads, np.vstack([found.answers, moved]))
+        model, six = self.model, len(pose_tangent.answers)
+        loads = np.vstack([np.zeros_like(pose_tangent.answers), completed(model, forces)])
+        better = self._refine_skew(solver, loads, np.vstack([pose_tangent.answers, movements]))
         answers = better[:six]
         work = answers @ model.system.pulls(answers).T
         stiffness = np.asarray(summed(model.comm, work)) * model.multiplicity
         possible = np.any(answers[3:] != 0.0, axis=1)
-        stiffness[3:, 3:] += found.arms * possible * possible[:, None]
-        return replace(found, answers=answers, stiffness=stiffness), better[six:]
+        stiffness[3:, 3:] += pose_tangent.arms * possible * possible[:, None]
+        return replace(pose_tangent, answers=answers, stiffness=stiffness), better[six:]
 
-    def _given_way(self, stiffness: Array, held: Array) -> Array:
+    def _given_way(self, stiffness: Array, held_forces: Array) -> Array:
         """Return the change of the pose, (6, names), that keeps the reactions of free motions at zero."""
         free = self.model.motion.free_numbers
-        moved = np.zeros_like(held)
+        motions = np.zeros_like(held_forces)
         # Motions that symmetry rules out have no stiffness, and no need to move.
-        busy = [k for k in free if stiffness[k].any()]
-        if busy:
-            moved[busy] = -np.linalg.solve(stiffness[np.ix_(busy, busy)], held[busy])
-        return moved
+        coupled = [k for k in free if stiffness[k].any()]
+        if coupled:
+            motions[coupled] = -np.linalg.solve(stiffness[np.ix_(coupled, coupled)], held_forces[coupled])
+        return motions
 
     def _power(self, solver: Equilibrium) -> Array:
         """Derivative of the power, through the reactions and through the twists along the path."""

@@ -59,10 +59,10 @@ class Slopes:
             For each parameter, derivatives of `Body.numbers` and of the memory at the beginning of the step.
         """
         metals = []
-        for found in zip(*(self._metal_stresses(change) for change in rates), strict=True):
-            busy = [i for i, stress in enumerate(found) if stress is not None]
+        for stresses in zip(*(self._metal_stresses(change) for change in rates), strict=True):
+            active = [i for i, stress in enumerate(stresses) if stress is not None]
             # The energy's place, which nothing reads, before the stresses.
-            metals.append((busy, np.array([np.pad(found[i], ((0, 0), (1, 0))) for i in busy])))
+            metals.append((active, np.array([np.pad(stresses[i], ((0, 0), (1, 0))) for i in active])))
         return [self._rubber_stresses(rates, memory), *metals]
 
     def _metal_stresses(self, rates: Numbers) -> Iterator[Array | None]:
@@ -126,19 +126,19 @@ class Slopes:
         stresses
             Result of `stresses`, part by part.
         """
-        found = np.zeros((len(names), len(self._state)))
-        for part, (busy, answers) in zip(self._body.parts, stresses, strict=True):
-            if busy:
-                for i, row in zip(busy, part.by_gradients(answers), strict=True):
-                    part.points.add_forces(row, found[i])
-            for name, change, force in zip(names, rates, found, strict=True):
+        forces = np.zeros((len(names), len(self._state)))
+        for part, (active, answers) in zip(self._body.parts, stresses, strict=True):
+            if active:
+                for i, row in zip(active, part.by_gradients(answers), strict=True):
+                    part.points.add_forces(row, forces[i])
+            for name, change, force in zip(names, rates, forces, strict=True):
                 swollen, moving = self._moves(part, name, change)
                 if swollen != 0.0:
                     part.points.add_forces(swollen * self._P(part), force)
                 if moving is not None:
                     part.points.add_forces(self._changed(part, moving), force)
                     moving.add_forces(self._P(part), force)
-        return found
+        return forces
 
     def memory_after(
         self,
@@ -164,21 +164,21 @@ class Slopes:
         law = np.array([change.law for change in rates])
         if law.any():
             energies += np.tensordot(law, self._law_slopes[:, :, 0], 1)
-        after: list[list[Array]] = [[] for _ in names]
+        memories: list[list[Array]] = [[] for _ in names]
         passed: list[Array] = []
         for i, branch in enumerate(material.branches):
             changes = [
-                _changes(change.branches[i], own[i], energy) | {"strain": strain}
-                for change, own, energy, strain in zip(rates, memory, energies, strains, strict=True)
+                _changes(change.branches[i], own_memory[i], energy) | {"strain": strain}
+                for change, own_memory, energy, strain in zip(rates, memory, energies, strains, strict=True)
             ]
             if branch.clock == "followed":
                 _pace(changes, passed)
-            found = branch.rates("end", branch.inputs(self._at.strain, self._at.law), changes)
+            rows = branch.rates("end", branch.inputs(self._at.strain, self._at.law), changes)
             if branch.clock == "shown":
-                passed = [row[:, 0] for row in found]
-            for own, row in zip(after, found, strict=True):
-                own.append(row)
-        return after
+                passed = [row[:, 0] for row in rows]
+            for memory_rows, row in zip(memories, rows, strict=True):
+                memory_rows.append(row)
+        return memories
 
     def _strain_changes(self, names: Sequence[str], directions: Sequence[Array]) -> Array:
         """Derivatives of the rubber's strain variables by each parameter, (names, points, variables)."""
@@ -194,51 +194,51 @@ class Slopes:
     # -- pieces --------------------------------------------------------------------------------------------------
 
     def _rubber_stresses(self, rates: Sequence[Numbers], memory: Sequence[Memory]) -> Stresses:
-        material, at = self._body.material, self._at
+        material, state = self._body.material, self._at
         n = material.variables
         law, volumetric = (
             np.array(rows) for rows in zip(*((c.law, c.volumetric) for c in rates), strict=True)
         )
-        found = np.zeros((len(rates), *at.law.shape))
+        stresses = np.zeros((len(rates), *state.law.shape))
         # All parameters in one product.
         if law.any():
-            found += np.tensordot(law, self._law_slopes, 1)
-        laws = found.copy() if any(branch.needs_energy for branch in material.branches) else found
+            stresses += np.tensordot(law, self._law_slopes, 1)
+        laws = stresses.copy() if any(branch.needs_energy for branch in material.branches) else stresses
         if volumetric.any():
-            found += np.tensordot(volumetric, self._volumetric_slopes, 1)
+            stresses += np.tensordot(volumetric, self._volumetric_slopes, 1)
         by_law = np.any(law != 0.0, axis=1)
-        busy = np.logical_or(by_law, np.any(volumetric != 0.0, axis=1))
+        active = np.logical_or(by_law, np.any(volumetric != 0.0, axis=1))
         passed = dict[int, Array]()
         for i, branch in enumerate(material.branches):
             through = np.logical_and(by_law, branch.needs_energy)
             paced = passed if branch.clock == "followed" else {}
-            own = [
+            affected = [
                 k
                 for k, change in enumerate(rates)
                 if change.branches[i].any() or memory[k][i] is not None or through[k] or k in paced
             ]
             changes = [
                 _changes(rates[k].branches[i], memory[k][i], laws[k, :, 0] if through[k] else None)
-                for k in own
+                for k in affected
             ]
             if branch.clock == "shown":
-                found_here = branch.rates("end", branch.inputs(at.strain, at.law), changes)
-                passed = {k: row[:, 0] for k, row in zip(own, found_here, strict=True)}
+                ends = branch.rates("end", branch.inputs(state.strain, state.law), changes)
+                passed = {k: row[:, 0] for k, row in zip(affected, ends, strict=True)}
                 continue
             if paced:
-                _pace(changes, [passed.get(k) for k in own])
-            rows = branch.rates("stress", branch.inputs(at.strain, at.law), changes)
-            for k, row in zip(own, rows, strict=True):
-                found[k, :, 1:] += row[:, :n]
+                _pace(changes, [passed.get(k) for k in affected])
+            rows = branch.rates("stress", branch.inputs(state.strain, state.law), changes)
+            for k, row in zip(affected, rows, strict=True):
+                stresses[k, :, 1:] += row[:, :n]
                 if branch.needs_energy:
-                    found[k, :, 1:] += row[:, n, None] * at.law[:, 1 : 1 + n]
+                    stresses[k, :, 1:] += row[:, n, None] * state.law[:, 1 : 1 + n]
             if through.any():
-                by_energy = material.by_energy(at, i)[:, None]
+                by_energy = material.by_energy(state, i)[:, None]
                 for k in np.flatnonzero(through):
-                    found[k, :, 1:] += by_energy * laws[k, :, 1:]
-            busy[own] = True
-        chosen = [int(k) for k in np.flatnonzero(busy)]
-        return chosen, found if busy.all() else found[chosen]
+                    stresses[k, :, 1:] += by_energy * laws[k, :, 1:]
+            active[affected] = True
+        chosen = [int(k) for k in np.flatnonzero(active)]
+        return chosen, stresses if active.all() else stresses[chosen]
 
     @cached_property
     def _law_slopes(self) -> Array:
@@ -261,12 +261,12 @@ class Slopes:
 
     def _P(self, part: MaterialCells) -> Array:
         """Return the derivatives of the energy by the displacement gradients."""
-        if id(part) not in self._kept:
-            self._kept[id(part)] = part.answer().copy()
-        return self._kept[id(part)]
+        if id(part) not in self._energy_derivatives:
+            self._energy_derivatives[id(part)] = part.answer().copy()
+        return self._energy_derivatives[id(part)]
 
     @cached_property
-    def _kept(self) -> dict[int, Array]:
+    def _energy_derivatives(self) -> dict[int, Array]:
         return {}
 
     def along(self, direction: Array) -> Along:
@@ -276,12 +276,12 @@ class Slopes:
 
 def _changes(parameters: Array, memory: Array | None, energy: Array | None) -> dict[str, Array]:
     """Return the changes of a branch's inputs, by their names."""
-    found = {"parameters": parameters}
+    changes = {"parameters": parameters}
     if memory is not None:
-        found["memory"] = memory
+        changes["memory"] = memory
     if energy is not None:
-        found["law energy"] = energy[:, None]
-    return found
+        changes["law energy"] = energy[:, None]
+    return changes
 
 
 def _pace(changes: list[dict[str, Array]], passed: Sequence[Array | None]) -> None:

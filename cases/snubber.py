@@ -33,13 +33,13 @@ def plates(shape: Shape) -> tuple[Installed, ...]:
     stiffness, half = STIFF / stops.thickness, stops.height
 
     def surface(values: Values, place: Place) -> list[Scalar]:
-        found = []
+        densities = []
         for end in ends:
             ds = place.ds(f"end_{end}")
             if ds is not None:
                 beyond = _height(place, rides, 1.0 if end == "top" else -1.0) - (half + values["gap"])
-                found.append(pushed_back(beyond, stiffness * place.shear_modulus) * place.weight * ds)
-        return found
+                densities.append(pushed_back(beyond, stiffness * place.shear_modulus) * place.weight * ds)
+        return densities
 
     one_end = frozenset[Literal["x", "y", "z"]]({"z"} if len(ends) == 1 else ())
     return (

@@ -42,7 +42,7 @@ def paths() -> Mapping[str, tuple[float, float]]:
 
     Simple shear is not among them: its states are those of the planar mode, turned.
     """
-    found = {}
+    strains_by_mode = {}
     for mode in modes().values():
         if mode.specimen == "coupon" and not mode.needs_compressibility and not mode.sheared:
             strains: dict[str, float] = dict.fromkeys((face[-1] for face in mode.driven), 1.0)
@@ -50,16 +50,16 @@ def paths() -> Mapping[str, tuple[float, float]]:
             # The free axes keep the volume.
             free = [axis for axis in "xyz" if axis not in strains]
             strains |= dict.fromkeys(free, -sum(strains.values()) / max(len(free), 1))
-            found[mode.name] = (strains["x"], strains["y"])
-    return found
+            strains_by_mode[mode.name] = (strains["x"], strains["y"])
+    return strains_by_mode
 
 
 def _evaluate(law: Law, parameters: Mapping[str, float], strains: Array) -> Array:
     """Return W_1, W_2, W_11, W_12, W_22 in MPa, shape (n, 5), at ``strains`` (e1, e2), shape (n, 2)."""
     names = tuple(sorted(parameters))
     values = np.array([float(parameters[name]) for name in names])
-    given = {"strain": np.ascontiguousarray(strains, dtype=np.float64), "parameters": values}
-    return kernel(principal_moduli(law, names))(len(strains), given)
+    inputs = {"strain": np.ascontiguousarray(strains, dtype=np.float64), "parameters": values}
+    return kernel(principal_moduli(law, names))(len(strains), inputs)
 
 
 def moduli(law: Law, parameters: Mapping[str, float], stretches: ArrayLike) -> Array:
@@ -168,19 +168,19 @@ def coupon_limits(
 def _limit(law: Law, parameters: Mapping[str, float], mode: str, end: float, beyond: float) -> float:
     """Return the last stable stretch on the way from 1 to ``end``, or ``beyond``."""
     path = _path(mode)
-    first, last = 0.0, float(np.log(end))
+    low, high = 0.0, float(np.log(end))
     while True:
-        e = np.linspace(first, last, _CHUNK)
+        e = np.linspace(low, high, _CHUNK)
         strains = e[:, None] * path
-        good = stable(law, parameters, np.exp(np.column_stack((strains, -strains.sum(axis=1)))))
-        if good.all():
+        is_stable = stable(law, parameters, np.exp(np.column_stack((strains, -strains.sum(axis=1)))))
+        if is_stable.all():
             return beyond
-        bad = int(np.argmin(good))
-        if bad == 0:
+        first_unstable = int(np.argmin(is_stable))
+        if first_unstable == 0:
             return 1.0
-        if abs(e[bad] - e[bad - 1]) < 1e-5:
-            return float(np.exp(e[bad - 1]))
-        first, last = float(e[bad - 1]), float(e[bad])
+        if abs(e[first_unstable] - e[first_unstable - 1]) < 1e-5:
+            return float(np.exp(e[first_unstable - 1]))
+        low, high = float(e[first_unstable - 1]), float(e[first_unstable])
 
 
 def _path(mode: str) -> NDArray[Any]:

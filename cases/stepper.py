@@ -100,7 +100,7 @@ class Stepper:
         self,
         model: FiniteElementModel,
         solver: Equilibrium,
-        began: float,
+        start_time: float,
         widest: float,
         flows: bool = True,
         program: Program | None = None,
@@ -110,7 +110,7 @@ class Stepper:
         self._flows = flows and solver.border is None
         self._known = RecentPoints()
         self._known.add(0.0, solver.unknowns())
-        self.q, self.time = 0.0, began
+        self.q, self.time = 0.0, start_time
         self.force = self.energy = 0.0
         self.six, self.pose = solver.six, solver.pose
         self._rate: Array | None = None
@@ -145,7 +145,7 @@ class Stepper:
             self._known.forget()
             self._rate = None
 
-    def attempt(self, target: float, until: float) -> AttemptedStep:
+    def attempt(self, target: float, end_time: float) -> AttemptedStep:
         """Attempt a step towards a target; the state of the model is then the end of the step.
 
         Parameters
@@ -156,31 +156,31 @@ class Stepper:
             Time at the target, s.
         """
         q, model = self.q, self._model
-        near = abs(target - q) <= self._length * (1 + 1e-9)
-        goal = target if near else q + float(np.copysign(self._length, target - q))
+        reaches_target = abs(target - q) <= self._length * (1 + 1e-9)
+        goal = target if reaches_target else q + float(np.copysign(self._length, target - q))
         guess = self._guess(goal)
         share = 1.0 if target == q else (goal - q) / (target - q)
-        model.duration.value = duration = share * (until - self.time)
+        model.duration.value = duration = share * (end_time - self.time)
         self._warm(self.time, self.time + duration)
-        begin = time.perf_counter()
+        start = time.perf_counter()
         outcome = self._solved(goal, guess)
         settled = False
         if not outcome.found and self._may_settle(goal):
-            flown = settle(self._solver, goal, self._known.x[-1])
-            settled = flown.found
+            flow_outcome = settle(self._solver, goal, self._known.x[-1])
+            settled = flow_outcome.found
             self._restless = not settled
-            outcome = replace(flown, iterations=outcome.iterations + flown.iterations)
-        seconds = time.perf_counter() - begin
-        tried = Attempt(q, goal, outcome.iterations, outcome.reason, seconds)
-        return AttemptedStep(goal, share, duration, outcome.newton, tried, settled)
+            outcome = replace(flow_outcome, iterations=outcome.iterations + flow_outcome.iterations)
+        seconds = time.perf_counter() - start
+        attempt = Attempt(q, goal, outcome.iterations, outcome.reason, seconds)
+        return AttemptedStep(goal, share, duration, outcome.newton, attempt, settled)
 
-    def _warm(self, begin: float, end: float) -> None:
+    def _warm(self, start: float, end: float) -> None:
         """Set the temperatures at the ends of the step, if they change along the program."""
-        warm = None if self._program is None else self._program.temperature_at(end)
-        if warm is not None and "temperature" in self._model.constants:
+        temperature = None if self._program is None else self._program.temperature_at(end)
+        if temperature is not None and "temperature" in self._model.constants:
             assert self._program is not None
-            self._model.parameters.begin_step(self._program.temperature_at(begin))
-            self._model.constants["temperature"].value = warm
+            self._model.parameters.begin_step(self._program.temperature_at(start))
+            self._model.constants["temperature"].value = temperature
 
     def _solved(self, goal: float, guess: Array) -> Outcome:
         """Bring the model into equilibrium, with a soft contact first where it fails with the actual one."""
@@ -236,15 +236,15 @@ class Stepper:
         return True
 
     def _guess(self, goal: float) -> Array:
-        known = self._known
-        soft = self._stiffens > 0 and not self._model.surfaces.apart
-        if soft and not self._rejected and goal != self.q:
+        states = self._known
+        is_soft = self._stiffens > 0 and not self._model.surfaces.apart
+        if is_soft and not self._rejected and goal != self.q:
             # The tangent moves surfaces in contact along each other; a parabola moves them into each other. After a
             # step that failed from one guess, the other is used.
-            return known.x[-1] + (goal - self.q) * self._solver.ahead(self.q, known.x[-1])
-        if len(known.q) > 1:
-            return known.extrapolate(goal)
+            return states.x[-1] + (goal - self.q) * self._solver.ahead(self.q, states.x[-1])
+        if len(states.q) > 1:
+            return states.extrapolate(goal)
         if self._rate is None and goal != self.q:
-            self._rate = self._solver.ahead(self.q, known.x[-1])
-            known.differentiated(self._rate)
-        return known.x[-1] + (0.0 if self._rate is None else (goal - self.q) * self._rate)
+            self._rate = self._solver.ahead(self.q, states.x[-1])
+            states.differentiated(self._rate)
+        return states.x[-1] + (0.0 if self._rate is None else (goal - self.q) * self._rate)

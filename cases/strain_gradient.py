@@ -222,5 +222,5 @@ def _derivatives(element: Any, points: Array) -> tuple[Array, Array]:
     """First (d, p, n) and second derivatives (d, d, p, n) of a scalar element's shape functions."""
     table = element.tabulate(2, points)[..., 0]
     unit = np.eye(points.shape[1], dtype=int)
-    first = np.stack([table[basix.index(*one)] for one in unit])
-    return first, np.stack([[table[basix.index(*(one + other))] for other in unit] for one in unit])
+    first = np.stack([table[basix.index(*axis)] for axis in unit])
+    return first, np.stack([[table[basix.index(*(axis + other))] for other in unit] for axis in unit])

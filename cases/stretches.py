@@ -63,52 +63,54 @@ def _default_points(model: FiniteElementModel, region: str) -> Points:
     mesh = model.mesh
     degree = 2 if mesh.simplices else 3
     points, _ = basix.make_quadrature(mesh.mesh.basix_cell(), degree)
-    if not all(item.feature.of_rubber for item in model.features):
+    if not all(installed.feature.of_rubber for installed in model.features):
         return _points(model, region, points)  # the stress-free body depends on the values of the effects
-    of, found = model.sampled.get(region) or (mesh, _points(model, region, points))
+    of, sample_points = model.sampled.get(region) or (mesh, _points(model, region, points))
     if of is not mesh:
-        found.locate(mesh)
-    model.sampled.put(region, (mesh, found))
-    return found
+        sample_points.locate(mesh)
+    model.sampled.put(region, (mesh, sample_points))
+    return sample_points
 
 
-def stretches_at(at: Points, x: Array) -> Array:
+def stretches_at(points: Points, x: Array) -> Array:
     """Principal stretches at points, shape (cells, p, 3), ascending, for a vector x of the unknowns of this rank.
 
     Parameters
     ----------
-    at : Points
+    points : Points
         The points, as `stretch_points` returned them.
     x : Array
         Unknowns of this rank, shape (n,): displacements in mm, pressures in MPa.
     """
-    return np.asarray(np.sqrt(np.linalg.eigvalsh(metric_at(at, x))))
+    return np.asarray(np.sqrt(np.linalg.eigvalsh(metric_at(points, x))))
 
 
-def metric_at(at: Points, x: Array) -> Array:
+def metric_at(points: Points, x: Array) -> Array:
     """Right Cauchy-Green tensor at points, shape (cells, p, 3, 3), for a vector x of the unknowns of this rank.
 
     Parameters
     ----------
-    at : Points
+    points : Points
         The points, as `stretch_points` returned them.
     x : Array
         Unknowns of this rank, shape (n,): displacements in mm, pressures in MPa.
     """
-    g = at.gradients(x).reshape(*at.shape, at.rows)
-    rows = at.setting.deformation(list(np.moveaxis(g, -1, 0)))
-    F = np.stack([np.stack([np.broadcast_to(f, at.shape) for f in row], axis=-1) for row in rows], axis=-2)
+    g = points.gradients(x).reshape(*points.shape, points.rows)
+    rows = points.setting.deformation(list(np.moveaxis(g, -1, 0)))
+    F = np.stack(
+        [np.stack([np.broadcast_to(f, points.shape) for f in row], axis=-1) for row in rows], axis=-2
+    )
     return np.asarray(np.swapaxes(F, -1, -2) @ F)
 
 
 def _points(model: FiniteElementModel, region: str, points: Array) -> Points:
     """Points of a region's cells, the stress-free body in its present place."""
     rule, setting = QuadratureRule.at(points), SETTINGS[model.setting.kinematics]
-    found = Points(model.mesh, model.space, setting, model.cells(region), rule)
-    moved = model.moved_points(region, rule)
-    if moved is not None:
-        found.move(moved.now())
-    return found
+    sample_points = Points(model.mesh, model.space, setting, model.cells(region), rule)
+    moved_points = model.moved_points(region, rule)
+    if moved_points is not None:
+        sample_points.move(moved_points.now())
+    return sample_points
 
 
 @dataclass(frozen=True)
@@ -238,8 +240,8 @@ def _seen_from_outside(x: Array, faces: NDArray[np.int_]) -> tuple[NDArray[np.in
 
 def _corners(model: FiniteElementModel, region: str, corners: Array) -> tuple[Array, Array]:
     """Reference and deformed Cartesian corner coordinates, each (cells, corners, 3)."""
-    at = _points(model, region, corners)
-    x, u_ = at.coordinates, at.displacements(model.state.x.array)
+    points = _points(model, region, corners)
+    x, u_ = points.coordinates, points.displacements(model.state.x.array)
     dimension = model.mesh.dimension
     if dimension == 3:
         return x, x + u_
@@ -247,8 +249,8 @@ def _corners(model: FiniteElementModel, region: str, corners: Array) -> tuple[Ar
     zero = np.zeros_like(radius)
     angle = u_[..., 1] if u_.shape[-1] == 3 else zero
     r = radius + u_[..., 0]
-    moved = np.stack([r * np.cos(angle), r * np.sin(angle), height + u_[..., -1]], axis=-1)
-    return np.stack([radius, zero, height], axis=-1), moved
+    positions = np.stack([r * np.cos(angle), r * np.sin(angle), height + u_[..., -1]], axis=-1)
+    return np.stack([radius, zero, height], axis=-1), positions
 
 
 def _outside(reference: Array) -> NDArray[np.bool_]:

@@ -135,13 +135,13 @@ class SurfaceForms:
         if contact is None or contact.share < 1.0:
             return False
         contact.look(self._state.x.array)
-        deep = contact.penetration > DEEPEST
+        is_too_deep = contact.penetration > DEEPEST
         if self._resting:
-            self.apart = not (contact.touching or deep)
+            self.apart = not (contact.touching or is_too_deep)
             return not self.apart
         # Where surfaces are about to meet, contact remains included.
         self.apart = not contact.near
-        return deep
+        return is_too_deep
 
     def near(self) -> bool:
         """Whether surfaces are near each other at the present state; contact takes part from then on."""
@@ -231,9 +231,9 @@ class SurfaceForms:
         if shear_rate != 0.0:
             form = self._slope("", self._shear)
             if form is not None:
-                own = np.zeros_like(forces)
-                fem.assemble_vector(own, form)
-                forces += shear_rate * own
+                slope = np.zeros_like(forces)
+                fem.assemble_vector(slope, form)
+                forces += shear_rate * slope
 
     @cached_property
     def _action(self) -> Any:
@@ -254,7 +254,7 @@ def surface_energies(
     mesh: NamedMesh,
     features: Sequence[Installed],
     parameters: Parameters,
-    given: Mapping[str, Any],
+    place_values: Mapping[str, Any],
     moved: Moved | None,
     degree: int,
 ) -> list[Any]:
@@ -268,7 +268,7 @@ def surface_energies(
         Further changes of the rubber and the assembly.
     parameters : Parameters
         Parameters of the model.
-    given : Mapping[str, Any]
+    place_values : Mapping[str, Any]
         Of `cases.feature.Place`: u, motion, kinematics, shear_modulus.
     moved : Moved | None
         Where the stress-free body is.
@@ -279,19 +279,21 @@ def surface_energies(
     weight: Any = 1
     if moved is not None:
         weight, x = moved.area(normal), x + moved.displacement
-    if given["kinematics"] != "cartesian":
+    if place_values["kinematics"] != "cartesian":
         weight = 2 * ufl.pi * x[0] * weight
-    place = Place(**given, x=x, normal=normal, ds=_measure(mesh, degree), weight=weight, shape=mesh.shape)
+    place = Place(
+        **place_values, x=x, normal=normal, ds=_measure(mesh, degree), weight=weight, shape=mesh.shape
+    )
     return [
         energy
-        for item in features
-        if item.feature.surface is not None
-        for energy in item.feature.surface(parameters.ufl_values(item), place)
+        for installed in features
+        if installed.feature.surface is not None
+        for energy in installed.feature.surface(parameters.ufl_values(installed), place)
     ]
 
 
-def _measure(mesh: NamedMesh, usual: int) -> Callable[..., Any]:
-    def ds(name: str, degree: int = usual) -> Any:
+def _measure(mesh: NamedMesh, default_degree: int) -> Callable[..., Any]:
+    def ds(name: str, degree: int = default_degree) -> Any:
         if name not in mesh.boundary:
             return None
         metadata = {"quadrature_degree": degree}

@@ -148,9 +148,9 @@ class System:
         self._body.add_stiffness(pattern.places[: len(self._body.parts)], pattern.values)
         pattern.add_to(matrix)
         matrix.assemble()
-        first, _ = matrix.getOwnershipRange()
-        others = first + np.concatenate([self.owned_pressures, self.owned_constrained])
-        matrix.zeroRowsColumns(others.astype(PETSc.IntType), diag=0.0)
+        first_row, _ = matrix.getOwnershipRange()
+        constrained_rows = first_row + np.concatenate([self.owned_pressures, self.owned_constrained])
+        matrix.zeroRowsColumns(constrained_rows.astype(PETSc.IntType), diag=0.0)
         return matrix
 
     def tangent(self, matrix: PETSc.Mat, stiffened: bool = False, positive: bool = False) -> None:

@@ -34,11 +34,11 @@ def law_answer(
         Whether second derivatives are included.
     """
 
-    def make(given: Mapping[str, Scalar]) -> list[Scalar]:
-        y = variables(given["strain"])
+    def make(inputs: Mapping[str, Scalar]) -> list[Scalar]:
+        y = variables(inputs["strain"])
         strain = strain_of(y[:-1])
-        W = law.energy(strain, **named(names, given["parameters"]))
-        return answer(W, strain.measures, y, given, moduli)
+        W = law.energy(strain, **named(names, inputs["parameters"]))
+        return answer(W, strain.measures, y, inputs, moduli)
 
     return PointFunction(
         ("law", law.energy, *names, "moduli" if moduli else "stress", str(len(setting.names))),
@@ -62,13 +62,13 @@ def law_slopes(setting: KinematicDescription, law: Law, names: tuple[str, ...]) 
         Names of the parameters that are given, in their order.
     """
 
-    def make(given: Mapping[str, Scalar]) -> list[Scalar]:
-        y = variables(given["strain"])
+    def make(inputs: Mapping[str, Scalar]) -> list[Scalar]:
+        y = variables(inputs["strain"])
         strain = strain_of(y[:-1])
-        marked = {name: ufl.variable(given["parameters"][i]) for i, name in enumerate(names)}
+        marked = {name: ufl.variable(inputs["parameters"][i]) for i, name in enumerate(names)}
         W = law.energy(strain, **marked)
         slopes = [ufl.diff(W, variable) for variable in marked.values()]
-        return [part for slope in slopes for part in answer(slope, strain.measures, y, given, moduli=False)]
+        return [part for slope in slopes for part in answer(slope, strain.measures, y, inputs, moduli=False)]
 
     return PointFunction(
         ("law", law.energy, *names, "slopes", str(len(setting.names))),
@@ -95,11 +95,11 @@ def volumetric_answer(setting: KinematicDescription, moduli: bool) -> PointFunct
         Whether second derivatives are included.
     """
 
-    def make(given: Mapping[str, Scalar]) -> list[Scalar]:
-        y = variables(given["strain"])
+    def make(inputs: Mapping[str, Scalar]) -> list[Scalar]:
+        y = variables(inputs["strain"])
         strain = strain_of(y[:-1])
-        W = _volumetric_energy(strain, y[-1], list(given["parameters"]), given)
-        return answer(W, (*strain.measures, y[-1]), y, given, moduli)
+        W = _volumetric_energy(strain, y[-1], list(inputs["parameters"]), inputs)
+        return answer(W, (*strain.measures, y[-1]), y, inputs, moduli)
 
     key = ("volumetric", "moduli" if moduli else "stress", str(len(setting.names)))
     return PointFunction(key, _volumetric_blocks(setting), make)
@@ -114,13 +114,13 @@ def volumetric_slopes(setting: KinematicDescription) -> PointFunction:
         Kinematics, with its strain variables.
     """
 
-    def make(given: Mapping[str, Scalar]) -> list[Scalar]:
-        y = variables(given["strain"])
+    def make(inputs: Mapping[str, Scalar]) -> list[Scalar]:
+        y = variables(inputs["strain"])
         strain = strain_of(y[:-1])
-        marked = [ufl.variable(value) for value in given["parameters"]]
-        slopes = [ufl.diff(_volumetric_energy(strain, y[-1], marked, given), value) for value in marked]
+        marked = [ufl.variable(value) for value in inputs["parameters"]]
+        slopes = [ufl.diff(_volumetric_energy(strain, y[-1], marked, inputs), value) for value in marked]
         measures = (*strain.measures, y[-1])
-        return [part for slope in slopes for part in answer(slope, measures, y, given, moduli=False)]
+        return [part for slope in slopes for part in answer(slope, measures, y, inputs, moduli=False)]
 
     return PointFunction(("volumetric", "slopes", str(len(setting.names))), _volumetric_blocks(setting), make)
 
@@ -130,13 +130,13 @@ def _volumetric_blocks(setting: KinematicDescription) -> dict[str, int]:
 
 
 def _volumetric_energy(
-    strain: Kinematics, p: Scalar, parameters: Sequence[Scalar], given: Mapping[str, Scalar]
+    strain: Kinematics, p: Scalar, parameters: Sequence[Scalar], inputs: Mapping[str, Scalar]
 ) -> Scalar:
     compliance, swelling, shear_modulus = parameters
     J = strain.J / swelling
     stabilising = stabilising_energy(J, p, strain.I1, compliance, shear_modulus)
     folding = guard_energy(J, shear_modulus)
-    return mixed_energy(J, p, compliance) + given["guard"][0] * stabilising + given["guard"][1] * folding
+    return mixed_energy(J, p, compliance) + inputs["guard"][0] * stabilising + inputs["guard"][1] * folding
 
 
 def work_slopes(function: PointFunction, rows: int) -> PointFunction:
@@ -150,8 +150,8 @@ def work_slopes(function: PointFunction, rows: int) -> PointFunction:
         Number of rows.
     """
 
-    def make(given: Mapping[str, Scalar]) -> list[Scalar]:
-        parts, change = function.make(given), given["change"]
+    def make(inputs: Mapping[str, Scalar]) -> list[Scalar]:
+        parts, change = function.make(inputs), inputs["change"]
         width = len(parts) // rows
         return [
             sum((parts[i * width + 1 + a] * change[a] for a in range(width - 1)), ufl.as_ufl(0))
@@ -165,10 +165,10 @@ def work_slopes(function: PointFunction, rows: int) -> PointFunction:
 def metal_answer(setting: KinematicDescription) -> PointFunction:
     """Answer of a metal sleeve; parameters shear and bulk modulus (MPa), in both of which it is linear."""
 
-    def make(given: Mapping[str, Scalar]) -> list[Scalar]:
-        y = variables(given["strain"])
+    def make(inputs: Mapping[str, Scalar]) -> list[Scalar]:
+        y = variables(inputs["strain"])
         strain = strain_of(y[:-1])
-        return answer(sleeve_energy(strain, *given["parameters"]), strain.measures, y, given, moduli=True)
+        return answer(sleeve_energy(strain, *inputs["parameters"]), strain.measures, y, inputs, moduli=True)
 
     return PointFunction(
         ("metal", str(len(setting.names))), {"strain": len(setting.names) + 1, "parameters": 2}, make
@@ -182,8 +182,8 @@ def resting_answer(setting: KinematicDescription) -> PointFunction:
     vanish, and its second derivative along a displacement v is 2 dev eps : dev eps, eps = sym(grad v F^-1).
     """
 
-    def make(given: Mapping[str, Scalar]) -> list[Scalar]:
-        y, rest = variables(given["strain"]), strain_of(variables(given["rest"])[:-1])
+    def make(inputs: Mapping[str, Scalar]) -> list[Scalar]:
+        y, rest = variables(inputs["strain"]), strain_of(variables(inputs["rest"])[:-1])
         strain = strain_of(y[:-1])
         assert strain.metric is not None
         assert rest.metric is not None
@@ -191,7 +191,7 @@ def resting_answer(setting: KinematicDescription) -> PointFunction:
         # The isochoric C is J^(-2/3) C, and its inverse is its adjugate.
         volumes = ufl.exp(-2 / 3 * ufl.ln(strain.J) - 4 / 3 * ufl.ln(rest.J))
         W = (volumes * stretch - 3) / 2
-        return answer(W, (*strain.volume_measures, stretch), y, given, moduli=True)
+        return answer(W, (*strain.volume_measures, stretch), y, inputs, moduli=True)
 
     n = len(setting.names) + 1
     return PointFunction(("at rest", "moduli", str(len(setting.names))), {"strain": n, "rest": n}, make)
@@ -207,10 +207,10 @@ def principal_moduli(law: Law, names: tuple[str, ...]) -> PointFunction:
         Those of its parameters that are given.
     """
 
-    def make(given: Mapping[str, Scalar]) -> list[Scalar]:
-        state = principal(given["strain"][0], given["strain"][1])
+    def make(inputs: Mapping[str, Scalar]) -> list[Scalar]:
+        state = principal(inputs["strain"][0], inputs["strain"][1])
         e1, e2 = state.measures
-        W = law.energy(state, **named(names, given["parameters"]))
+        W = law.energy(state, **named(names, inputs["parameters"]))
         W1, W2 = ufl.diff(W, e1), ufl.diff(W, e2)
         return [W1, W2, ufl.diff(W1, e1), ufl.diff(W1, e2), ufl.diff(W2, e2)]
 

@@ -126,8 +126,8 @@ def branches() -> Mapping[str, Branch]:
     """All branches found in ``forms/branches`` that are energies, by name."""
     package = importlib.import_module("forms.branches")
 
-    found = (
+    members = (
         importlib.import_module(f"{package.__name__}.{m.name}").BRANCH
         for m in pkgutil.iter_modules(package.__path__)
     )
-    return MappingProxyType({b.name: b for b in sorted(found, key=lambda b: b.name) if not b.clock})
+    return MappingProxyType({b.name: b for b in sorted(members, key=lambda b: b.name) if not b.clock})

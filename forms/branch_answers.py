@@ -71,15 +71,15 @@ def branch_functions(setting: KinematicDescription, branch: Branch) -> BranchFun
         "parameters": len(branch.parameters) + len(GIVEN),
     }
 
-    def made(given: Mapping[str, Scalar]) -> _Made:
-        return _Made.of(branch, places, given)
+    def build(inputs: Mapping[str, Scalar]) -> _Made:
+        return _Made.of(branch, places, inputs)
 
     def key(what: str) -> tuple[Hashable, ...]:
         return ("branch", branch.contribution, branch.update, what, str(len(setting.names)))
 
-    def end(given: Mapping[str, Scalar]) -> list[Scalar]:
-        one = made(given)
-        return [one.contribution.stored, *one.end]
+    def end(inputs: Mapping[str, Scalar]) -> list[Scalar]:
+        built = build(inputs)
+        return [built.contribution.stored, *built.end]
 
     def rates(
         what: str, names: Sequence[str], vector: Callable[[_Made], list[Scalar]]
@@ -87,10 +87,10 @@ def branch_functions(setting: KinematicDescription, branch: Branch) -> BranchFun
         def function(directions: int) -> PointFunction:
             changes = {f"d{i} {name}": blocks[name] for i in range(directions) for name in names}
 
-            def make(given: Mapping[str, Scalar]) -> list[Scalar]:
-                whole = ufl.as_vector(vector(made(given)))
+            def make(inputs: Mapping[str, Scalar]) -> list[Scalar]:
+                whole = ufl.as_vector(vector(build(inputs)))
                 rows = [
-                    sum(ufl.derivative(whole, given[name], given[f"d{i} {name}"]) for name in names)
+                    sum(ufl.derivative(whole, inputs[name], inputs[f"d{i} {name}"]) for name in names)
                     for i in range(directions)
                 ]
                 return [row[j] for row in rows for j in range(len(whole))]
@@ -104,11 +104,11 @@ def branch_functions(setting: KinematicDescription, branch: Branch) -> BranchFun
         len(virgin),
         tuple(virgin),
         _needs_energy(branch, places, blocks),
-        PointFunction(key("stress"), blocks, lambda given: made(given).answer(moduli=False)),
-        PointFunction(key("moduli"), blocks, lambda given: made(given).answer(moduli=True)),
+        PointFunction(key("stress"), blocks, lambda inputs: build(inputs).answer(moduli=False)),
+        PointFunction(key("moduli"), blocks, lambda inputs: build(inputs).answer(moduli=True)),
         PointFunction(key("end"), blocks, end),
         rates("stress rate", others, _Made.slopes),
-        rates("end rate", list(blocks), lambda one: one.end),
+        rates("end rate", list(blocks), lambda built: built.end),
     )
 
 
@@ -138,17 +138,17 @@ class _Made:
     given: Mapping[str, Scalar]
 
     @classmethod
-    def of(cls, branch: Branch, places: Sequence[int], given: Mapping[str, Scalar]) -> _Made:
-        y = variables(given["strain"])
-        strain, energy = strain_of(y[:-1]), ufl.variable(given["law energy"][0])
-        own = named(branch.parameters, given["parameters"])
-        shear, duration = (given["parameters"][len(own) + i] for i in range(len(GIVEN)))
-        step = Step(strain, energy, shear, _unpacked(branch, places, given["memory"]), duration)
-        made = branch.contribution(step, **own)
-        ends = branch.update(step, **own)
+    def of(cls, branch: Branch, places: Sequence[int], inputs: Mapping[str, Scalar]) -> _Made:
+        y = variables(inputs["strain"])
+        strain, energy = strain_of(y[:-1]), ufl.variable(inputs["law energy"][0])
+        parameters = named(branch.parameters, inputs["parameters"])
+        shear, duration = (inputs["parameters"][len(parameters) + i] for i in range(len(GIVEN)))
+        step = Step(strain, energy, shear, _unpacked(branch, places, inputs["memory"]), duration)
+        contribution = branch.contribution(step, **parameters)
+        ends = branch.update(step, **parameters)
         end = [part for name in branch.internal for part in _components(ends[name])]
-        measures = (*strain.measures, energy) if made.measures is None else made.measures
-        return cls(made, end, y, energy, measures, given)
+        measures = (*strain.measures, energy) if contribution.measures is None else contribution.measures
+        return cls(contribution, end, y, energy, measures, inputs)
 
     def slopes(self) -> list[Scalar]:
         """V_a, and V_e where it is needed."""
@@ -158,16 +158,16 @@ class _Made:
 
     def answer(self, moduli: bool) -> list[Scalar]:
         """The answer, with the part for the law's energy where the branch needs it."""
-        own = answer(self.contribution.incremental, self.measures, self.y, self.given, moduli)
-        own[0] = ufl.as_ufl(0)
+        entries = answer(self.contribution.incremental, self.measures, self.y, self.given, moduli)
+        entries[0] = ufl.as_ufl(0)
         if self.contribution.measures is not None:
-            return own
+            return entries
         both = [*self.y, self.energy]
         n = len(self.y)
         row = answer(self.contribution.incremental, self.measures, both, self.given, moduli=True)
         second = dict(zip(combinations_with_replacement(range(n + 1), 2), row[2 + n :], strict=True))
         tail = [row[1 + n], second[n, n], *(second[a, n] for a in range(n))]
-        return [*own, *tail] if moduli else [*own, tail[0]]
+        return [*entries, *tail] if moduli else [*entries, tail[0]]
 
 
 def _virgin(kind: str, places: Sequence[int]) -> list[float]:
@@ -175,13 +175,13 @@ def _virgin(kind: str, places: Sequence[int]) -> list[float]:
 
 
 def _unpacked(branch: Branch, places: Sequence[int], values: Scalar) -> Internal:
-    first, found = 0, dict[str, Scalar | Symmetric]()
+    start, internal = 0, dict[str, Scalar | Symmetric]()
     for name, kind in branch.internal.items():
         size = 1 if kind == "scalar" else len(places)
-        parts = [values[first + i] for i in range(size)]
-        found[name] = parts[0] if kind == "scalar" else unpacked(parts, places)
-        first += size
-    return found
+        parts = [values[start + i] for i in range(size)]
+        internal[name] = parts[0] if kind == "scalar" else unpacked(parts, places)
+        start += size
+    return internal
 
 
 def _components(value: Scalar | Symmetric) -> list[Scalar]:

@@ -111,13 +111,13 @@ def collapse(density: Scalar, measures: Sequence[Scalar], w: Scalar) -> Collapse
 
 def _variables(expression: Scalar, w: Scalar) -> dict[Scalar, Scalar]:
     """Return the outermost variables in ``expression`` that depend on ``w``, by label, in a reproducible order."""
-    found = {
+    variables = {
         _label(node): node for node in _nodes(expression, lambda n: _label(n) is not None) if _label(node)
     }
     # The others are parameters.
     return {
         label: variable
-        for label, variable in found.items()
+        for label, variable in variables.items()
         if any(node == w for node in _nodes(variable.expression(), lambda _: False))
     }
 

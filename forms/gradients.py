@@ -23,8 +23,8 @@ def strains(name: str, setting: KinematicDescription) -> PointFunction:
         Kinematics, with its strain variables.
     """
 
-    def make(given: Mapping[str, Scalar]) -> list[Scalar]:
-        g = given["gradients"]
+    def make(inputs: Mapping[str, Scalar]) -> list[Scalar]:
+        g = inputs["gradients"]
         return [*_strains(setting, g), g[len(setting.gradients)]]
 
     return PointFunction(("strains", name), {"gradients": len(setting.gradients) + 1}, make)
@@ -41,10 +41,10 @@ def strain_rates(name: str, setting: KinematicDescription) -> PointFunction:
         Kinematics, with its strain variables.
     """
 
-    def make(given: Mapping[str, Scalar]) -> list[Scalar]:
-        g, n = given["gradients"], len(setting.gradients)
+    def make(inputs: Mapping[str, Scalar]) -> list[Scalar]:
+        g, n = inputs["gradients"], len(setting.gradients)
         vector = ufl.as_vector([*_strains(setting, g), g[n]])
-        change = ufl.derivative(vector, g, given["change"])
+        change = ufl.derivative(vector, g, inputs["change"])
         return [change[i] for i in range(len(vector))]
 
     n = len(setting.gradients) + 1
@@ -62,11 +62,11 @@ def forces(name: str, setting: KinematicDescription) -> PointFunction:
         Kinematics, with its strain variables.
     """
 
-    def make(given: Mapping[str, Scalar]) -> list[Scalar]:
-        g, S = given["gradients"], given["answer"]
+    def make(inputs: Mapping[str, Scalar]) -> list[Scalar]:
+        g, S = inputs["gradients"], inputs["answer"]
         slopes = _by_gradients(setting, g)
-        own = [sum((S[1 + a] * row[k] for a, row in enumerate(slopes)), 0) for k in range(len(slopes[0]))]
-        return [*own, S[1 + len(slopes)]]
+        forces = [sum((S[1 + a] * row[k] for a, row in enumerate(slopes)), 0) for k in range(len(slopes[0]))]
+        return [*forces, S[1 + len(slopes)]]
 
     n = len(setting.names) + 1
     blocks = {"gradients": len(setting.gradients) + 1, "answer": length(n, moduli=False)}
@@ -84,8 +84,8 @@ def moduli(name: str, setting: KinematicDescription) -> PointFunction:
         Kinematics, with its strain variables.
     """
 
-    def make(given: Mapping[str, Scalar]) -> list[Scalar]:
-        g, answer = given["gradients"], given["answer"]
+    def make(inputs: Mapping[str, Scalar]) -> list[Scalar]:
+        g, answer = inputs["gradients"], inputs["answer"]
         ny, ng = len(setting.names), len(setting.gradients)
         pairs = combinations_with_replacement(range(ny + 1), 2)
         D = {pair: answer[2 + ny + i] for i, pair in enumerate(pairs)}
@@ -99,9 +99,9 @@ def moduli(name: str, setting: KinematicDescription) -> PointFunction:
         row = []
         for k in range(ng):
             for m in range(k, ng):
-                own = sum((first[a][k] * turned[a][m] for a in range(ny)), 0)
+                material = sum((first[a][k] * turned[a][m] for a in range(ny)), 0)
                 bent = sum((answer[1 + a] * ufl.diff(first[a][k], marked[m]) for a in range(ny)), 0)
-                row.append(own + bent)
+                row.append(material + bent)
             row.append(sum((first[a][k] * D[a, ny] for a in range(ny)), 0))
         return [*row, D[ny, ny]]
 

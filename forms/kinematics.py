@@ -234,8 +234,8 @@ def strain_of(y: Sequence[Scalar]) -> Kinematics:
     y : sequence of ufl.variable
         In the order of `KinematicDescription.strain`.
     """
-    made = _half_plane_strain(*y) if len(y) == len(HALF_PLANE) else _solid_strain(*y)
-    return replace(made, variables=tuple(y))
+    strain = _half_plane_strain(*y) if len(y) == len(HALF_PLANE) else _solid_strain(*y)
+    return replace(strain, variables=tuple(y))
 
 
 def _deformed(name: str, g: Sequence[Scalar], weight: Scalar) -> Kinematics:

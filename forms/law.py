@@ -29,8 +29,8 @@ class UnknownName(ValueError):
         self.name, self.known = name, known
         import difflib  # importing it takes 4 ms: only for wrong names
 
-        near = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.5)
-        self.nearest: str | None = near[0] if near else None
+        matches = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.5)
+        self.nearest: str | None = matches[0] if matches else None
         hint = f'; did you mean "{self.nearest}"?' if self.nearest else "; known:"
         super().__init__(f'"{name}" is not a {kind}{hint} ({", ".join(known)})')
 
@@ -169,12 +169,12 @@ class Law:
 def laws() -> Mapping[str, Law]:
     """Return all laws found in ``forms/laws``, by name, in alphabetical order."""
     package = importlib.import_module("forms.laws")
-    found = (
+    modules = (
         importlib.import_module(f"{package.__name__}.{m.name}")
         for m in pkgutil.iter_modules(package.__path__)
     )
     return MappingProxyType(
-        {law.name: law for law in sorted((m.LAW for m in found), key=lambda law: law.name)}
+        {law.name: law for law in sorted((m.LAW for m in modules), key=lambda law: law.name)}
     )
 
 

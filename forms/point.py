@@ -64,7 +64,7 @@ def length(n: int, moduli: bool) -> int:
 
 
 def answer(
-    W: Scalar, measures: Sequence[Scalar], y: Sequence[Scalar], given: Mapping[str, Scalar], moduli: bool
+    W: Scalar, measures: Sequence[Scalar], y: Sequence[Scalar], inputs: Mapping[str, Scalar], moduli: bool
 ) -> list[Scalar]:
     """[W, W_a, W_ab]; zero by variables that W does not depend on.
 
@@ -76,21 +76,21 @@ def answer(
         UFL variables that the energy is a function of.
     y : Sequence[Scalar]
         Strain variables and pressure, each a ufl.variable.
-    given : Mapping[str, Scalar]
+    inputs : Mapping[str, Scalar]
         Inputs of the function by name, UFL vectors.
     moduli : bool
         Whether second derivatives are included.
     """
-    collapsed = collapse(W, measures, given["strain"])
+    collapsed = collapse(W, measures, inputs["strain"])
     place = {variable.label(): a for a, variable in enumerate(collapsed.y)}
     slopes = dict(enumerate(slope for _, slope in collapsed.slopes()))
-    at = [place.get(variable.label()) for variable in y]
+    positions = [place.get(variable.label()) for variable in y]
     zero = ufl.as_ufl(0)
-    row = [W, *(zero if a is None else slopes[a] for a in at)]
+    row = [W, *(zero if a is None else slopes[a] for a in positions)]
     if moduli:
         row += [
             zero if a is None or b is None else collapsed.curvature(a, b)
-            for a, b in combinations_with_replacement(at, 2)
+            for a, b in combinations_with_replacement(positions, 2)
         ]
     return row
 

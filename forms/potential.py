@@ -80,5 +80,8 @@ class Surfaces:
 
 def _slope(form: Scalar, parameter: Scalar) -> Scalar:
     return ufl.Form(
-        [item.reconstruct(integrand=ufl.diff(item.integrand(), parameter)) for item in form.integrals()]
+        [
+            integral.reconstruct(integrand=ufl.diff(integral.integrand(), parameter))
+            for integral in form.integrals()
+        ]
     )

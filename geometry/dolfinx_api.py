@@ -77,9 +77,9 @@ def collapsed(space: Any) -> tuple[Any, NDArray[np.int32]]:
     """Return a part of a mixed space as a space of its own, and its unknowns' numbers in the mixed space."""
     import numpy as np
 
-    alone, dofs = space.collapse()
+    subspace, dofs = space.collapse()
     # 0.11 has one list of numbers for each type of cell; a mesh has one type here.
-    return alone, np.asarray(dofs, dtype=np.int32).reshape(-1)
+    return subspace, np.asarray(dofs, dtype=np.int32).reshape(-1)
 
 
 def interpolation_points(element: Any) -> Any:

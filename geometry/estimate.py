@@ -52,13 +52,13 @@ def triangles(area: float, inside: float, growth: float, fine: Iterable[Fine]) -
     fine : iterable of Fine
     """
     total = area / (TRIANGLE * inside**2)
-    for one in fine:
-        e, g = min(one.size, inside), growth
-        if one.dimension == 0:
+    for entity in fine:
+        e, g = min(entity.size, inside), growth
+        if entity.dimension == 0:
             # Integral of d / (e + g d)^2 up to the distance where the size is that of the interior.
-            total += one.measure * CORNER * (math.log(inside / e) - 1.0 + e / inside) / g**2 / TRIANGLE
+            total += entity.measure * CORNER * (math.log(inside / e) - 1.0 + e / inside) / g**2 / TRIANGLE
         else:
-            total += one.measure * (1.0 / e - 1.0 / inside) / g / TRIANGLE
+            total += entity.measure * (1.0 / e - 1.0 / inside) / g / TRIANGLE
     return total
 
 
@@ -74,11 +74,11 @@ def tetrahedra(volume: float, inside: float, growth: float, fine: Iterable[Fine]
     fine : iterable of Fine
     """
     total = volume / (TETRAHEDRON * inside**3)
-    for one in fine:
-        e, g = min(one.size, inside), growth
-        if one.dimension == 1:
+    for entity in fine:
+        e, g = min(entity.size, inside), growth
+        if entity.dimension == 1:
             # Integral of d / (e + g d)^3.
-            total += one.measure * CORNER * 0.5 / e * (1.0 - e / inside) ** 2 / g**2 / TETRAHEDRON
+            total += entity.measure * CORNER * 0.5 / e * (1.0 - e / inside) ** 2 / g**2 / TETRAHEDRON
         else:
-            total += one.measure * 0.5 * (1.0 / e**2 - 1.0 / inside**2) / g / TETRAHEDRON
+            total += entity.measure * 0.5 * (1.0 / e**2 - 1.0 / inside**2) / g / TETRAHEDRON
     return total

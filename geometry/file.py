@@ -35,18 +35,18 @@ def beside(folder: Path, name: str) -> str:
     """
     path = folder / name
     try:
-        found = path.stat()
+        status = path.stat()
     except (OSError, ValueError):  # a name with a null character
         raise ValueError("no such file") from None
-    if stat.S_ISDIR(found.st_mode):
+    if stat.S_ISDIR(status.st_mode):
         raise ValueError("is a directory, not a file")
-    if not stat.S_ISREG(found.st_mode):
+    if not stat.S_ISREG(status.st_mode):
         raise ValueError("is a device or a pipe, not a file")
-    most, remedy = _LARGEST.get(
+    limit, remedy = _LARGEST.get(
         path.suffix.lower(), (_DRAWING, "only the section, without the sheet around it")
     )
-    if found.st_size > most:
+    if status.st_size > limit:
         raise ValueError(
-            f"has {found.st_size / 1e6:.4g} MB, at most {most / 1e6:g} MB are read: export {remedy}"
+            f"has {status.st_size / 1e6:.4g} MB, at most {limit / 1e6:g} MB are read: export {remedy}"
         )
     return str(path)

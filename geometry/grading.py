@@ -51,8 +51,8 @@ def grade(dimension: int, edges: Sequence[int], sizes: Sizes) -> None:
     if edges:
         fields.append(_around(kind, edges, sizes.edge, sizes))
     for length in sorted(set(sizes.near.values())):
-        there = [tag for tag, own in sizes.near.items() if own == length]
-        fields.append(_around("CurvesList" if dimension == 2 else "SurfacesList", there, length, sizes))
+        tags = [tag for tag, size in sizes.near.items() if size == length]
+        fields.append(_around("CurvesList" if dimension == 2 else "SurfacesList", tags, length, sizes))
     smallest = field.add("Min")
     field.setNumbers(smallest, "FieldsList", fields)
     field.setAsBackgroundMesh(smallest)

@@ -76,19 +76,19 @@ def isolated(
         def asked(*args: Asked.args, **kwargs: Asked.kwargs) -> Answer:
             if _reader is None:
                 return function(*args, **kwargs)
-            place, most = str(where(*args, **kwargs)), seconds(*args, **kwargs)
-            question = (function.__module__, function.__qualname__, args, kwargs, most)
+            place, limit = str(where(*args, **kwargs)), seconds(*args, **kwargs)
+            question = (function.__module__, function.__qualname__, args, kwargs, limit)
             try:
-                answer, error, details = _reader.ask(question, _WAITING * most)
+                answer, error, details = _reader.ask(question, _WAITING * limit)
             except TimeoutError:
-                raise GeometryError(place, f"{failed}: {_too_long(most)}", SIMPLER) from None
+                raise GeometryError(place, f"{failed}: {_too_long(limit)}", SIMPLER) from None
             except EOFError:
                 code = -_reader.end()
                 if code == signal.SIGXCPU:
-                    raise GeometryError(place, f"{failed}: {_too_long(most)}", SIMPLER) from None
-                how = signal.Signals(code).name if code > 0 else str(-code)
+                    raise GeometryError(place, f"{failed}: {_too_long(limit)}", SIMPLER) from None
+                signal_name = signal.Signals(code).name if code > 0 else str(-code)
                 raise GeometryError(
-                    place, f"{failed}: the program library for it crashes ({how})", _REMEDY
+                    place, f"{failed}: the program library for it crashes ({signal_name})", _REMEDY
                 ) from None
             if isinstance(error, GeometryError):
                 raise error
@@ -140,7 +140,7 @@ class _Reader:
             raise TimeoutError
 
     def _started(self) -> Connection:
-        ours, theirs = Pipe()
+        parent_end, child_end = Pipe()
         if _can_be_copied():
             import gmsh
 
@@ -151,18 +151,18 @@ class _Reader:
             if self._pid == 0:
                 if gmsh.isInitialized():
                     gmsh.finalize()
-                os.dup2(theirs.fileno(), 0)
-                ours.close()
+                os.dup2(child_end.fileno(), 0)
+                parent_end.close()
                 serve()
         else:
             # -P, because a file in the user's folder may have the name of a module. The path to the packages is
             # appended for a checkout that is not installed.
             start = f"import sys; sys.path.append({str(_ROOT)!r}); from {__name__} import serve; serve()"
             command = [sys.executable, "-P", "-W", "ignore", "-c", start]
-            standard_input = (os.POSIX_SPAWN_DUP2, theirs.fileno(), 0)
+            standard_input = (os.POSIX_SPAWN_DUP2, child_end.fileno(), 0)
             self._pid = os.posix_spawn(sys.executable, command, os.environ, file_actions=[standard_input])
-        theirs.close()
-        return ours
+        child_end.close()
+        return parent_end
 
     def end(self) -> int:
         """End the reader, whatever it is doing, and return its exit code: negative for a signal."""
@@ -182,8 +182,8 @@ def _can_be_copied() -> bool:
     not to be copied. Linux lists the threads, of libraries too: two are MPI's, which the reader does not use.
     """
     mpi, threads = sys.modules.get("mpi4py.MPI"), Path("/proc/self/task")
-    few = threads.exists() and len(list(threads.iterdir())) <= (1 if mpi is None else 3)
-    return few and threading.active_count() == 1 and (mpi is None or mpi.COMM_WORLD.size == 1)
+    has_few_threads = threads.exists() and len(list(threads.iterdir())) <= (1 if mpi is None else 3)
+    return has_few_threads and threading.active_count() == 1 and (mpi is None or mpi.COMM_WORLD.size == 1)
 
 
 #: None in the reader itself.
@@ -213,9 +213,9 @@ def serve() -> None:
     # The terminal sends Ctrl-C to all processes; the other one ends this one.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     connection = Connection(os.dup(0))
-    nowhere = os.open(os.devnull, os.O_RDWR)
+    null_device = os.open(os.devnull, os.O_RDWR)
     for standard in (0, 1, 2):
-        os.dup2(nowhere, standard)
+        os.dup2(null_device, standard)
     _limit(resource.RLIMIT_AS, MOST_MEMORY)
     _limit(resource.RLIMIT_CORE, 0)
     threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
@@ -228,8 +228,8 @@ def serve() -> None:
 def _answer(
     module: str, name: str, args: tuple[object, ...], kwargs: dict[str, object], seconds: float
 ) -> tuple[Any, Exception | None, str]:
-    used = resource.getrusage(resource.RUSAGE_SELF)
-    _limit(resource.RLIMIT_CPU, int(used.ru_utime + used.ru_stime + seconds) + 1)
+    usage = resource.getrusage(resource.RUSAGE_SELF)
+    _limit(resource.RLIMIT_CPU, int(usage.ru_utime + usage.ru_stime + seconds) + 1)
     try:
         return getattr(importlib.import_module(module), name)(*args, **kwargs), None, ""
     except GeometryError as error:
@@ -247,13 +247,15 @@ def _answer(
 def _is_ours(error: Exception) -> bool:
     """Whether an error comes from a module of this project, and not from a library that one calls."""
     *_, (frame, _) = traceback.walk_tb(error.__traceback__)
-    raised = Path(frame.f_code.co_filename).resolve()
-    return raised.is_relative_to(_ROOT / __package__)
+    source_file = Path(frame.f_code.co_filename).resolve()
+    return source_file.is_relative_to(_ROOT / __package__)
 
 
-def _limit(what: int, most: int) -> None:
-    hard = resource.getrlimit(what)[1]
-    resource.setrlimit(what, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
+def _limit(kind: int, limit: int) -> None:
+    hard_limit = resource.getrlimit(kind)[1]
+    resource.setrlimit(
+        kind, (limit if hard_limit == resource.RLIM_INFINITY else min(limit, hard_limit), hard_limit)
+    )
 
 
 def _end_with(parent: int) -> None:

@@ -41,24 +41,24 @@ def refuse_loose(
     GeometryError
     """
     groups = _groups(list(bodies), dimension)
-    held = [
+    held_sides = [
         {name for name in BONDS if any(_bodies_at(tag, dimension) & group for tag in bonds[name])}
         for group in groups
     ]
-    for group, own in zip(groups, held, strict=True):
-        if not own:
+    for group, sides in zip(groups, held_sides, strict=True):
+        if not sides:
             names = " and ".join(f'"{name}"' for name in sorted({bodies[tag] for tag in group}))
-            others = [tag for tag in bodies if tag not in group]
+            other_bodies = [tag for tag in bodies if tag not in group]
             raise GeometryError(
                 where,
                 f"a body of {names} is held by no bond: it touches neither bonded rubber nor metal that is held"
-                f"{_gap(group, others, dimension)}",
+                f"{_gap(group, other_bodies, dimension)}",
                 "bodies that share an edge or a face with what holds them",
                 view,
             )
-    if not any(own == set(BONDS) for own in held):
+    if not any(sides == set(BONDS) for sides in held_sides):
         inner, outer = (
-            [tag for group, own in zip(groups, held, strict=True) if name in own for tag in group]
+            [tag for group, sides in zip(groups, held_sides, strict=True) if name in sides for tag in group]
             for name in BONDS
         )
         raise GeometryError(
@@ -106,8 +106,8 @@ def refuse_touching(
         # A common curve comes before its ends.
         dim, tag = common[0]
         low, high = model().getParametrizationBounds(dim, tag)
-        at = [0.5 * (a + b) for a, b in zip(low, high, strict=True)]
-        raise touching(np.array(model().getValue(dim, tag, at))[:dimension], where, view)
+        parameters = [0.5 * (a + b) for a, b in zip(low, high, strict=True)]
+        raise touching(np.array(model().getValue(dim, tag, parameters))[:dimension], where, view)
 
 
 def touching(place: NDArray[np.float64], where: str, view: View | None) -> GeometryError:
@@ -135,10 +135,10 @@ def _groups(tags: Sequence[int], dimension: int) -> list[set[int]]:
     """Bodies that are connected through common boundaries."""
     groups = [{tag} for tag in tags]
     for _, side in model().getEntities(dimension - 1):
-        beside = _bodies_at(int(side), dimension)
-        touched = [group for group in groups if group & beside]
+        bodies = _bodies_at(int(side), dimension)
+        touched = [group for group in groups if group & bodies]
         if len(touched) > 1:
-            groups = [group for group in groups if not group & beside] + [set().union(*touched)]
+            groups = [group for group in groups if not group & bodies] + [set().union(*touched)]
     return groups
 
 
@@ -146,12 +146,12 @@ def _bodies_at(side: int, dimension: int) -> set[int]:
     return {int(tag) for tag in model().getAdjacencies(dimension - 1, side)[0]}
 
 
-def _gap(some: Sequence[int] | set[int], others: Sequence[int], dimension: int) -> str:
+def _gap(tags: Sequence[int] | set[int], other_tags: Sequence[int], dimension: int) -> str:
     """Words about the narrowest gap between bodies; none where there are no others."""
-    found = [model().occ.getDistance(dimension, a, dimension, b) for a in some for b in others]
-    if not found:
+    distances = [model().occ.getDistance(dimension, a, dimension, b) for a in tags for b in other_tags]
+    if not distances:
         return ""
-    distance, *place = min(found, key=lambda one: one[0])
+    distance, *place = min(distances, key=lambda gap: gap[0])
     middle = 0.5 * (np.array(place[:3]) + np.array(place[3:]))
     return f"; the narrowest gap is {distance:.3g} mm, at {_shown(middle[:dimension])}"
 

@@ -67,7 +67,7 @@ def described(metal: Metal) -> str:
 
 
 def metals(
-    plates: Mapping[str, Plate], regions: Iterable[str], known: Iterable[str], where: str
+    plates: Mapping[str, Plate], regions: Iterable[str], known_names: Iterable[str], where: str
 ) -> dict[str, Metal]:
     """Return the metal of each region other than the rubber.
 
@@ -87,9 +87,9 @@ def metals(
     GeometryError
         The case gives a metal to a body that does not exist.
     """
-    names = [name for name in known if name != "rubber"]
+    names = [name for name in known_names if name != "rubber"]
     for name in plates:
         if name not in names:
-            there = ", ".join(names) or "there are none"
-            raise GeometryError(where, f'geometry.plates: there is no plate or sleeve "{name}"', there)
+            choices = ", ".join(names) or "there are none"
+            raise GeometryError(where, f'geometry.plates: there is no plate or sleeve "{name}"', choices)
     return {name: plates.get(name, Plate()).metal for name in regions if name != "rubber"}

@@ -88,9 +88,9 @@ class Morph:
         """
         from scipy.spatial import KDTree
 
-        away, found = KDTree(self._points).query(points)
+        distances, nearest = KDTree(self._points).query(points)
         size = float(np.abs(self._points).max())
-        return None if np.any(away > EXACT * size) else self._places[found]
+        return None if np.any(distances > EXACT * size) else self._places[nearest]
 
     def points(self, shape: Shape, places: Array) -> Array:
         """Return the positions of places of the box in another shape, (n, 3), mm.

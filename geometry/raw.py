@@ -88,13 +88,13 @@ def from_gmsh(regions: Mapping[str, Sequence[int]], boundaries: Mapping[str, Seq
             raise ValueError(f"elements of {len(kinds)} types where one was expected")
         return kinds.pop(), np.concatenate(blocks)
 
-    found = {name: gathered(dimension, entities) for name, entities in regions.items()}
+    elements = {name: gathered(dimension, entities) for name, entities in regions.items()}
     facets = {name: gathered(dimension - 1, entities)[1] for name, entities in boundaries.items() if entities}
     return _compact(
         RawMesh(
             coordinates.reshape(-1, 3),
-            next(iter(found.values()))[0],
-            {name: cells for name, (_, cells) in found.items()},
+            next(iter(elements.values()))[0],
+            {name: cells for name, (_, cells) in elements.items()},
             facets,
         )
     )
@@ -102,12 +102,12 @@ def from_gmsh(regions: Mapping[str, Sequence[int]], boundaries: Mapping[str, Seq
 
 def _compact(mesh: RawMesh) -> RawMesh:
     """Leave out nodes that no cell has, such as centres of arcs."""
-    used = np.unique(np.concatenate([cells.ravel() for cells in mesh.cells.values()]))
+    used_nodes = np.unique(np.concatenate([cells.ravel() for cells in mesh.cells.values()]))
     number = np.full(len(mesh.points), -1, dtype=np.int64)
-    number[used] = np.arange(len(used))
+    number[used_nodes] = np.arange(len(used_nodes))
     return replace(
         mesh,
-        points=mesh.points[used],
+        points=mesh.points[used_nodes],
         cells={name: number[cells] for name, cells in mesh.cells.items()},
         facets={name: number[facets] for name, facets in mesh.facets.items()},
     )
@@ -130,13 +130,17 @@ def mirrored(mesh: RawMesh, component: int, plane: str) -> RawMesh:
         on[mesh.facets[plane].ravel()] = True
     points = mesh.points.copy()
     points[on, component] = 0.0
-    image = np.arange(len(points))
-    image[~on] = len(points) + np.arange(int((~on).sum()))
+    image_nodes = np.arange(len(points))
+    image_nodes[~on] = len(points) + np.arange(int((~on).sum()))
     reflected = points[~on]
     reflected[:, component] *= -1.0
 
     def both(parts: Mapping[str, Ints]) -> dict[str, Ints]:
-        return {name: np.concatenate([nodes, image[nodes]]) for name, nodes in parts.items() if name != plane}
+        return {
+            name: np.concatenate([nodes, image_nodes[nodes]])
+            for name, nodes in parts.items()
+            if name != plane
+        }
 
     return replace(
         mesh, points=np.concatenate([points, reflected]), cells=both(mesh.cells), facets=both(mesh.facets)
@@ -171,8 +175,8 @@ def revolved(section: RawMesh, angles: Array) -> RawMesh:
         everything = np.concatenate(list(section.cells.values()))
         for end, layer in ((angles[0], 0), (angles[-1], layers - 1)):
             name = "mirror_y" if abs(np.sin(end)) < 1e-9 else "mirror_x"
-            there = everything + count * layer
-            facets[name] = np.concatenate([facets[name], there]) if name in facets else there
+            cut_facets = everything + count * layer
+            facets[name] = np.concatenate([facets[name], cut_facets]) if name in facets else cut_facets
     # Nodes in a plane of symmetry are put exactly there: the computed sine of pi is not zero.
     points[np.abs(points) < 1e-12 * np.abs(points).max()] = 0.0
     cells = {name: swept(nodes, solid) for name, nodes in section.cells.items()}
@@ -186,9 +190,9 @@ def _layered(kind: int, base: int) -> tuple[Ints, Ints]:
         properties = model().mesh.getElementProperties(of)
         return np.asarray(properties[4]).reshape(-1, properties[1])
 
-    own, below = nodes(kind), nodes(base)
-    distance = np.linalg.norm(own[:, None, :-1] - below[None, :, :], axis=2)
-    return np.argmin(distance, axis=1), np.rint(own[:, -1] + 1.0).astype(np.int64)
+    cell_nodes, below = nodes(kind), nodes(base)
+    distance = np.linalg.norm(cell_nodes[:, None, :-1] - below[None, :, :], axis=2)
+    return np.argmin(distance, axis=1), np.rint(cell_nodes[:, -1] + 1.0).astype(np.int64)
 
 
 def to_gmsh(mesh: RawMesh) -> dict[int, dict[str, int]]:
@@ -230,23 +234,23 @@ def straightened(mesh: RawMesh) -> RawMesh:
     points = mesh.points.copy()
     cells = np.concatenate(list(mesh.cells.values()))
     for _ in range(ROUNDS):
-        bad = cells[_folded(points[cells])]
-        if not len(bad):
+        folded_cells = cells[_folded(points[cells])]
+        if not len(folded_cells):
             break
         for node, (a, b) in enumerate(SIDES, start=4):
-            points[bad[:, node]] = 0.5 * (points[bad[:, a]] + points[bad[:, b]])
+            points[folded_cells[:, node]] = 0.5 * (points[folded_cells[:, a]] + points[folded_cells[:, b]])
     return replace(mesh, points=points)
 
 
 def _folded(x: Array) -> Array:
     """Whether the determinant of the chart is too small at a node of an element; x has shape (n, 10, 3)."""
-    at = np.vstack([np.eye(4), [[0.5 * (i in side) for i in range(4)] for side in SIDES]])
+    coordinates = np.vstack([np.eye(4), [[0.5 * (i in side) for i in range(4)] for side in SIDES]])
     slope = np.vstack([-np.ones(3), np.eye(3)])  # of the barycentric coordinates
     derivative = np.zeros((10, 10, 3))
     for k in range(4):
-        derivative[:, k] = (4 * at[:, k] - 1)[:, None] * slope[k]
+        derivative[:, k] = (4 * coordinates[:, k] - 1)[:, None] * slope[k]
     for k, (i, j) in enumerate(SIDES, start=4):
-        derivative[:, k] = 4 * (at[:, i, None] * slope[j] + at[:, j, None] * slope[i])
+        derivative[:, k] = 4 * (coordinates[:, i, None] * slope[j] + coordinates[:, j, None] * slope[i])
     curved = np.linalg.det(np.einsum("pki,nkj->npij", derivative, x))
-    straight = np.linalg.det(x[:, 1:4] - x[:, :1])
-    return np.asarray((curved / straight[:, None]).min(axis=1) < LEAST)
+    straight_volume = np.linalg.det(x[:, 1:4] - x[:, :1])
+    return np.asarray((curved / straight_volume[:, None]).min(axis=1) < LEAST)

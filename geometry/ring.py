@@ -112,8 +112,8 @@ class Ring(Meets):
         """
         # A solid bar is the thickest inner sleeve.
         thinner = inner.model_copy(update={"thickness": min(inner.thickness, 0.8 * self.inner_radius)})
-        both = {"inner_sleeve": self.inner_sleeve or thinner, "outer_sleeve": self.outer_sleeve or outer}
-        return type(self)(**(dict(self) | both))
+        sleeves = {"inner_sleeve": self.inner_sleeve or thinner, "outer_sleeve": self.outer_sleeve or outer}
+        return type(self)(**(dict(self) | sleeves))
 
     @property
     @override
@@ -126,8 +126,8 @@ class Ring(Meets):
     @property
     @override
     def elastic_sleeves(self) -> Mapping[str, Metal]:
-        given = {"inner_sleeve": self.inner_sleeve, "outer_sleeve": self.outer_sleeve}
-        return {name: sleeve for name, sleeve in given.items() if sleeve is not None}
+        sleeves = {"inner_sleeve": self.inner_sleeve, "outer_sleeve": self.outer_sleeve}
+        return {name: sleeve for name, sleeve in sleeves.items() if sleeve is not None}
 
     def radius(self, s: Array) -> Array:
         """Radius (mm) at s in [-1, 2]."""
@@ -200,9 +200,9 @@ class Ring(Meets):
             rubber = [Interval(0.0, 1.0, across, grading, "both")]
         else:
             rubber = [_share(low, high, across, 1.0) for low, high in itertools.pairwise(cuts)]
-        before = [Interval(-1.0, 0.0, SLEEVE_ELEMENTS)] if self.inner_sleeve else []
-        after = [Interval(1.0, 2.0, SLEEVE_ELEMENTS)] if self.outer_sleeve else []
-        return (*before, *rubber, *after)
+        inner = [Interval(-1.0, 0.0, SLEEVE_ELEMENTS)] if self.inner_sleeve else []
+        outer = [Interval(1.0, 2.0, SLEEVE_ELEMENTS)] if self.outer_sleeve else []
+        return (*inner, *rubber, *outer)
 
     def _around_axis(self, around: int, mirrors: Mirrors) -> tuple[Interval, ...]:
         # The half on the side of positive x lies on both sides of theta = 0.
@@ -247,11 +247,11 @@ class Ring(Meets):
     def _cylinder(self, s: float) -> str:
         low, high = (-1.0 if self.inner_sleeve else 0.0), (2.0 if self.outer_sleeve else 1.0)
         if abs(s - low) < 1e-9:
-            held = self.inner_sleeve is None or self.inner_sleeve.grip == "surface"
-            return "inner" if held else "bore"
+            bonded = self.inner_sleeve is None or self.inner_sleeve.grip == "surface"
+            return "inner" if bonded else "bore"
         if abs(s - high) < 1e-9:
-            held = self.outer_sleeve is None or self.outer_sleeve.grip == "surface"
-            return "outer" if held else "rim"
+            bonded = self.outer_sleeve is None or self.outer_sleeve.grip == "surface"
+            return "outer" if bonded else "rim"
         return "void"
 
     def _end(self, s: float, t: float) -> str:

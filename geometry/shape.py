@@ -42,8 +42,8 @@ def shown_measures(measures: Mapping[str, float], regions: Iterable[str]) -> dic
     regions : iterable of str
         Meshed bodies.
     """
-    wanted = {*regions, "inner_bond", "outer_bond"}
-    return {name: value for name, value in measures.items() if name in wanted}
+    names = {*regions, "inner_bond", "outer_bond"}
+    return {name: value for name, value in measures.items() if name in names}
 
 
 class Sleeve(BaseModel):
@@ -102,17 +102,17 @@ class Refinement:
     factor: float = 1.0
     doubled: bool = False
 
-    def elements(self, given: int | None, default: int) -> int:
+    def elements(self, number: int | None, default: int) -> int:
         """Return the number of elements in a direction: the given one, or else the default.
 
         Parameters
         ----------
-        given : int | None
+        number : int | None
             Number that the case gives; None where it gives none.
         default : int
             Number to use if none is given.
         """
-        return max(1, math.ceil(self.factor * (default if given is None else given)))
+        return max(1, math.ceil(self.factor * (default if number is None else number)))
 
 
 class Shape(BaseModel):

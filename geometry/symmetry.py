@@ -57,10 +57,10 @@ def balanced(
     normal, others = rows[component], np.delete(rows, component, axis=0)
     for entities in parts.values():
         mass, centre, second = moments(entities)
-        off = float((centre - origin) @ normal)
+        offset = float((centre - origin) @ normal)
         second = second + mass * np.outer(centre - origin, centre - origin)
         mixed = np.abs(others @ second @ normal)
-        if abs(off) > SAME * size or np.any(mixed > SAME * mass * size**2):
+        if abs(offset) > SAME * size or np.any(mixed > SAME * mass * size**2):
             return False
     return True
 
@@ -98,4 +98,6 @@ class SampledSolids:
             Unit vector normal to the plane, shape (3,).
         """
         images = self._points - 2.0 * np.outer((self._points - origin) @ normal, normal)
-        return all(here == self._is_inside(image) for here, image in zip(self._known, images, strict=True))
+        return all(
+            is_inside == self._is_inside(image) for is_inside, image in zip(self._known, images, strict=True)
+        )

@@ -54,8 +54,8 @@ class Wall:
 
     def size(self, name: Literal["thickness", "length", "thickness/length"]) -> float:
         """Return the thickness, the length of the shorter bond (both mm), or their quotient."""
-        known = {"thickness": self.thickness, "length": self.bonded}
-        return known[name] if name in known else self.thickness / self.bonded
+        sizes = {"thickness": self.thickness, "length": self.bonded}
+        return sizes[name] if name in sizes else self.thickness / self.bonded
 
     def span(self, bond: str) -> Span:
         """Least and largest z of the bond "inner" or "outer", mm."""

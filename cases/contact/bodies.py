@@ -80,19 +80,21 @@ class Bodies:
         if strips:
             from scipy.sparse import block_diag, identity  # takes 0.1 s: only where sleeves have strips
 
-            parts = [identity(count, format="csr")] + [one.weights for one in strips]
+            parts = [identity(count, format="csr")] + [strip.weights for strip in strips]
             follow = block_diag(parts, format="csr")
-        starts = count + np.cumsum([0, *(len(one.X) for one in strips)])
+        starts = count + np.cumsum([0, *(len(strip.X) for strip in strips)])
         return cls(
             free.basis,
-            np.concatenate([free.facets, *(one.facets + n for one, n in zip(strips, starts, strict=False))]),
-            np.concatenate([free.sign, *(one.sign for one in strips)]),
-            np.concatenate([free.X, *(one.X for one in strips)]),
+            np.concatenate(
+                [free.facets, *(strip.facets + n for strip, n in zip(strips, starts, strict=False))]
+            ),
+            np.concatenate([free.sign, *(strip.sign for strip in strips)]),
+            np.concatenate([free.X, *(strip.X for strip in strips)]),
             len(free.facets),
-            np.concatenate([free.dofs, *(one.anchors.dofs for one in strips)]),
+            np.concatenate([free.dofs, *(strip.anchors.dofs for strip in strips)]),
             follow,
             axisymmetric,
-            np.concatenate([free.names, *(np.repeat(one.name, len(one.facets)) for one in strips)]),
+            np.concatenate([free.names, *(np.repeat(strip.name, len(strip.facets)) for strip in strips)]),
         )
 
     def without(self, facets: Ints) -> Bodies:
@@ -102,8 +104,8 @@ class Bodies:
 
     def beside(self, planes: Sequence[MirrorPlane]) -> Bodies:
         """Return the bodies with planes of symmetry."""
-        own, (nodes, d) = len(self.basis.nodes), self.X.shape
-        rows = nodes + np.arange(own * len(planes)).reshape(-1, own)
+        count, (nodes, d) = len(self.basis.nodes), self.X.shape
+        rows = nodes + np.arange(count * len(planes)).reshape(-1, count)
         return replace(
             self,
             facets=np.concatenate([self.facets, rows]),
@@ -134,10 +136,10 @@ class Bodies:
 
     def followed(self, values: Array) -> Array:
         """Return values at all nodes, (nodes, d), from those at the nodes that are followed, (k, d)."""
-        own = values if self.follow is None else np.asarray(self.follow @ values)
+        positions = values if self.follow is None else np.asarray(self.follow @ values)
         if not self.planes:
-            return own
-        return np.concatenate([own, np.zeros((len(self.X) - len(own), own.shape[1]))])
+            return positions
+        return np.concatenate([positions, np.zeros((len(self.X) - len(positions), positions.shape[1]))])
 
     def gathered(self, nodes: Ints, values: Array) -> Array:
         """Sum values at nodes over the nodes that they follow, shape (k, d): the transpose of `followed`.

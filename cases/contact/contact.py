@@ -43,10 +43,10 @@ class Surroundings:
 
     def rate(self, name: str) -> Array | None:
         """Return the derivative of `displacement` by a parameter, at its last value; None for zero."""
-        found = [(points.rate(name), w) for points, w in self.parts]
-        if found[0][0] is None:
+        rates = [(points.rate(name), w) for points, w in self.parts]
+        if rates[0][0] is None:
             return None
-        return np.concatenate([rate.displacement[w[:, 0], w[:, 1]] for rate, w in found if rate is not None])
+        return np.concatenate([rate.displacement[w[:, 0], w[:, 1]] for rate, w in rates if rate is not None])
 
 
 class Contact:
@@ -134,13 +134,13 @@ class Contact:
             return
         self._state, self._blocks = state.copy(), None
         # A line search may try values that are not finite, which the body's residual shows.
-        moved = np.nan_to_num(self.bodies.displacements(state), posinf=0.0, neginf=0.0)
-        self._x = self.bodies.X + self._shift + moved
+        displacements = np.nan_to_num(self.bodies.displacements(state), posinf=0.0, neginf=0.0)
+        self._x = self.bodies.X + self._shift + displacements
         self._pressed, self.near = None, self._search.meeting(self._x, BEYOND)
         if self.near:
-            found = self._search.inside(self._x)
-            if len(found):
-                self._pressed = Pressed.of(self.bodies, found, self._x)
+            inside = self._search.inside(self._x)
+            if len(inside):
+                self._pressed = Pressed.of(self.bodies, inside, self._x)
 
     @property
     def pressed(self) -> Pressed:
@@ -158,8 +158,8 @@ class Contact:
         """Deepest penetration at the state of `look`, relative to the size of the facets, sought down to `BEYOND`."""
         if not self.near:
             return 0.0
-        found = self._search.inside(self._x, BEYOND)
-        return float(np.max(found.depth / self.bodies.size[found.facet], initial=0.0))
+        inside = self._search.inside(self._x, BEYOND)
+        return float(np.max(inside.depth / self.bodies.size[inside.facet], initial=0.0))
 
     def places(self, facet: Ints, point: Ints) -> Array:
         """Return the positions of quadrature points of facets at the state of `look`, mm, shape (p, d).
@@ -231,14 +231,14 @@ class Contact:
         values : shape (b, n, n)
             N/mm, the sum over the points of the pair.
         """
-        found = self.pressed.found
+        inside = self.pressed.found
         # Points of a pair have the same unknowns: the matrix gets one block for all of them.
-        pair = found.facet * len(self.bodies.facets) + found.other
+        pair = inside.facet * len(self.bodies.facets) + inside.other
         order = np.argsort(pair, kind="stable")
-        first = np.flatnonzero(np.diff(pair[order], prepend=-1))
+        starts = np.flatnonzero(np.diff(pair[order], prepend=-1))
         points = self._modulus * self.pressed.positive_stiffness() if positive else self._stiffness
-        values = np.add.reduceat(points[order], first, axis=0)
-        return self._unknowns(self.pressed.nodes[order[first]]), values
+        values = np.add.reduceat(points[order], starts, axis=0)
+        return self._unknowns(self.pressed.nodes[order[starts]]), values
 
     def couplings(self) -> list[Index]:
         """Return blocks of unknowns, shape (b, n), that contact couples or may soon couple."""
@@ -290,16 +290,16 @@ class Contact:
 
     def _add_change(self, change: Array, forces: Array) -> None:
         """Add the change of the forces due to a change of the nodes' positions (nodes, d)."""
-        own = change[self.pressed.nodes]
-        answer = np.einsum("pxy,py->px", self._stiffness, own.reshape(len(own), -1))
-        self._add(answer.reshape(own.shape), forces)
+        nodal_change = change[self.pressed.nodes]
+        answer = np.einsum("pxy,py->px", self._stiffness, nodal_change.reshape(len(nodal_change), -1))
+        self._add(answer.reshape(nodal_change.shape), forces)
 
     def _unknowns(self, nodes: Ints) -> Index:
         """Unknowns of nodes (p, m), shape (p, m d); -1 for those of rigid facets."""
-        known = np.where(
+        unknowns = np.where(
             (nodes < self._free)[..., None], self.bodies.dofs[np.minimum(nodes, self._free - 1)], -1
         )
-        return np.ascontiguousarray(known.reshape(len(nodes), -1), dtype=np.int32)
+        return np.ascontiguousarray(unknowns.reshape(len(nodes), -1), dtype=np.int32)
 
 
 def contact_of(mesh: NamedMesh, space: Any, mode: Mode, stress_free: StressFree | None) -> Contact | None:
@@ -330,9 +330,9 @@ def contact_of(mesh: NamedMesh, space: Any, mode: Mode, stress_free: StressFree 
     drawn = {name: mesh.shape.beyond.get(name) for name in bonds}
     for name in bonds if mesh.shape.meeting == "sleeves" else [n for n in bonds if drawn[n]]:
         bonded = on_rubber(mesh, np.intersect1d(tagged(mesh, [name]), outside))
-        one = strip(mesh, space, bonded, surface, components, drawn[name])
-        if one is not None:
-            strips.append(one)
+        bond_strip = strip(mesh, space, bonded, surface, components, drawn[name])
+        if bond_strip is not None:
+            strips.append(bond_strip)
     return Contact(surface, strips, mesh.dimension == 2, stress_free, mirror_planes(mesh, surface))
 
 

@@ -109,30 +109,30 @@ class Pressed:
     rigid: Array
 
     @classmethod
-    def of(cls, bodies: Bodies, found: Inside, x: Array) -> Pressed:
+    def of(cls, bodies: Bodies, inside: Inside, x: Array) -> Pressed:
         """Prepare points that penetrate other facets, with the nodes at x (nodes, d).
 
         Parameters
         ----------
         bodies : Bodies
             The surfaces.
-        found : Inside
+        inside : Inside
             Points that penetrate other facets.
         x : Array
             Positions of the nodes, mm, shape (nodes, d).
         """
         xi, _ = bodies.points
-        own, its = bodies.basis.values(xi[found.point]), bodies.basis.values(found.xi)
-        size = bodies.size[found.facet]
+        shape_values, other_values = bodies.basis.values(xi[inside.point]), bodies.basis.values(inside.xi)
+        size = bodies.size[inside.facet]
         return cls(
             bodies.basis,
-            found,
-            np.concatenate([bodies.facets[found.facet], bodies.facets[found.other]], axis=1),
-            x[bodies.facets[found.other]],
-            np.concatenate([own, -its], axis=1),
-            found.share * bodies.weight[found.facet, found.point] * STIFF / size**2,
+            inside,
+            np.concatenate([bodies.facets[inside.facet], bodies.facets[inside.other]], axis=1),
+            x[bodies.facets[inside.other]],
+            np.concatenate([shape_values, -other_values], axis=1),
+            inside.share * bodies.weight[inside.facet, inside.point] * STIFF / size**2,
             size,
-            ((found.other >= bodies.soft) & (found.other < bodies.first_plane)).astype(float),
+            ((inside.other >= bodies.soft) & (inside.other < bodies.first_plane)).astype(float),
         )
 
     def energy(self) -> float:

@@ -82,9 +82,11 @@ class Basis:
 
     def courses(self) -> Array:
         """Shape functions along each edge as polynomials of the way, 0 to 1: coefficients (edges, bow + 1, n)."""
-        way = np.linspace(0.0, 1.0, self.bow + 1)
-        powers = np.linalg.inv(way[:, None] ** np.arange(self.bow + 1))
-        return np.array([powers @ self.values(start + way[:, None] * along) for start, along in self.edges])
+        positions = np.linspace(0.0, 1.0, self.bow + 1)
+        powers = np.linalg.inv(positions[:, None] ** np.arange(self.bow + 1))
+        return np.array(
+            [powers @ self.values(start + positions[:, None] * along) for start, along in self.edges]
+        )
 
     def values(self, xi: Array) -> Array:
         """Shape functions at points (p, a), shape (p, n)."""

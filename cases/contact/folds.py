@@ -33,18 +33,20 @@ def folds(bodies: Bodies) -> tuple[Ints, Ints]:
     others : shape (n,)
         Numbers of facets, sorted for each facet.
     """
-    soft: list[list[int]] = [[int(node) for node in nodes] for nodes in bodies.facets[: bodies.soft]]
-    around: dict[int, set[int]] = {}
-    for facet, nodes in enumerate(soft):
+    soft_nodes: list[list[int]] = [[int(node) for node in nodes] for nodes in bodies.facets[: bodies.soft]]
+    facets_of_node: dict[int, set[int]] = {}
+    for facet, nodes in enumerate(soft_nodes):
         for node in nodes:
-            around.setdefault(node, set()).add(facet)
-    first: list[set[int]] = [set().union(*(around[node] for node in nodes)) for nodes in soft]
-    second = [sorted(set().union(*(first[other] for other in ring))) for ring in first]
+            facets_of_node.setdefault(node, set()).add(facet)
+    first_ring: list[set[int]] = [
+        set().union(*(facets_of_node[node] for node in nodes)) for nodes in soft_nodes
+    ]
+    second_ring = [sorted(set().union(*(first_ring[neighbour] for neighbour in ring))) for ring in first_ring]
     upright = _upright(bodies)
     rows = []
-    for facet, ring in enumerate(second):
-        others = np.array(ring, dtype=np.int64)
-        rows.append(others[upright[others] @ upright[facet] >= MAYBE])
+    for facet, ring in enumerate(second_ring):
+        candidates = np.array(ring, dtype=np.int64)
+        rows.append(candidates[upright[candidates] @ upright[facet] >= MAYBE])
     start = np.concatenate([[0], np.cumsum([len(row) for row in rows])]).astype(np.int64)
     return start, np.concatenate([np.zeros(0, dtype=np.int64), *rows])
 
@@ -52,7 +54,7 @@ def folds(bodies: Bodies) -> tuple[Ints, Ints]:
 def _upright(bodies: Bodies) -> Array:
     """Return the outward unit normals of the undeformed body at the centres of the soft facets."""
     basis, soft = bodies.basis, bodies.soft
-    middle = basis.slopes(basis.nodes.mean(axis=0)[None])[0]
-    slopes = np.einsum("an,fnd->fad", middle, bodies.X[bodies.facets[:soft]])
-    found = normals(slopes) * bodies.sign[:soft, None]
-    return np.asarray(found / np.linalg.norm(found, axis=1)[:, None])
+    centre_slopes = basis.slopes(basis.nodes.mean(axis=0)[None])[0]
+    slopes = np.einsum("an,fnd->fad", centre_slopes, bodies.X[bodies.facets[:soft]])
+    directions = normals(slopes) * bodies.sign[:soft, None]
+    return np.asarray(directions / np.linalg.norm(directions, axis=1)[:, None])

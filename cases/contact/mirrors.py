@@ -88,15 +88,15 @@ def mirror_planes(mesh: NamedMesh, free: Patch) -> list[MirrorPlane]:
     free : Patch
         The free surface.
     """
-    found = []
+    planes = []
     for name in sorted(mesh.mirrors):
         axis = {"x": 0, "y": 1, "z": mesh.dimension - 1}[name]
         side = float(np.sign(free.X[:, axis].mean()))
         span = 4.0 * float(np.ptp(free.X, axis=0).max())
         facets = _unfolded(free, axis)
         if len(facets):
-            found.append(MirrorPlane(axis, side, facets, float(free.X.min()) - 0.5 * span, 2.0 * span))
-    return found
+            planes.append(MirrorPlane(axis, side, facets, float(free.X.min()) - 0.5 * span, 2.0 * span))
+    return planes
 
 
 def _unfolded(free: Patch, axis: int) -> Ints:
@@ -105,11 +105,11 @@ def _unfolded(free: Patch, axis: int) -> Ints:
     They would meet their mirror images only in a fold of the surface that the mesh does not resolve
     (`cases.contact.folds`): a free end, say, which meets the plane at a right angle.
     """
-    off = np.abs(free.X[:, axis])
-    near = (off < 1e-6 * np.ptp(free.X, axis=0).max())[free.facets].any(axis=1)
-    near = np.isin(free.facets, free.facets[near]).any(axis=1)
-    middle = free.basis.slopes(free.basis.nodes.mean(axis=0)[None])[0]
-    upright = normals(np.einsum("an,fnd->fad", middle, free.X[free.facets]))
+    distances = np.abs(free.X[:, axis])
+    at_plane = (distances < 1e-6 * np.ptp(free.X, axis=0).max())[free.facets].any(axis=1)
+    at_plane = np.isin(free.facets, free.facets[at_plane]).any(axis=1)
+    centre_slopes = free.basis.slopes(free.basis.nodes.mean(axis=0)[None])[0]
+    upright = normals(np.einsum("an,fnd->fad", centre_slopes, free.X[free.facets]))
     cosine = upright[:, axis] / np.linalg.norm(upright, axis=1)
     # The cosine between a facet's normal and that of its mirror image.
-    return np.flatnonzero(~near | (1.0 - 2.0 * cosine**2 < MAYBE))
+    return np.flatnonzero(~at_plane | (1.0 - 2.0 * cosine**2 < MAYBE))

@@ -84,7 +84,7 @@ class ContactSearch:
 
     def __init__(self, bodies: Bodies) -> None:
         self.bodies = bodies
-        self._surface, self._kept = self._given()
+        self._surface, self._kept = self._make_surface()
         # Shape functions at the points of a facet, (n, q).
         self._shares = bodies.basis.values(bodies.points[0]).T
 
@@ -118,12 +118,12 @@ class ContactSearch:
         count, d = 2 * self.bodies.soft * len(self.bodies.points[0]), x.shape[1]
         integers = [np.empty(count, dtype=np.int64) for _ in range(3)]
         numbers = [np.empty((count, *shape)) for shape in ((d - 1,), (d - 1, d - 1), (d,))]
-        out = [*(pointer(one, "int64_t") for one in integers), *map(pointer, numbers)]
-        found = loops().lib.inside(self._surface, pointer(x), reach, MAYBE, *out)
-        facet, point, other = (one[:found].copy() for one in integers)
-        xi, free, r = (one[:found].copy() for one in numbers)
-        share = np.where(other < self.bodies.soft, 0.5, 1.0)
-        columns: list[tuple[NDArray[Any], ...]] = [(facet, point, other, xi, free, r, share)]
+        out = [*(pointer(array, "int64_t") for array in integers), *map(pointer, numbers)]
+        number = loops().lib.inside(self._surface, pointer(x), reach, MAYBE, *out)
+        facet, point, other_facet = (array[:number].copy() for array in integers)
+        xi, free, r = (array[:number].copy() for array in numbers)
+        share = np.where(other_facet < self.bodies.soft, 0.5, 1.0)
+        columns: list[tuple[NDArray[Any], ...]] = [(facet, point, other_facet, xi, free, r, share)]
         columns += self._beyond(x)
         return Inside(*(np.concatenate(column) for column in zip(*columns, strict=True)))
 
@@ -131,16 +131,16 @@ class ContactSearch:
         """Return points beyond a plane of symmetry, at any depth, as the columns of `Inside`."""
         b, d = self.bodies, x.shape[1]
         for number, plane in enumerate(b.planes):
-            at = self._places(plane, x)
-            facet, point = np.nonzero(plane.height(at) < 0.0)
-            xi, r = plane.nearest(at[facet, point])
-            other = np.full(len(facet), b.first_plane + number)
+            positions = self._places(plane, x)
+            facet, point = np.nonzero(plane.height(positions) < 0.0)
+            xi, r = plane.nearest(positions[facet, point])
+            other_facet = np.full(len(facet), b.first_plane + number)
             free = np.tile(np.eye(d - 1), (len(facet), 1, 1))
-            yield plane.facets[facet], point, other, xi, free, r, np.ones(len(facet))
+            yield plane.facets[facet], point, other_facet, xi, free, r, np.ones(len(facet))
 
     def _places(self, plane: MirrorPlane, x: Array) -> Array:
         """Positions of the points that may meet a plane, mm, shape (f, q, d)."""
-        return np.stack([self._at_points(plane, one) for one in x.T], axis=-1)
+        return np.stack([self._at_points(plane, component) for component in x.T], axis=-1)
 
     def _at_points(self, plane: MirrorPlane, values: Array) -> Array:
         """Return values at the nodes, (nodes,), at the points that may meet a plane, shape (f, q)."""
@@ -153,18 +153,24 @@ class ContactSearch:
         loops().lib.facing_pairs(self._surface, pointer(x), MAYBE, pointer(pairs, "int64_t"))
         return pairs
 
-    def _given(self) -> tuple[Any, Sequence[Any]]:
+    def _make_surface(self) -> tuple[Any, Sequence[Any]]:
         """Return the surface as the loops read it, and the arrays that have to live as long."""
         b, basis = self.bodies.without_planes(), self.bodies.basis
         (xi, _), centre = b.points, basis.nodes.mean(axis=0)
-        integers = [np.ascontiguousarray(one, dtype=np.int64) for one in (b.facets, basis.powers, *folds(b))]
+        integers = [
+            np.ascontiguousarray(array, dtype=np.int64) for array in (b.facets, basis.powers, *folds(b))
+        ]
         numbers = (
             *(b.sign, b.breadth, basis.values(xi), basis.slopes(xi), centre, basis.slopes(centre[None])[0]),
             *(basis.weights, np.array(basis.edges), basis.courses(), b.X, np.zeros((len(b.facets), FRAME))),
         )
-        kept = [np.ascontiguousarray(one, dtype=np.float64) for one in numbers]
-        near = np.zeros(len(b.facets), dtype=np.int64)
+        arrays = [np.ascontiguousarray(array, dtype=np.float64) for array in numbers]
+        neighbours = np.zeros(len(b.facets), dtype=np.int64)
         sizes = (len(b.facets), b.soft, len(basis.nodes), b.X.shape[1], len(xi), len(basis.edges))
-        rows = [*(pointer(one, "int64_t") for one in integers), *map(pointer, kept), pointer(near, "int64_t")]
-        given = loops().ffi.new("surface *", (*sizes, int(basis.kind == "triangle"), basis.bow, *rows))
-        return given, (*integers, *kept, near, *rows)
+        rows = [
+            *(pointer(array, "int64_t") for array in integers),
+            *map(pointer, arrays),
+            pointer(neighbours, "int64_t"),
+        ]
+        surface = loops().ffi.new("surface *", (*sizes, int(basis.kind == "triangle"), basis.bow, *rows))
+        return surface, (*integers, *arrays, neighbours, *rows)

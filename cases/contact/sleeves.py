@@ -95,11 +95,11 @@ def strip(
     directions = _directions(bond, edges)
     X, facets, sign = list[Array](), list[Ints](), list[float]()
 
-    def add(own: Array, outward: Array) -> None:
-        facets.append(np.arange(len(own)) + sum(map(len, X)))
-        slope = np.einsum("an,nd->ad", bond.basis.slopes(bond.basis.nodes.mean(axis=0)[None])[0], own)
+    def add(corners: Array, outward: Array) -> None:
+        facets.append(np.arange(len(corners)) + sum(map(len, X)))
+        slope = np.einsum("an,nd->ad", bond.basis.slopes(bond.basis.nodes.mean(axis=0)[None])[0], corners)
         sign.append(-float(np.sign(normals(slope[None])[0] @ outward)))
-        X.append(own)
+        X.append(corners)
 
     for facet, nodes in edges:
         ways = length * np.array([directions[n] for n in nodes])
@@ -107,28 +107,28 @@ def strip(
             ways = _along(ways, drawn)
         if not np.any(np.abs(ways) > NEGLIGIBLE * length):
             continue
-        reach = np.linspace(0.0, 1.0, order + 1)[None, :, None]
-        grid = bond.X[nodes][:, None, :] + reach * ways[:, None, :]
+        shares = np.linspace(0.0, 1.0, order + 1)[None, :, None]
+        grid = bond.X[nodes][:, None, :] + shares * ways[:, None, :]
         outward = bond.sign[facet] * _middle(bond, facet)
         # Rubber may come to lie behind the bond too, where a corner folds.
-        for own in (*_cut(bond.basis, grid), bond.X[bond.facets[facet]]):
-            add(own, outward)
+        for corners in (*_cut(bond.basis, grid), bond.X[bond.facets[facet]]):
+            add(corners, outward)
     if not X:
         return None
     places = np.concatenate(X)
     anchors, weights = _anchored(bond.X, places)
-    held = Anchors(bond.dofs[anchors], bond.where[anchors], bond.cells)
-    return RigidFacets(np.array(facets), np.array(sign), places, held, weights, str(bond.names[0]))
+    anchor_points = Anchors(bond.dofs[anchors], bond.where[anchors], bond.cells)
+    return RigidFacets(np.array(facets), np.array(sign), places, anchor_points, weights, str(bond.names[0]))
 
 
 def _along(ways: Array, drawn: tuple[float, float]) -> Array:
     """Continuation at an edge's nodes as far as a sleeve is drawn; zero where it bends around the axis instead."""
     length = float(np.linalg.norm(ways[0]))
     rise = float(ways[:, -1].mean()) / length
-    way = np.zeros_like(ways)
+    directions = np.zeros_like(ways)
     if abs(rise) > ALONG:
-        way[:, -1] = np.sign(rise) * min(length, drawn[int(rise > 0.0)])
-    return way
+        directions[:, -1] = np.sign(rise) * min(length, drawn[int(rise > 0.0)])
+    return directions
 
 
 def _edges(bond: Patch, free: Patch) -> list[tuple[int, Ints]]:
@@ -139,26 +139,26 @@ def _edges(bond: Patch, free: Patch) -> list[tuple[int, Ints]]:
 
 def _all_edges(of: Patch) -> list[tuple[int, frozenset[int], Ints]]:
     """Facet, unknowns that identify the edge, and nodes along it, for every edge of every facet."""
-    found = []
-    for start, along in dict.fromkeys((tuple(a), tuple(b)) for a, b in of.basis.edges):
-        own = of.basis.nodes - np.array(start)
-        t = own @ np.array(along) / max(float(np.dot(along, along)), 1.0)
-        on = np.flatnonzero(np.linalg.norm(own - t[:, None] * np.array(along), axis=1) < 1e-9)
-        places = on[np.argsort(t[on])]
+    edges = []
+    for start, edge in dict.fromkeys((tuple(a), tuple(b)) for a, b in of.basis.edges):
+        offsets = of.basis.nodes - np.array(start)
+        t = offsets @ np.array(edge) / max(float(np.dot(edge, edge)), 1.0)
+        on_edge = np.flatnonzero(np.linalg.norm(offsets - t[:, None] * np.array(edge), axis=1) < 1e-9)
+        places = on_edge[np.argsort(t[on_edge])]
         for facet, nodes in enumerate(of.facets[:, places]):
-            found.append((facet, frozenset(map(int, of.dofs[nodes, 0])), nodes))
-    return found
+            edges.append((facet, frozenset(map(int, of.dofs[nodes, 0])), nodes))
+    return edges
 
 
 def _directions(bond: Patch, edges: list[tuple[int, Ints]]) -> dict[int, Array]:
     """Unit tangent of the bond that leads out of it, at each node of its edges: the mean over the node's facets."""
     total: dict[int, Array] = {}
     for facet, nodes in edges:
-        own = bond.facets[facet]
-        centre = bond.X[own].mean(axis=0)
+        face_nodes = bond.facets[facet]
+        centre = bond.X[face_nodes].mean(axis=0)
         for number, node in enumerate(nodes):
-            xi = bond.basis.nodes[np.flatnonzero(own == node)]
-            slope = np.einsum("an,nd->ad", bond.basis.slopes(xi)[0], bond.X[own])
+            xi = bond.basis.nodes[np.flatnonzero(face_nodes == node)]
+            slope = np.einsum("an,nd->ad", bond.basis.slopes(xi)[0], bond.X[face_nodes])
             normal = normals(slope[None])[0]
             if len(nodes) == 1:
                 tangent = slope[0]
@@ -198,5 +198,5 @@ def _anchored(bond: Array, places: Array) -> tuple[Ints, Array]:
 
     _, _, order = qr(affine.T, mode="economic", pivoting=True)
     anchors = order[: d + 1].astype(np.int64)
-    wanted = np.column_stack([places, np.ones(len(places))])
-    return anchors, np.asarray(np.linalg.solve(affine[anchors].T, wanted.T).T)
+    homogeneous = np.column_stack([places, np.ones(len(places))])
+    return anchors, np.asarray(np.linalg.solve(affine[anchors].T, homogeneous.T).T)

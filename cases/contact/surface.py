@@ -84,8 +84,8 @@ def tagged(mesh: NamedMesh, names: Iterable[str]) -> Ints:
     names : iterable of str
         Names of boundaries; those that the mesh lacks have no facets.
     """
-    found = [mesh.facets.find(mesh.boundary[name]) for name in names if name in mesh.boundary]
-    return np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *found])).astype(np.int64)
+    facets = [mesh.facets.find(mesh.boundary[name]) for name in names if name in mesh.boundary]
+    return np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *facets])).astype(np.int64)
 
 
 def on_rubber(mesh: NamedMesh, facets: Ints) -> Ints:
@@ -121,23 +121,23 @@ def patch(mesh: NamedMesh, space: Any, facets: Ints, components: tuple[int, ...]
     facet_kind = basix.cell.subentity_types(kind)[d - 1][0]
     basis = Basis.of(facet_kind.name, order)
     closures = _closures(element, kind, d, basis)
-    own, place = np.unique(cells, return_inverse=True)
-    dofs, X = _nodes_of_cells(mesh, space, own, element.points)
-    picked = closures[local]
-    numbers = dofs[place[:, None], picked]
-    _, first, names = np.unique(numbers[..., 0], return_index=True, return_inverse=True)
-    where = np.column_stack([np.repeat(place, picked.shape[1])[first], picked.ravel()[first]])
-    inward = X.mean(axis=1)[place] - X[place[:, None], picked].mean(axis=1)
-    middle = basis.slopes(basis.nodes.mean(axis=0)[None])[0]
-    normal = normals(np.einsum("an,fnd->fad", middle, X[place[:, None], picked]))
+    unique_cells, place = np.unique(cells, return_inverse=True)
+    dofs, X = _nodes_of_cells(mesh, space, unique_cells, element.points)
+    local_nodes = closures[local]
+    numbers = dofs[place[:, None], local_nodes]
+    _, indices, names = np.unique(numbers[..., 0], return_index=True, return_inverse=True)
+    where = np.column_stack([np.repeat(place, local_nodes.shape[1])[indices], local_nodes.ravel()[indices]])
+    inward = X.mean(axis=1)[place] - X[place[:, None], local_nodes].mean(axis=1)
+    centre_slopes = basis.slopes(basis.nodes.mean(axis=0)[None])[0]
+    normal = normals(np.einsum("an,fnd->fad", centre_slopes, X[place[:, None], local_nodes]))
     return Patch(
         basis,
-        names.reshape(picked.shape).astype(np.int64),
+        names.reshape(local_nodes.shape).astype(np.int64),
         -np.sign(np.einsum("fd,fd->f", normal, inward)),
         X[where[:, 0], where[:, 1]],
         dofs[where[:, 0], where[:, 1]][:, list(components)],
         where,
-        own.astype(np.int32),
+        unique_cells.astype(np.int32),
         element.points,
         _names(mesh, facets),
     )
@@ -203,8 +203,8 @@ def _closures(element: Any, kind: Any, d: int, basis: Basis) -> Ints:
 def _nodes_of_cells(mesh: NamedMesh, space: Any, cells: Ints, points: Array) -> tuple[Ints, Array]:
     """Unknowns (cells, nodes, components) of cells, and coordinates of their nodes (cells, nodes, d)."""
     part = space.sub(0)
-    found = np.array([part.dofmap.cell_dofs(int(cell)) for cell in cells], dtype=np.int64)
-    dofs = found.reshape(len(cells), len(points), -1)
+    cell_dofs = np.array([part.dofmap.cell_dofs(int(cell)) for cell in cells], dtype=np.int64)
+    dofs = cell_dofs.reshape(len(cells), len(points), -1)
     return dofs, _coordinates(mesh, cells, points)
 
 

@@ -46,21 +46,23 @@ def touches(contact: Contact, state: Array) -> list[Touch]:
     if not contact.touching:
         return []
     pressed, bodies = contact.pressed, contact.bodies
-    found = pressed.found
+    inside = pressed.found
     # Each of two soft facets holds half of the energy, and both have points: the sum is one force.
     force = contact.shear_modulus * np.linalg.norm(pressed.own_forces(), axis=1)
-    place = contact.places(found.facet, found.point)
+    place = contact.places(inside.facet, inside.point)
     radius = place[:, 0] if place.shape[1] == 2 else np.hypot(place[:, 0], place[:, 1])
-    own, mirrored = bodies.names[found.facet], found.other >= bodies.first_plane
+    own_names, mirrored = bodies.names[inside.facet], inside.other >= bodies.first_plane
     # The force on a part and that on its mirror image are one force; the plane stands for the same surface.
     force[mirrored] *= 0.5
-    names = np.sort(np.column_stack([own, np.where(mirrored, own, bodies.names[found.other])]), axis=1)
+    names = np.sort(
+        np.column_stack([own_names, np.where(mirrored, own_names, bodies.names[inside.other])]), axis=1
+    )
     answer = []
     for pair in np.unique(names, axis=0):
-        here = np.all(names == pair, axis=1) & (force > 0.0)
-        if not here.any():
+        of_pair = np.all(names == pair, axis=1) & (force > 0.0)
+        if not of_pair.any():
             continue
-        share = force[here] / force[here].sum()
-        total, mean = float(force[here].sum()), float(share @ radius[here])
-        answer.append(Touch((str(pair[0]), str(pair[1])), total, mean, float(share @ place[here, -1])))
+        share = force[of_pair] / force[of_pair].sum()
+        total, mean = float(force[of_pair].sum()), float(share @ radius[of_pair])
+        answer.append(Touch((str(pair[0]), str(pair[1])), total, mean, float(share @ place[of_pair, -1])))
     return answer

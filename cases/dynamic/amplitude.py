@@ -106,8 +106,10 @@ class UnevenModel:
     def _take(self) -> None:
         """Compute the strains of the new vectors, and the matrices over all vectors."""
         basis, points = self._basis, self._basis.pencil.model.body.rubber.points
-        new = basis.vectors[len(self._strains) :]
-        strains = [np.einsum("prk,pk->pr", self._root, points.gradients(one)).ravel() for one in new]
+        new_vectors = basis.vectors[len(self._strains) :]
+        strains = [
+            np.einsum("prk,pk->pr", self._root, points.gradients(vector)).ravel() for vector in new_vectors
+        ]
         self._strains = np.vstack([self._strains, *strains])
         self._reduced = basis.reduced()
         #: Local shear amplitude of the elastic body over the sleeve's, shape (points,).
@@ -128,8 +130,10 @@ class UnevenModel:
         frequency : shape (n,)
             Hz.
         """
-        found = self.balances(amplitude, frequency)
-        return np.array([one.stiffness for one in found]), np.array([one.third for one in found])
+        balances = self.balances(amplitude, frequency)
+        return np.array([balance.stiffness for balance in balances]), np.array(
+            [balance.third for balance in balances]
+        )
 
     def balances(self, amplitude: Array, frequency: Array) -> list[Balance]:
         """Return the balance of each pair of amplitude and frequency.
@@ -141,14 +145,14 @@ class UnevenModel:
         frequency : shape (n,)
             Hz.
         """
-        found: dict[int, Balance] = {}
-        for one, response in self._responses(frequency, float(amplitude.max())).items():
-            own = np.flatnonzero(frequency == one)
+        balances: dict[int, Balance] = {}
+        for f, response in self._responses(frequency, float(amplitude.max())).items():
+            indices = np.flatnonzero(frequency == f)
             local = self._elastic
-            for i in map(int, own[np.argsort(amplitude[own])]):
-                found[i] = self._balance(float(amplitude[i]), one, response, local)
-                local = found[i].local
-        return [found[i] for i in range(len(amplitude))]
+            for i in map(int, indices[np.argsort(amplitude[indices])]):
+                balances[i] = self._balance(float(amplitude[i]), f, response, local)
+                local = balances[i].local
+        return [balances[i] for i in range(len(amplitude))]
 
     def of(self, thinned: ThinnedSpectrum, branches: Branches, density: float | None = None) -> UnevenModel:
         """Return the model of another relaxation over the same vectors.
@@ -160,16 +164,16 @@ class UnevenModel:
         density : float or None
             Of the rubber, t/mm^3; None = the present one.
         """
-        other = copy(self)
-        other._relax(thinned, branches, density)
-        return other
+        model = copy(self)
+        model._relax(thinned, branches, density)
+        return model
 
     def _relax(self, thinned: ThinnedSpectrum, branches: Branches, density: float | None) -> None:
         self._thinned, self._branches = thinned, branches
         if density is not None:
             self._reduced = replace(self._reduced, density=density)
 
-    def slope(self, found: Sequence[Balance], more: UnevenModel, less: UnevenModel) -> Complex:
+    def slope(self, balances: Sequence[Balance], more: UnevenModel, less: UnevenModel) -> Complex:
         """Return by how much the stiffness of balances (n,) differs between two relaxations near this one.
 
         To first order, with the local amplitudes held: the stiffness is stationary in the state. What the amplitudes
@@ -177,19 +181,22 @@ class UnevenModel:
 
         Parameters
         ----------
-        found : sequence of Balance
+        balances : sequence of Balance
         more, less : UnevenModel
             Those of `of`.
         """
-        frequency = np.array([one.frequency for one in found])
-        largest = max(one.amplitude for one in found)
-        high, low = (other._responses(frequency, largest) for other in (more, less))
-        change = {one: high[one].less(low[one]) for one in high}
+        frequency = np.array([balance.frequency for balance in balances])
+        largest = max(balance.amplitude for balance in balances)
+        high, low = (model._responses(frequency, largest) for model in (more, less))
+        change = {f: high[f].less(low[f]) for f in high}
         return np.array(
-            [self._work(one.state, change[one.frequency].first(one.amplitude * one.local)) for one in found]
+            [
+                self._work(balance.state, change[balance.frequency].first(balance.amplitude * balance.local))
+                for balance in balances
+            ]
         )
 
-    def along(self, change: Change, found: Sequence[Balance]) -> Complex:
+    def along(self, change: Change, balances: Sequence[Balance]) -> Complex:
         """Return the derivative of the stiffness of balances (n,) by a parameter of the model that is no relaxation's.
 
         The viscous forces change as those of an even modulus that gives the same stiffness.
@@ -198,19 +205,21 @@ class UnevenModel:
         ----------
         change : Change
             Derivatives of the matrices over all vectors.
-        found : sequence of Balance
+        balances : sequence of Balance
         """
         i, values, reduced = self._motion, [], self._reduced
         mass = reduced.density * reduced.rubber + reduced.metal
         by_mass = reduced.density * change.rubber + change.metal
-        for one in found:
-            x, squared = one.state, (2.0 * np.pi * one.frequency) ** 2
-            viscous = one.stiffness - reduced.static[i, i] - x @ (reduced.equilibrium - squared * mass) @ x
+        for balance in balances:
+            x, squared = balance.state, (2.0 * np.pi * balance.frequency) ** 2
+            viscous = (
+                balance.stiffness - reduced.static[i, i] - x @ (reduced.equilibrium - squared * mass) @ x
+            )
             if self._transfer and reduced.motions > reduced.driven:
                 viscous -= squared * mass[reduced.driven + i] @ x
             s = viscous / (x @ reduced.viscous @ x)
-            by = change.equilibrium + s * change.viscous - squared * by_mass
-            values.append(change.static[i, i] + x @ by @ x)
+            matrix = change.equilibrium + s * change.viscous - squared * by_mass
+            values.append(change.static[i, i] + x @ matrix @ x)
         return np.array(values)
 
     def enrich(self, amplitude: float, frequency: float) -> float:
@@ -224,33 +233,36 @@ class UnevenModel:
             Hz.
         """
         response = self._responses(np.array([frequency]), amplitude)[frequency]
-        found = self._balance(amplitude, frequency, response, self._elastic)
+        balance = self._balance(amplitude, frequency, response, self._elastic)
         for _ in range(MOST_ROUNDS):
-            before, local = found.stiffness, found.local
+            previous, local = balance.stiffness, balance.local
             vectors = self._residuals(response.first(amplitude * local), frequency)
             comm = self._basis.pencil.model.comm
             # Real and imaginary part may be parallel: of their span what is larger than rounding errors is added.
-            moved = self._basis.vectors[self._motion : self._motion + 1]
+            motion = self._basis.vectors[self._motion : self._motion + 1]
             gram = summed(comm, vectors @ vectors.T)
-            own = float(summed(comm, moved @ moved.T)[0, 0])
-            squares, turned = np.linalg.eigh(gram)
-            left = squares > ROUNDED**2 * own
-            if not left.any():
+            square = float(summed(comm, motion @ motion.T)[0, 0])
+            squares, axes = np.linalg.eigh(gram)
+            independent = squares > ROUNDED**2 * square
+            if not independent.any():
                 # Even moduli, as without any relaxation: the vectors at hand are enough.
                 break
-            self._basis.add((turned[:, left] * np.sqrt(own / squares[left])).T @ vectors)
+            self._basis.add((axes[:, independent] * np.sqrt(square / squares[independent])).T @ vectors)
             self._take()
-            found = self._balance(amplitude, frequency, response, local)
-            if abs(found.stiffness - before) <= ENOUGH * abs(found.stiffness):
+            balance = self._balance(amplitude, frequency, response, local)
+            if abs(balance.stiffness - previous) <= ENOUGH * abs(balance.stiffness):
                 break
-        return abs(found.stiffness - before) / abs(found.stiffness)
+        return abs(balance.stiffness - previous) / abs(balance.stiffness)
 
     def _responses(self, frequency: Array, amplitude: float) -> dict[float, TabulatedHarmonics]:
         """Return the local harmonics at each frequency up to what the largest amplitude (mm or rad) may cause."""
         frequency = np.unique(frequency)
-        own = self._thinned.responses(frequency, ABOVE * amplitude * float(self._elastic.max()))
+        responses = self._thinned.responses(frequency, ABOVE * amplitude * float(self._elastic.max()))
         beside = modulus(frequency, self._branches)
-        return {float(f): replace(one, beside=s) for f, one, s in zip(frequency, own, beside, strict=True)}
+        return {
+            float(f): replace(harmonics, beside=s)
+            for f, harmonics, s in zip(frequency, responses, beside, strict=True)
+        }
 
     def _balance(
         self, amplitude: float, frequency: float, response: TabulatedHarmonics, local: Array
@@ -266,35 +278,35 @@ class UnevenModel:
         local : shape (points,)
             Local amplitude over the sleeve's from which to begin.
         """
-        known, moved = 0j, np.inf
+        previous, change = 0j, np.inf
         for _ in range(MOST_TURNS):
-            before = local
-            found, x = self._stiffness(response.first(amplitude * before), frequency)
-            local, moved, known = self._local(x), abs(found - known) / abs(found), found
-            if moved <= SETTLED:
+            trial = local
+            stiffness, x = self._stiffness(response.first(amplitude * trial), frequency)
+            local, change, previous = self._local(x), abs(stiffness - previous) / abs(stiffness), stiffness
+            if change <= SETTLED:
                 break
-        third = float(abs(self._work(x, response.third(amplitude * before))) / abs(found))
-        return Balance(amplitude, frequency, found, third, x, local, moved)
+        third = float(abs(self._work(x, response.third(amplitude * trial))) / abs(stiffness))
+        return Balance(amplitude, frequency, stiffness, third, x, local, change)
 
     def _stiffness(self, s: Complex, frequency: float) -> tuple[complex, Complex]:
         """Return stiffness and coefficients of the state under the motion, at local moduli s."""
         uneven: ReducedPencil = replace(self._reduced, viscous=self._over(s))  # type: ignore[arg-type]
-        at = Sweep(np.ones(1, dtype=np.complex128), np.array([(2.0 * np.pi * frequency) ** 2]))
+        sweep = Sweep(np.ones(1, dtype=np.complex128), np.array([(2.0 * np.pi * frequency) ** 2]))
         i = self._motion
-        both = uneven.stiffness(at)[int(self._transfer)]
-        return complex(both[0, i, i]), uneven.states(at)[0, :, i]
+        stiffness = uneven.stiffness(sweep)[int(self._transfer)]
+        return complex(stiffness[0, i, i]), uneven.states(sweep)[0, :, i]
 
     def _over(self, s: Complex) -> Complex:
         """Integral of a local modulus over the body, between all vectors, shape (k, k)."""
         weights = np.repeat(self._weight * s, self._root.shape[1])
         strains = self._strains
         parts = np.array([(strains * part) @ strains.T for part in (weights.real, weights.imag)])
-        found = self._basis.pencil.model.multiplicity * summed(self._basis.pencil.model.comm, parts)
+        integral = self._basis.pencil.model.multiplicity * summed(self._basis.pencil.model.comm, parts)
         m, d = self._reduced.motions, self._reduced.driven
         # Of rigid motions there is the mass alone.
-        found[:, d:m] = 0.0
-        found[:, :, d:m] = 0.0
-        return np.asarray(found[0] + 1j * found[1])
+        integral[:, d:m] = 0.0
+        integral[:, :, d:m] = 0.0
+        return np.asarray(integral[0] + 1j * integral[1])
 
     def _work(self, x: Complex, s: Complex) -> complex:
         """Integral of a local modulus times the square of a state's strain; rigid motions have none."""

@@ -33,8 +33,8 @@ def modulus(frequencies: Array, branches: Branches) -> Complex:
     """
     s = np.zeros(len(frequencies), dtype=np.complex128)
     for g, tau in branches:
-        turned = 2j * np.pi * frequencies * tau
-        s += g * turned / (1.0 + turned)
+        i_omega_tau = 2j * np.pi * frequencies * tau
+        s += g * i_omega_tau / (1.0 + i_omega_tau)
     return s
 
 
@@ -59,8 +59,10 @@ def spread(frequencies: Array, branches: Branches) -> Sweep:
         Hz.
     branches : Branches
     """
-    own = sweep(frequencies, branches)
-    return Sweep(np.concatenate([own.s, STIFFER * own.s]), np.concatenate([own.squared, own.squared]))
+    single = sweep(frequencies, branches)
+    return Sweep(
+        np.concatenate([single.s, STIFFER * single.s]), np.concatenate([single.squared, single.squared])
+    )
 
 
 @dataclass(frozen=True)
@@ -110,9 +112,9 @@ class DynamicModel:
         count = len(branches)
         by_g, by_tau = np.empty((2, count, len(frequencies)), dtype=np.complex128)
         for i, (g, tau) in enumerate(branches):
-            turned = 2j * np.pi * frequencies * tau
-            by_g[i] = by_s * turned / (1.0 + turned)
-            by_tau[i] = by_s * g * (turned / tau) / (1.0 + turned) ** 2
+            i_omega_tau = 2j * np.pi * frequencies * tau
+            by_g[i] = by_s * i_omega_tau / (1.0 + i_omega_tau)
+            by_tau[i] = by_s * g * (i_omega_tau / tau) / (1.0 + i_omega_tau) ** 2
         return by_g, by_tau, by_density
 
     def slopes_by_parameters(
@@ -125,9 +127,11 @@ class DynamicModel:
         frequencies, branches, density
             As for `stiffness`: Hz, t/mm^3.
         """
-        at = sweep(frequencies, branches)
-        found = [self._taken(self.reduced.along(one, at, density)) for one in self.changes.matrices]
-        return np.array(found, dtype=np.complex128).reshape(-1, len(frequencies))
+        points = sweep(frequencies, branches)
+        slopes = [
+            self._taken(self.reduced.along(matrix, points, density)) for matrix in self.changes.matrices
+        ]
+        return np.array(slopes, dtype=np.complex128).reshape(-1, len(frequencies))
 
     def matrix(self, frequencies: Array, branches: Branches, density: float | None = None) -> Complex:
         """Return the stiffness against all motions of the driven sleeve, (f, driven, driven), in N, mm and rad.
@@ -149,5 +153,5 @@ class DynamicModel:
         """
         return float(self.reduced.errors(sweep(frequencies, branches), density).max())
 
-    def _taken(self, both: Complex) -> Complex:
-        return np.asarray(both[int(self.transfer), :, self.motion, self.motion])
+    def _taken(self, stiffness: Complex) -> Complex:
+        return np.asarray(stiffness[int(self.transfer), :, self.motion, self.motion])

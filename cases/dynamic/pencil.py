@@ -106,10 +106,10 @@ class Pencil:
         q
             Displacement of the sleeve, mm or rad.
         """
-        other = copy(self)
-        other.model.system.stiffen()
-        other._take(q)
-        return other
+        pencil = copy(self)
+        pencil.model.system.stiffen()
+        pencil._take(q)
+        return pencil
 
     def _take(self, q: float) -> None:
         model = self.model
@@ -131,14 +131,14 @@ class Pencil:
             turning[3:, 3:] = turned(self.model, residual, q)
             turning[3:, 3:] += 0.5 * skew(reactions(self.model, residual, q)[3:])
             self.static = turning[np.ix_(moves, moves)]
-            found = motion.over_all(motion.twists(q)[moves])
+            motions = motion.over_all(motion.twists(q)[moves])
         else:
             bend = (motion.rate(q + BEND) - motion.rate(q - BEND)) / (2.0 * BEND)
             work = float(summed(self.model.comm, float(residual.array_r @ bend[: system.owned])))
             self.static = np.full((1, 1), work * self.model.multiplicity)
-            found = motion.rate(q)[None]
+            motions = motion.rate(q)[None]
         residual.destroy()
-        return found
+        return motions
 
     def _rigid(self, q: float) -> Array:
         if self.model.mode.specimen == "coupon":
@@ -147,11 +147,11 @@ class Pencil:
         components = len(self._parent) // self._nodes.shape[1]
         # Of the half-plane the radius and z; its angle moves no point of it.
         plane = [0, components - 1] if model.mesh.dimension == 2 else [0, 1, 2]
-        now = self._nodes + self._state[self._parent].reshape(-1, components).T[plane]
-        moved = model.motion.rigid(now, q)
-        found = np.zeros((len(moved), len(self._state)))
-        found[:, self._parent] = moved.transpose(0, 2, 1).reshape(len(moved), -1)
-        return found
+        positions = self._nodes + self._state[self._parent].reshape(-1, components).T[plane]
+        rigid_motions = model.motion.rigid(positions, q)
+        motions = np.zeros((len(rigid_motions), len(self._state)))
+        motions[:, self._parent] = rigid_motions.transpose(0, 2, 1).reshape(len(rigid_motions), -1)
+        return motions
 
     def act(self, directions: Array) -> Actions:
         """Multiply all matrices with some vectors, shape (k, n)."""
@@ -162,12 +162,12 @@ class Pencil:
         if self.model.mode.specimen == "bushing":
             body.rubber.points.add_inertia(self._state, directions, rubber)
         for part, density in zip(body.parts[1:], self._metal, strict=True):
-            own = np.zeros_like(directions)
-            part.points.add_inertia(self._state, directions, own)
-            metal += density * own
+            inertia = np.zeros_like(directions)
+            part.points.add_inertia(self._state, directions, inertia)
+            metal += density * inertia
         return Actions(self.model.system.pulls(directions), viscous, rubber, metal)
 
-    def followed(self) -> Array:
+    def followed_motions(self) -> Array:
         """Response of the body to each of the sleeve's motions, K_eq alone; shape (m, n)."""
         pull = completed(self.model, self.model.system.pulls(np.ascontiguousarray(self.motions)))
         return self.motions - solved(self.model, self._solver.factor, pull)

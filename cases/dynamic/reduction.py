@@ -96,33 +96,33 @@ class ReducedPencil:
     density: float
     residuals: Array
 
-    def states(self, at: Sweep, density: float | None = None) -> Complex:
+    def states(self, sweep: Sweep, density: float | None = None) -> Complex:
         """Return the coefficients of the vectors in the state under each motion, shape (f, m + k, m).
 
         Parameters
         ----------
-        at : Sweep
+        sweep : Sweep
             Points, shape (f,).
         density : float or None
             Of the rubber, t/mm^3; None = `density`.
         """
-        m, P = self.motions, self._dynamic(at, density)
+        m, P = self.motions, self._dynamic(sweep, density)
         free = -np.linalg.solve(P[:, m:, m:], P[:, m:, :m])
         unit = np.broadcast_to(np.eye(m), (len(P), m, m))
         return np.concatenate([unit, free], axis=1)
 
-    def stiffness(self, at: Sweep, density: float | None = None) -> tuple[Complex, Complex]:
+    def stiffness(self, sweep: Sweep, density: float | None = None) -> tuple[Complex, Complex]:
         """Return driving-point and transfer stiffness, shape (f, driven, driven) each.
 
         Parameters
         ----------
-        at : Sweep
+        sweep : Sweep
             Points, shape (f,).
         density : float or None
             Of the rubber, t/mm^3; None = `density`.
         """
-        m, P = self.motions, self._dynamic(at, density)
-        return self._apart(P[:, :m, :m] + P[:, :m, m:] @ self.states(at, density)[:, m:], self.static)
+        m, P = self.motions, self._dynamic(sweep, density)
+        return self._apart(P[:, :m, :m] + P[:, :m, m:] @ self.states(sweep, density)[:, m:], self.static)
 
     def _apart(self, forces: Complex, static: Array | float = 0.0) -> tuple[Complex, Complex]:
         """Return driving-point and transfer stiffness from the works of forces on all motions, (f, m, m)."""
@@ -130,12 +130,12 @@ class ReducedPencil:
         driving = np.asarray(static + forces[:, :d, :d])
         return driving, driving - forces[:, d:, :d] if self.motions > d else driving
 
-    def slopes(self, at: Sweep, density: float | None = None) -> tuple[Complex, Complex]:
+    def slopes(self, sweep: Sweep, density: float | None = None) -> tuple[Complex, Complex]:
         """Return the derivatives x^T (dK/dp) x of both stiffnesses by s and by the rubber's density.
 
         Parameters
         ----------
-        at : Sweep
+        sweep : Sweep
             Points, shape (f,).
         density : float or None
             Of the rubber, t/mm^3; None = `density`.
@@ -145,84 +145,84 @@ class ReducedPencil:
         by_s, by_density : shape (2, f, driven, driven)
             Driving-point stiffness first.
         """
-        x = self.states(at, density)
-        turned = x.transpose(0, 2, 1)
-        by_density = -at.squared[:, None, None] * (turned @ self.rubber @ x)
-        return np.array(self._apart(turned @ self.viscous @ x)), np.array(self._apart(by_density))
+        x = self.states(sweep, density)
+        transposed = x.transpose(0, 2, 1)
+        by_density = -sweep.squared[:, None, None] * (transposed @ self.rubber @ x)
+        return np.array(self._apart(transposed @ self.viscous @ x)), np.array(self._apart(by_density))
 
-    def along(self, change: Change, at: Sweep, density: float | None = None) -> Complex:
+    def along(self, change: Change, sweep: Sweep, density: float | None = None) -> Complex:
         """Return the derivatives x^T (dK/dp) x of both stiffnesses by a parameter, (2, f, driven, driven).
 
         Parameters
         ----------
         change : Change
             Derivatives of the matrices by the parameter.
-        at : Sweep
+        sweep : Sweep
             Points, shape (f,).
         density : float or None
             Of the rubber, t/mm^3; None = `density`.
         """
-        x = self.states(at, density)
+        x = self.states(sweep, density)
         mass = (self.density if density is None else density) * change.rubber + change.metal
-        s, squared = at.s[:, None, None], at.squared[:, None, None]
-        by = change.equilibrium + s * change.viscous - squared * mass
-        return np.array(self._apart(x.transpose(0, 2, 1) @ by @ x, change.static))
+        s, squared = sweep.s[:, None, None], sweep.squared[:, None, None]
+        matrix = change.equilibrium + s * change.viscous - squared * mass
+        return np.array(self._apart(x.transpose(0, 2, 1) @ matrix @ x, change.static))
 
-    def errors(self, at: Sweep, density: float | None = None) -> Array:
+    def errors(self, sweep: Sweep, density: float | None = None) -> Array:
         """Return the bound of the error of each stiffness over its own size, shape (f,); the worst of its motions.
 
         Driving-point and transfer stiffness of every motion are looked at.
 
         Parameters
         ----------
-        at : Sweep
+        sweep : Sweep
             Points, shape (f,).
         density : float or None
             Of the rubber, t/mm^3; None = `density`.
         """
-        return self.judged(at, density)[0]
+        return self.errors_and_weights(sweep, density)[0]
 
-    def _dynamic(self, at: Sweep, density: float | None) -> Complex:
+    def _dynamic(self, sweep: Sweep, density: float | None) -> Complex:
         mass = (self.density if density is None else density) * self.rubber + self.metal
-        s, squared = at.s[:, None, None], at.squared[:, None, None]
+        s, squared = sweep.s[:, None, None], sweep.squared[:, None, None]
         return np.asarray(self.equilibrium + s * self.viscous - squared * mass)
 
-    def left_over(self, at: Sweep, density: float | None = None) -> Complex:
+    def left_over(self, sweep: Sweep, density: float | None = None) -> Complex:
         """Return the residuals solved with K_eq, as coefficients of the vectors of `residuals`, (f, m, vectors).
 
         Parameters
         ----------
-        at : Sweep
+        sweep : Sweep
             Points, shape (f,).
         density : float or None
             Of the rubber, t/mm^3; None = `density`.
         """
         m = self.motions
-        x = self.states(at, density).transpose(0, 2, 1)
+        x = self.states(sweep, density).transpose(0, 2, 1)
         share = 1.0 if density is None else density / self.density
-        s, inertia = at.s[:, None, None], -share * at.squared[:, None, None]
+        s, inertia = sweep.s[:, None, None], -share * sweep.squared[:, None, None]
         return np.concatenate([x[:, :, m:], s * x, inertia * x], axis=2)
 
-    def judged(self, at: Sweep, density: float | None = None) -> tuple[Array, Array]:
+    def errors_and_weights(self, sweep: Sweep, density: float | None = None) -> tuple[Array, Array]:
         """Return `errors`, (f,), and the weight of each residual in the choice of further vectors, (f, m).
 
         Parameters
         ----------
-        at : Sweep
+        sweep : Sweep
             Points, shape (f,).
         density : float or None
             Of the rubber, t/mm^3; None = `density`. Residuals of elastic sleeves then count in proportion.
         """
         m, d = self.motions, self.driven
-        left = self.left_over(at, density)
-        squares = np.einsum("fma,ab,fmb->fm", left.conj(), self.residuals, left, optimize=True).real
-        norms, beta = np.sqrt(np.maximum(squares, 0.0)), np.ones((len(left), 1))
+        residuals = self.left_over(sweep, density)
+        squares = np.einsum("fma,ab,fmb->fm", residuals.conj(), self.residuals, residuals, optimize=True).real
+        norms, beta = np.sqrt(np.maximum(squares, 0.0)), np.ones((len(residuals), 1))
         if len(self.equilibrium) > m:
             root = np.linalg.inv(np.linalg.cholesky(self.equilibrium[m:, m:]))
-            within = root @ self._dynamic(at, density)[:, m:, m:] @ root.T
+            within = root @ self._dynamic(sweep, density)[:, m:, m:] @ root.T
             beta = np.minimum(np.linalg.svd(within, compute_uv=False)[:, -1:], 1.0)
         driving, transfer = (
-            np.abs(np.diagonal(one, axis1=1, axis2=2)) for one in self.stiffness(at, density)
+            np.abs(np.diagonal(stiffness, axis1=1, axis2=2)) for stiffness in self.stiffness(sweep, density)
         )
         driven, rigid = norms[:, :d], norms[:, d:] if m > d else 0.0
         errors = np.maximum(driven**2 / driving, (driven**2 + driven * rigid) / transfer) / beta
@@ -230,18 +230,18 @@ class ReducedPencil:
         return np.asarray(errors.max(axis=1)), np.asarray(1.0 / np.sqrt(sizes * beta))
 
 
-def reduced(pencil: Pencil, at: Sweep, density: float, tolerance: float) -> ReducedPencil:
+def reduced(pencil: Pencil, sweep: Sweep, density: float, tolerance: float) -> ReducedPencil:
     """Reduce the body to the vectors of `basis_for`."""
-    return basis_for(pencil, at, density, tolerance).reduced()
+    return basis_for(pencil, sweep, density, tolerance).reduced()
 
 
-def basis_for(pencil: Pencil, at: Sweep, density: float, tolerance: float) -> VectorBasis:
+def basis_for(pencil: Pencil, sweep: Sweep, density: float, tolerance: float) -> VectorBasis:
     """Choose vectors until the bound of the error is below a tolerance at every point, or no vector makes it smaller.
 
     Parameters
     ----------
     pencil : Pencil
-    at : Sweep
+    sweep : Sweep
         Points for which the vectors are chosen.
     density : float
         Of the rubber, t/mm^3.
@@ -249,14 +249,14 @@ def basis_for(pencil: Pencil, at: Sweep, density: float, tolerance: float) -> Ve
         Relative error of driving-point and transfer stiffness, a ratio.
     """
     basis = VectorBasis(pencil, density)
-    basis.add(pencil.followed())
+    basis.add(pencil.followed_motions())
     basis.add_rigid()
     for _ in range(MOST_ROUNDS):
-        found = basis.reduced()
-        errors, weights = found.judged(at)
+        reduced = basis.reduced()
+        errors, weights = reduced.errors_and_weights(sweep)
         if float(errors.max()) <= tolerance:
             break
-        vectors = basis.residuals(found, at, weights)
+        vectors = basis.residuals(reduced, sweep, weights)
         if not len(vectors):
             break
         basis.add(vectors)
@@ -288,19 +288,19 @@ class VectorBasis:
 
     def add_rigid(self) -> None:
         """Add the rigid motions, with their mass alone: what is fixed to the ground would move with the body."""
-        found = self.pencil.act(self.pencil.rigid)
+        actions = self.pencil.act(self.pencil.rigid)
         none = np.zeros_like(self.pencil.rigid)
-        self._add(self.pencil.rigid, replace(found, equilibrium=none, viscous=none))
+        self._add(self.pencil.rigid, replace(actions, equilibrium=none, viscous=none))
 
     def add(self, vectors: Array) -> None:
         """Add vectors, shape (k, n)."""
         self._add(vectors, self.pencil.act(vectors))
 
     def _add(self, vectors: Array, forces: Actions) -> None:
-        known = len(self.vectors)
+        count = len(self.vectors)
         self.vectors = np.vstack([self.vectors, vectors])
         self._forces = self._forces.with_(forces)
-        right = np.vstack([self._forces.viscous[known:], self._mass[known:]])
+        right = np.vstack([self._forces.viscous[count:], self._mass[count:]])
         viscous, inertial = np.split(self.pencil.solve(right), 2)
         self._viscous = np.vstack([self._viscous, viscous])
         self._inertial = np.vstack([self._inertial, inertial])
@@ -349,41 +349,43 @@ class VectorBasis:
         rigid = slice(len(pencil.motions), self._motions)
 
         def matrix(part: Array) -> Array:
-            found = pencil.products(vectors, part)
+            products = pencil.products(vectors, part)
             # Of rigid motions the forces alone are without those of the ground.
-            found[rigid] = found[:, rigid].T
-            return _even(found)
+            products[rigid] = products[:, rigid].T
+            return _even(products)
 
         return Change(**{name: matrix(part) for name, part in vars(forces).items()}, static=pencil.static)
 
-    def residuals(self, found: ReducedPencil, at: Sweep, weights: Array) -> Array:
+    def residuals(self, reduced: ReducedPencil, sweep: Sweep, weights: Array) -> Array:
         """Return the directions in which most of the residuals lie, of unit length in K_eq, shape (k, n).
 
         Parameters
         ----------
-        found : ReducedPencil
+        reduced : ReducedPencil
             Of the present vectors.
-        at : Sweep
+        sweep : Sweep
             Points, shape (f,).
         weights : Array
             Of the residuals, shape (f, m), a ratio.
         """
-        left = found.left_over(at) * weights[:, :, None]
-        every = left.reshape(-1, left.shape[2]).T
-        columns: Array = np.hstack([every.real, every.imag])
-        size = np.sqrt(np.maximum(np.diag(found.residuals), 0.0))
+        residuals = reduced.left_over(sweep) * weights[:, :, None]
+        complex_columns = residuals.reshape(-1, residuals.shape[2]).T
+        columns: Array = np.hstack([complex_columns.real, complex_columns.imag])
+        size = np.sqrt(np.maximum(np.diag(reduced.residuals), 0.0))
         # Weighted, a residual's square is a relative error: parts of this size are rounding.
-        there = size * np.abs(columns).max(axis=1) > SMALLEST
-        size, columns = size[there], columns[there]
-        values, axes = np.linalg.eigh(found.residuals[np.ix_(there, there)] / np.outer(size, size))
+        significant = size * np.abs(columns).max(axis=1) > SMALLEST
+        size, columns = size[significant], columns[significant]
+        values, axes = np.linalg.eigh(
+            reduced.residuals[np.ix_(significant, significant)] / np.outer(size, size)
+        )
         real = values > ROUNDING * values.max(initial=0.0)
         root, axes = np.sqrt(values[real]), axes[:, real]
         scaled = root[:, None] * (axes.T @ (size[:, None] * columns))
         directions, sizes, _ = np.linalg.svd(scaled, full_matrices=False)
         large = int(np.count_nonzero(sizes > NEGLIGIBLE * sizes.max(initial=0.0)))
-        kept = min(ADDED * found.motions, large)
-        coefficients = (axes / size[:, None]) @ (directions[:, :kept] / root[:, None])
-        return np.asarray(coefficients.T @ self._parts[there])
+        number = min(ADDED * reduced.motions, large)
+        coefficients = (axes / size[:, None]) @ (directions[:, :number] / root[:, None])
+        return np.asarray(coefficients.T @ self._parts[significant])
 
 
 def _even(matrix: Array) -> Array:

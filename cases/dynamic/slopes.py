@@ -2,10 +2,10 @@
 
 A stiffness is a stationary value x^T K x, so that its derivative by a parameter p is x^T (dK/dp) x, without those of x
 and without an adjoint solution. But K is the tangent at a preload, whose state u depends on p as well: dK/dp = K_p +
-K_u u_p. The movement u_p is exact: one back-substitution with the factorisation of K_eq (`Sensitivity.moved`). Along it
-the matrices are differenced, at p and u(p) a little to either side: products with the few vectors of the basis, where
-exact third derivatives of the energy would need kernels of their own for the law, its volumetric part, sleeves and
-surfaces, to no use. Neither another march nor another factorisation is needed.
+K_u u_p. The movement u_p is exact: one back-substitution with the factorisation of K_eq (`Sensitivity.movements`).
+Along it the matrices are differenced, at p and u(p) a little to either side: products with the few vectors of the
+basis, where exact third derivatives of the energy would need kernels of their own for the law, its volumetric part,
+sleeves and surfaces, to no use. Neither another march nor another factorisation is needed.
 """
 
 from __future__ import annotations
@@ -53,9 +53,9 @@ def changes(
         Given if the preload is a force.
     """
     pencil, model = basis.pencil, basis.pencil.model
-    moved, rates, force = Sensitivity(model, names).moved(solver, basis.vectors[0], drive)
-    state, found = model.state.x.array.copy(), []
-    for name, movement, rate in zip(names, moved, rates, strict=True):
+    movements, rates, force = Sensitivity(model, names).movements(solver, basis.vectors[0], drive)
+    state, derivatives = model.state.x.array.copy(), []
+    for name, movement, rate in zip(names, movements, rates, strict=True):
         value = float(model.constants[name].value)
         step = STEP * max(abs(value), 1e-3)
         ends = []
@@ -64,7 +64,7 @@ def changes(
             model.state.x.array[:] = state + d * movement
             ends.append(vars(basis.at(pencil.at(solver.q + d * rate))))
         model.parameters.set({name: value})
-        found.append(Change(**{key: (ends[0][key] - ends[1][key]) / (2.0 * step) for key in ends[0]}))
+        derivatives.append(Change(**{key: (ends[0][key] - ends[1][key]) / (2.0 * step) for key in ends[0]}))
     model.state.x.array[:] = state
     model.system.stiffen()
-    return Changes(tuple(names), tuple(found), force)
+    return Changes(tuple(names), tuple(derivatives), force)

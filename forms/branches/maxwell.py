@@ -88,12 +88,12 @@ def _increment(step: Step, tau: Scalar) -> tuple[Scalar, Symmetric]:
         y * (1 / 2 - y * (1 / 6 - y * (1 / 24 - y * (1 / 120 - y * (1 / 720 - y / 5040))))),
         (y - 1 + decay) / y,
     )
-    begin = ufl.conditional(
+    start_weight = ufl.conditional(
         small,
         y * (1 / 2 - y * (1 / 3 - y * (1 / 8 - y * (1 / 30 - y * (1 / 144 - y / 840))))),
         (1 - (1 + y) * decay) / y,
     )
-    return end / k, decay * Ci + (begin / k) * C
+    return end / k, decay * Ci + (start_weight / k) * C
 
 
 BRANCH = Branch(

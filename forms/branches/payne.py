@@ -129,8 +129,8 @@ def _passed(
 
 def _faded(step: Step, fading: Scalar) -> tuple[Symmetric, Scalar]:
     """Centre and radius of the range, less what is forgotten in the step."""
-    kept = ufl.exp(-fading * step.duration)
-    return _between(step.internal["Xi"], step.internal["C"], 1 - kept), kept * step.internal["radius"]
+    decay = ufl.exp(-fading * step.duration)
+    return _between(step.internal["Xi"], step.internal["C"], 1 - decay), decay * step.internal["radius"]
 
 
 def _between(A: Symmetric, B: Symmetric, share: Scalar) -> Symmetric:

@@ -45,8 +45,8 @@ def _terms(parameters: Mapping[str, Scalar]) -> list[tuple[Scalar, Scalar]]:
     for i in (1, 2, 3):
         mu, alpha = parameters.get(f"mu{i}"), parameters.get(f"alpha{i}")
         if (mu is None) != (alpha is None) or (i == 1 and mu is None):
-            given, lacking = (f"mu{i}", f"alpha{i}") if alpha is None else (f"alpha{i}", f"mu{i}")
-            raise ValueError(f"ogden: {lacking} is missing; term {i} needs {given} and {lacking}")
+            present, lacking = (f"mu{i}", f"alpha{i}") if alpha is None else (f"alpha{i}", f"mu{i}")
+            raise ValueError(f"ogden: {lacking} is missing; term {i} needs {present} and {lacking}")
         if mu is not None:
             terms.append((mu, alpha))
     return terms

@@ -110,8 +110,8 @@ def is_coaxial(face: Sampled, axis: Axis, size: float) -> bool:
     distance = np.linalg.norm(radial, axis=1)
     if distance.max() < 1e-9 * size:
         return False
-    around = np.cross(axis.direction, radial)
-    return bool(np.abs(np.einsum("ij,ij->i", around, face.normals)).max() < COAXIAL * distance.max())
+    tangents = np.cross(axis.direction, radial)
+    return bool(np.abs(np.einsum("ij,ij->i", tangents, face.normals)).max() < COAXIAL * distance.max())
 
 
 def own_line(face: Sampled, axis: Axis, size: float) -> Axis | None:
@@ -128,10 +128,10 @@ def own_line(face: Sampled, axis: Axis, size: float) -> Axis | None:
     """
     if is_coaxial(face, axis, size):
         return axis
-    own = axis_of(face, size)
-    if own is None or np.linalg.norm(np.cross(own.direction, axis.direction)) > SAME_AXIS:
+    line = axis_of(face, size)
+    if line is None or np.linalg.norm(np.cross(line.direction, axis.direction)) > SAME_AXIS:
         return None
-    return Axis(own.point, axis.direction)
+    return Axis(line.point, axis.direction)
 
 
 def turned_about(faces: Sequence[Sampled], axis: Axis, size: float) -> Array:
@@ -155,19 +155,19 @@ def turned_about(faces: Sequence[Sampled], axis: Axis, size: float) -> Array:
     return axis.point
 
 
-def distance_between(one: Array, other: Array, direction: Array, size: float) -> float:
+def distance_between(point: Array, other: Array, direction: Array, size: float) -> float:
     """Return the distance of two parallel lines, mm; 0 if it is less than what exports round.
 
     Parameters
     ----------
-    one, other : Array
+    point, other : Array
         A point of each, shape (3,), mm.
     direction : Array
         Of both, shape (3,), a unit vector.
     size : float
         Largest extent of the part, mm.
     """
-    distance = float(np.linalg.norm(from_axis(other[None, :], Axis(one, direction))))
+    distance = float(np.linalg.norm(from_axis(other[None, :], Axis(point, direction))))
     return distance if distance > SAME_AXIS * size else 0.0
 
 
@@ -181,5 +181,5 @@ def from_axis(points: Array, axis: Axis) -> Array:
     axis : Axis
         Axis of the bushing.
     """
-    away = points - axis.point
-    return np.asarray(away - np.outer(away @ axis.direction, axis.direction))
+    vectors = points - axis.point
+    return np.asarray(vectors - np.outer(vectors @ axis.direction, axis.direction))

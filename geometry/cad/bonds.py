@@ -78,17 +78,19 @@ def find_bonds(
     """
     labels = {face.tag: FREE for face in faces}
     how: dict[str, str] = {}
-    every = {bond: _bond(bond, part, roles, meshed, faces, axis, rules.get(bond, ())) for bond in BONDS}
-    for bond, other in zip(BONDS, reversed(BONDS), strict=True):
-        found, words = every[bond]
+    faces_by_bond = {
+        bond: _bond(bond, part, roles, meshed, faces, axis, rules.get(bond, ())) for bond in BONDS
+    }
+    for bond, other_bond in zip(BONDS, reversed(BONDS), strict=True):
+        tags, words = faces_by_bond[bond]
         if (
             rules.get(bond)
             and all(rule.is_box for rule in rules[bond])
-            and not any(rule.is_box for rule in rules.get(other, ()))
+            and not any(rule.is_box for rule in rules.get(other_bond, ()))
         ):
             # A box around an outer face contains the inner one, too, which the other bond names more precisely.
-            found = [tag for tag in found if tag not in every[other][0]]
-        twice = [tag for tag in found if labels[tag] != FREE]
+            tags = [tag for tag in tags if tag not in faces_by_bond[other_bond][0]]
+        twice = [tag for tag in tags if labels[tag] != FREE]
         if twice:
             raise GeometryError(
                 "geometry.bonds",
@@ -96,17 +98,19 @@ def find_bonds(
                 "rules for each bond that select none of the other bond's faces",
                 view_of({tag: "both" if tag in twice else label for tag, label in labels.items()}),
             )
-        if found:
-            labels |= dict.fromkeys(found, bond)
+        if tags:
+            labels |= dict.fromkeys(tags, bond)
             how[bond] = words
     _refuse_exchanged(labels, faces, axis)
-    by_colour = COLOURS in how.values() or any(rule.colour for own in rules.values() for rule in own)
-    there = {hexadecimal(part.colours[tag]) for tag in labels if tag in part.colours}
-    return Bonds(labels, how, () if by_colour else tuple(sorted(there)))
+    by_colour = COLOURS in how.values() or any(
+        rule.colour for bond_rules in rules.values() for rule in bond_rules
+    )
+    colours = {hexadecimal(part.colours[tag]) for tag in labels if tag in part.colours}
+    return Bonds(labels, how, () if by_colour else tuple(sorted(colours)))
 
 
 def _refuse_exchanged(labels: Mapping[int, str], faces: Sequence[Sampled], axis: Axis) -> None:
-    away = {
+    radii = {
         bond: [
             d
             for f in faces
@@ -115,10 +119,11 @@ def _refuse_exchanged(labels: Mapping[int, str], faces: Sequence[Sampled], axis:
         ]
         for bond in BONDS
     }
-    if all(away.values()) and min(away["inner"]) >= max(away["outer"]):
+    if all(radii.values()) and min(radii["inner"]) >= max(radii["outer"]):
         raise GeometryError(
             "geometry.bonds",
-            f"all of the inner bond is farther from the axis ({min(away['inner']):.4g} mm and more) than the outer one",
+            f"all of the inner bond is farther from the axis ({min(radii['inner']):.4g} mm and more) than the "
+            "outer one",
             "an inner bond nearer to the axis than the outer one: exchange the two rules",
             view_of(labels),
         )
@@ -135,29 +140,36 @@ def _bond(
 ) -> tuple[list[int], str]:
     """Faces of a bond, and how they were found."""
     if rules:
-        each = [selected([rule], faces, axis, part.size, part.face_names, part.colours) for rule in rules]
-        found = sorted({tag for tags in each for tag in tags})
-        if [] in each:
-            wrong = each.index([])
-            which = f"rule {wrong + 1} of {len(each)}" if len(each) > 1 else "the rule"
+        tags_by_rule = [
+            selected([rule], faces, axis, part.size, part.face_names, part.colours) for rule in rules
+        ]
+        bond_tags = sorted({tag for tags in tags_by_rule for tag in tags})
+        if [] in tags_by_rule:
+            rule_index = tags_by_rule.index([])
+            rule_text = (
+                f"rule {rule_index + 1} of {len(tags_by_rule)}" if len(tags_by_rule) > 1 else "the rule"
+            )
             raise GeometryError(
                 f"geometry.bonds.{bond}",
-                f"{which} ({rules[wrong].text}) selects no face",
+                f"{rule_text} ({rules[rule_index].text}) selects no face",
                 f"rules that each select a face; there are {selectable(faces, axis, part)}",
-                view_of({face.tag: bond if face.tag in found else FREE for face in faces}),
+                view_of({face.tag: bond if face.tag in bond_tags else FREE for face in faces}),
             )
-        return found, "by the case's rules"
+        return bond_tags, "by the case's rules"
     sleeve = INNER if bond == "inner" else OUTER
     solids = [tag for tag, role in roles.items() if role == sleeve]
     if solids:
         if any(tag in meshed for tag in solids):
-            own = [face for face in faces if _owner(face.tag) in solids]
-            return _extreme(own, axis, part.size, bond), f"the solid {sleeve}: its face away from the rubber"
-        beside = {t for tag in solids for _, t in model().getBoundary([(3, tag)], oriented=False)}
-        return [face.tag for face in faces if face.tag in beside], f"where the solid {sleeve} touches"
-    named = [face.tag for face in faces if part.face_names.get(face.tag, "").lower().startswith(bond)]
-    if named:
-        return named, "by the names of faces in the file"
+            sides = [face for face in faces if _owner(face.tag) in solids]
+            return (
+                _extreme(sides, axis, part.size, bond),
+                f"the solid {sleeve}: its face away from the rubber",
+            )
+        touching = {t for tag in solids for _, t in model().getBoundary([(3, tag)], oriented=False)}
+        return [face.tag for face in faces if face.tag in touching], f"where the solid {sleeve} touches"
+    named_faces = [face.tag for face in faces if part.face_names.get(face.tag, "").lower().startswith(bond)]
+    if named_faces:
+        return named_faces, "by the names of faces in the file"
     coloured = _coloured(bond, part, faces, axis)
     if coloured:
         return coloured, COLOURS
@@ -180,7 +192,7 @@ def selectable(faces: Sequence[Sampled], axis: Axis, part: Part) -> str:
     part : Part
     """
     lines = {face.tag: own_line(face, axis, part.size) for face in faces}
-    about, beside = (
+    axis_radii, other_radii = (
         {
             float(f"{radius_of(face, line):.4g}")
             for face in faces
@@ -195,19 +207,21 @@ def selectable(faces: Sequence[Sampled], axis: Axis, part: Part) -> str:
         and len(face.normals)
         and abs(face.normals[0] @ axis.direction) < 1.0 - STRAIGHT
     ]
-    others = [face for face in faces if face.kind != "Plane" and len(face.points) and lines[face.tag] is None]
+    other_faces = [
+        face for face in faces if face.kind != "Plane" and len(face.points) and lines[face.tag] is None
+    ]
     names = sorted({name for face in faces if (name := part.face_names.get(face.tag, ""))})
     colours = sorted({hexadecimal(part.colours[face.tag]) for face in faces if face.tag in part.colours})
     shown = [
-        ("cylinders about the axis of radius {} mm", [f"{r:g}" for r in sorted(about)]),
-        ("cylinders about other lines of radius {} mm", [f"{r:g}" for r in sorted(beside)]),
+        ("cylinders about the axis of radius {} mm", [f"{r:g}" for r in sorted(axis_radii)]),
+        ("cylinders about other lines of radius {} mm", [f"{r:g}" for r in sorted(other_radii)]),
         ("plane faces with normal {}", sorted({_rounded(normal) for normal in sides})),
-        ("other faces in the boxes {}", sorted(map(_box, others))),
+        ("other faces in the boxes {}", sorted(map(_box, other_faces))),
         ("faces named {}", names),
         ("faces in {}", colours),
     ]
-    said = [text.format(", ".join(found[:MOST_SHOWN])) for text, found in shown if found]
-    return "; ".join(said) or "no cylinders about the axis, names or colours"
+    sentences = [text.format(", ".join(items[:MOST_SHOWN])) for text, items in shown if items]
+    return "; ".join(sentences) or "no cylinders about the axis, names or colours"
 
 
 def _rounded(vector: Array) -> str:
@@ -244,13 +258,15 @@ def _only(faces: Sequence[Sampled], axis: Axis, size: float, bond: str) -> list[
     Several holes may be voids.
     """
     toward = -1.0 if bond == "inner" else 1.0
-    found: list[tuple[int, Axis]] = []
+    cylinders: list[tuple[int, Axis]] = []
     for face in faces:
         line = own_line(face, axis, size)
         if line is not None and _looks_along(face, line, toward, size):
-            found.append((face.tag, line))
-    apart = [distance_between(found[0][1].point, line.point, axis.direction, size) for _, line in found]
-    return [tag for tag, _ in found] if not any(apart) else []
+            cylinders.append((face.tag, line))
+    distances = [
+        distance_between(cylinders[0][1].point, line.point, axis.direction, size) for _, line in cylinders
+    ]
+    return [tag for tag, _ in cylinders] if not any(distances) else []
 
 
 def _looks_along(face: Sampled, line: Axis, toward: float, size: float) -> bool:
@@ -286,10 +302,10 @@ def _extreme(faces: Sequence[Sampled], axis: Axis, size: float, bond: str) -> li
         return []
     areas = {face.tag: face.area for face in faces}
     groups = {
-        tag: [other for other, r in radii.items() if abs(r - radius) <= SAME_RADIUS * radius]
+        tag: [other_tag for other_tag, r in radii.items() if abs(r - radius) <= SAME_RADIUS * radius]
         for tag, radius in radii.items()
     }
-    sizes = {tag: sum(areas[other] for other in group) for tag, group in groups.items()}
+    sizes = {tag: sum(areas[other_tag] for other_tag in group) for tag, group in groups.items()}
     # The rim of a collar is farther from the axis than the bond: small faces are ignored.
-    large = [tag for tag, own in sizes.items() if own >= LARGE * max(sizes.values())]
+    large = [tag for tag, area in sizes.items() if area >= LARGE * max(sizes.values())]
     return groups[max(large, key=lambda tag: toward * radii[tag])]

@@ -16,7 +16,7 @@ Faces = dict[str, dict[int, int]]
 """Boundary -> face of the cut part -> face of the whole one; 0 in a plane of symmetry."""
 
 
-def cut(found: FoundPart) -> tuple[dict[str, tuple[int, ...]], Faces]:
+def cut(part: FoundPart) -> tuple[dict[str, tuple[int, ...]], Faces]:
     """Keep only the meshed solids of the open part, and of these the piece at positive coordinates.
 
     Returns
@@ -27,62 +27,62 @@ def cut(found: FoundPart) -> tuple[dict[str, tuple[int, ...]], Faces]:
         Name -> faces, each with the face of the whole part that it is a piece of.
     """
     occ = model().occ
-    rigid = [(3, tag) for tag in found.roles if tag not in found.meshed]
+    rigid = [(3, tag) for tag in part.roles if tag not in part.meshed]
     if rigid:
         occ.remove(rigid, recursive=True)
         occ.synchronize()
-    if not found.planes:
+    if not part.planes:
         regions: dict[str, tuple[int, ...]] = {}
-        for tag in found.meshed:
-            regions[found.roles[tag]] = (*regions.get(found.roles[tag], ()), tag)
+        for tag in part.meshed:
+            regions[part.roles[tag]] = (*regions.get(part.roles[tag], ()), tag)
         boundaries: Faces = {}
-        for face, name in found.labels.items():
+        for face, name in part.labels.items():
             boundaries.setdefault(name, {})[face] = face
         return regions, boundaries
-    originals = {face: occ.copy([(2, face)])[0][1] for face in found.labels}
-    solids = [(3, tag) for tag in found.meshed]
-    reach = 2.0 * float(np.abs(np.array(model().getBoundingBox(-1, -1))).max()) + 1.0
-    planes = [(2, _plane(found, "xyz".index(plane), reach)) for plane in sorted(found.planes)]
-    _, made = occ.fragment(solids, planes)
+    originals = {face: occ.copy([(2, face)])[0][1] for face in part.labels}
+    solids = [(3, tag) for tag in part.meshed]
+    half_size = 2.0 * float(np.abs(np.array(model().getBoundingBox(-1, -1))).max()) + 1.0
+    planes = [(2, _plane(part, "xyz".index(plane), half_size)) for plane in sorted(part.planes)]
+    _, fragments = occ.fragment(solids, planes)
     occ.synchronize()
-    regions = _kept(found, made)
-    labelled = _boundaries(found, regions, originals)
+    regions = _kept_regions(part, fragments)
+    labelled = _boundaries(part, regions, originals)
     occ.remove([(2, tag) for tag in originals.values()], recursive=True)
-    used = {
+    used_faces = {
         tag
         for solids in regions.values()
         for s in solids
         for _, tag in model().getBoundary([(3, s)], oriented=False)
     }
-    occ.remove([(2, t) for _, t in model().getEntities(2) if t not in used], recursive=True)
+    occ.remove([(2, t) for _, t in model().getEntities(2) if t not in used_faces], recursive=True)
     occ.synchronize()
     return regions, labelled
 
 
-def _plane(found: FoundPart, component: int, reach: float) -> int:
+def _plane(part: FoundPart, component: int, half_size: float) -> int:
     """A large square in a plane of symmetry."""
     occ = model().occ
     a, b = (i for i in range(3) if i != component)
     corners = np.zeros((4, 3))
-    corners[:, a] = [-reach, reach, reach, -reach]
-    corners[:, b] = [-reach, -reach, reach, reach]
-    points = [occ.addPoint(*p) for p in found.frame.in_file(corners)]
+    corners[:, a] = [-half_size, half_size, half_size, -half_size]
+    corners[:, b] = [-half_size, -half_size, half_size, half_size]
+    points = [occ.addPoint(*p) for p in part.frame.in_file(corners)]
     lines = [occ.addLine(points[i], points[(i + 1) % 4]) for i in range(4)]
     return int(occ.addPlaneSurface([occ.addCurveLoop(lines)]))
 
 
-def _kept(found: FoundPart, made: list[list[tuple[int, int]]]) -> dict[str, tuple[int, ...]]:
+def _kept_regions(part: FoundPart, fragments: list[list[tuple[int, int]]]) -> dict[str, tuple[int, ...]]:
     """Return the solids at positive coordinates, by region, and remove the others."""
     occ = model().occ
-    components = ["xyz".index(plane) for plane in found.planes]
+    components = ["xyz".index(plane) for plane in part.planes]
     regions: dict[str, tuple[int, ...]] = {}
-    for tag, pieces in zip(found.meshed, made, strict=False):
+    for tag, pieces in zip(part.meshed, fragments, strict=False):
         for dimension, piece in pieces:
             if dimension != 3:
                 continue
-            centre = found.frame.local(np.array([occ.getCenterOfMass(3, piece)]))[0]
+            centre = part.frame.local(np.array([occ.getCenterOfMass(3, piece)]))[0]
             if np.all(centre[components] > 0):
-                role = found.roles[tag]
+                role = part.roles[tag]
                 regions[role] = (*regions.get(role, ()), int(piece))
             else:
                 occ.remove([(3, piece)], recursive=True)
@@ -91,7 +91,7 @@ def _kept(found: FoundPart, made: list[list[tuple[int, int]]]) -> dict[str, tupl
 
 
 def _boundaries(
-    found: FoundPart, regions: Mapping[str, tuple[int, ...]], originals: Mapping[int, int]
+    part: FoundPart, regions: Mapping[str, tuple[int, ...]], originals: Mapping[int, int]
 ) -> Faces:
     """Name the outer faces: after the plane of symmetry that contains them, else after the face they were cut from."""
     count: dict[int, int] = {}
@@ -105,14 +105,14 @@ def _boundaries(
         if times != 1:
             continue
         points = _inner_points(face)
-        local = found.frame.local(points)
-        away = dict(zip("xyz", np.abs(local).max(axis=0), strict=True))
-        plane = next((p for p in sorted(found.planes) if away[p] < FLAT * found.size), None)
+        local = part.frame.local(points)
+        distances = dict(zip("xyz", np.abs(local).max(axis=0), strict=True))
+        plane = next((p for p in sorted(part.planes) if distances[p] < FLAT * part.size), None)
         if plane is not None:
             boundaries.setdefault(f"mirror_{plane}", {})[face] = 0
         else:
             origin = _origin(points, originals, boxes)
-            boundaries.setdefault(found.labels[origin], {})[face] = origin
+            boundaries.setdefault(part.labels[origin], {})[face] = origin
     return boundaries
 
 
@@ -139,8 +139,8 @@ def _origin(points: Array, originals: Mapping[int, int], boxes: Mapping[int, Arr
         box = boxes[face].reshape(2, 3)
         if np.any(points < box[0] - margin) or np.any(points > box[1] + margin):
             continue
-        apart = max(float(occ.getDistance(0, spot, 2, copy)[0]) for spot in spots)
-        if apart < least:
-            best, least = face, apart
-    occ.remove([(0, spot) for spot in spots])
+        distance = max(float(occ.getDistance(0, point, 2, copy)[0]) for point in spots)
+        if distance < least:
+            best, least = face, distance
+    occ.remove([(0, point) for point in spots])
     return best

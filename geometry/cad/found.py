@@ -124,8 +124,8 @@ MOST_FACES = 600
 
 
 @lru_cache(maxsize=16)
-@isolated("cannot be read as CAD", lambda wanted: wanted.path)
-def find_part(wanted: CadStatements) -> FoundPart:
+@isolated("cannot be read as CAD", lambda statements: statements.path)
+def find_part(statements: CadStatements) -> FoundPart:
     """Open and interpret a CAD file; each file only once.
 
     Raises
@@ -133,15 +133,15 @@ def find_part(wanted: CadStatements) -> FoundPart:
     GeometryError
     """
     with session():
-        part = open_part(wanted.path, wanted.unit)
+        part = open_part(statements.path, statements.unit)
         areas, volumes = measured(part.solids, part.size)
         part = replace(part, areas=areas, volumes=volumes)
-        where = str(wanted.path)
-        roles = roles_of(part.solids, dict(wanted.solids), where)
+        where = str(statements.path)
+        roles = roles_of(part.solids, dict(statements.solids), where)
         meshed = tuple(
             tag
             for tag, role in roles.items()
-            if role not in (INNER, OUTER, IGNORED) or role in wanted.elastic
+            if role not in (INNER, OUTER, IGNORED) or role in statements.elastic
         )
         outside = _outside(meshed)
         if len(outside) > MOST_FACES:
@@ -150,18 +150,18 @@ def find_part(wanted: CadStatements) -> FoundPart:
             )
             raise GeometryError(where, what, SIMPLER)
         faces = [sample(face, part.size, part.areas.get(face)) for face in outside]
-        axis, how = _axis(wanted, part, faces)
-        rules = {"inner": wanted.inner, "outer": wanted.outer}
+        axis, how = _axis(statements, part, faces)
+        rules = {"inner": statements.inner, "outer": statements.outer}
         bonds = find_bonds(part, roles, meshed, faces, axis, rules)
-        require_bonds(bonds, roles, part, faces, axis, wanted.axis, where)
+        require_bonds(bonds, roles, part, faces, axis, statements.axis, where)
         # Errors below show the same picture as the result: triangles are made once.
         view = view_of(*shown(roles, meshed, bonds.labels))
         _refuse_segment(bonds, faces, axis, where, view)
-        groups = {name: [tag for tag, own in bonds.labels.items() if own == name] for name in BONDS}
+        groups = {name: [tag for tag, label in bonds.labels.items() if label == name] for name in BONDS}
         bodies = {tag: roles[tag] for tag in meshed}
         refuse_loose(bodies, groups, 3, where, view)
         refuse_touching(groups, 3, where, view)
-        return _described(wanted, part, roles, meshed, faces, axis, how, bonds, view)
+        return _described(statements, part, roles, meshed, faces, axis, how, bonds, view)
 
 
 def _outside(meshed: Sequence[int]) -> list[int]:
@@ -173,28 +173,28 @@ def _outside(meshed: Sequence[int]) -> list[int]:
     return sorted(face for face, times in count.items() if times == 1)
 
 
-def _axis(wanted: CadStatements, part: Part, faces: Sequence[Sampled]) -> tuple[Axis, str]:
-    where = str(wanted.path)
+def _axis(statements: CadStatements, part: Part, faces: Sequence[Sampled]) -> tuple[Axis, str]:
+    where = str(statements.path)
     _, gravity, _ = moments([(3, tag) for tag in part.solids])
-    found = find_axis(faces, part.size, gravity)
-    if wanted.axis is not None:
-        direction = np.array(wanted.axis, dtype=float)
+    common = find_axis(faces, part.size, gravity)
+    if statements.axis is not None:
+        direction = np.array(statements.axis, dtype=float)
         if np.linalg.norm(direction) == 0.0:
             raise GeometryError(where, "geometry.axis has no direction", "axis = [0, 0, 1]")
         direction /= np.linalg.norm(direction)
-        if wanted.origin is not None:
-            return Axis(np.array(wanted.origin, dtype=float), direction), "given"
-        if found is not None and np.linalg.norm(np.cross(found.direction, direction)) < 1e-3:
-            return Axis(found.point, direction), "direction given, place found"
+        if statements.origin is not None:
+            return Axis(np.array(statements.origin, dtype=float), direction), "given"
+        if common is not None and np.linalg.norm(np.cross(common.direction, direction)) < 1e-3:
+            return Axis(common.point, direction), "direction given, place found"
         return Axis(gravity, direction), "direction given, through the centre of gravity"
-    if found is None:
+    if common is None:
         raise GeometryError(
             where,
             "no face has an axis of revolution (a sphere has no axis of its own): the axis cannot be found",
             "give geometry.axis and geometry.origin",
             view_of({face.tag: "free" for face in faces}),
         )
-    return found, "found"
+    return common, "found"
 
 
 def _refuse_segment(
@@ -204,14 +204,14 @@ def _refuse_segment(
     if cuts:
         points = np.concatenate([face.points for face in faces])
         normals, places = (
-            np.array([a[0] for a in each])
-            for each in zip(*((f.normals, f.points) for f in cuts), strict=True)
+            np.array([a[0] for a in vectors])
+            for vectors in zip(*((f.normals, f.points) for f in cuts), strict=True)
         )
         refuse_segment(points, normals, places, axis, where, view)
 
 
 def _described(
-    wanted: CadStatements,
+    statements: CadStatements,
     part: Part,
     roles: Mapping[int, str],
     meshed: tuple[int, ...],
@@ -223,18 +223,18 @@ def _described(
 ) -> FoundPart:
     by_tag = {face.tag: face for face in faces}
     groups = {
-        name: [t for t, own in bonds.labels.items() if own == name]
+        name: [tag for tag, label in bonds.labels.items() if label == name]
         for name in dict.fromkeys(bonds.labels.values())
     }
     bonded = {name: [by_tag[tag] for tag in groups[name]] for name in BONDS}
     low, high = extent(bonded["inner"], axis.direction)
-    own = turned_about(bonded["inner"], axis, part.size)
-    middle = own + (0.5 * (low + high) - own @ axis.direction) * axis.direction
-    centre = middle if wanted.origin is None else np.array(wanted.origin, dtype=float)
+    point = turned_about(bonded["inner"], axis, part.size)
+    middle = point + (0.5 * (low + high) - point @ axis.direction) * axis.direction
+    centre = middle if statements.origin is None else np.array(statements.origin, dtype=float)
     # From the axis of most faces to the inner bond's own, or from that one to a given origin.
-    line = axis.point if wanted.origin is None else middle
-    beside = distance_between(centre, line, axis.direction, part.size)
-    frame, planes = _frame(wanted, part, meshed, groups, roles, axis, centre)
+    line = axis.point if statements.origin is None else middle
+    offset = distance_between(centre, line, axis.direction, part.size)
+    frame, planes = _frame(statements, part, meshed, groups, roles, axis, centre)
     regions: dict[str, float] = {}
     for tag in meshed:
         volume = part.volume(tag)
@@ -244,7 +244,7 @@ def _described(
     beyond = beyond_bonds(part, roles, meshed, bonded, axis)
     if not is_even(beyond, thickness):
         planes -= {"z"}
-    states = {r: "rigid" if t not in meshed or r in wanted.stiff else "elastic" for t, r in roles.items()}
+    states = {r: "rigid" if t not in meshed or r in statements.stiff else "elastic" for t, r in roles.items()}
     captions = captions_of(part, roles, states)
     return FoundPart(
         roles=roles,
@@ -260,7 +260,16 @@ def _described(
         curved={face.tag: (face.area, _least_radius(face.tag)) for face in faces},
         edges=_around([tag for bond in BONDS for tag in groups[bond]]),
         notes=notes_of(
-            part, roles, states, frame, how, bonds, areas, planes, beside, (wanted.origin, wanted.direction)
+            part,
+            roles,
+            states,
+            frame,
+            how,
+            bonds,
+            areas,
+            planes,
+            offset,
+            (statements.origin, statements.direction),
         ),
         view=None if view is None else _turned(view, frame, captions),
         wall=_wall(bonded, frame, axis),
@@ -293,11 +302,13 @@ def _wall(bonded: Mapping[str, Sequence[Sampled]], frame: Frame, axis: Axis) -> 
     middle = float(np.array(frame.centre) @ axis.direction)
     ends = {name: extent(faces, axis.direction) for name, faces in bonded.items()}
     spans = {name: (low - middle, high - middle) for name, (low, high) in ends.items()}
-    return wall_of({name: cylindrical(frame.local(own)) for name, own in points.items()}, spans)
+    return wall_of(
+        {name: cylindrical(frame.local(bond_points)) for name, bond_points in points.items()}, spans
+    )
 
 
 def _frame(
-    wanted: CadStatements,
+    statements: CadStatements,
     part: Part,
     meshed: Sequence[int],
     groups: Mapping[str, Sequence[int]],
@@ -323,17 +334,17 @@ def _frame(
             if balanced(parts, origin, rows, i, part.size) and inside.is_symmetric(origin, rows[i])
         )
 
-    given = None if wanted.direction is None else np.array(wanted.direction, dtype=float)
-    frame = frame_of(axis.direction, centre, given)
+    direction = None if statements.direction is None else np.array(statements.direction, dtype=float)
+    frame = frame_of(axis.direction, centre, direction)
     planes = planes_of(frame)
-    if given is None and not {"x", "y"} & planes:
+    if direction is None and not {"x", "y"} & planes:
         _, _, second = moments([(3, tag) for tag in meshed if roles[tag] == RUBBER])
         rows = np.array(frame.rows)[:2]
         values, vectors = np.linalg.eigh(rows @ second @ rows.T)
         if values[1] - values[0] > LOPSIDED * values[1]:
-            turned = vectors.T @ rows
-            nearest = turned[int(np.argmax(np.abs(turned @ rows[0])))]
-            other = frame_of(axis.direction, centre, nearest * np.sign(nearest @ rows[0]))
-            if {"x", "y"} & planes_of(other):
-                return other, planes_of(other)
+            principal_axes = vectors.T @ rows
+            nearest = principal_axes[int(np.argmax(np.abs(principal_axes @ rows[0])))]
+            turned_frame = frame_of(axis.direction, centre, nearest * np.sign(nearest @ rows[0]))
+            if {"x", "y"} & planes_of(turned_frame):
+                return turned_frame, planes_of(turned_frame)
     return frame, planes

@@ -34,12 +34,16 @@ def held_area(
     labels
         Face on the outside of the meshed solids -> name of its boundary.
     """
-    rubber, others = (
-        Counter(face for solid in meshed if (roles[solid] == RUBBER) == wanted for face in _sides(3, solid))
-        for wanted in (True, False)
+    rubber, other_faces = (
+        Counter(
+            face for solid in meshed if (roles[solid] == RUBBER) == is_rubber for face in _sides(3, solid)
+        )
+        for is_rubber in (True, False)
     )
-    held = [f for f, times in rubber.items() if times == 1 and (f in others or labels.get(f) in BONDS)]
-    return sum(part.areas[f] if f in part.areas else float(model().occ.getMass(2, f)) for f in held)
+    held_faces = [
+        f for f, times in rubber.items() if times == 1 and (f in other_faces or labels.get(f) in BONDS)
+    ]
+    return sum(part.areas[f] if f in part.areas else float(model().occ.getMass(2, f)) for f in held_faces)
 
 
 def beyond_bonds(
@@ -62,29 +66,29 @@ def beyond_bonds(
     axis
         Axis of the bushing.
     """
-    found = {}
+    lengths = {}
     for bond, role in zip(BONDS, (INNER, OUTER), strict=True):
-        solids = [tag for tag, own in roles.items() if own == role and tag not in meshed]
+        solids = [tag for tag, solid_role in roles.items() if solid_role == role and tag not in meshed]
         faces = list(bonds[bond])
         bonded = {face.tag for face in faces}
-        rest = {f for solid in solids for f in _sides(3, solid)} - bonded
+        other_faces = {f for solid in solids for f in _sides(3, solid)} - bonded
         radius = float(np.mean([radius_of(face, axis) for face in faces]))
-        alike = {
+        coaxial = {
             face.tag: face
-            for face in (sample(tag, part.size, 0.0) for tag in rest)
+            for face in (sample(tag, part.size, 0.0) for tag in other_faces)
             if _is_cylinder(face, axis, radius)
         }
-        if not alike or not all(_is_cylinder(face, axis, radius) for face in faces):
+        if not coaxial or not all(_is_cylinder(face, axis, radius) for face in faces):
             continue
-        reached, curves = set[int](), {c for face in bonded for c in _sides(2, face)}
-        while fresh := {tag for tag in alike.keys() - reached if curves & set(_sides(2, tag))}:
-            reached |= fresh
-            curves |= {c for tag in fresh for c in _sides(2, tag)}
-        if reached:
+        continued, curves = set[int](), {c for face in bonded for c in _sides(2, face)}
+        while neighbours := {tag for tag in coaxial.keys() - continued if curves & set(_sides(2, tag))}:
+            continued |= neighbours
+            curves |= {c for tag in neighbours for c in _sides(2, tag)}
+        if continued:
             ends = extent(faces, axis.direction)
-            low, high = extent([*faces, *(alike[tag] for tag in reached)], axis.direction)
-            found[bond] = (ends[0] - low, high - ends[1])
-    return found
+            low, high = extent([*faces, *(coaxial[tag] for tag in continued)], axis.direction)
+            lengths[bond] = (ends[0] - low, high - ends[1])
+    return lengths
 
 
 def is_even(beyond: Mapping[str, tuple[float, float]], thickness: float) -> bool:
@@ -97,8 +101,8 @@ def is_even(beyond: Mapping[str, tuple[float, float]], thickness: float) -> bool
     thickness
         Size of the rubber across the bonds, mm: it bulges no farther than this.
     """
-    reach = [[min(length, thickness) for length in lengths] for lengths in beyond.values()]
-    return all(abs(above - below) < EVEN * thickness for below, above in reach)
+    ends = [[min(length, thickness) for length in lengths] for lengths in beyond.values()]
+    return all(abs(above - below) < EVEN * thickness for below, above in ends)
 
 
 def _sides(dimension: int, tag: int) -> list[int]:

@@ -39,8 +39,8 @@ def volume(points: Array, cells: Ints) -> float:
         a, b, c = (corners[:, k] - corners[:, 0] for k in (1, 2, 3))
         return float(np.abs(np.einsum("ij,ij->i", np.cross(a, b), c)).sum() / 6)
     # A hexahedron is five tetrahedra.
-    five = ((0, 1, 3, 4), (1, 2, 3, 6), (1, 4, 5, 6), (3, 4, 6, 7), (1, 3, 4, 6))
-    return sum(volume(points, cells[:, list(part)]) for part in five)
+    tetrahedra = ((0, 1, 3, 4), (1, 2, 3, 6), (1, 4, 5, 6), (3, 4, 6, 7), (1, 3, 4, 6))
+    return sum(volume(points, cells[:, list(part)]) for part in tetrahedra)
 
 
 def flux(points: Array, facets: Ints) -> float:
@@ -104,5 +104,5 @@ def _surface(points: Array, facets: Ints) -> tuple[Array, Array]:
     by_u = np.stack([1 - 4 * w, 4 * u - 1, zero, 4 * (w - u), 4 * v, -4 * v], axis=1)
     by_v = np.stack([1 - 4 * w, zero, 4 * v - 1, -4 * u, 4 * u, 4 * (w - v)], axis=1)
     nodes = points[facets]
-    x, a, b = (np.einsum("qk,mki->mqi", one, nodes) for one in (shape, by_u, by_v))
+    x, a, b = (np.einsum("qk,mki->mqi", functions, nodes) for functions in (shape, by_u, by_v))
     return x, np.cross(a, b)

@@ -30,12 +30,12 @@ from geometry.view import View
 ACROSS, GRADING, GROWTH, PER_CIRCLE, BETWEEN = 2.4, 4.0, 1.0, 8.0, 1.2
 
 
-def generate(wanted: CadStatements, mirrors: Mirrors, refinement: Refinement) -> Names:
+def generate(statements: CadStatements, mirrors: Mirrors, refinement: Refinement) -> Names:
     """Mesh a part into the open session.
 
     Parameters
     ----------
-    wanted : CadStatements
+    statements : CadStatements
         The file and what the case states about it.
     mirrors : Mirrors
         Planes of symmetry at which the solid is cut, by their normals.
@@ -46,12 +46,12 @@ def generate(wanted: CadStatements, mirrors: Mirrors, refinement: Refinement) ->
     ------
     GeometryError
     """
-    found = find_part(wanted)
-    raw = part_mesh(wanted, refinement)
+    part = find_part(statements)
+    raw = part_mesh(statements, refinement)
     for component, plane in enumerate("xyz"):
-        if plane in found.planes and plane not in mirrors:
+        if plane in part.planes and plane not in mirrors:
             raw = mirrored(raw, component, f"mirror_{plane}")
-    refuse_flat(raw, str(wanted.path), found.view)
+    refuse_flat(raw, str(statements.path), part.view)
     return to_gmsh(raw)
 
 
@@ -85,10 +85,12 @@ def refuse_flat(raw: RawMesh, where: str, view: View | None) -> None:
         np.concatenate([keys(cells[:, list(side[:3])]) for side in TETRAHEDRON]), return_counts=True
     )
     facets = np.concatenate(list(raw.facets.values()))
-    named, twice = np.unique(keys(facets), return_counts=True)
-    wrong = np.concatenate([np.setxor1d(sides[times == 1], named), named[twice > 1]])
-    if len(wrong):
-        place = raw.points[[wrong[0] // count**2, wrong[0] // count % count, wrong[0] % count]].mean(axis=0)
+    facet_keys, twice = np.unique(keys(facets), return_counts=True)
+    wrong_keys = np.concatenate([np.setxor1d(sides[times == 1], facet_keys), facet_keys[twice > 1]])
+    if len(wrong_keys):
+        place = raw.points[
+            [wrong_keys[0] // count**2, wrong_keys[0] // count % count, wrong_keys[0] % count]
+        ].mean(axis=0)
         raise GeometryError(
             where,
             f"cannot be meshed: an element near {vector_text(place)} mm from the bushing's centre has no volume",
@@ -97,12 +99,12 @@ def refuse_flat(raw: RawMesh, where: str, view: View | None) -> None:
         )
 
 
-def part_cells(found: FoundPart, mirrors: Mirrors, refinement: Refinement) -> float:
+def part_cells(part: FoundPart, mirrors: Mirrors, refinement: Refinement) -> float:
     """About how many tetrahedra `generate` will make.
 
     Parameters
     ----------
-    found : FoundPart
+    part : FoundPart
         Interpretation of the file.
     mirrors : Mirrors
         Planes of symmetry at which the solid is cut, by their normals.
@@ -110,15 +112,15 @@ def part_cells(found: FoundPart, mirrors: Mirrors, refinement: Refinement) -> fl
         Number of elements in each direction.
     """
     factor = _factor(refinement)
-    inside, edge = _lengths(found, factor)
-    fine = [Fine(1, found.edges, edge)]
-    for face, (area, radius) in found.curved.items():
+    inside, edge = _lengths(part, factor)
+    fine = [Fine(1, part.edges, edge)]
+    for face, (area, radius) in part.curved.items():
         around = 2.0 * math.pi * radius / (PER_CIRCLE * math.sqrt(factor))
-        between = max(found.narrow.get(face, math.inf) / (BETWEEN * factor), 0.25 * inside)
+        between = max(part.narrow.get(face, math.inf) / (BETWEEN * factor), 0.25 * inside)
         # A face has at least one element, whatever its size.
         fine.append(Fine(2, area, max(min(around, between, math.sqrt(area)), 0.2 * edge)))
-    volume = sum(found.measures[name] for name in found.regions)
-    cut = len(found.planes & mirrors)
+    volume = sum(part.measures[name] for name in part.regions)
+    cut = len(part.planes & mirrors)
     return tetrahedra(volume, inside, GROWTH, fine) / 2**cut
 
 
@@ -126,29 +128,29 @@ def _factor(refinement: Refinement) -> float:
     return refinement.factor * (1.0 if refinement.across is None else refinement.across / ACROSS)
 
 
-def _lengths(found: FoundPart, factor: float) -> tuple[float, float]:
+def _lengths(part: FoundPart, factor: float) -> tuple[float, float]:
     """Length of the elements in the interior, and at the edges of bonds, mm.
 
     Plates divide the rubber into layers, each of which needs its elements. Edges are not refined with the layers: of an
     error of 1.3 % radially that leaves 0.8 % for twice the time, and edges in proportion 0.4 % for five times the time
     (two layers of 5 mm, benchmarks/README.md).
     """
-    inside = found.layer / (ACROSS * factor)
-    return inside, min(inside, found.thickness / (ACROSS * GRADING * factor))
+    inside = part.layer / (ACROSS * factor)
+    return inside, min(inside, part.thickness / (ACROSS * GRADING * factor))
 
 
-def _seconds(wanted: CadStatements, refinement: Refinement) -> float:
-    return seconds_for(part_cells(find_part(wanted), frozenset(), refinement))
+def _seconds(statements: CadStatements, refinement: Refinement) -> float:
+    return seconds_for(part_cells(find_part(statements), frozenset(), refinement))
 
 
 @lru_cache(maxsize=4)
-@isolated("cannot be meshed", lambda wanted, refinement: wanted.path, _seconds)
-def part_mesh(wanted: CadStatements, refinement: Refinement) -> RawMesh:
+@isolated("cannot be meshed", lambda statements, refinement: statements.path, _seconds)
+def part_mesh(statements: CadStatements, refinement: Refinement) -> RawMesh:
     """Mesh the part that remains after cutting at all planes of symmetry; once for all modes.
 
     Parameters
     ----------
-    wanted : CadStatements
+    statements : CadStatements
         The file and what the case states about it.
     refinement : Refinement
         Number of elements in each direction.
@@ -157,28 +159,28 @@ def part_mesh(wanted: CadStatements, refinement: Refinement) -> RawMesh:
     ------
     GeometryError
     """
-    found = find_part(wanted)
+    part = find_part(statements)
     with session():
-        return _meshed(wanted, found, refinement)
+        return _meshed(statements, part, refinement)
 
 
-def _meshed(wanted: CadStatements, found: FoundPart, refinement: Refinement) -> RawMesh:
-    open_part(wanted.path, wanted.unit)
-    regions, boundaries = cut(found)
+def _meshed(statements: CadStatements, part: FoundPart, refinement: Refinement) -> RawMesh:
+    open_part(statements.path, statements.unit)
+    regions, boundaries = cut(part)
     factor = _factor(refinement)
-    inside, edge = _lengths(found, factor)
-    near = {}
+    inside, edge = _lengths(part, factor)
+    face_sizes = {}
     for face, name in ((f, n) for n, faces in boundaries.items() for f, n in ((f, n) for f in faces)):
-        gap = found.narrow.get(boundaries[name][face])
+        gap = part.narrow.get(boundaries[name][face])
         if gap is not None:
-            near[face] = float(np.clip(gap / (BETWEEN * factor), 0.25 * inside, inside))
-    sizes = Sizes(inside, edge, GROWTH, PER_CIRCLE * math.sqrt(factor), near)
+            face_sizes[face] = float(np.clip(gap / (BETWEEN * factor), 0.25 * inside, inside))
+    sizes = Sizes(inside, edge, GROWTH, PER_CIRCLE * math.sqrt(factor), face_sizes)
     grade(3, bond_edges(regions, boundaries), sizes)
-    with refusing(str(wanted.path), "cannot be meshed", found.view):
+    with refusing(str(statements.path), "cannot be meshed", part.view):
         model().mesh.generate(3)
     model().mesh.setOrder(2)
     raw = straightened(from_gmsh(regions, {name: list(faces) for name, faces in boundaries.items()}))
-    return replace(raw, points=_flat(raw, found.frame.local(raw.points)))
+    return replace(raw, points=_flat(raw, part.frame.local(raw.points)))
 
 
 def _flat(raw: RawMesh, points: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
@@ -202,7 +204,9 @@ def bond_edges(
         Faces of each boundary by name, each with the face of the whole part (`geometry.cad.cut`).
     """
     free = _curves(boundaries.get(FREE, {}))
-    held = {c for name, faces in boundaries.items() if name in ("inner", "outer") for c in _curves(faces)}
+    bond_curves = {
+        c for name, faces in boundaries.items() if name in ("inner", "outer") for c in _curves(faces)
+    }
     metal = {
         c
         for name, solids in regions.items()
@@ -215,7 +219,7 @@ def bond_edges(
         for solid in regions[RUBBER]
         for c in _curves([int(t) for _, t in model().getBoundary([(3, solid)], oriented=False)])
     }
-    return sorted(free & rubber & (held | metal))
+    return sorted(free & rubber & (bond_curves | metal))
 
 
 def _curves(faces: Mapping[int, int] | list[int]) -> set[int]:

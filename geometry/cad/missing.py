@@ -20,7 +20,7 @@ def require_bonds(
     part: Part,
     faces: Sequence[Sampled],
     axis: Axis,
-    given: Sequence[float] | None,
+    given_axis: Sequence[float] | None,
     where: str,
 ) -> None:
     """Refuse a part without faces for one of the bonds.
@@ -33,7 +33,7 @@ def require_bonds(
         Sampled faces on the outside of the meshed solids.
     axis
         Axis of the bushing.
-    given
+    given_axis
         Direction of the axis in the case, shape (3,); None where it was found.
     where
         The file.
@@ -43,18 +43,18 @@ def require_bonds(
     GeometryError
     """
     missing = [bond for bond in BONDS if bond not in bonds.labels.values()]
-    beside = _own_axis(part, faces, axis) if missing and given is not None else None
-    if beside is not None:
+    own_axis = _own_axis(part, faces, axis) if missing and given_axis is not None else None
+    if own_axis is not None:
         raise GeometryError(
             where,
             "no face is a surface of revolution about the given axis; most curved faces are about "
-            f"{vector_text(beside.direction)} through {vector_text(beside.point)} mm",
+            f"{vector_text(own_axis.direction)} through {vector_text(own_axis.point)} mm",
             "geometry.axis and geometry.origin of the bonds, or none: it is then found",
             view_of(bonds.labels),
         )
     if missing:
-        there = selectable(faces, axis, part)
-        both = " and ".join(f'"{bond}"' for bond in missing)
+        choices = selectable(faces, axis, part)
+        bond_names = " and ".join(f'"{bond}"' for bond in missing)
         solids = ", ".join(f'"{part.solids[tag] or tag}" {role}' for tag, role in roles.items())
         taken = (
             f"; the solids were taken for: {solids} (geometry.solids to change that)"
@@ -63,8 +63,8 @@ def require_bonds(
         )
         raise GeometryError(
             where,
-            f"no face was found for the bond {both}: the rubber would not be held",
-            f"geometry.bonds with radius, normal, box, face or colour; there are {there}{taken}",
+            f"no face was found for the bond {bond_names}: the rubber would not be held",
+            f"geometry.bonds with radius, normal, box, face or colour; there are {choices}{taken}",
             view_of(bonds.labels),
         )
 

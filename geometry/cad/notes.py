@@ -75,8 +75,8 @@ def notes_of(
     bonds: Bonds,
     areas: Mapping[str, float],
     planes: Planes,
-    beside: float,
-    given: tuple[Vector | None, Vector | None],
+    offset: float,
+    placement: tuple[Vector | None, Vector | None],
 ) -> tuple[str, ...]:
     """Return results of the interpretation and how they were found, in sentences.
 
@@ -92,12 +92,12 @@ def notes_of(
         How the axis was found.
     areas : mapping
         Of each boundary, mm^2.
-    beside : float
+    offset : float
         Distance of the centre from the axis of most faces, or of a given origin from the inner bond's axis, mm.
-    given : tuple
+    placement : tuple
         Origin (mm) and direction of the case.
     """
-    origin, direction = given
+    origin, direction = placement
     notes = [STATES.format(part.unit)] if part.unit else []
     for tag, role in roles.items():
         state = "" if role in (RUBBER, IGNORED) else f", {states[role]}"
@@ -106,14 +106,14 @@ def notes_of(
         f"axis {how}: direction {vector_text(frame.rows[2])} through {vector_text(frame.centre)} mm, "
         "the bushing's centre" + (", given" if origin is not None else "")
     )
-    if beside and origin is None:
+    if offset and origin is None:
         notes.append(
-            f"the inner bond has an axis of its own, {beside:.3g} mm from that of most faces: torsion and tilts turn "
+            f"the inner bond has an axis of its own, {offset:.3g} mm from that of most faces: torsion and tilts turn "
             "about it (geometry.origin for another line)"
         )
-    elif beside:
+    elif offset:
         notes.append(
-            f"the given origin is {beside:.3g} mm from the inner bond's own axis: torsion and tilts turn about the "
+            f"the given origin is {offset:.3g} mm from the inner bond's own axis: torsion and tilts turn about the "
             "line through the origin"
         )
     for bond, words in bonds.how.items():
@@ -127,13 +127,13 @@ def notes_of(
 
 def _unused(part: Part, bonds: Bonds) -> list[str]:
     """Return sentences about colours and names of faces in the file that defined no bond."""
-    found = []
+    sentences = []
     if bonds.unused:
-        why = "the bonds are known without them" if len(bonds.unused) == 2 else "there are not two of them"
-        found.append(
-            f"colours of faces ({', '.join(bonds.unused)}) were not used: {why}; "
+        reason = "the bonds are known without them" if len(bonds.unused) == 2 else "there are not two of them"
+        sentences.append(
+            f"colours of faces ({', '.join(bonds.unused)}) were not used: {reason}; "
             f'geometry.bonds.inner = {{colour = "{bonds.unused[0]}"}} takes a bond from one'
         )
     if part.lost:
-        found.append(f"{part.lost} of faces were not used: they are read from files with one solid only")
-    return found
+        sentences.append(f"{part.lost} of faces were not used: they are read from files with one solid only")
+    return sentences

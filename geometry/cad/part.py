@@ -79,9 +79,9 @@ def open_part(path: Path, unit: Unit | None) -> Part:
     solids = [int(tag) for _, tag in model().getEntities(3)]
     if not solids:
         raise _no_solid(path)
-    named = [_name(tag) for tag in solids]
+    solid_names = [_name(tag) for tag in solids]
     if len(text.solids) == len(solids):
-        named = [own or last for own, last in zip(text.solids, named, strict=True)]
+        solid_names = [name or last for name, last in zip(text.solids, solid_names, strict=True)]
     names, colours = _faces(text)
     # OpenCASCADE has converted STEP to mm; BREP has no unit.
     scale = 1.0 if unit is None else MILLIMETRES[unit] / (text.unit or 1.0)
@@ -91,10 +91,10 @@ def open_part(path: Path, unit: Unit | None) -> Part:
     size = _size(path)
     stated = next((name for name, factor in MILLIMETRES.items() if factor == text.unit), "")
     if len(solids) > 1:
-        solids_now = _fragmented(solids, named, str(path))
-        lost = " and ".join(word for word, there in (("names", names), ("colours", colours)) if there)
+        solids_now = _fragmented(solids, solid_names, str(path))
+        lost = " and ".join(word for word, values in (("names", names), ("colours", colours)) if values)
         return Part(solids_now, size=size, unit=stated, lost=lost)
-    return Part(dict(zip(solids, named, strict=True)), names, colours, size, stated)
+    return Part(dict(zip(solids, solid_names, strict=True)), names, colours, size, stated)
 
 
 def _read(path: Path, scale: float = 1.0) -> None:
@@ -184,22 +184,22 @@ def _on_surface(solid: int) -> tuple[float, float, float]:
 def _fragmented(solids: list[int], names: list[str], where: str) -> dict[int, str]:
     """Cut the solids at each other, so that they share faces where they touch."""
     volumes = [float(model().occ.getMass(3, tag)) for tag in solids]
-    _, made = model().occ.fragment([(3, tag) for tag in solids[:1]], [(3, tag) for tag in solids[1:]])
+    _, fragments = model().occ.fragment([(3, tag) for tag in solids[:1]], [(3, tag) for tag in solids[1:]])
     model().occ.synchronize()
-    found: dict[int, str] = {}
+    solid_names: dict[int, str] = {}
     owners: dict[int, int] = {}
-    for number, pieces in enumerate(made):
+    for number, pieces in enumerate(fragments):
         for dimension, tag in pieces:
             if dimension != 3:
                 continue
-            other = owners.setdefault(tag, number)
+            owner = owners.setdefault(tag, number)
             common = float(model().occ.getMass(3, tag))
-            if other != number and common > OVERLAP * min(volumes[other], volumes[number]):
-                both = " and ".join(f'{i + 1} ("{names[i] or "no name"}")' for i in (other, number))
+            if owner != number and common > OVERLAP * min(volumes[owner], volumes[number]):
+                pair = " and ".join(f'{i + 1} ("{names[i] or "no name"}")' for i in (owner, number))
                 raise GeometryError(
                     where,
-                    f"solids {both} overlap near {_place(*_on_surface(tag))}, in {common:.4g} of "
-                    f"{volumes[other]:.4g} and {volumes[number]:.4g} mm3",
+                    f"solids {pair} overlap near {_place(*_on_surface(tag))}, in {common:.4g} of "
+                    f"{volumes[owner]:.4g} and {volumes[number]:.4g} mm3",
                     "solids that touch; draw rubber as moulded, up to the sleeve, and give a press fit as an effect "
                     "(swaging)",
                     view_of(
@@ -210,6 +210,6 @@ def _fragmented(solids: list[int], names: list[str], where: str) -> dict[int, st
                         }
                     ),
                 )
-            if tag not in found:
-                found[int(tag)] = names[number]
-    return found
+            if tag not in solid_names:
+                solid_names[int(tag)] = names[number]
+    return solid_names

@@ -95,30 +95,30 @@ def read_mesh(
     kinds = [kind for kind in KINDS if any(block.type == kind for block in mesh.cells)]
     solids = {block.type for block in mesh.cells if block.dim == 3}
     if len(kinds) != 1 or solids != set(kinds):
-        there = ", ".join(sorted({block.type for block in mesh.cells})) or "no elements"
+        cell_types = ", ".join(sorted({block.type for block in mesh.cells})) or "no elements"
         raise GeometryError(
-            str(path), f"holds {there}", "tetrahedra of 4 or 10 nodes or hexahedra of 8, one type only"
+            str(path), f"holds {cell_types}", "tetrahedra of 4 or 10 nodes or hexahedra of 8, one type only"
         )
     points = scale * np.asarray(mesh.points, dtype=float)[:, :3]
     refuse_size(float(np.ptp(points, axis=0).max()), str(path), UNIT)
     cells = _regions(mesh, kinds[0], str(path))
-    every = np.concatenate(list(cells.values()))
-    outer = _outer_facets(every, kinds[0])
+    all_cells = np.concatenate(list(cells.values()))
+    outer = _outer_facets(all_cells, kinds[0])
     facets = _boundaries(mesh, outer, str(path))
-    _refuse_loose(points, every, facets, str(path))
+    _refuse_loose(points, all_cells, facets, str(path))
     line = _axis(points, facets["inner"], axis, str(path))
     _refuse_segment(points, facets, line, str(path))
     centre = line.point if origin is None else np.array(origin, dtype=float)
     frame = frame_of(line.direction, centre, None if direction is None else np.array(direction, dtype=float))
     points = frame.local(points)
     raw = RawMesh(points, KINDS[kinds[0]], cells, facets)
-    measures = {name: volume(points, own) for name, own in cells.items()}
+    measures = {name: volume(points, nodes) for name, nodes in cells.items()}
     measures |= {
-        f"{name}_bond" if name in ("inner", "outer") else name: area(points, own)
-        for name, own in facets.items()
+        f"{name}_bond" if name in ("inner", "outer") else name: area(points, nodes)
+        for name, nodes in facets.items()
     }
     notes = (
-        f"{len(every)} elements ({kinds[0]}) as they are; groups: {', '.join((*cells, *facets))}",
+        f"{len(all_cells)} elements ({kinds[0]}) as they are; groups: {', '.join((*cells, *facets))}",
         f"axis {'given' if axis else 'fitted to the inner bond'}: direction {vector_text(frame.rows[2])} through "
         f"{vector_text(frame.centre)} mm, the bushing's centre",
         f"a radial load acts along {vector_text(frame.rows[0])}",
@@ -139,20 +139,22 @@ def _refuse_loose(points: Array, cells: Ints, facets: Mapping[str, Ints], where:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    first = np.repeat(cells[:, 0], cells.shape[1])
-    links = coo_array((np.ones(first.size), (first, cells.ravel())), shape=(len(points), len(points)))
-    _, body = connected_components(links, directed=False)
-    held = {name: set(body[facets[name]].ravel().tolist()) for name in ("inner", "outer")}
-    loose = sorted(set(body[cells[:, 0]].tolist()) - held["inner"] - held["outer"])
-    if loose:
-        x, y, z = points[body == loose[0]].mean(axis=0)
+    first_nodes = np.repeat(cells[:, 0], cells.shape[1])
+    graph = coo_array(
+        (np.ones(first_nodes.size), (first_nodes, cells.ravel())), shape=(len(points), len(points))
+    )
+    _, body = connected_components(graph, directed=False)
+    bodies_by_bond = {name: set(body[facets[name]].ravel().tolist()) for name in ("inner", "outer")}
+    loose_bodies = sorted(set(body[cells[:, 0]].tolist()) - bodies_by_bond["inner"] - bodies_by_bond["outer"])
+    if loose_bodies:
+        x, y, z = points[body == loose_bodies[0]].mean(axis=0)
         raise GeometryError(
             where,
             f"elements around ({x:.4g}, {y:.4g}, {z:.4g}) are held by no bond: they share no nodes with those that are",
             "one body, or bodies that share nodes",
             _view(points, facets),
         )
-    if not held["inner"] & held["outer"]:
+    if not bodies_by_bond["inner"] & bodies_by_bond["outer"]:
         raise GeometryError(
             where,
             "nothing joins the inner bond to the outer one: no elements lead from one to the other by common nodes",
@@ -164,11 +166,11 @@ def _refuse_loose(points: Array, cells: Ints, facets: Mapping[str, Ints], where:
         raise touching(points[common[0]], where, _view(points, facets))
 
 
-def _axis(points: Array, inner: Ints, given: Vector | None, where: str) -> Axis:
+def _axis(points: Array, inner: Ints, given_axis: Vector | None, where: str) -> Axis:
     """The line that the normals of the inner bond meet, through the bond's middle."""
     t = triangles(points, inner)
     normals = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])
-    if given is None:
+    if given_axis is None:
         _, spread, rows = np.linalg.svd(normals / np.linalg.norm(normals, axis=1, keepdims=True))
         direction = rows[-1] * np.sign(rows[-1][np.argmax(np.abs(rows[-1]))])
         if spread[-1] > UPRIGHT * spread[0]:
@@ -178,14 +180,14 @@ def _axis(points: Array, inner: Ints, given: Vector | None, where: str) -> Axis:
         if np.abs(direction).max() > 1 - ALONG:
             direction = np.rint(direction)
     else:
-        direction = np.array(given, dtype=float)
+        direction = np.array(given_axis, dtype=float)
     direction = direction / np.linalg.norm(direction)
     middle = t.mean(axis=1)
     left = np.vstack([np.cross(normals, direction), direction])
     right = np.append(np.einsum("ij,ij->i", normals, np.cross(direction, middle)), 0.0)
     point, *_ = np.linalg.lstsq(left, right, rcond=None)
-    along = points[np.unique(inner)] @ direction
-    return Axis(point + 0.5 * (along.min() + along.max()) * direction, direction)
+    coordinates = points[np.unique(inner)] @ direction
+    return Axis(point + 0.5 * (coordinates.min() + coordinates.max()) * direction, direction)
 
 
 def _read(path: Path) -> Any:
@@ -193,15 +195,15 @@ def _read(path: Path) -> Any:
 
     try:
         with tempfile.TemporaryDirectory() as folder:
-            known = path
+            mesh_path = path
             if path.suffix.lower() == ".inp":
-                known = Path(folder) / path.name
+                mesh_path = Path(folder) / path.name
                 # Gmsh writes facets as plane stress, which meshio does not know with six nodes.
                 text = path.read_text(encoding="utf-8", errors="replace")
                 # A line of a keyword that ends in a comma is continued on the next one.
-                text = _CONTINUED.sub(lambda found: " ".join(found[0].split()), text)
-                known.write_text(re.sub(r"(type\s*=\s*)CP[SE]6", r"\1STRI65", text, flags=re.I))
-            return meshio.read(known)
+                text = _CONTINUED.sub(lambda match: " ".join(match[0].split()), text)
+                mesh_path.write_text(re.sub(r"(type\s*=\s*)CP[SE]6", r"\1STRI65", text, flags=re.I))
+            return meshio.read(mesh_path)
     except (meshio.ReadError, OSError, ValueError, KeyError, IndexError, AssertionError, SystemExit) as error:
         # meshio calls `exit(1)` where no format fits.
         words = str(error).strip() if isinstance(error, (meshio.ReadError, OSError)) else ""
@@ -212,30 +214,30 @@ def _read(path: Path) -> Any:
 
 def _groups(mesh: Any) -> dict[str, list[Any]]:
     """Return the cell sets by lower-case name: for each block of cells, indices within it."""
-    found = {name.lower(): parts for name, parts in mesh.cell_sets.items() if not name.startswith("gmsh:")}
+    groups = {name.lower(): parts for name, parts in mesh.cell_sets.items() if not name.startswith("gmsh:")}
     numbers = mesh.cell_data.get("gmsh:physical")
-    if not found and numbers is not None:
+    if not groups and numbers is not None:
         # Of files of Gmsh's format 2 meshio makes no sets: each element has the number of its group.
         for name, (number, dimension) in mesh.field_data.items():
-            found[name.lower()] = [
-                np.flatnonzero(own == number) if block.dim == dimension else None
-                for own, block in zip(numbers, mesh.cells, strict=True)
+            groups[name.lower()] = [
+                np.flatnonzero(labels == number) if block.dim == dimension else None
+                for labels, block in zip(numbers, mesh.cells, strict=True)
             ]
-    return found
+    return groups
 
 
 def _regions(mesh: Any, kind: str, where: str) -> dict[str, Ints]:
     """Cells by region; those in no group are rubber, and so are those in a group of rubber and in another one."""
     blocks = [(i, block) for i, block in enumerate(mesh.cells) if block.type == kind]
     count = sum(len(block.data) for _, block in blocks)
-    named: dict[str, list[Ints]] = {}
+    metal: dict[str, list[Ints]] = {}
     taken = {i: np.zeros(len(block.data), dtype=bool) for i, block in blocks}
     groups = {name: parts for name, parts in _groups(mesh).items() if _members(parts, blocks) < count}
     for name, parts in groups.items():
         for i, _ in blocks:
             if "rubber" in name and parts[i] is not None:
                 taken[i][np.asarray(parts[i], dtype=np.int64)] = True
-    rubber = {i: own.copy() for i, own in taken.items()}
+    rubber = {i: mask.copy() for i, mask in taken.items()}
     for name, parts in groups.items():
         if name in ("inner", "outer") or "rubber" in name or name.startswith("_") or name == "all":
             continue
@@ -243,15 +245,15 @@ def _regions(mesh: Any, kind: str, where: str) -> dict[str, Ints]:
             inside = np.asarray(parts[i] if parts[i] is not None else [], dtype=np.int64)
             if len(inside) and not taken[i][inside].any():
                 taken[i][inside] = True
-                named.setdefault(name, []).append(block.data[inside])
-    found = {RUBBER: [block.data[rubber[i] | ~taken[i]] for i, block in blocks]} | named
+                metal.setdefault(name, []).append(block.data[inside])
+    regions = {RUBBER: [block.data[rubber[i] | ~taken[i]] for i, block in blocks]} | metal
     # meshio has the order of VTK, in which the last two sides of a tetrahedron are exchanged against Gmsh.
     order = [*range(8), 9, 8] if kind == "tetra10" else slice(None)
-    cells = {name: np.concatenate(parts).astype(np.int64)[:, order] for name, parts in found.items()}
+    cells = {name: np.concatenate(parts).astype(np.int64)[:, order] for name, parts in regions.items()}
     if not len(cells[RUBBER]):
         raise GeometryError(
             where,
-            f"all elements are in groups of metal: {', '.join(named)}",
+            f"all elements are in groups of metal: {', '.join(metal)}",
             "a group of elements named rubber, or rubber in no group",
         )
     return cells
@@ -265,11 +267,11 @@ def _members(parts: list[Any], blocks: list[tuple[int, Any]]) -> int:
 def _outer_facets(cells: Ints, kind: str) -> Ints:
     """Facets that belong to one cell only, with all their nodes."""
     tables = _facet_tables(kind)
-    every = np.concatenate([cells[:, list(table)] for table in tables])
+    all_facets = np.concatenate([cells[:, list(table)] for table in tables])
     corners = 3 if kind.startswith("tetra") else 4
-    keys = np.sort(every[:, :corners], axis=1)
-    _, first, count = np.unique(keys, axis=0, return_index=True, return_counts=True)
-    return np.asarray(every[first[count == 1]], dtype=np.int64)
+    keys = np.sort(all_facets[:, :corners], axis=1)
+    _, indices, count = np.unique(keys, axis=0, return_index=True, return_counts=True)
+    return np.asarray(all_facets[indices[count == 1]], dtype=np.int64)
 
 
 def _facet_tables(kind: str) -> list[tuple[int, ...]]:
@@ -283,20 +285,22 @@ def _facet_tables(kind: str) -> list[tuple[int, ...]]:
 def _boundaries(mesh: Any, outer: Ints, where: str) -> dict[str, Ints]:
     """Outer facets by name, from groups of facets or of nodes."""
     label = np.full(len(outer), FREE, dtype=object)
-    found = {}
+    boundaries = {}
     for name in ("inner", "outer"):
         nodes = _nodes_of(mesh, name)
         corners = outer[:, : 3 if outer.shape[1] in (3, 6) else 4]
-        there = np.isin(corners, nodes).all(axis=1) if len(nodes) else np.zeros(len(outer), dtype=bool)
-        label[there] = name
-        found[name] = bool(there.any())
-    missing = [name for name, is_there in found.items() if not is_there]
+        on_boundary = np.isin(corners, nodes).all(axis=1) if len(nodes) else np.zeros(len(outer), dtype=bool)
+        label[on_boundary] = name
+        boundaries[name] = bool(on_boundary.any())
+    missing = [name for name, has_facets in boundaries.items() if not has_facets]
     if missing:
-        known = ", ".join(sorted({*_groups(mesh), *(name.lower() for name in mesh.point_sets)})) or "none"
+        group_names = (
+            ", ".join(sorted({*_groups(mesh), *(name.lower() for name in mesh.point_sets)})) or "none"
+        )
         raise GeometryError(
             where,
             f'no outer facets are in a group "{missing[0]}": the rubber would not be held',
-            f"groups of facets or nodes named inner and outer; there are: {known}",
+            f"groups of facets or nodes named inner and outer; there are: {group_names}",
         )
     return {name: outer[label == name] for name in ("inner", "outer", FREE) if np.any(label == name)}
 
@@ -314,6 +318,6 @@ def _nodes_of(mesh: Any, name: str) -> Ints:
 
 
 def _view(points: Array, facets: Mapping[str, Ints]) -> View:
-    parts = [triangles(points, own) for own in facets.values()]
+    parts = [triangles(points, nodes) for nodes in facets.values()]
     label = np.concatenate([np.full(len(part), i) for i, part in enumerate(parts)])
     return View(np.concatenate(parts), label, tuple(facets))

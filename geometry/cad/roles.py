@@ -18,14 +18,14 @@ _WORDS = {
 }
 
 
-def roles_of(solids: Mapping[int, str], given: Mapping[str, str], where: str) -> dict[int, str]:
+def roles_of(solids: Mapping[int, str], given_roles: Mapping[str, str], where: str) -> dict[int, str]:
     """Role of each solid: "rubber", "inner_sleeve", "outer_sleeve" or a plate's name.
 
     Parameters
     ----------
     solids
         Tag -> name in the file, or empty.
-    given
+    given_roles
         Name, or number from 1, -> role, from the case.
     where
         File, for messages.
@@ -35,19 +35,19 @@ def roles_of(solids: Mapping[int, str], given: Mapping[str, str], where: str) ->
     GeometryError
         The file does not show which solid is rubber.
     """
-    if len(solids) == 1 and not given:
+    if len(solids) == 1 and not given_roles:
         return dict.fromkeys(solids, RUBBER)
     roles: dict[int, str] = {}
-    used: set[str] = set()
+    used_keys: set[str] = set()
     for number, (tag, name) in enumerate(solids.items(), start=1):
-        key = next((k for k in given if k.lower() == name.lower() or k == str(number)), None)
+        key = next((k for k in given_roles if k.lower() == name.lower() or k == str(number)), None)
         if key is not None:
-            used.add(key)
-            roles[tag] = given[key]
+            used_keys.add(key)
+            roles[tag] = given_roles[key]
         else:
             roles[tag] = next((role for role, words in _WORDS.items() if re.search(words, name, re.I)), "")
-    for key in given:
-        if key not in used:
+    for key in given_roles:
+        if key not in used_keys:
             listed = _listed(solids)
             raise GeometryError(where, f'geometry.solids: there is no solid "{key}"', listed)
     if RUBBER not in roles.values():

@@ -66,8 +66,8 @@ class Rule(BaseModel):
     @property
     def text(self) -> str:
         """The conditions as in the case file."""
-        given = self.model_dump(exclude_none=True)
-        return ", ".join(f"{name} = {value}" for name, value in given.items())
+        conditions = self.model_dump(exclude_none=True)
+        return ", ".join(f"{name} = {value}" for name, value in conditions.items())
 
     def selects(
         self,
@@ -141,14 +141,14 @@ def selected(
     colours : Mapping[int, tuple[int, int, int]]
         Colours of faces (red, green, blue, 0 to 255) by their tag.
     """
-    found: list[int] = []
+    tags: list[int] = []
     for rule in rules:
         for parallel in (False, True):
-            own = [f.tag for f in faces if rule.selects(f, axis, size, names, colours, parallel)]
-            if own:
+            matches = [f.tag for f in faces if rule.selects(f, axis, size, names, colours, parallel)]
+            if matches:
                 break
-        found += own
-    return [face.tag for face in faces if face.tag in found]
+        tags += matches
+    return [face.tag for face in faces if face.tag in tags]
 
 
 def hexadecimal(colour: tuple[int, int, int] | None) -> str:
@@ -157,17 +157,17 @@ def hexadecimal(colour: tuple[int, int, int] | None) -> str:
 
 
 def _at_radius(face: Sampled, axis: Axis, radius: float, size: float, parallel: bool) -> bool:
-    about = own_line(face, axis, size)
-    if about is None or (about is not axis and not parallel):
+    line = own_line(face, axis, size)
+    if line is None or (line is not axis and not parallel):
         return False
-    distance = np.linalg.norm(from_axis(face.points, about), axis=1)
+    distance = np.linalg.norm(from_axis(face.points, line), axis=1)
     return bool(np.all(np.abs(distance - radius) < NEAR * size))
 
 
 def _looks(face: Sampled, normal: Sequence[float]) -> bool:
     n = np.asarray(normal, dtype=float)
-    across = np.linalg.norm(np.cross(face.normals, n / np.linalg.norm(n)), axis=1)
-    return bool(len(across) and across.max() < STRAIGHT and float(face.normals[0] @ n) > 0)
+    sines = np.linalg.norm(np.cross(face.normals, n / np.linalg.norm(n)), axis=1)
+    return bool(len(sines) and sines.max() < STRAIGHT and float(face.normals[0] @ n) > 0)
 
 
 def _within(face: Sampled, box: Corners, size: float) -> bool:

@@ -112,12 +112,12 @@ def local_thickness(faces: Sequence[Sampled], thickness: float) -> dict[int, flo
     for face in faces:
         if not len(face.points):
             continue
-        way = points[None] - face.points[:, None]
-        depth = -np.einsum("ijk,ik->ij", way, face.normals)
+        vectors = points[None] - face.points[:, None]
+        depth = -np.einsum("ijk,ik->ij", vectors, face.normals)
         opposite = (face.normals @ normals.T < OPPOSITE) & (depth > 1e-9 * thickness)
-        squares = np.einsum("ijk,ijk->ij", way, way)
+        squares = np.einsum("ijk,ijk->ij", vectors, vectors)
         diameter = np.where(opposite, squares / np.where(opposite, depth, 1.0), np.inf).min(axis=1)
-        near = float(np.quantile(diameter, SHARE, method="lower"))
-        if near < thickness:
-            narrow[face.tag] = near
+        distance = float(np.quantile(diameter, SHARE, method="lower"))
+        if distance < thickness:
+            narrow[face.tag] = distance
     return narrow

@@ -34,7 +34,11 @@ def measured(solids: Iterable[int], size: float) -> tuple[dict[int, float], dict
         Largest extent of the part, mm.
     """
     sides = {s: [int(f) for _, f in model().getBoundary([(3, s)], oriented=False)] for s in solids}
-    sides = {s: own for s, own in sides.items() if any(model().getType(2, f) not in SIMPLE for f in own)}
+    sides = {
+        solid: faces
+        for solid, faces in sides.items()
+        if any(model().getType(2, face) not in SIMPLE for face in faces)
+    }
     if not sides:
         return {}, {}
     options().setNumber("Mesh.MeshSizeMax", SIDE * size)

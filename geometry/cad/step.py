@@ -64,7 +64,7 @@ def read_step(path: Path) -> StepText:
     """
     text = path.read_text(encoding="latin-1")
     matches = (_ENTITY.match(statement) for statement in _statements(text))
-    entities = {int(found[1]): (found[2], found[3]) for found in matches if found is not None}
+    entities = {int(match[1]): (match[2], match[3]) for match in matches if match is not None}
     _refuse_wrong(entities, str(path))
     solids, faces = [], []
     for kind, body in entities.values():
@@ -72,10 +72,10 @@ def read_step(path: Path) -> StepText:
             continue
         solids.append(_name(body))
         for shell in _references(body):
-            found = entities.get(shell, ("", ""))
-            if found[0] == "ORIENTED_CLOSED_SHELL":
-                found = entities.get(next(_references(found[1]), 0), ("", ""))
-            for face in _references(found[1]):
+            entity = entities.get(shell, ("", ""))
+            if entity[0] == "ORIENTED_CLOSED_SHELL":
+                entity = entities.get(next(_references(entity[1]), 0), ("", ""))
+            for face in _references(entity[1]):
                 kind_of_face, inside = entities.get(face, ("", ""))
                 if kind_of_face not in ("ADVANCED_FACE", "FACE_SURFACE"):
                     continue
@@ -94,7 +94,7 @@ def _refuse_wrong(entities: Mapping[int, tuple[str, str]], where: str) -> None:
         if kind in _LISTS:
             listed = list(_references(body))
             if len(set(listed)) < len(listed):
-                twice = next(one for one, count in Counter(listed).items() if count > 1)
+                twice = next(reference for reference, count in Counter(listed).items() if count > 1)
                 what = f"#{number}, a {kind}, lists #{twice} {listed.count(twice)} times"
                 raise GeometryError(where, what, "every part once: export the file again")
 
@@ -112,13 +112,13 @@ def _statements(text: str) -> Iterator[str]:
 
 
 def _without_comments(text: str) -> str:
-    first, *others = text.split("/*")
-    ended = (other.partition("*/") for other in others)
-    return first + "".join(after if end else f"/*{before}" for before, end, after in ended)
+    head, *comments = text.split("/*")
+    ended = (comment.partition("*/") for comment in comments)
+    return head + "".join(after if end else f"/*{before}" for before, end, after in ended)
 
 
 def _references(body: str) -> Iterator[int]:
-    return (int(found[1]) for found in _REFERENCE.finditer(body))
+    return (int(match[1]) for match in _REFERENCE.finditer(body))
 
 
 def _name(body: str) -> str:
@@ -131,7 +131,7 @@ def _unit(text: str, entities: Iterable[tuple[str, str]]) -> float | None:
     if re.search(r"CONVERSION_BASED_UNIT\s*\(\s*'INCH'", text, re.I):
         return 25.4
     for kind, body in entities:
-        found = _SI_UNIT.search(body) if not kind and "LENGTH_UNIT" in body else None
-        if found:
-            return _PREFIX.get(found[1])
+        match = _SI_UNIT.search(body) if not kind and "LENGTH_UNIT" in body else None
+        if match:
+            return _PREFIX.get(match[1])
     return None

@@ -43,9 +43,9 @@ def view_of(labels: Mapping[int, str], bodies: Mapping[int, str] | None = None) 
     number[tags] = np.arange(len(tags))
     points = coordinates.reshape(-1, 3)
 
-    def gathered(named: Iterable[tuple[int, str]]) -> tuple[Array, NDArray[np.int_]]:
+    def gathered(named_faces: Iterable[tuple[int, str]]) -> tuple[Array, NDArray[np.int_]]:
         triangles, label = [np.zeros((0, 3, 3))], [np.zeros(0, dtype=int)]
-        for face, name in named:
+        for face, name in named_faces:
             nodes = model().mesh.getElementsByType(2, face)[1].reshape(-1, 3).astype(int)
             triangles.append(points[number[nodes]])
             label.append(np.full(len(nodes), names.index(name)))

@@ -60,8 +60,8 @@ def refuse_segment(
 def _covered(points: Array, axis: Axis) -> float:
     """Angle about the axis that the part covers, degrees, from the largest gap between its points."""
     radial = from_axis(points, axis)
-    first = radial[np.argmax(np.linalg.norm(radial, axis=1))]
-    first = first / np.linalg.norm(first)
-    angles = np.sort(np.degrees(np.arctan2(radial @ np.cross(axis.direction, first), radial @ first)))
+    reference = radial[np.argmax(np.linalg.norm(radial, axis=1))]
+    reference = reference / np.linalg.norm(reference)
+    angles = np.sort(np.degrees(np.arctan2(radial @ np.cross(axis.direction, reference), radial @ reference)))
     gaps = np.diff(np.append(angles, angles[0] + 360.0))
     return 360.0 - float(gaps.max())

@@ -41,8 +41,8 @@ class _Side:
     def at(self, shares: Array) -> Array:
         """Points at shares of the length."""
         steps = np.linalg.norm(np.diff(self.points, axis=0), axis=1)
-        along = np.concatenate([[0.0], np.cumsum(steps)]) / steps.sum()
-        return np.column_stack([np.interp(shares, along, self.points[:, k]) for k in range(2)])
+        positions = np.concatenate([[0.0], np.cumsum(steps)]) / steps.sum()
+        return np.column_stack([np.interp(shares, positions, self.points[:, k]) for k in range(2)])
 
     @property
     def length(self) -> float:
@@ -96,9 +96,9 @@ def _snapped(shares: Array, bends: tuple[float, ...]) -> Array:
             corners[nearest] = bend
     if np.any(np.diff(corners) <= 0):
         return shares
-    moved = np.empty_like(shares)
-    moved[::2], moved[1::2] = corners, 0.5 * (corners[1:] + corners[:-1])
-    return moved
+    snapped = np.empty_like(shares)
+    snapped[::2], snapped[1::2] = corners, 0.5 * (corners[1:] + corners[:-1])
+    return snapped
 
 
 def _blended(inner: _Side, top: _Side, outer: _Side, bottom: _Side, s: Array, t: Array) -> Array:
@@ -135,11 +135,11 @@ def _sides(drawn: Drawn) -> tuple[_Side, _Side, _Side, _Side] | None:
         groups[-1][1].append(tag)
     if len(groups) != 4 or [groups[0][0], groups[2][0]] != ["inner", "outer"]:
         return None
-    inner, one, outer, other = _chained([_followed(name, tags) for name, tags in groups])
+    inner, end, outer, other_end = _chained([_followed(name, tags) for name, tags in groups])
     if inner.points[0, 1] > inner.points[-1, 1]:
         # Round the other way: downward inside, outward below, upward outside, inward above.
-        return _reversed(inner), _reversed(other), outer, one
-    return inner, one, _reversed(outer), _reversed(other)
+        return _reversed(inner), _reversed(other_end), outer, end
+    return inner, end, _reversed(outer), _reversed(other_end)
 
 
 def _followed(name: str, tags: list[int]) -> _Side:
@@ -161,12 +161,12 @@ def _followed(name: str, tags: list[int]) -> _Side:
 def _chained(sides: list[_Side]) -> list[_Side]:
     """Turn each side so that it ends where the next one is: the signs of a cut face's curves are not reliable."""
 
-    def nearest(point: Array, other: _Side) -> float:
-        return float(np.linalg.norm(other.points[[0, -1]] - point, axis=1).min())
+    def nearest(point: Array, other_side: _Side) -> float:
+        return float(np.linalg.norm(other_side.points[[0, -1]] - point, axis=1).min())
 
     return [
-        side if nearest(side.points[-1], after) <= nearest(side.points[0], after) else _reversed(side)
-        for side, after in zip(sides, [*sides[1:], sides[0]], strict=True)
+        side if nearest(side.points[-1], next_side) <= nearest(side.points[0], next_side) else _reversed(side)
+        for side, next_side in zip(sides, [*sides[1:], sides[0]], strict=True)
     ]
 
 
@@ -178,9 +178,9 @@ def _sound(points: Array) -> bool:
     """Whether no corner of an element is folded or too acute."""
     corners = points[::2, ::2]
     for i, j in ((0, 0), (1, 0), (1, 1), (0, 1)):
-        here = corners[i : i + corners.shape[0] - 1, j : j + corners.shape[1] - 1]
-        right = corners[1 - i : 1 - i + corners.shape[0] - 1, j : j + corners.shape[1] - 1] - here
-        up = corners[i : i + corners.shape[0] - 1, 1 - j : 1 - j + corners.shape[1] - 1] - here
+        corner = corners[i : i + corners.shape[0] - 1, j : j + corners.shape[1] - 1]
+        right = corners[1 - i : 1 - i + corners.shape[0] - 1, j : j + corners.shape[1] - 1] - corner
+        up = corners[i : i + corners.shape[0] - 1, 1 - j : 1 - j + corners.shape[1] - 1] - corner
         area = right[..., 0] * up[..., 1] - right[..., 1] * up[..., 0]
         sine = area / (np.linalg.norm(right, axis=-1) * np.linalg.norm(up, axis=-1))
         if np.any((sine if i == j else -sine) < LEAST_SINE):

@@ -96,12 +96,12 @@ def _crossing(outline: Array) -> Array | None:
     low, high, d = np.minimum(a, b), np.maximum(a, b), b - a
     n = len(a)
     # The sides in groups: all pairs of a fine outline would need gigabytes.
-    for first in range(0, n, ROWS):
-        rows = np.arange(first, min(first + ROWS, n))
-        near = np.arange(n) >= rows[:, None] + 2
+    for first_row in range(0, n, ROWS):
+        rows = np.arange(first_row, min(first_row + ROWS, n))
+        overlapping = np.arange(n) >= rows[:, None] + 2
         for k in range(2):
-            near &= (low[rows, None, k] <= high[:, k]) & (low[:, k] <= high[rows, None, k])
-        i, j = np.nonzero(near)
+            overlapping &= (low[rows, None, k] <= high[:, k]) & (low[:, k] <= high[rows, None, k])
+        i, j = np.nonzero(overlapping)
         i = rows[i]
         keep = (i != 0) | (j != n - 1)
         i, j = i[keep], j[keep]
@@ -111,7 +111,7 @@ def _crossing(outline: Array) -> Array | None:
             s = (between[:, 0] * d[j, 1] - between[:, 1] * d[j, 0]) / det
             t = (between[:, 0] * d[i, 1] - between[:, 1] * d[i, 0]) / det
         # Open intervals: what merely touches is left to Gmsh.
-        hit = np.flatnonzero((s > 1e-9) & (s < 1 - 1e-9) & (t > 1e-9) & (t < 1 - 1e-9))
-        if len(hit):
-            return np.asarray(a[i[hit[0]]] + s[hit[0]] * d[i[hit[0]]])
+        crossings = np.flatnonzero((s > 1e-9) & (s < 1 - 1e-9) & (t > 1e-9) & (t < 1 - 1e-9))
+        if len(crossings):
+            return np.asarray(a[i[crossings[0]]] + s[crossings[0]] * d[i[crossings[0]]])
     return None

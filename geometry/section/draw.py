@@ -44,18 +44,18 @@ def draw(loops: Sequence[Loop], where: str, half: bool = False) -> Drawn:
     faces, names = _faces(loops, where)
     tools = []
     if half:
-        reach = 4.0 * max(abs(x) for loop in loops for c in loop.curves for p in c.points for x in p)
-        ends = [occ.addPoint(-reach, 0, 0), occ.addPoint(reach, 0, 0)]
+        half_length = 4.0 * max(abs(x) for loop in loops for c in loop.curves for p in c.points for x in p)
+        ends = [occ.addPoint(-half_length, 0, 0), occ.addPoint(half_length, 0, 0)]
         tools.append((1, occ.addLine(*ends)))
-    made = [[(2, tag)] for tag in faces]
+    fragments = [[(2, tag)] for tag in faces]
     if len(faces) + len(tools) > 1:
-        _, made = occ.fragment([(2, tag) for tag in faces], tools)
+        _, fragments = occ.fragment([(2, tag) for tag in faces], tools)
     occ.synchronize()
     if half:
         below = [t for _, t in model().getEntities(2) if occ.getCenterOfMass(2, t)[1] < 0]
         occ.remove([(2, t) for t in below], recursive=True)
         occ.synchronize()
-    return Drawn(_regions(made, names), _boundaries(loops, half))
+    return Drawn(_regions(fragments, names), _boundaries(loops, half))
 
 
 def refuse_overlaps(loops: Sequence[Loop], where: str) -> None:
@@ -77,19 +77,19 @@ def refuse_overlaps(loops: Sequence[Loop], where: str) -> None:
     faces, names = _faces(loops, where)
     if len(faces) < 2:
         return
-    _, made = occ.fragment([(2, tag) for tag in faces], [])
+    _, fragments = occ.fragment([(2, tag) for tag in faces], [])
     owners: dict[int, str] = {}
-    for name, pieces in zip(names, made, strict=True):
+    for name, pieces in zip(names, fragments, strict=True):
         for _, piece in pieces:
-            other = owners.setdefault(piece, "")
+            owner = owners.setdefault(piece, "")
             owners[piece] = name
             # A plate that is drawn into the rubber takes its place (`_regions`).
-            if other and (other == RUBBER) == (name == RUBBER):
+            if owner and (owner == RUBBER) == (name == RUBBER):
                 r, z, _ = occ.getCenterOfMass(2, piece)
-                both = f'"{name}"' if other == name else f'"{other}" and "{name}"'
+                pair = f'"{name}"' if owner == name else f'"{owner}" and "{name}"'
                 raise GeometryError(
                     where,
-                    f"two outlines of {both} overlap near ({r:.4g}, {round(z, 6) + 0.0:.4g})",
+                    f"two outlines of {pair} overlap near ({r:.4g}, {round(z, 6) + 0.0:.4g})",
                     "a hole inside the outline around it, without touching it; bodies side by side share edges only",
                 )
 
@@ -148,7 +148,7 @@ def _holes(loops: Sequence[Loop]) -> dict[int, int]:
     """Loops of rubber that are holes, with the loop that they are in: those inside an odd number of loops of rubber."""
     polygons = [np.array([p for c in loop.curves for p in c.points[:-1]]) for loop in loops]
     rubber = [number for number, loop in enumerate(loops) if loop.body == RUBBER]
-    around = {
+    enclosing = {
         inner: [
             outer
             for outer in rubber
@@ -158,8 +158,8 @@ def _holes(loops: Sequence[Loop]) -> dict[int, int]:
     }
     # The innermost of the loops around it is itself inside the most loops.
     return {
-        inner: max(outside, key=lambda outer: len(around[outer]))
-        for inner, outside in around.items()
+        inner: max(outside, key=lambda outer: len(enclosing[outer]))
+        for inner, outside in enclosing.items()
         if len(outside) % 2
     }
 
@@ -173,16 +173,16 @@ def _inside(point: Any, polygon: Any) -> bool:
     return bool(np.count_nonzero(crosses & (x > point[0])) % 2)
 
 
-def _regions(made: Sequence[Any], names: Sequence[str]) -> dict[str, tuple[int, ...]]:
-    """Return the faces by region; `made` are the pieces into which each drawn face was cut."""
-    there = {tag for _, tag in model().getEntities(2)}
+def _regions(fragments: Sequence[Any], names: Sequence[str]) -> dict[str, tuple[int, ...]]:
+    """Return the faces by region; `fragments` are the pieces into which each drawn face was cut."""
+    surfaces = {tag for _, tag in model().getEntities(2)}
     regions: dict[str, tuple[int, ...]] = {RUBBER: ()}
     taken: set[int] = set()
     # A plate drawn into the rubber takes its place: the area that both cover belongs to the plate.
     for number in sorted(range(len(names)), key=lambda i: names[i] == RUBBER):
-        found = [int(tag) for _, tag in made[number] if tag in there and tag not in taken]
-        taken |= set(found)
-        regions[names[number]] = (*regions.get(names[number], ()), *found)
+        tags = [int(tag) for _, tag in fragments[number] if tag in surfaces and tag not in taken]
+        taken |= set(tags)
+        regions[names[number]] = (*regions.get(names[number], ()), *tags)
     return {name: faces for name, faces in regions.items() if faces}
 
 
@@ -200,18 +200,18 @@ def _boundaries(loops: Sequence[Loop], half: bool) -> dict[str, tuple[int, ...]]
         if len(model().getAdjacencies(1, tag)[0]) != 1:
             continue
         low, high = (float(bound[0]) for bound in model().getParametrizationBounds(1, tag))
-        at = [low + share * (high - low) for share in (0.25, 0.5, 0.75)]
-        points = np.array(model().getValue(1, tag, at)).reshape(-1, 3)[:, :2]
+        parameters = [low + share * (high - low) for share in (0.25, 0.5, 0.75)]
+        points = np.array(model().getValue(1, tag, parameters)).reshape(-1, 3)[:, :2]
         if half and np.abs(points[:, 1]).max() < CLOSE * size:
             name = "mirror_z"
         else:
             # Only edges whose boxes are as near as one of the edges can be nearest.
             beyond = np.maximum(np.maximum(lowest - points[:, None], points[:, None] - highest), 0.0)
             boxes = np.linalg.norm(beyond, axis=2).max(axis=0)
-            reach = _apart(points, lines[int(np.argmin(boxes))][1]) + 1e-5 * size
-            apart = {i: _apart(points, lines[i][1]) for i in map(int, np.flatnonzero(boxes <= reach))}
+            limit = _apart(points, lines[int(np.argmin(boxes))][1]) + 1e-5 * size
+            gaps = {i: _apart(points, lines[i][1]) for i in map(int, np.flatnonzero(boxes <= limit))}
             # Among edges that lie on each other, the named one is used.
-            name = lines[min(apart, key=lambda i: (round(apart[i] / size, 6), lines[i][0] == FREE))][0]
+            name = lines[min(gaps, key=lambda i: (round(gaps[i] / size, 6), lines[i][0] == FREE))][0]
         boundaries[name] = (*boundaries.get(name, ()), int(tag))
     return boundaries
 

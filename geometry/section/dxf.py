@@ -84,24 +84,29 @@ def read_dxf(path: Path, changed: float, unit: Unit | None = None) -> Drawing:
             )
         unit = STATED[number]
     stated = STATED.get(number)
-    hidden = {layer.dxf.name.lower() for layer in drawing.layers if layer.is_off() or layer.is_frozen()}
-    curves = _all_curves(drawing.modelspace(), MILLIMETRES[unit or "mm"], hidden, str(path))
+    hidden_layers = {
+        layer.dxf.name.lower() for layer in drawing.layers if layer.is_off() or layer.is_frozen()
+    }
+    curves = _all_curves(drawing.modelspace(), MILLIMETRES[unit or "mm"], hidden_layers, str(path))
     if not curves:
         raise GeometryError(
             str(path),
-            "contains no lines, arcs, polylines or splines" + (" on a visible layer" if hidden else ""),
+            "contains no lines, arcs, polylines or splines"
+            + (" on a visible layer" if hidden_layers else ""),
         )
-    off = sorted(layer.dxf.name for layer in drawing.layers if layer.dxf.name.lower() in hidden)
+    off = sorted(layer.dxf.name for layer in drawing.layers if layer.dxf.name.lower() in hidden_layers)
     return Drawing(_loops(curves, str(path), off), unit, stated)
 
 
-def _all_curves(entities: Iterable[Any], scale: float, hidden: Set[str], where: str) -> list[OutlineCurve]:
+def _all_curves(
+    entities: Iterable[Any], scale: float, hidden_layers: Set[str], where: str
+) -> list[OutlineCurve]:
     """The curves of a drawing, at most `MOST_CURVES`; blocks in blocks may have any number."""
     left = iter(range(MOST_PARTS))
     curves: list[OutlineCurve] = []
     for entity in entities:
         try:
-            for curve in islice(_curves(entity, scale, left, hidden), MOST_CURVES + 1 - len(curves)):
+            for curve in islice(_curves(entity, scale, left, hidden_layers), MOST_CURVES + 1 - len(curves)):
                 curves.append(_with_size(curve))
         except RecursionError:
             raise GeometryError(where, "has a block that contains itself") from None
@@ -134,7 +139,7 @@ def _with_size(curve: OutlineCurve) -> OutlineCurve:
 
 
 def _curves(
-    entity: Any, scale: float, left: Iterator[int], hidden: Set[str] = frozenset(), block: str = "0"
+    entity: Any, scale: float, left: Iterator[int], hidden_layers: Set[str] = frozenset(), block: str = "0"
 ) -> Iterator[OutlineCurve]:
     """Yield the curves of an entity; no more once as many parts of blocks as `left` has have been visited.
 
@@ -143,7 +148,7 @@ def _curves(
     kind, layer = entity.dxftype(), str(entity.dxf.layer)
     layer = block if layer == "0" else layer
     name = FREE if layer.lower() in UNNAMED else layer.lower() if layer.lower() in BONDS else layer
-    if layer.lower() in hidden:
+    if layer.lower() in hidden_layers:
         return
     if kind == "INSERT":
         for single in entity.multi_insert():
@@ -152,7 +157,7 @@ def _curves(
             for part in single.virtual_entities():
                 if next(left, None) is None:
                     return
-                yield from _curves(part, scale, left, hidden, layer)
+                yield from _curves(part, scale, left, hidden_layers, layer)
     elif kind in ("LWPOLYLINE", "POLYLINE"):
         for part in entity.virtual_entities():
             # A corner that is drawn twice makes a side without length.
@@ -207,33 +212,33 @@ def _points(points: Sequence[Any], scale: float) -> tuple[tuple[float, float], .
 
 def _loops(curves: Sequence[OutlineCurve], where: str, off: Sequence[str]) -> tuple[Loop, ...]:
     """Chain the curves: first those of one layer that close by themselves, then the rest."""
-    every = np.array([p for curve in curves for p in (curve.points[0], curve.points[-1])])
-    gap = GAP * float(np.ptp(every, axis=0).max())
-    loops, rest = [], []
+    end_points = np.array([p for curve in curves for p in (curve.points[0], curve.points[-1])])
+    gap = GAP * float(np.ptp(end_points, axis=0).max())
+    loops, open_curves = [], []
     for layer in dict.fromkeys(curve.name for curve in curves):
-        own = [curve for curve in curves if curve.name == layer]
-        closed, left = _chained(own, gap)
+        layer_curves = [curve for curve in curves if curve.name == layer]
+        closed, left = _chained(layer_curves, gap)
         body = RUBBER if layer in (FREE, *BONDS) else layer
         loops += [Loop(loop, body) for loop in closed]
-        rest += left
+        open_curves += left
     # Where corners of a sleeve and of the rubber coincide, an outline continues on the layer that it began on.
-    closed, left = _chained(sorted(rest, key=lambda curve: curve.name in BONDS), gap)
+    closed, left = _chained(sorted(open_curves, key=lambda curve: curve.name in BONDS), gap)
     if left:
         ends = [p for curve in left for p in (curve.points[0], curve.points[-1])]
-        every = np.array(ends)
-        near = (np.hypot(*(every - p).T) for p in ends)
-        lonely = next((p for p, d in zip(ends, near, strict=True) if np.sum(d <= gap) == 1), ends[0])
+        end_points = np.array(ends)
+        distances = (np.hypot(*(end_points - p).T) for p in ends)
+        open_end = next((p for p, d in zip(ends, distances, strict=True) if np.sum(d <= gap) == 1), ends[0])
         layers = " and ".join(f'"{name}"' for name in sorted({curve.name for curve in left}))
-        away = [float(np.hypot(lonely[0] - q[0], lonely[1] - q[1])) for q in ends]
-        width, there = min(
-            ((d, q) for d, q in zip(away, ends, strict=True) if d > gap), default=(0.0, lonely)
+        gaps = [float(np.hypot(open_end[0] - q[0], open_end[1] - q[1])) for q in ends]
+        width, place = min(
+            ((d, q) for d, q in zip(gaps, ends, strict=True) if d > gap), default=(0.0, open_end)
         )
-        nearest = f", {width:.3g} mm from the next open end at ({there[0]:g}, {there[1]:g})" if width else ""
-        hidden = f"; layers that are off or frozen are left out: {', '.join(off)}" if off else ""
+        nearest = f", {width:.3g} mm from the next open end at ({place[0]:g}, {place[1]:g})" if width else ""
+        layers_off = f"; layers that are off or frozen are left out: {', '.join(off)}" if off else ""
         raise GeometryError(
             where,
-            f"an outline is open at ({lonely[0]:g}, {lonely[1]:g}){nearest}; "
-            f"{len(left)} {'curves' if len(left) > 1 else 'curve'} of {layers} in no closed outline{hidden}",
+            f"an outline is open at ({open_end[0]:g}, {open_end[1]:g}){nearest}; "
+            f"{len(left)} {'curves' if len(left) > 1 else 'curve'} of {layers} in no closed outline{layers_off}",
             f"closed outlines only: no gaps above {gap:.2g} mm, no centre lines, no duplicate lines",
         )
     return (*(Loop(loop, _body(loop)) for loop in closed), *loops)
@@ -242,8 +247,8 @@ def _loops(curves: Sequence[OutlineCurve], where: str, off: Sequence[str]) -> tu
 def _body(loop: Sequence[OutlineCurve]) -> str:
     """The body of an outline on several layers: a sleeve if they are one bond and one other name, else rubber."""
     names = {curve.name for curve in loop}
-    own = names - {*BONDS}
-    return own.pop() if len(names) == 2 and len(own) == 1 and FREE not in own else RUBBER
+    body_names = names - {*BONDS}
+    return body_names.pop() if len(names) == 2 and len(body_names) == 1 and FREE not in body_names else RUBBER
 
 
 def _chained(
@@ -251,21 +256,21 @@ def _chained(
 ) -> tuple[list[tuple[OutlineCurve, ...]], list[OutlineCurve]]:
     """Closed chains of curves, and the curves that are left."""
     ends = np.array([(curve.points[0], curve.points[-1]) for curve in curves]).reshape(-1, 2, 2)
-    waiting = np.ones(len(curves), dtype=bool)
+    unused = np.ones(len(curves), dtype=bool)
     closed, left = [], []
-    for first, curve in enumerate(curves):
-        if not waiting[first]:
+    for start, curve in enumerate(curves):
+        if not unused[start]:
             continue
-        waiting[first] = False
+        unused[start] = False
         chain = [curve]
         while not _meet(chain[0].points[0], chain[-1].points[-1], gap) or len(chain[0].points) < 2:
             end = chain[-1].points[-1]
-            near = np.hypot(ends[..., 0] - end[0], ends[..., 1] - end[1]) <= gap
-            number = int(np.argmax(waiting & near.any(axis=1)))
-            if not (waiting[number] and near[number].any()):
+            within_gap = np.hypot(ends[..., 0] - end[0], ends[..., 1] - end[1]) <= gap
+            number = int(np.argmax(unused & within_gap.any(axis=1)))
+            if not (unused[number] and within_gap[number].any()):
                 break
-            waiting[number] = False
-            following = curves[number] if near[number, 0] else curves[number].reversed()
+            unused[number] = False
+            following = curves[number] if within_gap[number, 0] else curves[number].reversed()
             chain.append(_moved(following, end))
         if _meet(chain[0].points[0], chain[-1].points[-1], gap):
             chain[0] = _moved(chain[0], chain[-1].points[-1])

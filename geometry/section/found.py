@@ -102,9 +102,9 @@ def find_section(loops: tuple[Loop, ...], where: str, centre: float | None) -> F
             boxes = np.array([model().getBoundingBox(1, tag) for tag in drawn.boundaries["inner"]])
             centre = float(round(0.5 * (boxes[:, 1].min() + boxes[:, 4].max()), 9))
         model().add("centred")
-        moved = tuple(_shifted(loop, -centre) for loop in loops)
-        drawn = draw(moved, where)
-        return _measured(moved, centre, drawn)
+        shifted_loops = tuple(_shifted(loop, -centre) for loop in loops)
+        drawn = draw(shifted_loops, where)
+        return _measured(shifted_loops, centre, drawn)
 
 
 def _require(drawn: Drawn, where: str) -> None:
@@ -114,13 +114,13 @@ def _require(drawn: Drawn, where: str) -> None:
             "there is no rubber: every outline has the name of a plate",
             'no name, or "free", for the free edges of the rubber; in a drawing, the layer "0" or "free"',
         )
-    named = ", ".join(sorted(drawn.boundaries))
+    edge_names = ", ".join(sorted(drawn.boundaries))
     for bond in ("inner", "outer"):
         if bond not in drawn.boundaries:
             raise GeometryError(
                 where,
                 f'no edge on the outside is named "{bond}": the rubber would not be held',
-                f"edges are named {named}",
+                f"edges are named {edge_names}",
             )
     bodies = {tag: name for name, tags in drawn.regions.items() for tag in tags}
     refuse_loose(bodies, drawn.boundaries, 2, where)
@@ -170,11 +170,11 @@ def _curved(curve: int) -> tuple[float, float]:
 
 def _along(curves: Sequence[int]) -> Array:
     """Points (r, z) of curves, their ends among them, mm."""
-    found = []
+    points = []
     for tag in curves:
         low, high = (float(bound[0]) for bound in model().getParametrizationBounds(1, tag))
-        found.append(np.array(model().getValue(1, tag, np.linspace(low, high, 65).tolist())).reshape(-1, 3))
-    return np.concatenate(found)[:, :2]
+        points.append(np.array(model().getValue(1, tag, np.linspace(low, high, 65).tolist())).reshape(-1, 3))
+    return np.concatenate(points)[:, :2]
 
 
 def _swept(dimension: int, tags: Sequence[int]) -> float:
@@ -193,10 +193,10 @@ def _same_outline(drawn: Drawn, size: float) -> bool:
             low, high = (float(bound[0]) for bound in model().getParametrizationBounds(1, tag))
             points = np.array(model().getValue(1, tag, np.linspace(low, high, 9).tolist())).reshape(-1, 3)
             for r, z, _ in points:
-                spot = occ.addPoint(r, -z, 0.0)
-                near = min(occ.getDistance(0, spot, 1, other)[0] for other in tags)
-                occ.remove([(0, spot)])
-                if near > 1e-5 * size:
+                point = occ.addPoint(r, -z, 0.0)
+                distance = min(occ.getDistance(0, point, 1, curve)[0] for curve in tags)
+                occ.remove([(0, point)])
+                if distance > 1e-5 * size:
                     return False
     return True
 
@@ -218,12 +218,12 @@ def _view(drawn: Drawn) -> View:
     names = (*drawn.regions, *drawn.boundaries)
 
     def elements(kind: int, size: int, parts: Mapping[str, Sequence[int]]) -> tuple[Array, NDArray[np.int_]]:
-        found, label = [np.zeros((0, size, 3))], [np.zeros(0, dtype=int)]
+        corners, label = [np.zeros((0, size, 3))], [np.zeros(0, dtype=int)]
         for name, entities in parts.items():
             for entity in entities:
                 nodes = model().mesh.getElementsByType(kind, entity)[1].reshape(-1, size)
-                found.append(points[number[nodes]])
+                corners.append(points[number[nodes]])
                 label.append(np.full(len(nodes), names.index(name)))
-        return np.concatenate(found), np.concatenate(label)
+        return np.concatenate(corners), np.concatenate(label)
 
     return View(*elements(2, 3, drawn.regions), names, *elements(1, 2, drawn.boundaries))

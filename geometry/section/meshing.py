@@ -28,13 +28,13 @@ SOLID_ACROSS, SOLID_GRADING, SOLID_GROWTH, AROUND = 3.0, 4.0, 0.6, 12
 
 
 def generate(
-    found: FoundSection, where: str, dimension: int, mirrors: Mirrors, refinement: Refinement
+    section: FoundSection, where: str, dimension: int, mirrors: Mirrors, refinement: Refinement
 ) -> Names:
     """Mesh a section, or the solid that it sweeps, into the open session.
 
     Parameters
     ----------
-    found : FoundSection
+    section : FoundSection
         Interpretation of the file.
     where : str
         File or key of the case, for messages.
@@ -49,14 +49,14 @@ def generate(
     ------
     GeometryError
     """
-    if dimension == 3 and found.smallest_radius == 0.0:
+    if dimension == 3 and section.smallest_radius == 0.0:
         raise GeometryError(
             where,
             "touches the axis: its solid is not a ring, and only axial and torsional loads can be computed",
             "a section with r > 0, or the part as CAD",
         )
-    raw = section_mesh(found, where, refinement, quadrilaterals=dimension == 3)
-    if found.symmetric and "z" not in mirrors:
+    raw = section_mesh(section, where, refinement, quadrilaterals=dimension == 3)
+    if section.symmetric and "z" not in mirrors:
         raw = mirrored(raw, 1, "mirror_z")
     if dimension == 3:
         raw = revolved(raw, _angles(mirrors, refinement))
@@ -67,16 +67,16 @@ def _angles(mirrors: Mirrors, refinement: Refinement) -> Array:
     """Angles of corners and mid-side nodes around the modelled part, rad."""
     share = 0.25 if {"x", "y"} <= mirrors else 0.5 if mirrors & {"x", "y"} else 1.0
     around = max(2, math.ceil(share * refinement.elements(refinement.around, AROUND)))
-    first = -0.5 * math.pi if "x" in mirrors and "y" not in mirrors else 0.0
-    return first + np.linspace(0.0, share * 2 * math.pi, 2 * around + 1)
+    start_angle = -0.5 * math.pi if "x" in mirrors and "y" not in mirrors else 0.0
+    return start_angle + np.linspace(0.0, share * 2 * math.pi, 2 * around + 1)
 
 
-def section_cells(found: FoundSection, dimension: int, mirrors: Mirrors, refinement: Refinement) -> float:
+def section_cells(section: FoundSection, dimension: int, mirrors: Mirrors, refinement: Refinement) -> float:
     """About how many triangles, or hexahedra of the revolved solid, `generate` will make.
 
     Parameters
     ----------
-    found : FoundSection
+    section : FoundSection
         Interpretation of the file.
     dimension : int
         2 for the half-plane, 3 for the solid.
@@ -90,36 +90,38 @@ def section_cells(found: FoundSection, dimension: int, mirrors: Mirrors, refinem
         (SOLID_ACROSS, SOLID_GRADING, SOLID_GROWTH) if solid else (ACROSS, GRADING, GROWTH)
     )
     factor = refinement.factor * (1.0 if refinement.across is None else refinement.across / across)
-    inside = found.thickness / (across * factor)
+    inside = section.thickness / (across * factor)
     per_circle = PER_CIRCLE * math.sqrt(factor)
     # Four ends of bonds: the finer elements at further ends, those of plates, are not counted.
     fine = [Fine(0, 4.0, inside / grading)]
-    for length, radius in found.curved:
+    for length, radius in section.curved:
         size = min(2.0 * math.pi * radius / per_circle, length)
         fine.append(Fine(1, length, max(size, 0.2 * inside / grading)))
-    total = triangles(found.areas[RUBBER], inside, growth, fine)
+    total = triangles(section.areas[RUBBER], inside, growth, fine)
     # Elements of plates have other sizes, between these (`_narrow`).
     total += sum(
-        triangles(area, 0.5 * inside, growth, ()) for name, area in found.areas.items() if name != RUBBER
+        triangles(area, 0.5 * inside, growth, ()) for name, area in section.areas.items() if name != RUBBER
     )
-    if found.symmetric and "z" in mirrors:
+    if section.symmetric and "z" in mirrors:
         total /= 2.0
     return 0.5 * total * 0.5 * (len(_angles(mirrors, refinement)) - 1) if solid else total
 
 
-def _seconds(found: FoundSection, where: str, refinement: Refinement, quadrilaterals: bool = False) -> float:
-    return seconds_for(section_cells(found, 2, frozenset(), refinement))
+def _seconds(
+    section: FoundSection, where: str, refinement: Refinement, quadrilaterals: bool = False
+) -> float:
+    return seconds_for(section_cells(section, 2, frozenset(), refinement))
 
 
-@isolated("the section cannot be meshed", lambda found, where, *_, **__: where, _seconds)
+@isolated("the section cannot be meshed", lambda section, where, *_, **__: where, _seconds)
 def section_mesh(
-    found: FoundSection, where: str, refinement: Refinement, quadrilaterals: bool = False
+    section: FoundSection, where: str, refinement: Refinement, quadrilaterals: bool = False
 ) -> RawMesh:
     """Mesh the section, or its upper half where it is symmetric; second order, in the half-plane (r, z).
 
     Parameters
     ----------
-    found : FoundSection
+    section : FoundSection
         Interpretation of the file.
     where : str
         File or key of the case, for messages.
@@ -129,17 +131,17 @@ def section_mesh(
         Mesh with quadrilaterals instead of triangles.
     """
     with session():
-        return _meshed(found, where, refinement, quadrilaterals)
+        return _meshed(section, where, refinement, quadrilaterals)
 
 
-def _meshed(found: FoundSection, where: str, refinement: Refinement, quadrilaterals: bool) -> RawMesh:
-    drawn = draw(found.loops, where, half=found.symmetric)
+def _meshed(section: FoundSection, where: str, refinement: Refinement, quadrilaterals: bool) -> RawMesh:
+    drawn = draw(section.loops, where, half=section.symmetric)
     across = SOLID_ACROSS if quadrilaterals else ACROSS
     factor = refinement.factor * (1.0 if refinement.across is None else refinement.across / across)
     structured = block(drawn, refinement, solid=quadrilaterals)
     if structured is not None:
         return structured
-    inside = found.thickness / (across * factor)
+    inside = section.thickness / (across * factor)
     grading, growth = (SOLID_GRADING, SOLID_GROWTH) if quadrilaterals else (GRADING, GROWTH)
     sizes = Sizes(inside, inside / grading, growth, PER_CIRCLE * math.sqrt(factor), _narrow(drawn, inside))
     grade(2, bond_ends(drawn), sizes)
@@ -151,7 +153,7 @@ def _meshed(found: FoundSection, where: str, refinement: Refinement, quadrilater
         options().setNumber("Mesh.SubdivisionAlgorithm", 1)
         options().setNumber("Mesh.MeshSizeFactor", 2.0)
         options().setNumber("Mesh.Algorithm", 8)
-    with refusing(where, "the section cannot be meshed", found.view):
+    with refusing(where, "the section cannot be meshed", section.view):
         model().mesh.generate(2)
     model().mesh.setOrder(2)
     return from_gmsh(drawn.regions, drawn.boundaries)
@@ -159,8 +161,8 @@ def _meshed(found: FoundSection, where: str, refinement: Refinement, quadrilater
 
 def bond_ends(drawn: Drawn) -> list[int]:
     """Points where rubber ends on a bond or on metal: the stress is singular there."""
-    free = _points([t for name, tags in drawn.boundaries.items() if not _held(name) for t in tags])
-    bonded = _points([t for name, tags in drawn.boundaries.items() if _held(name) for t in tags])
+    free = _points([t for name, tags in drawn.boundaries.items() if not _is_held(name) for t in tags])
+    bonded = _points([t for name, tags in drawn.boundaries.items() if _is_held(name) for t in tags])
     metal = _points(
         [c for name, tags in drawn.regions.items() if name != RUBBER for t in tags for c in _sides(t)]
     )
@@ -168,7 +170,7 @@ def bond_ends(drawn: Drawn) -> list[int]:
     return sorted(free & rubber & (bonded | metal))
 
 
-def _held(name: str) -> bool:
+def _is_held(name: str) -> bool:
     return name in ("inner", "outer")
 
 

@@ -142,11 +142,11 @@ def loops_of(edges: Sequence[Edge], where: str) -> tuple[Loop, ...]:
             loops.append(Loop(tuple(curves), body))
             curves = []
     if curves:
-        first, last = curves[0].points[0], curves[-1].points[-1]
+        first_point, last_point = curves[0].points[0], curves[-1].points[-1]
         raise GeometryError(
             where,
-            f"the outline is open: it begins at {_shown(first)} and ends at {_shown(last)}, "
-            f"{_apart(first, last):.3g} mm apart",
+            f"the outline is open: it begins at {_shown(first_point)} and ends at {_shown(last_point)}, "
+            f"{_apart(first_point, last_point):.3g} mm apart",
             "a closed outline",
         )
     return tuple(loops)

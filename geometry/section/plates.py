@@ -43,28 +43,32 @@ def with_plates(loops: Sequence[Loop], where: str) -> tuple[Loop, ...]:
 def _plate(name: str, loops: Sequence[Loop], where: str) -> Loop:
     chains = [chain for loop in loops for chain in _chains(loop, name)]
     if len(chains) != 2:
-        meant = next((bond for bond in BONDS if bond in name.lower()), None)
+        bond_name = next((bond for bond in BONDS if bond in name.lower()), None)
         raise GeometryError(
             where,
             f'the name "{name}" is given to {len(chains)} row{"s" * (len(chains) > 1)} of edges: a plate is bonded to '
             "rubber on two sides",
-            f'did you mean "{meant}"?'
-            if meant
+            f'did you mean "{bond_name}"?'
+            if bond_name
             else f'"inner", "outer", no name for a free edge, or a plate drawn as an outline with body = "{name}"',
         )
-    one, other = chains
-    start, end = one[0].points[0], one[-1].points[-1]
-    if math.dist(end, other[0].points[0]) > math.dist(end, other[-1].points[-1]):
-        other = [curve.reversed() for curve in other[::-1]]
-    length = sum(math.dist(curve.points[0], curve.points[-1]) for curve in one)
-    first, last = other[0].points[0], other[-1].points[-1]
-    outline = [p for curve in (*one, *other) for p in curve.points]
+    outline_chain, other_chain = chains
+    start, end = outline_chain[0].points[0], outline_chain[-1].points[-1]
+    if math.dist(end, other_chain[0].points[0]) > math.dist(end, other_chain[-1].points[-1]):
+        other_chain = [curve.reversed() for curve in other_chain[::-1]]
+    length = sum(math.dist(curve.points[0], curve.points[-1]) for curve in outline_chain)
+    first_point, last_point = other_chain[0].points[0], other_chain[-1].points[-1]
+    outline = [p for curve in (*outline_chain, *other_chain) for p in curve.points]
     if _area(outline) < THINNEST * length**2:
         raise GeometryError(
             where, f'the plate "{name}" has no thickness', "draw two edges, the thickness of the metal apart"
         )
-    joints = [OutlineCurve("line", pair) for pair in ((end, first), (last, start)) if math.dist(*pair) > 0]
-    curves = [*one, joints[0], *other, *joints[1:]]
+    joints = [
+        OutlineCurve("line", pair)
+        for pair in ((end, first_point), (last_point, start))
+        if math.dist(*pair) > 0
+    ]
+    curves = [*outline_chain, joints[0], *other_chain, *joints[1:]]
     return Loop(tuple(curves), name)
 
 
@@ -80,11 +84,11 @@ def _chains(loop: Loop, name: str) -> list[list[OutlineCurve]]:
     if start is None:
         return [curves] if curves and curves[0].name == name else []
     chains: list[list[OutlineCurve]] = []
-    before = ""
+    previous_name = ""
     for curve in curves[start:] + curves[:start]:
         if curve.name == name:
-            if before != name:
+            if previous_name != name:
                 chains.append([])
             chains[-1].append(curve)
-        before = curve.name
+        previous_name = curve.name
     return chains

@@ -27,31 +27,31 @@ def pieces(curve: OutlineCurve) -> list[OutlineCurve]:
     degree, knots = curve.degree, np.array(curve.knots)
     weights = np.array(curve.weights)
     # In homogeneous coordinates a rational spline is an ordinary one.
-    whole = BSpline(knots, np.column_stack([np.array(curve.points) * weights[:, None], weights]), degree)
+    spline = BSpline(knots, np.column_stack([np.array(curve.points) * weights[:, None], weights]), degree)
     low, high = float(knots[degree]), float(knots[-1 - degree])
-    ends = np.array([at[:2] / at[2] for at in (whole(low), whole(high))])
+    ends = np.array([point[:2] / point[2] for point in (spline(low), spline(high))])
     size = float(np.ptp(np.array(curve.points), axis=0).max())
     closed = float(np.linalg.norm(ends[1] - ends[0])) <= CLOSE * size
     cuts = [low, 0.5 * (low + high), high] if closed else [low, high]
-    near = 1e-12 * (high - low)
+    tolerance = 1e-12 * (high - low)
 
     def equal(cut: float) -> int:
         """Number of knots at a cut."""
-        return int(np.count_nonzero(np.abs(whole.t - cut) <= near))
+        return int(np.count_nonzero(np.abs(spline.t - cut) <= tolerance))
 
     for cut in cuts:
         if equal(cut) < degree:
-            whole = insert(cut, whole, m=degree - equal(cut))
+            spline = insert(cut, spline, m=degree - equal(cut))
     # Each cut has as many equal knots as the degree: the curve passes through the control point before them.
-    first = [int(np.searchsorted(whole.t, cut - near)) for cut in cuts]
-    first[0] += equal(low) - degree
-    found = []
-    for (begin, end), (start, stop) in zip(pairwise(first), pairwise(cuts), strict=True):
-        control = np.asarray(whole.c)[begin - 1 : end]
-        inner = whole.t[begin + degree : end]
+    knot_indices = [int(np.searchsorted(spline.t, cut - tolerance)) for cut in cuts]
+    knot_indices[0] += equal(low) - degree
+    curves = []
+    for (first_knot, last_knot), (start, stop) in zip(pairwise(knot_indices), pairwise(cuts), strict=True):
+        control = np.asarray(spline.c)[first_knot - 1 : last_knot]
+        inner = spline.t[first_knot + degree : last_knot]
         t = [start] * (degree + 1) + [float(knot) for knot in inner] + [stop] * (degree + 1)
         points = control[:, :2] / control[:, 2:]
-        found.append(
+        curves.append(
             OutlineCurve(
                 "nurbs",
                 tuple((float(r), float(z)) for r, z in points),
@@ -61,4 +61,4 @@ def pieces(curve: OutlineCurve) -> list[OutlineCurve]:
                 tuple(float(w) for w in control[:, 2]),
             )
         )
-    return found
+    return curves

@@ -131,7 +131,7 @@ class Cad(Meets):
         return (
             *self.found.notes,
             *(() if stated else (UNSTATED,)),
-            *(f"{name}: {described(own)}" for name, own in metal.items()),
+            *(f"{name}: {described(sleeve)}" for name, sleeve in metal.items()),
         )
 
     @property
@@ -152,8 +152,8 @@ class Cad(Meets):
     @property
     @override
     def beyond(self) -> Mapping[str, tuple[float, float]]:
-        found = self.found
-        return {} if isinstance(found, ReadyMesh) else found.beyond
+        part = self.found
+        return {} if isinstance(part, ReadyMesh) else part.beyond
 
     @property
     @override
@@ -176,9 +176,9 @@ class Cad(Meets):
         from geometry.cad.meshing import generate
         from geometry.raw import to_gmsh
 
-        found = self.found
-        if isinstance(found, ReadyMesh):
-            return to_gmsh(found.raw)
+        part = self.found
+        if isinstance(part, ReadyMesh):
+            return to_gmsh(part.raw)
         return generate(self._wanted, mirrors, refinement)
 
     @override
@@ -196,10 +196,10 @@ class Cad(Meets):
         """
         from geometry.cad.meshing import part_cells
 
-        found = self.found
-        if isinstance(found, ReadyMesh):
-            return float(sum(len(cells) for cells in found.raw.cells.values()))
-        return part_cells(found, mirrors, refinement)
+        part = self.found
+        if isinstance(part, ReadyMesh):
+            return float(sum(len(cells) for cells in part.raw.cells.values()))
+        return part_cells(part, mirrors, refinement)
 
     @override
     def measures(self) -> Mapping[str, float]:
@@ -208,6 +208,6 @@ class Cad(Meets):
     @property
     @override
     def elastic_sleeves(self) -> Mapping[str, Metal]:
-        found = self.found
-        known = found.regions if isinstance(found, ReadyMesh) else found.roles.values()
-        return metals(self.plates, found.regions, known, self.file)
+        part = self.found
+        known_names = part.regions if isinstance(part, ReadyMesh) else part.roles.values()
+        return metals(self.plates, part.regions, known_names, self.file)

@@ -110,8 +110,8 @@ class Mount(Shape):
             return Blocks((s_axis, t_axis), lambda middle: "rubber", _face_section, self._chart_section)
         share = 0.25 if {"x", "y"} <= mirrors else 0.5 if mirrors else 1.0
         around = max(2, math.ceil(share * refinement.elements(refinement.around, default[2])))
-        first = -0.5 * math.pi if mirrors == {"x"} else 0.0
-        theta_axis = (Interval(first, first + share * 2 * math.pi, around),)
+        start_angle = -0.5 * math.pi if mirrors == {"x"} else 0.0
+        theta_axis = (Interval(start_angle, start_angle + share * 2 * math.pi, around),)
         axes = (s_axis, theta_axis, t_axis)
         return Blocks(axes, lambda middle: "rubber", _face_solid, self._chart_solid, closed=not mirrors)
 

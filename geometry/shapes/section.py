@@ -131,26 +131,29 @@ class Section(Meets):
     @property
     @override
     def notes(self) -> tuple[str, ...]:
-        found, metal, drawing = self.found, self.elastic_sleeves, self._drawing
-        symmetry = "symmetric" if found.symmetric else "not symmetric"
+        section, metal, drawing = self.found, self.elastic_sleeves, self._drawing
+        symmetry = "symmetric" if section.symmetric else "not symmetric"
         unit = () if drawing is None else (STATES.format(drawing.stated),) if drawing.stated else ()
-        bodies = (f"{one} ({described(metal[one])})" if one in metal else one for one in found.regions)
+        bodies = (
+            f"{region} ({described(metal[region])})" if region in metal else region
+            for region in section.regions
+        )
         return (
             *unit,
             f"bodies: {', '.join(bodies)}",
-            f"centre at z = {found.centre + 0.0:g} mm; the section is {symmetry} about it",
+            f"centre at z = {section.centre + 0.0:g} mm; the section is {symmetry} about it",
             *((UNSTATED,) if drawing and drawing.unit is None else ()),
         )
 
     @property
     @override
     def view(self) -> View | None:
-        found = self.found
+        section = self.found
         captions = {
-            name: caption(name, "rigid" if is_rigid(own) else "elastic", found.measures[name], True)
-            for name, own in self.elastic_sleeves.items()
+            name: caption(name, "rigid" if is_rigid(sleeve) else "elastic", section.measures[name], True)
+            for name, sleeve in self.elastic_sleeves.items()
         }
-        return replace(found.view, captions=captions)
+        return replace(section.view, captions=captions)
 
     @property
     @override

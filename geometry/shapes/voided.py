@@ -53,8 +53,8 @@ class Voided(Tapered):
         if {"inner_length", "outer_length"} & data.keys():
             raise ValueError("give either length, or inner_length and outer_length")
         length = data["length"]
-        rest = {key: value for key, value in data.items() if key != "length"}
-        return rest | {"inner_length": length, "outer_length": length}
+        other_values = {key: value for key, value in data.items() if key != "length"}
+        return other_values | {"inner_length": length, "outer_length": length}
 
     @model_validator(mode="after")
     def _inside_the_rubber(self) -> Any:
@@ -78,7 +78,7 @@ class Voided(Tapered):
             (r - self.inner_radius) / self.thickness for r in (self.void_inner_radius, self.void_outer_radius)
         )
         half = 0.5 * math.radians(self.void_angle)
-        first = 0.0 if self.void_orientation == "along" else 0.5 * math.pi
+        first_angle = 0.0 if self.void_orientation == "along" else 0.5 * math.pi
         turn = 2 * math.pi
-        centres = (first, first + math.pi)
+        centres = (first_angle, first_angle + math.pi)
         return tuple(Void((low, high), ((c - half) % turn, (c - half) % turn + 2 * half)) for c in centres)
