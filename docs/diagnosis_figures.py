@@ -22,7 +22,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from PIL import Image
 
-from bushcli.effects.names import within
+from bushcli.effects.titles import within
 from bushcli.report.drawing import looks
 from bushcli.report.views.diagnosis.words import law_title
 

@@ -6,7 +6,6 @@ import json
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
@@ -51,8 +50,8 @@ def test_the_version_found_without_loading_it_is_the_one_that_is_loaded():
 
 
 def test_doctor_says_it(monkeypatch):
-    found = doctor._dolfinx({"dolfinx": SimpleNamespace(__version__="0.12.0")})
-    assert [problem.name for problem in found.problems] == ["untried_dolfinx"]
+    monkeypatch.setattr("dolfinx.__version__", "0.12.0")
+    assert "untried_dolfinx" in {problem.name for problem in doctor.examine().problems}
 
 
 @pytest.fixture
