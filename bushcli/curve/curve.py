@@ -303,13 +303,11 @@ def _slope(x: Array, values: Array, powers: Sequence[int], noise: float) -> tupl
 def _errors(fits: list[tuple[float, float]]) -> Iterator[tuple[float, float]]:
     """Yield the error of each slope, and the slope; ``fits`` are slopes with standard errors, by number of terms."""
     slopes = [slope for slope, _ in fits]
-    changes = np.abs(np.diff(slopes))
+    terms = np.abs(np.diff(slopes, prepend=0.0))
     for i, (slope, error) in enumerate(fits):
         if i + 1 < len(fits):
             left_out = max(abs(slope - more) for more in slopes[i + 1 :])
-        elif i >= 2:
-            left_out = changes[-1] * min(changes[-1] / max(changes[-2], 1e-300), 1.0)
         else:
-            # Two or three points: nothing shows what their polynomial leaves out.
-            left_out = 0.0 if i == 0 else changes[-1]
+            # Nothing shows what the line through two points leaves out.
+            left_out = terms[-1] * min(terms[-1] / max(terms[-2], 1e-300), 1.0) if i else 0.0
         yield float(np.hypot(left_out, error)), slope
