@@ -48,7 +48,7 @@ ALLOWED = {
     ("bushcli/export/writers/", ".text"): "an element of ElementTree has no argument for its text",
     ("bushcli/runtime/interrupt.py", "sys.unraisablehook"): "how Python is given a hook",
     ("bushcli/runtime/interrupt.py", "os.environ"): "PETSc and UCX take options from it alone",
-    ("bushcli/runtime/interrupt.py", "again.daemon"): "threading.Timer has no argument for it",
+    ("bushcli/runtime/interrupt.py", "timer.daemon"): "threading.Timer has no argument for it",
 }
 
 

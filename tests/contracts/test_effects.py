@@ -318,10 +318,10 @@ def test_every_parameter_has_a_prior_with_its_source(one: Effect) -> None:
         assert parameter.admits(low), parameter.name
         assert parameter.admits(high), parameter.name
         if parameter.lower < 0.0 < parameter.upper:
-            assert prior.signed or prior.shape == "t", parameter.name
+            assert prior.signed or prior.shape in ("t", "normal"), parameter.name
         if parameter.lower >= 0.0:
             assert not prior.signed, parameter.name
-            assert prior.shape != "t", parameter.name
+            assert prior.shape not in ("t", "normal"), parameter.name
         if prior.of in ("travel", "force", "stiffness", "force/duration", "squared arm"):
             assert parameter.of_channel, parameter.name
 

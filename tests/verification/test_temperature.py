@@ -397,7 +397,7 @@ def test_a_column_of_temperatures_in_another_unit_is_refused(tmp_path):
     ):
         result = CliRunner().invoke(main, ["direct", str(written(tmp_path, head + recording.format(units)))])
         assert result.exit_code == code
-        said = "nm is no unit of a temperature" if "Nm" in units else "293 degrees C: no test of rubber"
+        said = "Nm is no unit of a temperature" if "Nm" in units else "293 degrees C: no test of rubber"
         assert (said in result.output) == (code == 2)
 
 
