@@ -10,7 +10,7 @@ Two stiffnesses are defined here, in the same way for coarse noise-free and for 
   be distinguished from noise) and at least 5 of them (4 of a simulated program). The k of least error counts: its
   standard error and, in quadrature, the largest change that a further term makes; of the last term the change that
   a geometric series of the terms would leave. A curve whose least error is above 10 % (5 % of a simulated program,
-  whose steps can be made smaller) has no initial stiffness.
+  whose steps can be made smaller; both are judgement) has no initial stiffness.
 - *secant stiffness*: peak to peak, (Q(q_max) - Q(q_min)) / (q_max - q_min). Each end is the mean over
   the points within 1 % of the range from it, so that it does not depend on a single noisy sample; where a loop is open,
   loading and unloading points near the end are averaged.
