@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cases.model import FiniteElementModel
-from geometry.dolfinx_api import collapsed
+from geometry.dolfinx_api import collapse
 
 Array = NDArray[np.float64]
 
@@ -66,7 +66,7 @@ def _displacements(model: FiniteElementModel, owned: bool) -> Iterator[tuple[Arr
     """Points (n, 3) and unknowns (n,) of each component of the displacement."""
     space = model.space.sub(0)
     for component in range(space.num_sub_spaces):
-        subspace, dofs = collapsed(space.sub(component))
+        subspace, dofs = collapse(space.sub(component))
         count = subspace.dofmap.index_map.size_local if owned else len(dofs)
         yield subspace.tabulate_dof_coordinates()[:count], dofs[:count]
 

@@ -19,7 +19,7 @@ from cases.matrix import Pattern
 from cases.parameters import Parameters
 from cases.ranks import summed
 from cases.surfaces import SurfaceForms
-from geometry.dolfinx_api import collapsed
+from geometry.dolfinx_api import collapse
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
@@ -90,7 +90,7 @@ class System:
     @cached_property
     def owned_pressures(self) -> Index:
         """Pressure unknowns that this rank owns."""
-        _, dofs = collapsed(self._space.sub(1))
+        _, dofs = collapse(self._space.sub(1))
         return dofs[dofs < self.owned]
 
     @cached_property

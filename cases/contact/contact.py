@@ -98,7 +98,11 @@ class Contact:
 
     def relocated(self, mesh: NamedMesh) -> bool:
         """Take over new coordinates of the mesh; return False if the contact has to be built again instead."""
-        if self.bodies.follow is not None or self._moved is not None or mesh.shape.meeting is not True:
+        if (
+            self.bodies.follow is not None
+            or self._moved is not None
+            or mesh.shape.contact_surfaces is not True
+        ):
             return False
         planes = self.bodies.X[self.bodies.movable :]
         self.bodies = replace(self.bodies, X=np.concatenate([places(mesh, self._patch), planes]))
@@ -312,7 +316,7 @@ def contact_of(mesh: NamedMesh, space: Any, mode: Mode, stress_free: StressFree 
     stress_free
         Where the stress-free body is; None where it is the mesh.
     """
-    if mode.specimen != "bushing" or not mesh.shape.meeting:
+    if mode.specimen != "bushing" or not mesh.shape.contact_surfaces:
         return None
     if mesh.mesh.comm.size > 1:
         # Pairs of facets on different ranks have no place in a distributed matrix yet: docs/contact.md says so.
@@ -328,7 +332,7 @@ def contact_of(mesh: NamedMesh, space: Any, mode: Mode, stress_free: StressFree 
     surface = patch(mesh, space, free, components)
     strips = []
     drawn = {name: mesh.shape.beyond.get(name) for name in bonds}
-    for name in bonds if mesh.shape.meeting == "sleeves" else [n for n in bonds if drawn[n]]:
+    for name in bonds if mesh.shape.contact_surfaces == "sleeves" else [n for n in bonds if drawn[n]]:
         bonded = on_rubber(mesh, np.intersect1d(tagged(mesh, [name]), outside))
         bond_strip = strip(mesh, space, bonded, surface, components, drawn[name])
         if bond_strip is not None:

@@ -25,7 +25,7 @@ from cases.ranks import summed
 from cases.reaction import reactions
 from cases.rigid import completed, solved, turned
 from cases.six import possible, skew
-from geometry.dolfinx_api import collapsed
+from geometry.dolfinx_api import collapse
 
 Array = NDArray[np.float64]
 
@@ -94,7 +94,7 @@ class Pencil:
         if negative_eigenvalues(solver.factor) > model.system.free_pressures:
             raise Unstable
         self._metal = [metal[name] for name in model.mesh.sleeves]
-        space, self._parent = collapsed(model.space.sub(0))
+        space, self._parent = collapse(model.space.sub(0))
         self._nodes: Array = space.tabulate_dof_coordinates()[:, : model.mesh.dimension].T
         self._take(solver.q)
 
