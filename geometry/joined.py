@@ -124,8 +124,8 @@ def bonds_touch_error(place: NDArray[np.float64], where: str, view: View | None)
     """
     return GeometryError(
         where,
-        f"the inner and the outer bond touch each other at {_point_text(place)}: rubber that is moved and held at one point "
-        "has no finite stiffness",
+        f"the inner and the outer bond touch each other at {_point_text(place)}: rubber that is moved and held at one "
+        "point has no finite stiffness",
         "bonds with a free surface between them; a name or a rule may give a bond an edge or a face too many",
         view,
     )

@@ -141,7 +141,7 @@ def _slopes(channel: Channel, parameters: Mapping[str, float]) -> tuple[Array, C
     if isinstance(simulation, Reaction):
         return simulation.local()
     if not isinstance(simulation, Simulation) or not simulation.path_dependent:
-        sweep = local.swept(model, channel.targets)
+        sweep = local.differentiate_sweep(model, channel.targets)
         q, slope = sweep.history.displacement, sweep.slope
         if channel.odd:
             # Mirrored halves of the rubber change places with the sign of the load.
@@ -153,7 +153,7 @@ def _slopes(channel: Channel, parameters: Mapping[str, float]) -> tuple[Array, C
         return np.asarray(CubicSpline(q, slope)(channel.recording.displacement)), sweep.cells
     # The rig's part in the curve is left out: it does not change which cells carry the force.
     steps, q = simulation.steps, simulation.displacement
-    march = local.marched(model, Program(steps.displacement, steps.time if steps.timed else None))
+    march = local.differentiate_march(model, Program(steps.displacement, steps.time if steps.timed else None))
     clock = np.arange(len(q), dtype=float) if simulation.time is None else simulation.time
     return steps.interpolation(clock[channel.recording.places]) @ march.slope, march.cells
 

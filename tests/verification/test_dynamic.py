@@ -18,7 +18,7 @@ from scipy.special import jv, yv
 from bushcli.simulate.stiffness import matrices_along
 from cases.dynamic.model import DynamicModel, sweep
 from cases.dynamic.pencil import Pencil
-from cases.dynamic.reduction import reduced
+from cases.dynamic.reduction import reduce_pencil
 from cases.equilibrium import Equilibrium
 from cases.feature import Feature, Installed
 from cases.march import march
@@ -63,7 +63,10 @@ def vibrating(
         if solver.q == q and not found:
             pencil = Pencil(model, solver, metal or {})
             found.append(
-                (DynamicModel(reduced(pencil, sweep(frequencies, branches), density, tolerance)), pencil)
+                (
+                    DynamicModel(reduce_pencil(pencil, sweep(frequencies, branches), density, tolerance)),
+                    pencil,
+                )
             )
 
     march(model, Program(path), observer=observe)
