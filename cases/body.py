@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from cases.kernels import Call, kernel, loops, pointer
 from cases.material import RubberAtPoints
 from cases.metal import MetalAtPoints
-from cases.moved import MovedPoints
 from cases.parameters import Numbers
 from cases.points import Moving, Points
+from cases.stress_free import MovedPoints
 from forms import answers, gradients
 from forms.setting import SETTINGS
 

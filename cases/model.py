@@ -26,16 +26,16 @@ from cases.contact.contact import Contact, contact_of
 from cases.elements import QuadratureRule, apart_from_bonds, cells_may_fold, mixed_element
 from cases.feature import Installed
 from cases.internal import Internal
-from cases.kept import ResultCache
 from cases.material import RubberAtPoints
 from cases.metal import MetalAtPoints
 from cases.mode import Mode, setting_for
 from cases.motion import Motion, PoseMotion
-from cases.moved import MovedPoints, StressFree
 from cases.parameters import Parameters
 from cases.points import Points
 from cases.ranks import sum_over_ranks
+from cases.result_cache import ResultCache
 from cases.strain_gradient import strain_gradient
+from cases.stress_free import MovedPoints, StressFree
 from cases.surfaces import SurfaceForms, surface_energies
 from cases.system import System
 from forms.kinematics import Kinematics, kinematics_of

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cases.elements import Index, QuadratureRule, Unknowns
 from cases.kernels import loops, pointer
-from cases.moved import StressFreePlacement
+from cases.stress_free import StressFreePlacement
 from forms.setting import KinematicDescription
 from geometry.dolfinx_api import cell_nodes
 from geometry.mesh import NamedMesh

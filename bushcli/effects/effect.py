@@ -27,7 +27,7 @@ from bushcli.effects.exported import CardPart, ForceLawPart
 from bushcli.effects.names import effect_name
 from bushcli.effects.prior import Prior
 from cases.mode import modes
-from forms.law import UnknownName, named
+from forms.law import UnknownName, find_parameter
 from geometry.shape import Mirrors, Shape, Sleeve
 
 if TYPE_CHECKING:
@@ -328,7 +328,7 @@ class Effect:
         UnknownName
             When the effect has no such parameter.
         """
-        return named(self.parameters, name, self.name)
+        return find_parameter(self.parameters, name, self.name)
 
     @property
     def branches(self) -> int:

@@ -22,9 +22,9 @@ from scipy.spatial import KDTree
 from bushcli.curve.odd import unfolded
 from bushcli.inverse.channel import Channel
 from bushcli.likelihood import calibration
-from bushcli.likelihood.linearised import linearised, weighed
+from bushcli.likelihood.linearisation import linearise, weigh
 from bushcli.likelihood.noise import Compared
-from bushcli.mismatch.field import covariance, estimate, uniform, zoned
+from bushcli.mismatch.field import covariance, estimate, estimate_zones, uniform
 from bushcli.mismatch.maps import LocalMap
 from bushcli.mismatch.places import onto, thickness, zones
 from bushcli.simulate.reaction import Reaction
@@ -176,14 +176,14 @@ class Combined:
         self.linear = calibration.linear_fit(compared, shared, jacobians)
         self.slope = calibration.columns(compared, shared, slopes)
         # The same without allowance for a common factor: what a reader calls the misfit.
-        self.plain = linearised(compared, jacobians)
-        self.plain_slope = weighed(compared, slopes)
+        self.plain = linearise(compared, jacobians)
+        self.plain_slope = weigh(compared, slopes)
         self.field = estimate(self.linear, self.slope, covariance(self.cells, thickness(self.cells)))
         self.uniform = uniform(self.plain, self.plain_slope)
         self.beside = uniform(self.plain, self.plain_slope, self.field.change)
-        self.gains = self._gained()
+        self.gains = self._first_order_gains()
 
-    def _gained(self) -> Gains:
+    def _first_order_gains(self) -> Gains:
         """Return the remaining misfit after the fitted parameters have been refitted to first order."""
 
         def left(change: Array | float) -> float:
@@ -241,7 +241,7 @@ class Combined:
 
     def _place(self) -> str:
         labels, members = zones(self.cells, self.mirrors, self.shape)
-        parts = zoned(self.linear, self.slope, members)
+        parts = estimate_zones(self.linear, self.slope, members)
         order = np.argsort(-parts.drop)
         near = parts.drop[order] > parts.drop[order[0]] - APART * parts.variance
         alike = order[near]

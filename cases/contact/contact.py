@@ -18,7 +18,7 @@ from cases.contact.sleeves import RigidFacets, strip
 from cases.contact.surface import Patch, exterior, facets_of, on_rubber, patch, places
 from cases.matrix import MISSING, Pattern
 from cases.mode import Mode
-from cases.moved import MovedPoints, StressFree
+from cases.stress_free import MovedPoints, StressFree
 from geometry.mesh import NamedMesh
 
 Array = NDArray[np.float64]

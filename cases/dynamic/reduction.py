@@ -230,11 +230,6 @@ class ReducedPencil:
         return np.asarray(errors.max(axis=1)), np.asarray(1.0 / np.sqrt(sizes * beta))
 
 
-def reduce_pencil(pencil: Pencil, sweep: Sweep, density: float, tolerance: float) -> ReducedPencil:
-    """Reduce the body to the vectors of `basis_for`."""
-    return basis_for(pencil, sweep, density, tolerance).reduced_pencil()
-
-
 def basis_for(pencil: Pencil, sweep: Sweep, density: float, tolerance: float) -> VectorBasis:
     """Choose vectors until the bound of the error is below a tolerance at every point, or no vector makes it smaller.
 

@@ -14,8 +14,8 @@ from geometry.cad.roles import INNER, OUTER, RUBBER
 from geometry.cad.rules import STRAIGHT, Rule, hexadecimal, matching_faces
 from geometry.cad.sampling import Sampled
 from geometry.cad.triangles import view_of
+from geometry.connections import BONDS
 from geometry.errors import GeometryError
-from geometry.joined import BONDS
 from geometry.session import model
 
 FREE = "free"

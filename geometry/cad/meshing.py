@@ -11,7 +11,7 @@ import numpy as np
 
 from geometry.cad.bonds import FREE
 from geometry.cad.cut import cut
-from geometry.cad.found import CadStatements, FoundPart, find_part
+from geometry.cad.find_part import CadStatements, FoundPart, find_part
 from geometry.cad.frame import vector_text
 from geometry.cad.measure import TETRAHEDRON
 from geometry.cad.part import open_part

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from geometry.connections import BONDS
 from geometry.errors import GeometryError
 from geometry.isolated import isolated
-from geometry.joined import BONDS
 from geometry.section.outline import FREE, RUBBER, Loop, OutlineCurve, is_straight
 from geometry.section.spline import pieces
 from geometry.size import MILLIMETRES, Unit

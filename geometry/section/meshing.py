@@ -15,7 +15,7 @@ from geometry.isolated import isolated, seconds_for
 from geometry.raw import RawMesh, add_mirror_image, from_gmsh, revolve, to_gmsh
 from geometry.section.block import block
 from geometry.section.draw import Drawn, draw
-from geometry.section.found import FoundSection
+from geometry.section.find_section import FoundSection
 from geometry.section.outline import RUBBER
 from geometry.session import convert_errors, model, options, session
 from geometry.shape import Mirrors, Names, Refinement

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from geometry.connections import BONDS
 from geometry.errors import GeometryError
-from geometry.joined import BONDS
 from geometry.section.outline import FREE, Loop, OutlineCurve
 
 #: Names of edges that do not name a plate.

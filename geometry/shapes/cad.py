@@ -9,10 +9,10 @@ from typing import Any, ClassVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 from typing_extensions import override
 
-from geometry.cad.found import CadStatements, FoundPart, find_part
+from geometry.cad.find_part import CadStatements, FoundPart, find_part
 from geometry.cad.part import STEP
-from geometry.cad.ready import SUFFIXES as MESHES
-from geometry.cad.ready import ReadyMesh, read_mesh
+from geometry.cad.ready_mesh import SUFFIXES as MESHES
+from geometry.cad.ready_mesh import ReadyMesh, read_mesh
 from geometry.cad.rules import Rules, Vector
 from geometry.file import existing_file
 from geometry.metal import Metal, Plate, metal_text, metals

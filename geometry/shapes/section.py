@@ -13,7 +13,7 @@ from typing_extensions import override
 from geometry.file import existing_file
 from geometry.metal import Metal, Plate, is_rigid, metal_text, metals
 from geometry.section.dxf import Drawing, read_dxf
-from geometry.section.found import FoundSection, find_section
+from geometry.section.find_section import FoundSection, find_section
 from geometry.section.outline import Edge, Loop, loops_of
 from geometry.shape import Meets, Mirrors, Names, Refinement, shown_measures
 from geometry.size import STATES, UNSTATED, Unit

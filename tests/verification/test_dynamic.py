@@ -18,7 +18,7 @@ from scipy.special import jv, yv
 from bushcli.simulate.stiffness import matrices_along
 from cases.dynamic.model import DynamicModel, sweep
 from cases.dynamic.pencil import Pencil
-from cases.dynamic.reduction import reduce_pencil
+from cases.dynamic.reduction import basis_for
 from cases.equilibrium import Equilibrium
 from cases.feature import Feature, Installed
 from cases.march import march
@@ -64,7 +64,9 @@ def vibrating(
             pencil = Pencil(model, solver, metal or {})
             found.append(
                 (
-                    DynamicModel(reduce_pencil(pencil, sweep(frequencies, branches), density, tolerance)),
+                    DynamicModel(
+                        basis_for(pencil, sweep(frequencies, branches), density, tolerance).reduced_pencil()
+                    ),
                     pencil,
                 )
             )

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.blocks import Array
+from geometry.connections import refuse_loose, refuse_touching
 from geometry.errors import GeometryError
 from geometry.isolated import isolated
-from geometry.joined import refuse_loose, refuse_touching
 from geometry.section.crossing import refuse_crossings
 from geometry.section.draw import Drawn, draw, refuse_overlaps
 from geometry.section.outline import RUBBER, Loop

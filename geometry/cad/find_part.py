@@ -12,21 +12,21 @@ import numpy as np
 
 from geometry.blocks import Array
 from geometry.cad.axis import Axis, distance_between, find_axis, turned_about
+from geometry.cad.bonded_metal import beyond_bonds, held_area, is_even
 from geometry.cad.bonds import FREE, Bonds, find_bonds
 from geometry.cad.frame import Frame, frame_of
-from geometry.cad.held import beyond_bonds, held_area, is_even
-from geometry.cad.missing import require_bonds
+from geometry.cad.missing_bonds import require_bonds
 from geometry.cad.notes import captions_of, notes_of, picture_names
 from geometry.cad.part import Part, open_part
 from geometry.cad.roles import IGNORED, INNER, OUTER, RUBBER, roles_of
 from geometry.cad.rules import Rule
 from geometry.cad.sampling import Sampled, extent, local_thickness, sample
+from geometry.cad.segment import refuse_segment
 from geometry.cad.splines import areas_and_volumes
 from geometry.cad.triangles import view_of
-from geometry.cad.whole import refuse_segment
+from geometry.connections import BONDS, refuse_loose, refuse_touching
 from geometry.errors import GeometryError
 from geometry.isolated import SIMPLER, isolated
-from geometry.joined import BONDS, refuse_loose, refuse_touching
 from geometry.session import model, session
 from geometry.size import Unit
 from geometry.symmetry import SampledSolids, is_symmetric, moments

@@ -17,10 +17,10 @@ from geometry.blocks import Array
 from geometry.cad.axis import Axis
 from geometry.cad.frame import frame_of, vector_text
 from geometry.cad.measure import TETRAHEDRON, area, triangles, volume
-from geometry.cad.whole import refuse_segment
+from geometry.cad.segment import refuse_segment
+from geometry.connections import bonds_touch_error
 from geometry.errors import GeometryError
 from geometry.isolated import isolated
-from geometry.joined import bonds_touch_error
 from geometry.raw import HEXAHEDRON8, TETRAHEDRON4, TETRAHEDRON10, RawMesh
 from geometry.size import refuse_size
 from geometry.view import View
