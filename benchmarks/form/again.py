@@ -71,7 +71,7 @@ class Leaving(Beside):
 
     def _averaged(self, points: Any) -> Prediction:
         found = super()._averaged(points)
-        best = max((self._value(point)[0] for point in points), key=lambda one: one.judged.log)
+        best = max((self._value(point)[0] for point in points), key=lambda one: one.judgement.log)
         object.__setattr__(found, "left", best.left)
         return found
 
@@ -153,7 +153,7 @@ def _seen_in(key: Any, states: Mapping[Any, tuple[Any, Evidence]]) -> tuple[str,
     least: tuple[str, ...] = one["effects"]
     for other, (smaller, worse) in states.items():
         more = len(one["effects"]) - len(smaller["effects"])
-        if more > 0 and set(other) < set(key) and found.judged.log - worse.judged.log < FAINT * more:
+        if more > 0 and set(other) < set(key) and found.judgement.log - worse.judgement.log < FAINT * more:
             least = min(least, smaller["effects"], key=len)
     return least
 

@@ -16,7 +16,7 @@ from bushcli.diagnosis.result import DiagnosedChannel, DiagnosedTable, NextTest
 from bushcli.diagnosis.vibrating import diagnosed_table
 from bushcli.faults import masks
 from bushcli.inverse.channel import Channel
-from bushcli.likelihood.calibration import calibrated, factor_of
+from bushcli.likelihood.calibration import calibrate, factor_of
 from bushcli.likelihood.noise import Compared, noise_model
 from bushcli.mismatch.maps import LocalMap
 from bushcli.recording.dynamic.rows import RecordedTable
@@ -119,7 +119,7 @@ def calibrated_curves(
     """
     channels = cache.channels(plain.model.task(case))
     return tuple(
-        calibrated(curve, factor_of(channel))
+        calibrate(curve, factor_of(channel))
         for curve, channel in zip(compared, channels, strict=True)
         if curve.recording.kind == "static"
     )

@@ -31,7 +31,7 @@ from bushcli.diagnosis.result import UNSEARCHED, Diagnosis, Verdict
 from bushcli.diagnosis.words import could_shift
 from bushcli.errors import InputError, Problem
 from bushcli.inverse.verdict import history_not_saved
-from bushcli.mismatch.missing import missing
+from bushcli.mismatch.missing_force import describe_missing
 from bushcli.mismatch.record import locate
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import CONTINUE, Condition, history_damaged
@@ -234,7 +234,7 @@ def _answer(question: Question, outcome: _Outcome, extras: Extras, cache: ModelC
         form_error=answer.form_error(best, search.plain, after),
         missing=None
         if unsearched or verdict == "explained" or (left <= 0.0 and not best.unknown)
-        else missing(
+        else describe_missing(
             [after[i] for i in curves], [problem.likelihood.features[i] for i in curves], unknown, left
         ),
         searched=extent,
