@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from bushcli.diagnosis.posterior import Weighed, credible_sets, groups, posterior, probabilities
+from bushcli.diagnosis.posterior import WeighedModel, credible_sets, groups, posterior, probabilities
 from bushcli.effects.effect import effects
 
 ALL = list(effects())
@@ -44,7 +44,7 @@ def test_a_law_set_free_stands_among_the_effects():
 def weighed(*pairs):
     """Models by their effects, with probabilities; "unknown" among the effects is the unknown one."""
     made = [
-        Weighed(state(*(n for n in names if n != "unknown")), "unknown" in names, p, 0.0)
+        WeighedModel(state(*(n for n in names if n != "unknown")), "unknown" in names, p, 0.0)
         for names, p in pairs
     ]
     return tuple(sorted(made, key=lambda one: -one.probability))
