@@ -56,7 +56,7 @@ class Extras:
         problem : CommonData
         plain : Fitted
             The plain law.
-        models : sequence of Weighed
+        models : sequence of WeighedModel
             The most probable one first.
         crew : Workers
         cache : ModelCache
@@ -133,7 +133,7 @@ def share_left(best: WeighedModel, plain: State) -> float:
 
     Parameters
     ----------
-    best : Weighed
+    best : WeighedModel
     plain : State
     """
     before, after = (float(np.sum(np.maximum(s.evidence.left.excess, 0.0))) for s in (plain, best.state))
@@ -152,7 +152,7 @@ def before_and_after(
     problem : CommonData
     plain : Fitted
         The plain law.
-    best : Weighed
+    best : WeighedModel
         The most probable model.
     """
     fitted: Mapping[str, int] = {recording.name: i for i, recording in enumerate(problem.recordings)}

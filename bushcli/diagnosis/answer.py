@@ -49,7 +49,7 @@ def verdict(best: WeighedModel, plain: Model) -> Verdict:
 
     Parameters
     ----------
-    best : Weighed
+    best : WeighedModel
         The most probable model.
     plain : Model
         The plain law.
@@ -68,7 +68,7 @@ def ranked_models(models: Sequence[WeighedModel], search: Search) -> tuple[Ranke
 
     Parameters
     ----------
-    models : sequence of Weighed
+    models : sequence of WeighedModel
         The most probable one first.
     search : Search
     """
@@ -136,7 +136,7 @@ def form_error(best: WeighedModel, plain: State, compared: Sequence[Compared]) -
 
     Parameters
     ----------
-    best : Weighed
+    best : WeighedModel
         The most probable model.
     plain : State
         The plain law.
@@ -215,10 +215,10 @@ def doubts(
     ----------
     case : Case
     channels : sequence of DiagnosedChannel
-    best : Weighed
+    best : WeighedModel
         The most probable model.
     problem : CommonData
-    extent : Searched
+    extent : SearchExtent
         Extent of the search.
     """
     conditions = []

@@ -59,7 +59,7 @@ class _Outcome:
     search : Search
     ended : Ended
         Why the search ended.
-    models : tuple of Weighed
+    models : tuple of WeighedModel
         The most probable one first.
     plain : Fitted
         The plain law, fitted as accurately as by `bushcli inverse` unless the user stopped the calculation.

@@ -117,7 +117,7 @@ def components(
     ----------
     parameter : str
         Its name in the law, or in the effect of the first model.
-    models : sequence of Weighed
+    models : sequence of WeighedModel
         The most probable one first.
     law : str
         Name of the law, if the parameter is one of a law.
@@ -176,7 +176,7 @@ def scanned_interval(
     active : ActiveEffect
         The effect, with the value of the most probable model.
     parameter : EffectParameter
-    models : sequence of Weighed
+    models : sequence of WeighedModel
     """
     name, share = active.full_name(parameter), _shares(active, parameter, models)
     points = sorted({*map(float, parameter.scan), *share, float(active.values[parameter.name])})

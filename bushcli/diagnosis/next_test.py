@@ -94,7 +94,7 @@ def next_test(
     Parameters
     ----------
     problem : CommonData
-    rivals : sequence of Weighed
+    rivals : sequence of WeighedModel
     workers : Workers
     notify : callable
         Called with the stage, its subject, and a text about it.

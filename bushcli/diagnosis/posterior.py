@@ -121,14 +121,14 @@ def _weighed_models(search: Search) -> list[WeighedModel]:
     models = []
 
     def add(key: Key, unknown: bool, probability: float) -> None:
-        at = search.seen_in(key), unknown
+        at = search.smallest_equivalent(key), unknown
         share[at] = share.get(at, 0.0) + probability
 
     for key, state in search.states.items():
         both = [float(np.exp(weight - total)) for weight in search.weights(state)]
         for unknown, probability in enumerate(both):
             add(key, bool(unknown), probability)
-        if search.seen_in(key) != key:
+        if search.smallest_equivalent(key) != key:
             continue
         for removed, log in resemblances(state, search.uniform, search.states):
             smaller = state.without(removed).model
@@ -192,7 +192,7 @@ def unfitted_model(models: Sequence[WeighedModel], tried: Collection[Key] = ()) 
 
     Parameters
     ----------
-    models : sequence of Weighed
+    models : sequence of WeighedModel
     tried : collection of Key
         Models that are not returned.
     """
@@ -236,7 +236,7 @@ def probabilities(models: Sequence[WeighedModel], considered: Sequence[str]) -> 
 
     Parameters
     ----------
-    models : sequence of Weighed
+    models : sequence of WeighedModel
         The most probable one first.
     considered : sequence of str
         Names of the effects.
@@ -272,7 +272,7 @@ def groups(models: Sequence[WeighedModel], probability: Mapping[str, float]) -> 
 
     Parameters
     ----------
-    models : sequence of Weighed
+    models : sequence of WeighedModel
         The most probable one first.
     probability : mapping of str to float
         Probability of each effect, 0 to 1.

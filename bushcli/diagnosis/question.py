@@ -238,8 +238,8 @@ def pose_problem(
 ) -> tuple[CommonData, State]:
     """Return the likelihood, and the plain law fitted under it.
 
-    What the plain law leaves is what effects may explain. Its first fit begins with the error that `first_plain_fit` assumed, its
-    second one with the misfit of the first.
+    What the plain law leaves is what effects may explain. Its first fit begins with the error that `first_plain_fit`
+    assumed, its second one with the misfit of the first.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ def quantities(models: Sequence[WeighedModel], material: Material) -> dict[str, 
 
     Parameters
     ----------
-    models : sequence of Weighed
+    models : sequence of WeighedModel
         The most probable one first; the interval is over all models that have the parameter.
     material : Material
         The case's; an effect may add to one of its values.
@@ -111,7 +111,7 @@ def held_quantity(
     parameter : EffectParameter
     known : ParameterPrior or None
         Its prior.
-    models : sequence of Weighed
+    models : sequence of WeighedModel
     """
     value = float(active.values[parameter.name])
     choices: Sequence[str] = getattr(parameter, "choices", ())
@@ -141,7 +141,7 @@ def diagnosed_effects(
 
     Parameters
     ----------
-    models : sequence of Weighed
+    models : sequence of WeighedModel
         The most probable one first.
     search : Search
     material : Material

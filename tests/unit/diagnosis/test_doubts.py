@@ -28,7 +28,7 @@ def asked(misfit: Any, taken: NoiseModel | None = None) -> Any:
     compared = Compared(recording, LAW, own)
     problem = SimpleNamespace(
         used=(used,),
-        compared=lambda simulated: (compared,),
+        compared_recordings=lambda simulated: (compared,),
         likelihood=SimpleNamespace(features=(features(recording, own, used, 0.005),)),
     )
     best = SimpleNamespace(state=SimpleNamespace(fitted=SimpleNamespace(simulated=(LAW,))))
