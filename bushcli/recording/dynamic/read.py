@@ -147,7 +147,7 @@ def _parts(file: Path, source: DynamicSource, mode: Mode, tables: TableCache) ->
 def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -> TablePart:
     """Return the rows of a group of columns, in internal units."""
     if not len(table):
-        raise table.refused("has a group of columns without values")
+        raise table.refusal("has a group of columns without values")
     remarks = list(table.remarks)
     arrays: dict[str, Array] = {}
     # All that is asked is asked at once.
@@ -179,7 +179,7 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
     if np.isnan(frequency).any():
         what = "has no column of a frequency, and neither its header nor the case file states one"
         expected = "frequency = ... (Hz) in the recording's table, or columns = {frequency = ...}"
-        raise table.refused(what, expected)
+        raise table.refusal(what, expected)
     refuse_rows(
         frequency <= 0.0,
         places,
@@ -217,7 +217,7 @@ def _stated_value(
     if condition is not None and condition.unit.kind not in suited_kinds(quantity, mode):
         unit = f"a unit of a {condition.unit.kind}, which mode {mode.name} has not"
         what = f"states a {quantity.replace('_', ' ')} in {unit}"
-        raise table.refused(what, f"{quantity} = ... in the recording's table of the case file")
+        raise table.refusal(what, f"{quantity} = ... in the recording's table of the case file")
     return condition.value if condition is not None else math.nan if given is None else float(given)
 
 
@@ -232,12 +232,12 @@ def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source
         stated_peak, label = source.amplitude_is or "peak", ""
     if source.amplitude_is is not None and stated_peak and stated_peak != source.amplitude_is:
         what = f'{label} is the {stated_peak} amplitude, and the case file has amplitude_is = "{source.amplitude_is}"'
-        raise table.refused(what, "leave amplitude_is out, or name another column")
+        raise table.refusal(what, "leave amplitude_is out, or name another column")
     peak = source.amplitude_is or stated_peak
     if not peak:
         what = (
             f"{label} may be the peak (half of the travel of a cycle) or the double amplitude (peak to peak)"
         )
         expected = 'amplitude_is = "peak" or "double" in the recording\'s table of the case file'
-        raise table.refused(what, expected)
+        raise table.refusal(what, expected)
     return peak
