@@ -11,7 +11,7 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from bushcli.case import Case, Material, MeshOptions, resolved
+from bushcli.case import Case, Material, MeshOptions, case_json
 from bushcli.case.case import DENSITY
 from bushcli.case.unit import turning
 from bushcli.effects.active import ActiveEffect
@@ -389,7 +389,7 @@ class Task:
             )
         }
         return {
-            "case": resolved(self.case),
+            "case": case_json(self.case),
             "start": dict(self.start),
             "data": self.case.data_digest(),
             **options,
