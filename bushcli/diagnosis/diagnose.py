@@ -173,8 +173,7 @@ def _calculate(
     outcome = _search(question, search, rough, crew)
     extras = Extras()
     if not outcome.interrupted:
-        searched = search.share_left <= UNSEARCHED
-        extras.make(problem, outcome.plain, outcome.models, crew, cache, maps, searched, notify)
+        extras.make(search, outcome.plain, outcome.models, crew, cache, maps)
     return outcome, extras
 
 
@@ -246,7 +245,7 @@ def _answer(question: Question, outcome: _Outcome, extras: Extras, cache: ModelC
         remaining=locate(places[1]),
         next_test=extras.test,
         maps=extras.maps,
-        faults=question.faults,
+        faults=(*question.faults, *extras.faults),
         conditions=(
             *outcome.interrupted,
             *extras.conditions,
