@@ -67,7 +67,7 @@ class Extras:
         problem, notify = search.problem, search.progress
         try:
             self.faults = amplitude_faults(search, crew)
-            if search.left <= UNSEARCHED and len(credible_sets(models)) > 1:
+            if search.share_left <= UNSEARCHED and len(credible_sets(models)) > 1:
                 notify("next", "test", "which test would separate the rivals")
                 self.test = next_test(problem, models, crew, notify)
             if maps and models[0].effects:

@@ -323,10 +323,10 @@ def _changes(recording: Recording) -> Iterator[_Change]:
             words = f'units = {{ displacement = "{si[0]}", force = "{si[1]}" }}'
             yield _Change(factors[0], factors[1], f"if the file is in {si[0]} and {si[1]}: {words}", 0.2)
     if displacement == "length":
-        for name, size in _DRAWN.items():
+        for unit, mm in _DRAWN.items():
             # Stiffness per modulus grows with the lengths, travel per thickness falls with them.
-            words = f"if [geometry] is in {name}: give its lengths in mm, {size:g} times as large"
-            yield _Change(1.0 / size, 1.0 / size**2, words, 0.4, of_geometry=True)
+            words = f"if [geometry] is in {unit}: give its lengths in mm, {mm:g} times as large"
+            yield _Change(1.0 / mm, 1.0 / mm**2, words, 0.4, of_geometry=True)
     for factor in (1e-3, 1e3):
         size, word = ("small", "multiply") if factor > 1 else ("large", "divide")
         remedy = f"is a thousand times too {size}: {word} its column by 1000"

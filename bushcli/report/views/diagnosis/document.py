@@ -212,7 +212,8 @@ def law_line(diagnosis: Diagnosis) -> str:
     law_parameters = {name: quantity for name, quantity in diagnosis.parameters.items() if "." not in name}
     if law_parameters and not diagnosis.law_fixed:
         values = ", ".join(
-            f"{name} {shown_quantity(name, q, diagnosis.measured_channels).text}" for name, q in law_parameters.items()
+            f"{name} {shown_quantity(name, q, diagnosis.measured_channels).text}"
+            for name, q in law_parameters.items()
         )
     else:
         values = ", ".join(
