@@ -70,7 +70,7 @@ def test_rates_with_an_old_factorisation_are_those_of_a_fresh_one(
     program = Program(np.linspace(0, reach, 9)[1:])
     names = tuple(chosen.parameters)
     found = march(model, program, sensitivity=names).sensitivity
-    monkeypatch.setattr(Rates, "iterated", lambda *_: None)
+    monkeypatch.setattr(Rates, "iterate", lambda *_: None)
     exact = march(model, program, sensitivity=names).sensitivity
     assert np.abs((found - exact) / np.abs(exact).max(axis=0)).max() < 2e-6
     assert np.abs(found - exact).max() > 0

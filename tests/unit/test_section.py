@@ -168,11 +168,13 @@ def drawing(path, unit=4, gap=0.0, layer="outer"):
 
 def test_a_drawing_is_read_with_layers_as_names(tmp_path):
     shape = SECTION(file=drawing(tmp_path / "part.dxf"))
-    assert shape.found.measures["inner_bond"] == pytest.approx(2 * np.pi * 10 * 40)
-    assert shape.found.measures["outer_bond"] == pytest.approx(2 * np.pi * 20 * 37)
+    assert shape.interpretation.measures["inner_bond"] == pytest.approx(2 * np.pi * 10 * 40)
+    assert shape.interpretation.measures["outer_bond"] == pytest.approx(2 * np.pi * 20 * 37)
     assert build(shape, 2).boundary.keys() == {"inner", "outer", "free"}
     inches = SECTION(file=drawing(tmp_path / "inches.dxf", unit=1))
-    assert inches.found.measures["rubber"] == pytest.approx(25.4**3 * shape.found.measures["rubber"])
+    assert inches.interpretation.measures["rubber"] == pytest.approx(
+        25.4**3 * shape.interpretation.measures["rubber"]
+    )
     assert "the file states the unit of length mm" in shape.notes
     assert "the file states the unit of length inch" in inches.notes
     assert "the file states the unit of length inch" in SECTION(file=inches.file, unit="mm").notes
@@ -182,13 +184,13 @@ def test_a_drawing_is_read_with_layers_as_names(tmp_path):
 def test_the_case_gives_the_unit_of_a_drawing_that_states_none_or_a_wrong_one(tmp_path, number):
     path = drawing(tmp_path / "part.dxf", unit=number)
     inches = SECTION(file=path, unit="inch")
-    assert inches.found.measures["inner_bond"] == pytest.approx(2 * np.pi * 10 * 40 * 25.4**2)
+    assert inches.interpretation.measures["inner_bond"] == pytest.approx(2 * np.pi * 10 * 40 * 25.4**2)
     assert not [note for note in inches.notes if "unit" in note]
 
 
 def test_a_drawing_without_a_unit_is_in_mm_and_a_note_says_so(tmp_path):
     shape = SECTION(file=drawing(tmp_path / "part.dxf", unit=0))
-    assert shape.found.measures["inner_bond"] == pytest.approx(2 * np.pi * 10 * 40)
+    assert shape.interpretation.measures["inner_bond"] == pytest.approx(2 * np.pi * 10 * 40)
     assert [note for note in shape.notes if "states no unit" in note]
     assert not [note for note in SECTION(outline=RING).notes if "unit" in note]
 
@@ -207,7 +209,7 @@ def test_a_sleeve_is_drawn_with_its_bore_on_a_layer_of_its_own(tmp_path, layers,
     document.saveas(tmp_path / "part.dxf")
     shape = SECTION(file=str(tmp_path / "part.dxf"), plates={"core": {"youngs_modulus": 70000.0}})
     assert shape.elastic_sleeves["core"].youngs_modulus == 70000.0
-    measures = shape.found.measures
+    measures = shape.interpretation.measures
     assert measures["rubber"] == pytest.approx(np.pi * (20**2 - 10**2) * 40)
     assert measures["core"] == pytest.approx(np.pi * (10**2 - 8**2) * 2 * end)
     assert measures["inner_bond"] == pytest.approx(2 * np.pi * 8 * 2 * end)

@@ -67,7 +67,9 @@ def test_it_follows_the_closed_form(coupon, monkeypatch, smaller):
     held = whole_size(state, name) / whole_size(state, "drift.rate")
     share = {"fitted": 0.5 * held, "held": 2.0 * held}[smaller]
     likelihood = state.problem.likelihood
-    monkeypatch.setitem(likelihood.__dict__, "explained", np.array([(own_size(state, name) / share) ** 2]))
+    monkeypatch.setitem(
+        likelihood.__dict__, "explained_squares", np.array([(own_size(state, name) / share) ** 2])
+    )
     one = expected(state, name, min(share, held), PHI, PHI_SPREAD, PHI_MOST)
     assert math.exp(dict(resembling(state))["permanent_set",]) == pytest.approx(one, rel=1e-6)
 
