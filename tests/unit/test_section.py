@@ -98,7 +98,7 @@ def test_the_centre_is_the_middle_of_the_inner_bond_or_given():
     ]
     found = SECTION(outline=shifted).found
     assert (found.centre, found.symmetric) == (7.0, True)
-    assert not SECTION(outline=shifted, centre=6.0).found.symmetric
+    assert not SECTION(outline=shifted, centre=6.0).interpretation.symmetric
 
 
 def test_four_sides_make_quadrilaterals_and_others_triangles():
@@ -256,7 +256,7 @@ def with_void(path, draw):
         space.add_line(corners[i], corners[(i + 1) % 4], dxfattribs={"layer": name})
     draw(document, space)
     document.saveas(path)
-    return SECTION(file=str(path)).found.measures["rubber"]
+    return SECTION(file=str(path)).interpretation.measures["rubber"]
 
 
 DIAMOND = [(13, -12), (15, -10), (17, -12), (15, -14)]
