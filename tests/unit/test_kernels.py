@@ -105,7 +105,7 @@ def own_energy(strain, *, C1):
 def compiled(monkeypatch, tmp_path):
     """A function that was compiled in a new folder, and the records there; compiling it again is an error."""
     monkeypatch.setenv("BUSHCLI_CACHE", str(tmp_path))
-    jit._entered.cache_clear()
+    jit._locked_folder.cache_clear()
     function = answers.volumetric_slopes(SETTINGS["axisymmetric"])
     kernels.Kernel(function)
 
@@ -114,7 +114,7 @@ def compiled(monkeypatch, tmp_path):
 
     monkeypatch.setattr(compiling, "compiled_function", again)
     yield function, list(jit.cache_directory().glob("point-*.json"))
-    jit._entered.cache_clear()
+    jit._locked_folder.cache_clear()
 
 
 def test_a_compiled_kernel_is_found_by_its_note(compiled):

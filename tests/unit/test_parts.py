@@ -182,9 +182,9 @@ def test_units_rules_and_axis_of_the_case(folder):
     collar = np.pi * (27**2 - 22**2)
     assert ruled.measures()["outer_bond"] == pytest.approx(2 * np.pi * 22 * 40 + collar)
     given = CAD(file=flanged, axis=(0, 0, -1), origin=(0, 0, 3), direction=(0, 1, 0))
-    assert given.found.frame.rows[2] == (0.0, 0.0, -1.0)
-    assert given.found.frame.centre == (0.0, 0.0, 3.0)
-    assert given.found.frame.rows[0] == (0.0, 1.0, 0.0)
+    assert given.interpretation.frame.rows[2] == (0.0, 0.0, -1.0)
+    assert given.interpretation.frame.centre == (0.0, 0.0, 3.0)
+    assert given.interpretation.frame.rows[0] == (0.0, 1.0, 0.0)
     for wrong, said in (
         ({"direction": (0, 0, 1)}, "geometry.direction: is along the axis"),
         ({"axis": (1, 0, 0)}, r"about the given axis; most curved faces are about \(0, 0, 1\)"),
@@ -231,7 +231,7 @@ def test_a_part_whose_file_states_a_wrong_unit_is_that_of_a_right_file(folder):
     part = CAD(file=str(make("voids_in_metres", folder)), unit="mm")
     voids = 2 * 0.6 * (18**2 - 14**2)
     assert part.measures()["rubber"] == pytest.approx((np.pi * (22**2 - 10**2) - voids) * 40)
-    assert part.found.size == pytest.approx(44.0)
+    assert part.interpretation.size == pytest.approx(44.0)
     build(part, 3, frozenset({"y"}), part.coarse)
 
 
@@ -264,10 +264,10 @@ def test_an_eccentric_bore_turns_about_its_own_axis(folder):
     """The curved area is mostly that of the outside, 2 mm beside the bore."""
     file = str(make("eccentric", folder))
     found = CAD(file=file)
-    assert found.found.frame.centre == pytest.approx((2.0, 0.0, 0.0), abs=1e-6)
+    assert found.interpretation.frame.centre == pytest.approx((2.0, 0.0, 0.0), abs=1e-6)
     assert any("an axis of its own, 2 mm from that of most faces" in note for note in found.notes)
     given = CAD(file=file, axis=(0, 0, 1), origin=(0, 0, 0))
-    assert given.found.frame.centre == (0.0, 0.0, 0.0)
+    assert given.interpretation.frame.centre == (0.0, 0.0, 0.0)
     assert any("the given origin is 2 mm from the inner bond's own axis" in note for note in given.notes)
     assert not any("torsion" in note for note in CAD(file=str(make("plain", folder))).notes)
     # A radius about a line beside the axis, and a box that also contains the bore.

@@ -86,7 +86,7 @@ def test_of_several_amplitudes_the_one_that_changes_most_counts(coupon, leading)
     size = Size.of(state, active["viscoelasticity"], ())
     share = size.relative_to(
         [Size.of(state, active["drift"], [active["viscoelasticity"]])],
-        math.sqrt(float(state.problem.likelihood.explained.sum())),
+        math.sqrt(float(state.problem.likelihood.explained_squares.sum())),
     )
     one = expected(state, f"viscoelasticity.{leading}", share, PHI, PHI_SPREAD, PHI_MOST)
     assert math.exp(dict(resembling(state))["viscoelasticity",]) == pytest.approx(one, rel=1e-6)
