@@ -299,7 +299,7 @@ def _rows(
             stiffer = ((T + ZERO) / Tr) ** one["exponent"]
         s = modulus(truth, slower * frequency)
         at = Sweep(s, (2 * np.pi * frequency) ** 2)
-        K = stiffer * curve.model._taken(np.array(curve.model.reduced.stiffness(at)))
+        K = stiffer * curve.model._entry_of_motion(np.array(curve.model.reduced.stiffness(at)))
         K = rig(truth, curve.mode, frequency, K, stiffest)
         per = 1.0 if curve.mode != "torsional" else 1.0 / truth.shape[0]
         found += [

@@ -28,10 +28,12 @@ from bushcli.recording import (
     Recording,
     force_noise,
 )
+from bushcli.simulate.derivatives import local_slopes
 from bushcli.simulate.extent import Extent, of_path
 from bushcli.simulate.simulation import FollowedPath
 from bushcli.simulate.steps import IDENTIFIED
 from cases.equilibrium import Equilibrium
+from cases.local import Cells
 from cases.march import History, failure_at_start
 from cases.mode import modes
 from cases.model import FiniteElementModel
@@ -246,6 +248,20 @@ class Channel(FitChannel):
         """
 
     @abstractmethod
+    def local_slopes(self, parameters: Mapping[str, float]) -> tuple[Array, Cells]:
+        """Return derivatives (n, cells) of the force at the samples by the stiffness of each cell, and the cells.
+
+        Parameters
+        ----------
+        parameters : mapping of str to float
+            As in `solve`.
+
+        Raises
+        ------
+        NotConverged
+        """
+
+    @abstractmethod
     def curve(self, answer: ChannelForces) -> Curve:
         """Return the solved curve over the recorded range, smooth enough to be drawn; with effects, along the path."""
 
@@ -300,6 +316,11 @@ class SweptChannel(Channel):
             none if history.sensitivity is None else history.sensitivity,
             None if self.coupon else isochoric_sample(self.model.comm, ends),
         )
+
+    @override
+    def local_slopes(self, parameters: Mapping[str, float]) -> tuple[Array, Cells]:
+        self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
+        return local_slopes(self.model, self.recording.displacement, self.odd)
 
     @override
     def curve(self, answer: ChannelForces) -> Curve:
@@ -368,6 +389,12 @@ class FollowedChannel(Channel):
             return np.zeros((0, 3))
         self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
         return isochoric_sample(self.comm, self.simulation.reached(limit.given))
+
+    @override
+    def local_slopes(self, parameters: Mapping[str, float]) -> tuple[Array, Cells]:
+        self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
+        slope, cells = self.simulation.local_slopes()
+        return slope[self.recording.places], cells
 
     @override
     def curve(self, answer: ChannelForces) -> Curve:

@@ -23,10 +23,11 @@ from bushcli.effects import rig
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.assembly import features_of
 from bushcli.effects.change import Signal
-from bushcli.simulate.derivatives import columns, elastic_curve, extension_in_series
+from bushcli.simulate.derivatives import columns, elastic_curve, extension_in_series, local_slopes
 from bushcli.simulate.schedule import Schedule, prescribed, schedule
 from bushcli.simulate.steps import CONTACT, FEWEST_OF_LEG, IDENTIFIED, PLANE, SOLID
 from cases.elastic_path import acts_through_branches_off, along_elastic_path
+from cases.local import Cells, differentiate_march
 from cases.march import TOLERANCE, History, march
 from cases.mode import Mode
 from cases.model import FiniteElementModel
@@ -169,6 +170,18 @@ class FollowedPath(ABC):
         """Principal stretches of the rubber at the ends of the path, each of shape (n, 3); collective.
 
         The model has the values with which they are wanted. ``failure_limit``: failed steps that a march is allowed.
+
+        Raises
+        ------
+        NotConverged
+        """
+
+    @abstractmethod
+    def local_slopes(self) -> tuple[Array, Cells]:
+        """Derivatives (samples, cells) of the force by the stiffness of each cell, and the cells; collective.
+
+        They are those at the model's present parameters, without the effects of the rig, which do not change which
+        cells carry the force.
 
         Raises
         ------
@@ -360,6 +373,16 @@ class Simulation(FollowedPath):
             sweep(self.model, side, failure_limit=failure_limit)
             stretches.append(principal_stretches(self.model).reshape(-1, 3))
         return stretches
+
+    @override
+    def local_slopes(self) -> tuple[Array, Cells]:
+        if not self.path_dependent:
+            return local_slopes(self.model, self.displacement, self.odd)
+        steps = self.steps
+        march = differentiate_march(
+            self.model, Program(steps.displacement, steps.time if steps.timed else None)
+        )
+        return steps.interpolation(self._clock) @ march.slope, march.cells
 
     def _answer_by_sweep(
         self,

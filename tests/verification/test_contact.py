@@ -262,8 +262,10 @@ def test_surfaces_that_stay_apart_are_not_searched(mode, q, monkeypatch):
 def test_surfaces_that_come_near_are_looked_at_once_for_each_equilibrium(monkeypatch):
     """Until the surfaces meet, the states that Newton's method tries between equilibria are not searched."""
     calls = []
-    usual = ContactSearch.inside
-    monkeypatch.setattr(ContactSearch, "inside", lambda self, *more: calls.append(1) or usual(self, *more))
+    usual = ContactSearch.points_inside
+    monkeypatch.setattr(
+        ContactSearch, "points_inside", lambda self, *more: calls.append(1) or usual(self, *more)
+    )
     _, history = closed([-0.1, -0.2, -0.3])
     assert len(calls) <= 2 * len(history.attempts)
 
@@ -312,8 +314,8 @@ def test_facets_are_compared_with_all_that_are_near(dimension):
         sign, names = np.ones(len(nodes)), np.repeat("free", len(nodes))
         places = np.concatenate([X, more])
         search = ContactSearch(surfaces.Bodies(basis, nodes, sign, places, soft, nodes, None, False, names))
-        assert search.meeting(np.concatenate([x, more]), 0.5)
-        found.append(search.inside(np.concatenate([x, more])))
+        assert search.facets_meet(np.concatenate([x, more]), 0.5)
+        found.append(search.points_inside(np.concatenate([x, more])))
     alone, all_pairs = found
     assert len(alone) > 30
     for name in ("facet", "point", "other", "xi", "free", "r"):

@@ -67,7 +67,9 @@ def test_it_follows_the_closed_form(coupon, monkeypatch, smaller):
     held = whole_size(state, name) / whole_size(state, "drift.rate")
     share = {"fitted": 0.5 * held, "held": 2.0 * held}[smaller]
     likelihood = state.problem.likelihood
-    monkeypatch.setitem(likelihood.__dict__, "explained", np.array([(own_size(state, name) / share) ** 2]))
+    monkeypatch.setitem(
+        likelihood.__dict__, "explained_squares", np.array([(own_size(state, name) / share) ** 2])
+    )
     one = expected(state, name, min(share, held), PHI, PHI_SPREAD, PHI_MOST)
     assert math.exp(dict(resemblances(state))["permanent_set",]) == pytest.approx(one, rel=1e-6)
 
@@ -84,7 +86,7 @@ def test_of_several_amplitudes_the_one_that_changes_most_counts(coupon, leading)
     size = Size.of(state, active["viscoelasticity"], ())
     share = size.relative_to(
         [Size.of(state, active["drift"], [active["viscoelasticity"]])],
-        math.sqrt(float(state.problem.likelihood.explained.sum())),
+        math.sqrt(float(state.problem.likelihood.explained_squares.sum())),
     )
     one = expected(state, f"viscoelasticity.{leading}", share, PHI, PHI_SPREAD, PHI_MOST)
     assert math.exp(dict(resemblances(state))["viscoelasticity",]) == pytest.approx(one, rel=1e-6)
