@@ -148,7 +148,7 @@ def posterior(data: Mapping[str, Any], law: Callable[[int], float]) -> Sets:
 
 
 def _smallest_equivalent(key: Any, states: Mapping[Any, tuple[Any, Evidence]]) -> tuple[str, ...]:
-    """Effects of the smallest model within another one that describes the recordings as well (`Search.smallest_equivalent`)."""
+    """Return the effects of the smallest equivalent model within another one (`Search.smallest_equivalent`)."""
     one, found = states[key]
     least: tuple[str, ...] = one["effects"]
     for other, (smaller, worse) in states.items():
