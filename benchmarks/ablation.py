@@ -200,7 +200,7 @@ def row(name: str, found: list[tuple[Any, ...]], usual: list[tuple[Any, ...]]) -
 
 def main(source: Path | None) -> None:
     """Print the table."""
-    searches = importlib.import_module("bushcli.inverse.identify")._Searches
+    searches: Any = importlib.import_module("bushcli.inverse.identify")._Searches
     searches._profile_best = lambda self, best, skipped: (best, [], False)
     with tempfile.TemporaryDirectory() as folder:
         cases = list(recordings(Path(folder), source))

@@ -32,7 +32,7 @@ from bushcli.simulate.extent import Extent, of_path
 from bushcli.simulate.simulation import FollowedPath
 from bushcli.simulate.steps import IDENTIFIED
 from cases.equilibrium import Equilibrium
-from cases.march import History, unsolved
+from cases.march import History, failure_at_start
 from cases.mode import modes
 from cases.model import FiniteElementModel
 from cases.simulate import even_targets, is_odd, sweep
@@ -355,7 +355,7 @@ class FollowedChannel(Channel):
         try:
             answer = self.simulation.solve(parameters, names, failure_limit=limit.steps)
         except NoEquilibrium as error:
-            raise unsolved(str(error)) from None
+            raise failure_at_start(str(error)) from None
         limit.learn(answer.history)
         places = self.recording.places
         return ChannelForces(self.recording.displacement, answer.force[places], answer.slope[places])

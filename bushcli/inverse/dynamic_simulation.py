@@ -26,7 +26,7 @@ from bushcli.simulate.vibrations import PROMISED, DynamicCurve, Vibrations, bran
 from cases.dynamic.amplitude import UnevenModel
 from cases.dynamic.model import Branches
 from cases.equilibrium import Equilibrium
-from cases.march import march, unsolved
+from cases.march import failure_at_start, march
 from cases.model import FiniteElementModel
 from cases.sine import ThinnedSpectrum
 from cases.stretches import principal_stretches
@@ -217,7 +217,7 @@ class DynamicSimulation:
             )
             limit.learn(history)
         if len(vibrations.curves) < len(test.preload):
-            raise unsolved("a preload is unstable")
+            raise failure_at_start("a preload is unstable")
         return [vibrations.curves[i][0] for i in range(len(test.preload))]
 
     def stiffness(

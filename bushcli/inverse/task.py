@@ -11,7 +11,7 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from bushcli.case import Case, Material, MeshOptions, resolved
+from bushcli.case import Case, Material, MeshOptions, case_json
 from bushcli.case.case import DENSITY
 from bushcli.case.unit import turning
 from bushcli.effects.active import ActiveEffect
@@ -263,7 +263,7 @@ class Task:
                 what = "there are no [[recordings]] to identify a law from"
                 expected = case.expected("[[recordings]] with mode and file")
                 raise InputError(Problem(str(case.path), what, "", expected))
-            if case.geometry.meeting:
+            if case.geometry.contact_surfaces:
                 # Contact is modelled in one process: each one identifies the law by itself.
                 comm = MPI.COMM_SELF
             all_channels = bushing_channels(case, rubber, comm, prepared, measured, corrected)
@@ -321,7 +321,7 @@ class Task:
             expected = '[[recordings]] with kind = "dynamic"; or leave --density out'
             raise InputError(Problem("--density", what, "", expected))
         if self.source == "recordings":
-            if self.case.geometry.meeting:
+            if self.case.geometry.contact_surfaces:
                 comm = MPI.COMM_SELF
             rubber = Rubber(self.law, dict(self.material.parameters), self.material.bulk_modulus)
             dynamic = dynamic_channels(self._case(coarse), rubber, comm, tables)
@@ -389,7 +389,7 @@ class Task:
             )
         }
         return {
-            "case": resolved(self.case),
+            "case": case_json(self.case),
             "start": dict(self.start),
             "data": self.case.data_digest(),
             **options,

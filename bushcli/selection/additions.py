@@ -46,11 +46,11 @@ def more_branches(fits: Fits, known: Collection[Key], share: float) -> Iterator[
     explain little of a recording that one which grows stiffer under load explains.
     """
     likelihood = fits.problem.likelihood
-    most = likelihood.judge(likelihood.nothing).log
+    most = likelihood.judge(likelihood.no_misfit).log
     states: Mapping[Key, State] = dict(fits.states)
     for key, state in states.items():
         own = [active.effect for active in state.model.effects if active.can_branch]
-        reach = fits.weights(state)[0] + most - state.evidence.judged.log
+        reach = fits.weights(state)[0] + most - state.evidence.judgement.log
         if key in known or len(state.model.effects) != 1 or not own or reach < fits.total + math.log(share):
             continue
         for prediction in Beside(state, fits.derivatives.additions_beside(state, among=own)).singles():

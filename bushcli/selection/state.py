@@ -246,7 +246,7 @@ class State:
             for value, prior in zip(self.fitted.x, self.parameter_priors, strict=True)
             if prior is not None
         )
-        return prior - 2.0 * self.evidence.judged.log
+        return prior - 2.0 * self.evidence.judgement.log
 
     @property
     def size(self) -> float:

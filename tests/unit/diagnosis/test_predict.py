@@ -57,7 +57,7 @@ def exactly(one, *added):
     ends = []
     # Alternate with the variance that follows from the likelihood, as fits and predictions do; the best end counts.
     for _ in range(1 + TURNS):
-        whitened, misfit = features.whitened(J, variance), features.whitened(state.misfit[0], variance)
+        whitened, misfit = features.whiten(J, variance), features.whiten(state.misfit[0], variance)
         for _ in range(100):
             # The weight of a prior is that at the end of the previous step.
             rows = np.zeros((len(added), J.shape[1]))
@@ -79,7 +79,7 @@ def exactly(one, *added):
             [0.0] * J.shape[1],
         )
         ends.append((found.log, best[p:]))
-        (scale,) = found.judged.scale
+        (scale,) = found.judgement.scale
         if max(scale / variance, variance / scale) < SETTLED:
             break
         variance = scale
@@ -183,7 +183,7 @@ def test_beside_a_parameter_that_its_bound_holds_nothing_is_gained_beyond_the_bo
     assert alone.model.values["permanent_set.set"] == pytest.approx(0.0, abs=1e-9)
     beside = Beside(alone, found.derivatives.additions_beside(alone, False))
     predicted = next(one for one in beside.singles() if one.model.identities == ("drift", "permanent_set"))
-    assert predicted.log_likelihood == pytest.approx(both.evidence.judged.log, abs=0.1)
+    assert predicted.log_likelihood == pytest.approx(both.evidence.judgement.log, abs=0.1)
     # What the set would gain beyond its bound.
     nothing = np.zeros(len(alone.fitted.x), dtype=bool)
     monkeypatch.setattr(State, "held_parameters", lambda self, misfit, slopes: (nothing, self.fitted.x))
@@ -204,8 +204,8 @@ def test_first_order_takes_a_parameter_to_its_bound_and_no_further(coupon, monke
     forces = zip(best.simulated, best.jacobians, strict=True)
     off = replace(best, x=best.x + step, simulated=tuple(force + J @ step for force, J in forces))
     beside = Beside(State(world.problem, off), ())
-    expected = State(world.problem, best).evidence.judged.log
-    assert State(world.problem, off).evidence.judged.log < expected - 0.1
+    expected = State(world.problem, best).evidence.judgement.log
+    assert State(world.problem, off).evidence.judgement.log < expected - 0.1
     assert beside.own_likelihood == pytest.approx(expected, abs=0.05)
     # Exactly at the bound: an amplitude below its least value, if only by rounding, would be impossible.
     held, values = State(world.problem, off).held_parameters(*beside._whole)
@@ -266,7 +266,7 @@ def test_first_order_takes_a_law_to_its_edge_of_stability_and_no_further(beyond,
     assert edge.margins(optimum).min() > -0.02
     rest = np.concatenate(
         [
-            f.whitened(left, v)
+            f.whiten(left, v)
             for f, left, v in zip(found.likelihood.features, found.misfit, beside.variances, strict=True)
         ]
     )
