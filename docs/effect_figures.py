@@ -9,7 +9,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 
-from bushcli.case.unit import written
+from bushcli.case.unit import case_file_value
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effects
 from bushcli.effects.rig import vibrating
@@ -66,7 +66,7 @@ def main(names: list[str]) -> None:
         axes.set_xlabel("displacement, mm")
         axes.set_ylabel("force, kN")
         told = ", ".join(
-            f"{key} = {written(effects()[name].parameter(key), value, False)}"
+            f"{key} = {case_file_value(effects()[name].parameter(key), value, False)}"
             for key, value in values.items()
         )
         axes.set_title(f"{mode}: {told}", fontsize=9, wrap=True)

@@ -36,8 +36,8 @@ def check(run: Run, strict: bool) -> int:
     and holds, beside what a standard asks for; and the questions that the recordings cannot answer.
     """
     from bushcli.case.hardness import known_from_hardness
-    from bushcli.case.load import unedited
-    from bushcli.case.typical import unusual
+    from bushcli.case.load import unedited_lines
+    from bushcli.case.typical import unusual_values
     from bushcli.faults import find_faults
     from bushcli.faults.dynamic import table_faults
     from bushcli.recording import read_coupon, read_program, read_recording
@@ -76,9 +76,9 @@ def check(run: Run, strict: bool) -> int:
     displacement_programs = [
         program for program in programs if program is not None and program.name not in forced
     ]
-    doubts = unusual(case, case.material, (*records, *materials, *displacement_programs))
+    doubts = unusual_values(case, case.material, (*records, *materials, *displacement_programs))
     conditions = (
-        *unedited(case.path),
+        *unedited_lines(case.path),
         *known_from_hardness(case.material),
         *untried_dolfinx(installed_dolfinx()),
         *doubts,
@@ -185,7 +185,9 @@ def direct(
 
         read = [read_dynamic(source, run.tables) for source in tables]
     if not case.recordings and not case.load_cases and not tables:
-        expected = case.expected("[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`")
+        expected = case.expected_tables(
+            "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
+        )
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     fit = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
     interrupted = False

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case, Material, MeshOptions, case_json
 from bushcli.case.case import DENSITY
-from bushcli.case.unit import turning
+from bushcli.case.unit import parameters_in_degrees
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import EffectParameter
 from bushcli.effects.names import effect_name
@@ -156,7 +156,7 @@ class Task:
     def turned(self) -> dict[str, EffectParameter]:
         """Parameters of its effects that are in degrees in the case file."""
         static = [(source.label, source.mode) for source in self.case.recordings]
-        return turning(
+        return parameters_in_degrees(
             self.effects, [*static, *((source.label, source.mode) for source in self.case.dynamic)]
         )
 
@@ -251,7 +251,7 @@ class Task:
                 what, expected = "there are no [[coupons]] to fit a law to", "[[coupons]] with mode and file"
                 if case.needs_fit:
                     what, expected = f"{what}, and no [material.parameters]", "one of both"
-                expected = case.expected(
+                expected = case.expected_tables(
                     f"{expected}; or `bushcli inverse`, which identifies the parameters from [[recordings]]"
                 )
                 raise InputError(Problem(str(case.path), what, "", expected))
@@ -259,7 +259,7 @@ class Task:
         else:
             if not case.recordings and not self._highest:
                 what = "there are no [[recordings]] to identify a law from"
-                expected = case.expected("[[recordings]] with mode and file")
+                expected = case.expected_tables("[[recordings]] with mode and file")
                 raise InputError(Problem(str(case.path), what, "", expected))
             if case.geometry.meeting:
                 # Contact is modelled in one process: each one identifies the law by itself.

@@ -163,7 +163,9 @@ def channels_to_simulate(
     """
     recordings, faults = measured(case)
     if not recordings and not case.load_cases and not case.dynamic:
-        expected = case.expected("[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`")
+        expected = case.expected_tables(
+            "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
+        )
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     check_travel(case, recordings, faults)
     channels = [prescribed(case, load, measured.tables) for load in case.load_cases]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.case.unit import outside, unit
+from bushcli.case.unit import case_file_number, case_file_unit
 from bushcli.effects.active import acting
 from bushcli.effects.rig import Travel, bushing_path
 from bushcli.errors import InputError, Problem
@@ -40,9 +40,9 @@ def check_play(case: Case, name: str, mode: str, displacement: NDArray[np.float6
         if np.ptp(displacement) > 0.0 and arriving <= _LEAST * np.ptp(displacement):
             rotational = modes()[mode].rotational
             parameter = active.effect.amplitudes[0]
-            value = outside(parameter, active.values[parameter.name], rotational)
-            travel_in_unit = outside(parameter, float(np.abs(displacement).max()), rotational)
-            largest = f"{travel_in_unit:g} {unit(parameter, rotational)}"
+            value = case_file_number(parameter, active.values[parameter.name], rotational)
+            travel_in_unit = case_file_number(parameter, float(np.abs(displacement).max()), rotational)
+            largest = f"{travel_in_unit:g} {case_file_unit(parameter, rotational)}"
             what = (
                 f"{active.full_name(parameter)} = {value:g} takes up all of the travel of {name}, {largest}"
             )

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
 from bushcli.case.hardness import known_from_hardness
-from bushcli.case.typical import unusual
+from bushcli.case.typical import unusual_values
 from bushcli.effects.active import acting, in_state, require_time, state_in_words
 from bushcli.effects.assembly import features_of
 from bushcli.effects.rig import NoEquilibrium
@@ -137,7 +137,7 @@ def _response(
         if channel.recording is None and channel.by_travel:
             active = acting(case.effects, channel.name, channel.mode)
             doubts += outside(channel.name, _extent(channel), tested, active)
-    doubts += unusual(
+    doubts += unusual_values(
         case, material, (channel for channel in channels if channel.path is None and not channel.by_force)
     )
     response = Response(

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from bushcli.case import Case, case_json
-from bushcli.case.typical import unusual
+from bushcli.case.typical import unusual_values
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition, history_damaged
@@ -162,7 +162,7 @@ def study(
     # How many designs have such numbers is known from their rows, which numbers from the first one.
     warnings = [
         replace(condition, message=f"the first design: {condition.message}")
-        for condition in unusual(first_case, first_case.material)
+        for condition in unusual_values(first_case, first_case.material)
     ]
     return _statistics(case, task, plan, rows, limits, resumed, warnings), rows
 

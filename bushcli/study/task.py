@@ -13,7 +13,7 @@ from typing import Any
 from mpi4py import MPI
 
 from bushcli.case import Case, Material, load_case
-from bushcli.case.hardness import HARDNESS, hardened
+from bushcli.case.hardness import HARDNESS, scaled_to_hardness
 from bushcli.errors import InputError
 from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.bodies import PreparedModels
@@ -98,7 +98,7 @@ class StudyTask:
         case = load_case(self.case, [*self.overrides, *changed], tables)
         material = self.material if case.needs_fit and self.material is not None else case.material
         if shore_a is not None and self.hardness is not None:
-            material = hardened(material, self.hardness, float(shore_a))
+            material = scaled_to_hardness(material, self.hardness, float(shore_a))
         return replace(case, material=material), material
 
 
