@@ -10,7 +10,7 @@ from bushcli.case.finding import Finding, Keys, dotted_key, toml_text, unknown_n
 from bushcli.case.schema import EffectTable
 from bushcli.case.unit import case_file_number, case_file_unit, internal_value
 from bushcli.effects.active import ActiveEffect, uniquely_named
-from bushcli.effects.effect import Effect, EffectParameter, Kind, effects, unsuited
+from bushcli.effects.effect import Effect, EffectParameter, Kind, effects, reasons_against
 from bushcli.errors import nearest
 from cases.mode import modes
 from geometry.shape import Shape
@@ -88,7 +88,7 @@ def build(
         values, value_findings = _values(effect, table, keys, rotational, shape)
         findings += value_findings
         other_names = [name for other, _ in tables if (name := other.name) != effect.name]
-        for what, expected in () if shape is None else unsuited(effect, shape, other_names, values):
+        for what, expected in () if shape is None else reasons_against(effect, shape, other_names, values):
             at = (*keys, "name")
             findings.append(
                 Finding(at, f"{dotted_key(at)} = {toml_text(effect.name)}: {what}", expected=expected)

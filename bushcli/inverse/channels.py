@@ -17,7 +17,7 @@ from bushcli.recording import Recording, on_branch, read_coupon
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.measured import Measured
-from bushcli.simulate.reaction import Paths, followed
+from bushcli.simulate.reaction import Paths, simulation_of_recording
 from cases.mode import modes
 from cases.simulate import Prepare, Rubber, prepare
 from geometry.shape import Shape, shapes
@@ -48,7 +48,7 @@ def curve_channel(
     shape, mode, mesh = shape or case.geometry, modes()[recording.mode], case.mesh.refinement
     faulty = bad_samples(recording) if faulty is None else faulty
     paths = {} if paths is None else paths
-    simulation = followed(recording, case, shape, rubber, mesh, comm, prepared, paths)
+    simulation = simulation_of_recording(recording, case, shape, rubber, mesh, comm, prepared, paths)
     if simulation is None:
         return SweptChannel(recording, prepared(shape, mode, rubber, mesh, comm), weighting, faulty, branch)
     return FollowedChannel(recording, simulation, weighting, faulty, branch, corrected)

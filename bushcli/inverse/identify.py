@@ -42,7 +42,7 @@ from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition, history_damaged
 from bushcli.runtime.executor import Pool
 from bushcli.runtime.interrupt import unwrapped_interrupts
-from bushcli.simulate.extent import outside
+from bushcli.simulate.extent import outside_measured
 from bushcli.simulate.play import check_play
 from cases.mode import modes
 from cases.stability import coupon_limits
@@ -261,7 +261,7 @@ class _Searches:
             condition
             for channel, extent in extents.items()
             if channel not in self.problem.channels
-            for condition in outside(channel.name, extent, fitted, channel.active)
+            for condition in outside_measured(channel.name, extent, fitted, channel.active)
         )
 
     def values(self, x: Array) -> dict[str, float]:

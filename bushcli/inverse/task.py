@@ -121,7 +121,7 @@ class Task:
     def effects(self) -> tuple[ActiveEffect, ...]:
         """The case's effects with start values of all their parameters."""
         return tuple(
-            active.started(self.period(active))
+            active.with_start_values(self.period(active))
             if any(p.name not in active.values for p in active.parameters)
             else active
             for active in self.case.effects
@@ -184,7 +184,7 @@ class Task:
         ranges = {
             active.full_name(p): (
                 active.values[p.name],
-                *p.fitted(self.case.geometry, self.period(active))[1:],
+                *p.fit_range(self.case.geometry, self.period(active))[1:],
             )
             for active in self.effects
             for p in active.parameters

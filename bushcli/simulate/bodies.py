@@ -120,7 +120,7 @@ class PreparedModels:
         prepared.model.set_parameters(dict(rubber.parameters) | of_effects, rubber.bulk_modulus)
         return prepared.model
 
-    def relocated(self, model: FiniteElementModel, shape: Shape, refinement: Refinement) -> bool:
+    def relocate(self, model: FiniteElementModel, shape: Shape, refinement: Refinement) -> bool:
         """Move one of these models to another shape; return False, and do nothing, if that needs other elements.
 
         Parameters

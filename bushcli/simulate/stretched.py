@@ -52,7 +52,7 @@ class Stretched:
     distorted: float | None = None
 
 
-def stretched(model: FiniteElementModel, history: History, rubber: Rubber) -> Stretched:
+def strains_over_march(model: FiniteElementModel, history: History, rubber: Rubber) -> Stretched:
     """Return the strains of the rubber over a march."""
     assert history.states is not None
     low, high, unstable, total = np.array([1.0, 1.0]), np.array([1.0, 1.0]), 0, 0

@@ -44,7 +44,7 @@ class Touched:
     height: float
 
 
-def touched(model: FiniteElementModel, history: History) -> tuple[Touched, ...]:
+def surfaces_that_met(model: FiniteElementModel, history: History) -> tuple[Touched, ...]:
     """Return which surfaces met at the steps of a march, in the order in which they did."""
     contact = model.surfaces.contact
     if contact is None or history.states is None:
@@ -63,7 +63,7 @@ def touched(model: FiniteElementModel, history: History) -> tuple[Touched, ...]:
     return tuple(met.values())
 
 
-def sharing(case: Case, comm: MPI.Comm) -> MPI.Comm:
+def processes_sharing_mesh(case: Case, comm: MPI.Comm) -> MPI.Comm:
     """Return the processes that share a mesh: only this one if the case file asks for contact.
 
     Otherwise surfaces that can meet are shared at first, and solved again where they do (`met_unnoticed`).
