@@ -43,7 +43,7 @@ def check(run: Run, strict: bool) -> int:
     from bushcli.recording import read_coupon, read_program, read_recording
     from bushcli.recording.dynamic.read import read_dynamic
     from bushcli.report.results import Checked
-    from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
+    from bushcli.runtime.dolfinx_version import installed_dolfinx, untried_dolfinx
     from bushcli.simulate.admissible import check_material, check_travel
     from bushcli.simulate.play import check_play, check_play_of_load_cases
     from bushcli.standards.protocol import protocol
@@ -166,10 +166,10 @@ def direct(
     A law without parameters is fitted to the coupon tests first.
     """
     from bushcli.report.results import DirectResult
-    from bushcli.simulate.measured import Measured
     from bushcli.simulate.misfit import misfits
     from bushcli.simulate.predict import predict
     from bushcli.simulate.prediction_cache import PredictionCache
+    from bushcli.simulate.recording_cache import RecordingCache
     from bushcli.simulate.response import PredictionInterrupted
     from cases.mode import modes
 
@@ -203,7 +203,7 @@ def direct(
                 stiffness=stiffness_matrix or stiffness_at is not None,
                 stiffness_at=stiffness_at,
                 unrelaxed=unrelaxed,
-                kept=PredictionCache(measured=Measured(run.tables)),
+                kept=PredictionCache(measured=RecordingCache(run.tables)),
             )
         except PredictionInterrupted as ended:
             response, interrupted = ended.response, True

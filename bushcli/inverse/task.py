@@ -25,7 +25,7 @@ from bushcli.inverse.local import Loss
 from bushcli.inverse.problem import Bounds, LeastSquaresProblem, Progress, coupon_states
 from bushcli.inverse.result import Weighting
 from bushcli.recording.table_cache import TableCache
-from bushcli.simulate.measured import Measured
+from bushcli.simulate.recording_cache import RecordingCache
 from cases.simulate import Prepare, Rubber, prepare
 from forms.law import Law, law, laws
 
@@ -216,7 +216,7 @@ class Task:
         coarse: bool = False,
         comm: MPI.Comm = MPI.COMM_WORLD,
         prepared: Prepare = prepare,
-        measured: Measured | None = None,
+        measured: RecordingCache | None = None,
         corrected: Corrected | None = None,
     ) -> tuple[list[Channel], list[Channel]]:
         """Channels of curves to fit, and those to predict; `prepared` makes their finite-element models.
@@ -229,7 +229,7 @@ class Task:
             Ranks that share each model, unless its surfaces can meet.
         prepared : Prepare
             Makes the finite-element model of a channel.
-        measured : Measured, optional
+        measured : RecordingCache, optional
             Cache of the recordings that the caller reads.
         corrected : Corrected, optional
             Returns the correction of a channel's mesh.
@@ -312,7 +312,7 @@ class Task:
         tables : TableCache, optional
             Cache of the binary files that the caller reads.
         """
-        curves, predicted = self.channels(coarse, comm, measured=Measured(tables))
+        curves, predicted = self.channels(coarse, comm, measured=RecordingCache(tables))
         dynamic: list[DynamicChannel] = []
         if self.density and not self._highest:
             what = "the density acts in vibrations alone, and there is no table of dynamic stiffness of the bushing"

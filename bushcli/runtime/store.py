@@ -26,7 +26,7 @@ import numpy as np
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.bounded import read_bounded
 from bushcli.runtime.canonical import canonical
-from bushcli.runtime.tried import installed_dolfinx
+from bushcli.runtime.dolfinx_version import installed_dolfinx
 
 SUFFIX = ".npz"
 # Names that the store gives; other files in its folder are left alone.

@@ -17,8 +17,8 @@ from bushcli.faults import DataFault
 from bushcli.recording import Recording
 from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.admissible import check_travel
-from bushcli.simulate.measured import Measured
 from bushcli.simulate.play import check_play
+from bushcli.simulate.recording_cache import RecordingCache
 from bushcli.simulate.schedule import six_schedule
 from bushcli.simulate.steps import RECORDED
 from cases.load import PrescribedForce
@@ -154,7 +154,7 @@ def recording_channel(case: Case, recording: Recording) -> SimulatedChannel:
 
 
 def channels_to_simulate(
-    case: Case, measured: Measured
+    case: Case, measured: RecordingCache
 ) -> tuple[list[SimulatedChannel], tuple[DataFault, ...]]:
     """Return the channels to simulate, and faults of the recordings; all files are read before the first march.
 

@@ -17,10 +17,10 @@ from bushcli.errors import InputError, Problem
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.interrupt import meet
 from bushcli.simulate.admissible import check_material
+from bushcli.simulate.contact import processes_sharing_mesh
 from bushcli.simulate.extent import Extent, of_test, outside_measured
 from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.response import Progress
-from bushcli.simulate.touching import processes_sharing_mesh
 from bushcli.simulate.vibrations import PROMISED, DynamicCurve, Vibrations, branches_of, thinned_of
 from cases.history import Interrupted
 from cases.march import NotConverged, march

@@ -25,10 +25,11 @@ from bushcli.runtime.names import file_names
 from bushcli.simulate import fields as field_files
 from bushcli.simulate.admissible import check_material
 from bushcli.simulate.channels import SimulatedChannel, channels_to_simulate
+from bushcli.simulate.contact import met_unnoticed, not_shared, processes_sharing_mesh, surfaces_that_met
 from bushcli.simulate.curves import curve_of, force_change, history_change
 from bushcli.simulate.extent import Extent, of_path, outside_measured, tested_temperatures
-from bushcli.simulate.measured import Measured
 from bushcli.simulate.prediction_cache import PredictionCache
+from bushcli.simulate.recording_cache import RecordingCache
 from bushcli.simulate.response import (
     ERROR_OVER_CHANGE,
     FINER,
@@ -40,8 +41,7 @@ from bushcli.simulate.response import (
 )
 from bushcli.simulate.simulation import Answer, FollowedPath, Simulation
 from bushcli.simulate.stiffness import check_state, matrices
-from bushcli.simulate.stretched import strains_over_march
-from bushcli.simulate.touching import met_unnoticed, not_shared, processes_sharing_mesh, surfaces_that_met
+from bushcli.simulate.strains import strains_over_march
 from cases.history import Interrupted
 from cases.march import History, NotConverged, unsolved
 from cases.mode import Mode, mode_of, modes
@@ -159,7 +159,7 @@ def _extent(channel: SimulatedChannel) -> Extent:
     return of_path(channel.mode, channel.displacement, channel.time, channel.temperature)
 
 
-def fineness_of(case: Case, material: Material, measured: Measured) -> dict[str, float]:
+def fineness_of(case: Case, material: Material, measured: RecordingCache) -> dict[str, float]:
     """Return how fine the steps along each recorded path have to be, by channel: for other designs of the same case.
 
     Channels whose force does not depend on the path, or whose path cannot be followed to its end, are left out.
@@ -170,7 +170,7 @@ def fineness_of(case: Case, material: Material, measured: Measured) -> dict[str,
         Validated case.
     material : Material
         Used instead of the material of the case.
-    measured : Measured
+    measured : RecordingCache
         Reads the recordings.
 
     Raises

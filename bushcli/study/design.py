@@ -20,7 +20,7 @@ from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.digits import with_digits
 from bushcli.runtime.executor import Pool
-from bushcli.simulate.measured import Measured
+from bushcli.simulate.recording_cache import RecordingCache
 from bushcli.study.rate_search import MOST_EVALUATIONS, End, search
 from bushcli.study.rates import rates
 from bushcli.study.target import Target
@@ -201,7 +201,7 @@ def design(
 
         unit = qmc.LatinHypercube(len(low), rng=np.random.default_rng(seed)).random(starts - 1)
         points += list(low + unit * (high - low))
-    cache = DesignCache(measured=Measured(tables))
+    cache = DesignCache(measured=RecordingCache(tables))
     ends: list[End] = []
     failed, reason = 0, ""
     questions = [(task, tuple(targets), point, low, high) for point in points]

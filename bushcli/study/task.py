@@ -17,9 +17,9 @@ from bushcli.case.hardness import HARDNESS, scaled_to_hardness
 from bushcli.errors import InputError
 from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.bodies import PreparedModels
-from bushcli.simulate.measured import Measured
 from bushcli.simulate.predict import fineness_of, predict
 from bushcli.simulate.prediction_cache import PredictionCache
+from bushcli.simulate.recording_cache import RecordingCache
 from bushcli.simulate.response import Response
 from bushcli.study.answers import Asked, NoAnswer, answer_columns, quantity_unit
 from bushcli.study.variable import Value
@@ -193,7 +193,7 @@ class DesignCache:
     """Finite-element models and recordings, from one design to the next; they serve one thread at a time."""
 
     bodies: PreparedModels = field(default_factory=PreparedModels)
-    measured: Measured = field(default_factory=Measured)
+    measured: RecordingCache = field(default_factory=RecordingCache)
 
     @property
     def tables(self) -> TableCache:

@@ -13,7 +13,7 @@ import pytest
 from mpi4py import MPI
 
 from bushcli.simulate.bodies import PreparedModels
-from bushcli.simulate.touching import surfaces_that_met
+from bushcli.simulate.contact import surfaces_that_met
 from cases.contact import bodies as surfaces
 from cases.contact.contact import DEEPEST
 from cases.contact.facets import Basis
