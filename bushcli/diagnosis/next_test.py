@@ -34,7 +34,7 @@ from bushcli.diagnosis.menu import Proposal, menu
 from bushcli.diagnosis.next_table import TableProposal, expected_table, noise_of, rows, table_menu
 from bushcli.diagnosis.posterior import CREDIBLE, MEMBER, WeighedModel
 from bushcli.diagnosis.result import NextTest
-from bushcli.effects.active import acting
+from bushcli.effects.active import effects_on_channel
 from bushcli.effects.names import readable_name
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.effects.titles import phrase
@@ -229,7 +229,9 @@ def _simulation(cache: ModelCache, case: Case, model: Model, proposal: Proposal)
     )
     names = labels or [proposal.channel]
     acting_effects = {
-        active.identity: active for name in names for active in acting(effects, name, proposal.channel)
+        active.identity: active
+        for name in names
+        for active in effects_on_channel(effects, name, proposal.channel)
     }
     return Simulation(
         case.geometry,

@@ -361,7 +361,7 @@ class FollowedChannel(Channel):
         corrected: Corrected | None = None,
     ) -> None:
         super().__init__(recording, simulation.model, force_noise(recording), weighting, faulty, branch)
-        self.simulation, self.active, self.before = simulation, simulation.active, simulation.remembered
+        self.simulation, self.active, self.before = simulation, simulation.active, simulation.path_before
         self._correction = None if corrected is None else corrected(recording.name, self.model)
 
     @override
@@ -388,7 +388,7 @@ class FollowedChannel(Channel):
         if self.coupon:
             return np.zeros((0, 3))
         self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
-        return isochoric_sample(self.comm, self.simulation.reached(limit.given))
+        return isochoric_sample(self.comm, self.simulation.stretches_at_ends(limit.given))
 
     @override
     def local_slopes(self, parameters: Mapping[str, float]) -> tuple[Array, Cells]:

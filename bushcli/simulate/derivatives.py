@@ -72,7 +72,7 @@ def extension_in_series(
     """Return the function for the extension of springs in series, given one state of the bushing."""
     local = ("", " ", *names)
 
-    def extended(q: float, force: float, time: float) -> Extension:
+    def extension_at(q: float, force: float, time: float) -> Extension:
         rows = np.zeros((2, 1, len(local)))
         rows[0, 0, 0] = rows[1, 0, 1] = 1.0
         displacement, reaction = Signal(np.array([q]), rows[0]), Signal(np.array([force]), rows[1])
@@ -86,7 +86,7 @@ def extension_in_series(
             dict(zip(names, map(float, slope[2:]), strict=True)),
         )
 
-    return extended
+    return extension_at
 
 
 def local_slopes(model: FiniteElementModel, displacement: Array, odd: bool) -> tuple[Array, local.Cells]:

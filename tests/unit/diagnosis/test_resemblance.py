@@ -26,7 +26,7 @@ def pair(coupon, drift, set_):
     """The fit of a drift and a permanent set, both concealed with these sizes over their priors' medians."""
     world = World(coupon, **{"drift.rate": drift, "permanent_set.set": set_})
     model = world.base.model
-    started = tuple(ActiveEffect(effect(name)).started() for name in ("drift", "permanent_set"))
+    started = tuple(ActiveEffect(effect(name)).with_start_values() for name in ("drift", "permanent_set"))
     both = type(model)(model.law, model.start, effects=started)
     return State(world.problem, world.fit(world.one.case, both, None))
 
@@ -80,7 +80,7 @@ def test_of_several_amplitudes_the_one_that_changes_most_counts(coupon, leading)
     world = World(coupon, **{"drift.rate": 3.0, f"viscoelasticity.{leading}": 0.5})
     two = ActiveEffect(effect("viscoelasticity"), {"g1": 0.1, "tau1": 1.0, "g2": 0.1, "tau2": 10.0})
     law = world.base.model
-    both = type(law)(law.law, law.start, effects=(ActiveEffect(effect("drift")).started(), two))
+    both = type(law)(law.law, law.start, effects=(ActiveEffect(effect("drift")).with_start_values(), two))
     state = State(world.problem, world.fit(world.one.case, both, None))
     active = {one.effect.name: one for one in state.model.effects}
     size = Size.of(state, active["viscoelasticity"], ())
@@ -247,6 +247,6 @@ def test_memory_is_declared_where_the_force_depends_on_the_past(name):
     path = np.concatenate([[0.0], LOOPS])
     stiff = lambda q: (300.0 * q, np.full(len(q), 300.0), np.zeros((len(q), 0)))  # noqa: E731
     travel = Travel(path, np.arange(len(path), dtype=float))
-    force = elastic_response([ActiveEffect(one).started()], travel, stiff, ()).value
+    force = elastic_response([ActiveEffect(one).with_start_values()], travel, stiff, ()).value
     spread = max(np.ptp(force[np.isclose(path, q, atol=1e-9)]) for q in np.unique(np.round(path, 9)))
     assert one.has_memory == (spread > 1e-6 * np.ptp(force))
