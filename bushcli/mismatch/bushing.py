@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.spatial import KDTree
 
-from bushcli.curve.odd import unfolded
+from bushcli.curve.odd import both_halves
 from bushcli.inverse.channel import Channel
 from bushcli.likelihood import calibration
 from bushcli.likelihood.linearised import linearised, weighed
@@ -149,7 +149,7 @@ def _slopes(channel: Channel, parameters: Mapping[str, float]) -> tuple[Array, C
             image = sweep.cells.centres.copy()
             if plane is not None and (dimension == 3 or plane == "z"):
                 image[:, dimension - 1 if plane == "z" else "xy".index(plane)] *= -1.0
-            q, slope = unfolded(q, slope, -slope[:, KDTree(sweep.cells.centres).query(image)[1]])
+            q, slope = both_halves(q, slope, -slope[:, KDTree(sweep.cells.centres).query(image)[1]])
         return np.asarray(CubicSpline(q, slope)(channel.recording.displacement)), sweep.cells
     # The rig's part in the curve is left out: it does not change which cells carry the force.
     steps, q = simulation.steps, simulation.displacement

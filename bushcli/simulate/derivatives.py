@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.curve.odd import unfolded
+from bushcli.curve.odd import both_halves
 from bushcli.effects import rig
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.change import Signal
@@ -51,7 +51,7 @@ def elastic_curve(
             slope[:, i] = history.sensitivity[:, inner.index(name)]
     values = np.column_stack([history.force, slope])
     if symmetric:
-        q, values = unfolded(q, values)
+        q, values = both_halves(q, values)
     spline = CubicSpline(q, values)
     stiffness = spline.derivative()
 
