@@ -34,6 +34,7 @@ FaultKind = Literal[
     "no_signal",
     "temperature",
     "loss_angle",
+    "amplitude",
 ]
 
 

@@ -27,7 +27,7 @@ from bushcli.recording.dynamic.columns import (
     with_values,
 )
 from bushcli.recording.dynamic.loops import read_loops
-from bushcli.recording.dynamic.names import CONDITIONS, Stated
+from bushcli.recording.dynamic.names import CONDITIONS, Peak, Stated
 from bushcli.recording.dynamic.source import HIGHEST, DynamicSource
 from bushcli.recording.dynamic.stiffness import StiffnessColumns, complex_stiffness
 from bushcli.recording.dynamic.table import DynamicTable, Quantity, TablePart, refuse_rows
@@ -70,6 +70,7 @@ def read_dynamic(source: DynamicSource, tables: TableCache | None = None) -> Dyn
         parts = [replace(part, modulus=part.modulus or "G") for part in parts]
     arrays = {key: np.concatenate([part.arrays[key] for part in parts]) for key in _ARRAYS}
     places = tuple(place for part in parts for place in part.places)
+    arrays["amplitude"] = arrays["amplitude"] * source.amplitude_factor
     amplitude, temperature = arrays["amplitude"], arrays["temperature"]
     refuse_rows(
         amplitude == 0.0,
@@ -97,6 +98,7 @@ def read_dynamic(source: DynamicSource, tables: TableCache | None = None) -> Dyn
     if mode.specimen == "coupon":
         quantity = source.quantity or ("G" if "G" in moduli else "E")
     remarks = tuple(dict.fromkeys(text for part in parts for text in part.remarks))
+    amplitude_is = {part.amplitude_is for part in parts}
     return DynamicTable(
         name=source.label,
         mode=source.mode,
@@ -106,6 +108,7 @@ def read_dynamic(source: DynamicSource, tables: TableCache | None = None) -> Dyn
         places=places,
         remarks=remarks,
         accepted_faults=source.accepted_faults,
+        amplitude_is=amplitude_is.pop() if len(amplitude_is) == 1 else "",
     )
 
 
@@ -160,7 +163,8 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
             remarks += [remark] if remark else []
         except RecordingError as error:
             asked += error.problems
-    stated, peak = above(table) | dict(group.conditions), ""
+    stated = above(table) | dict(group.conditions)
+    peak: Peak = ""
     try:
         peak = _peak(table, group, stated, source)
     except RecordingError as error:
@@ -207,7 +211,7 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
     arrays = {key: arrays.get(key, unknown) for key in _ARRAYS}
     moduli = {name.modulus for quantity, (_, name) in group.columns.items() if quantity in MEASURED} - {""}
     modulus: Literal["E", "G", ""] = next(iter(moduli)) if len(moduli) == 1 else ""
-    return TablePart(arrays, places, (*remarks, *said_of), modulus)
+    return TablePart(arrays, places, (*remarks, *said_of), modulus, peak)
 
 
 def _stated_value(
@@ -223,7 +227,7 @@ def _stated_value(
     return condition.value if condition is not None else math.nan if given is None else float(given)
 
 
-def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source: DynamicSource) -> str:
+def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source: DynamicSource) -> Peak:
     """Return whether the file's amplitude is the peak or the double amplitude; ask for it where nothing says it."""
     if "amplitude" in group.columns:
         index, column = group.columns["amplitude"]
@@ -231,7 +235,7 @@ def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source
     elif source.amplitude is None and "amplitude" in stated:
         stated_peak, label = stated["amplitude"].peak, "the amplitude that the file states"
     else:
-        stated_peak, label = source.amplitude_is or "peak", ""
+        return source.amplitude_is or "peak"
     if source.amplitude_is is not None and stated_peak and stated_peak != source.amplitude_is:
         what = f'{label} is the {stated_peak} amplitude, and the case file has amplitude_is = "{source.amplitude_is}"'
         raise table.refusal(what, "leave amplitude_is out, or name another column")

@@ -24,7 +24,7 @@ from bushcli.report.drawing import projection
 from bushcli.report.drawing.looks import GREY, INK, METAL
 from bushcli.report.drawing.picture import literal, new_figure, section_axes, style
 from bushcli.report.drawing.projection import Projection
-from bushcli.report.quantity import listed
+from bushcli.report.quantity import join_names
 from cases.stretches import Surface
 
 Array = NDArray[np.float64]
@@ -60,8 +60,8 @@ def deformed_figure(surface: Surface, title: str) -> Figure:
             return _Drawing(surface, surface.deformed, view, scale).figure(title, note)
         if not projection.is_twisted(surface):
             return _Drawing(surface, surface.deformed, projection.SECTION, scale).figure(title, note)
-        body = projection.revolved(surface)
-        view = projection.revolved_view()
+        body = projection.body_of_revolution(surface)
+        view = projection.view_of_revolution()
         return _Drawing(body, body.deformed, view, scale, closed=False).figure(title, note)
 
 
@@ -74,7 +74,7 @@ def _note(surface: Surface, deformed: bool = False) -> str:
         return f"{'a quarter is left open' if twisted else 'section'}; {scale}"
     ends = zip("xyz", low, high, 1e-3 * (high - low), strict=True)
     cut = [f"{axis} = 0" for axis, a, b, small in ends if abs(a) < small or abs(b) < small]
-    return f"cut at {listed(cut)} by symmetry; {scale}" if cut else scale
+    return f"cut at {join_names(cut)} by symmetry; {scale}" if cut else scale
 
 
 class _Drawing:

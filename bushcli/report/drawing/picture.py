@@ -26,7 +26,7 @@ from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter, NullL
 
 from bushcli.report.document import Panels, Picture, Plot
 from bushcli.report.drawing.looks import DIVERGING, GREY, INK, LOOKS
-from bushcli.report.drawing.prepared import prepared, shade, tick, ticks
+from bushcli.report.drawing.preparation import prepare, shade, tick, ticks
 
 _DPI = 160
 # Units of a page per inch of a picture: a plot as wide as the page is 7.6 inches wide.
@@ -84,14 +84,14 @@ def literal(text: str) -> str:
     return text.replace("$", r"\$")
 
 
-def wrapped(text: str, width: float, size: float) -> str:
+def wrap(text: str, width: float, size: float) -> str:
     """Return text in lines that fit into this width in inches in a font of this size in points."""
     return literal("\n".join(textwrap.wrap(text, max(20, int(width * 72 / (0.62 * size))))))
 
 
-def plotted(panels: Panels) -> Picture:
+def draw_panels(panels: Panels) -> Picture:
     """Draw plots that belong together as one picture, row by row."""
-    panels = replace(panels, rows=[[prepared(plot) for plot in row] for row in panels.rows])
+    panels = replace(panels, rows=[[prepare(plot) for plot in row] for row in panels.rows])
     width = max(sum(plot.width for plot in row) for row in panels.rows) / _PER_INCH
     heights = [max(plot.height for plot in row) / _PER_INCH for row in panels.rows]
     with style():
@@ -109,17 +109,17 @@ def plotted(panels: Panels) -> Picture:
             bar = figure.colorbar(
                 ScalarMappable(Normalize(-scale[0], scale[0]), DIVERGING), ax=axes, pad=0.015
             )
-            bar.set_label(wrapped(scale[1], 0.9 * sum(heights), 9), fontsize=9)
+            bar.set_label(wrap(scale[1], 0.9 * sum(heights), 9), fontsize=9)
             bar.outline.set_visible(False)  # type: ignore[operator]
         figure.suptitle(
-            wrapped(panels.title, figure.get_figwidth(), 12),
+            wrap(panels.title, figure.get_figwidth(), 12),
             fontsize=12,
             fontweight="bold",
             x=0.01,
             ha="left",
         )
         if panels.note:
-            note = wrapped(panels.note, figure.get_figwidth(), 8.5)
+            note = wrap(panels.note, figure.get_figwidth(), 8.5)
             figure.supxlabel(note, fontsize=8.5, color=GREY[0], x=0.01, ha="left")
     return picture(panels.name, panels.kind, panels.title, figure, panels.channel, panels)
 
@@ -224,7 +224,7 @@ def _head(axes: Axes, plot: Plot, handles: Mapping[str, Any]) -> None:
             columnspacing=1.2, labelspacing=0.3,
         )  # fmt: skip
     if plot.heading:
-        heading = wrapped(plot.heading, width - 0.6, 9.5)
+        heading = wrap(plot.heading, width - 0.6, 9.5)
         axes.set_title(heading, fontsize=9.5, fontweight="normal", pad=5 + 14.5 * -(-len(handles) // columns))
 
 

@@ -170,7 +170,7 @@ def outline(surface: Surface) -> NDArray[np.bool_]:
     return np.asarray(((count == 1) | sharp | parts)[group])
 
 
-def revolved(surface: Surface) -> Surface:
+def body_of_revolution(surface: Surface) -> Surface:
     """Return the body of revolution of a half-plane with a quarter left open: its outside and the two cut faces."""
     edges = np.stack([np.arange(4), (np.arange(4) + 1) % 4], axis=1)
     middle = np.round(face_edges(surface.reference).mean(axis=1), 5)
@@ -194,7 +194,7 @@ def revolved(surface: Surface) -> Surface:
     return Surface(swept(surface.reference), swept(surface.deformed), stretch, rubber, surface.displacement)
 
 
-def revolved_view() -> Projection:
+def view_of_revolution() -> Projection:
     """Return the view into the open quarter, from above."""
     middle = np.radians((_SECTOR + 360.0) / 2.0)
     return view_from(np.array([np.cos(middle), np.sin(middle), 0.75]))
