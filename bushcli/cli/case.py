@@ -86,7 +86,7 @@ def check(run: Run, strict: bool) -> int:
     tests = protocol(case, curves, coupons, displacement_programs)
     checked = CheckResult(case, records, materials, tests, faults, programs, conditions, tables)
     run.deliver(checked)
-    return NEGATIVE if strict and (faults or tests.violated or doubts) else DONE
+    return NEGATIVE if strict and (faults or tests.is_violated or doubts) else DONE
 
 
 @click.command()

@@ -125,7 +125,7 @@ def design(
                 tables=run.tables,
             )
     run.deliver(result)
-    return NEGATIVE if strict and not all(target.met for target in result.targets) else DONE
+    return NEGATIVE if strict and not all(target.is_met for target in result.targets) else DONE
 
 
 def _tolerances(case: Case, texts: tuple[str, ...]) -> dict[str, Toleranced]:

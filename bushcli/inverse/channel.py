@@ -20,7 +20,7 @@ from typing_extensions import override
 from bushcli.curve.curve import Curve
 from bushcli.curve.earlier import Earlier
 from bushcli.curve.misfit import NOISE_FLOOR
-from bushcli.curve.odd import swept_range, unfolded
+from bushcli.curve.odd import both_halves, swept_range
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.inverse.result import Weighting
@@ -340,7 +340,7 @@ class SweptChannel(Channel):
         from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
 
         q, values = answer.displacement, np.column_stack([answer.force, answer.slope])
-        return np.asarray(CubicSpline(*(unfolded(q, values) if self.odd else (q, values)))(displacement))
+        return np.asarray(CubicSpline(*(both_halves(q, values) if self.odd else (q, values)))(displacement))
 
 
 class FollowedChannel(Channel):

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.curve.odd import swept_range, unfolded
+from bushcli.curve.odd import swept_range, both_halves
 from bushcli.effects import rig
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.change import Signal
@@ -55,7 +55,7 @@ def elastic_curve(
             slope[:, i] = history.sensitivity[:, inner.index(name)]
     values = np.column_stack([history.force, slope])
     if symmetric:
-        q, values = unfolded(q, values)
+        q, values = both_halves(q, values)
     spline = CubicSpline(q, values)
     stiffness = spline.derivative()
 
@@ -116,5 +116,5 @@ def local_slopes(model: FiniteElementModel, displacement: Array, odd: bool) -> t
         image = sweep.cells.centres.copy()
         if plane is not None and (dimension == 3 or plane == "z"):
             image[:, dimension - 1 if plane == "z" else "xy".index(plane)] *= -1.0
-        q, slope = unfolded(q, slope, -slope[:, KDTree(sweep.cells.centres).query(image)[1]])
+        q, slope = both_halves(q, slope, -slope[:, KDTree(sweep.cells.centres).query(image)[1]])
     return np.asarray(CubicSpline(q, slope)(displacement)), sweep.cells

@@ -107,7 +107,7 @@ def test_the_rise_of_the_stiffness_tells_the_loss_angle_from_its_complement(glas
     assert kinds(table) == []
     turned = replace(table, storage=table.loss, loss=table.storage)
     (fault,) = table_faults(PLAIN, [turned])
-    assert (fault.kind, fault.fatal, fault.doubtful) == ("loss_angle", False, True)
+    assert (fault.kind, fault.fatal, fault.is_doubtful) == ("loss_angle", False, True)
     assert fault.probability > 0.9
     assert 'loss_angle_is = "complement"' in fault.remedy
     assert kinds(replace(turned, accepted_faults=("loss_angle",))) == []
