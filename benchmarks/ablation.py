@@ -200,11 +200,8 @@ def row(name: str, found: list[tuple[Any, ...]], usual: list[tuple[Any, ...]]) -
 
 def main(source: Path | None) -> None:
     """Print the table."""
-    importlib.import_module("bushcli.inverse.identify")._profiled = lambda task, problem, best, skipped: (
-        best,
-        [],
-        False,
-    )
+    searches: Any = importlib.import_module("bushcli.inverse.identify")._Searches
+    searches._profile_best = lambda self, best, skipped: (best, [], False)
     with tempfile.TemporaryDirectory() as folder:
         cases = list(recordings(Path(folder), source))
         for _, case in cases:

@@ -221,12 +221,12 @@ class RubberAtPoints:
         The next call writes into the same array.
         """
         total = self.isochoric(moduli)
-        self._answered(moduli).volumetric()
+        self._calls(moduli).volumetric()
         return total
 
     def isochoric(self, moduli: bool) -> Array:
         """Return energy, stresses and moduli of law and branches; the next call overwrites the array."""
-        calls = self._answered(moduli)
+        calls = self._calls(moduli)
         calls.begin()
         if calls.law is not calls.total:
             calls.total[:] = calls.law
@@ -258,7 +258,7 @@ class RubberAtPoints:
             if branch.clock == "followed":
                 branch.parameters[:, -1] = row[:, 1]
 
-    def _answered(self, moduli: bool) -> _Answered:
+    def _calls(self, moduli: bool) -> _Answered:
         return self._with_moduli if moduli else self._without_moduli
 
     @cached_property
@@ -281,7 +281,7 @@ class RubberAtPoints:
         pacing: list[Call] = []
         for branch in self.branches:
             if moduli and self.skew is not None and branch.clock:
-                pacing.append(self._pacing(branch, law, len(pacing)))
+                pacing.append(self._clock_call(branch, law, len(pacing)))
             if branch.clock == "shown":
                 continue
             function = branch.answer(moduli)
@@ -292,7 +292,7 @@ class RubberAtPoints:
         volumetric = function.bound(total, self._volumetric_inputs(self.strain))
         return _Answered(law, total, law_call, adding, volumetric, pacing)
 
-    def _pacing(self, branch: Remembered, law: Array, number: int) -> Call:
+    def _clock_call(self, branch: Remembered, law: Array, number: int) -> Call:
         """Return the call that writes z_a for a clock, which comes first, or adds V_az of a branch on it."""
         assert self.skew is not None
         stress, pace = self.skew

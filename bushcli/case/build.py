@@ -12,20 +12,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import ValidationError
 
 from bushcli.case import checks, motion_path
-from bushcli.case.case import (
-    DENSITY,
-    Case,
-    DynamicTest,
-    Load,
-    LoadCase,
-    Material,
-    MeshOptions,
-    named,
-)
+from bushcli.case.case import DENSITY, Case, Material, MeshOptions
 from bushcli.case.dynamic import KIND, DynamicRecordingTable, sources
 from bushcli.case.finding import Finding, Keys, dotted, explain, shown, unknown_key, unknown_name
 from bushcli.case.hardness import from_hardness
 from bushcli.case.limits import MOST_ENTRIES, mesh_size
+from bushcli.case.loads import DynamicTest, Load, LoadCase, with_channel_names
 from bushcli.case.schema import (
     CaseTable,
     EffectTable,
@@ -106,7 +98,8 @@ class Builder:
         )
         tables = self._dynamic(data, shape, material, [source.label for source in (*recordings, *coupons)])
         measured: tuple[Source | DynamicSource, ...] = (*recordings, *tables)
-        load_cases, tests = named(prescribed, [channel.label for channel in measured]), named(vibrating, ())
+        load_cases = with_channel_names(prescribed, [channel.label for channel in measured])
+        tests = with_channel_names(vibrating, ())
         active = self._effects(data, load_cases, tests, measured, coupons, shape)
         if self.findings or shape is None or mesh is None or material is None:
             return None

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
+from bushcli.case.as_json import in_degrees
 from bushcli.case.finding import Finding, Keys, dotted, shown
 from bushcli.case.schema import DELIMITERS, CaseTable, ColumnKey, Delimiter, Name
 from bushcli.errors import nearest
@@ -50,7 +51,7 @@ class DynamicRecordingTable(CaseTable):
     across: Literal["amplitude", "preload"] | None = Field(
         default=None, description="what a length or a strain in the names of the columns is"
     )
-    accept: list[Literal["unit", "spikes", "temperature", "loss_angle"]] | None = Field(
+    accept: list[Literal["unit", "spikes", "temperature", "loss_angle", "amplitude"]] | None = Field(
         default=None, description="kinds of faults that are none"
     )
     quantity: Literal["E", "G"] | None = Field(default=None, description="modulus of a coupon")
@@ -134,7 +135,7 @@ def _columns(table: DynamicRecordingTable, keys: Keys) -> list[Finding]:
     return findings
 
 
-def shown_source(source: DynamicSource) -> dict[str, Any]:
+def dynamic_source_json(source: DynamicSource) -> dict[str, Any]:
     """Return a source as JSON-ready data, with the keys and units of the case file; what is not given is left out."""
     rotational = modes()[source.mode].rotational
     fields: Mapping[str, Any] = vars(source)
@@ -142,7 +143,7 @@ def shown_source(source: DynamicSource) -> dict[str, Any]:
     shown_keys = {key: fields[key] for key in fields if key not in other}
     for key in _TURNED:
         if rotational and shown_keys[key] is not None:
-            shown_keys[key] = float(f"{math.degrees(shown_keys[key]):.12g}")
+            shown_keys[key] = in_degrees(shown_keys[key], True)
     shown_keys |= {"columns": dict(source.columns) or None, "units": dict(source.units) or None}
     shown_keys["accept"] = list(source.accepted_faults) or None
     shown_keys |= {"kind": KIND, "file": source.pattern, "name": source.label}

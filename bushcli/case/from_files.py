@@ -243,7 +243,7 @@ def _ways(source: Source, machine: bool, tables: TableCache) -> Iterator[tuple[S
     mode = modes()[source.mode]
     units: dict[Quantity, str] = {"time": "s"}
     for quantity in _QUANTITIES[1:]:
-        units[quantity] = _USUAL[source.measured(quantity, mode.specimen, mode.rotational)]
+        units[quantity] = _USUAL[source.dimension(quantity, mode.specimen, mode.rotational)]
     table = None if format_of(source.file) else read_table(source.file)
     if table is not None and len(table.names) in (2, 3) and not any(table.names) and not any(table.units):
         # Two or three columns in the most common order.

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from bushcli.case.build import Builder
-from bushcli.case.case import Case, resolved
+from bushcli.case.case import Case, case_json
 from bushcli.case.finding import Finding, Keys
 from bushcli.case.identified import IDENTIFIED
 from bushcli.case.limits import (
@@ -113,7 +113,7 @@ def _case_file(path: Path) -> Path:
     try:
         document = json.loads(read_bounded(folder / RESULT, LARGEST_RESULT))["case"]
         file = found_case(Path(document["path"]), folder)
-        now = json.loads(json.dumps(resolved(load_case(file))))
+        now = json.loads(json.dumps(case_json(load_case(file))))
     except (OSError, ValueError, KeyError, TypeError, TooLarge):
         what = "is a folder whose result names no case"
         raise CaseError(

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import checks
-from bushcli.case.case import PathLoadCase
 from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
+from bushcli.case.loads import PathLoadCase
 from bushcli.case.schema import LoadCaseTable, PathTable
 from bushcli.errors import RecordingError
 from bushcli.recording.source import SixColumns, Source

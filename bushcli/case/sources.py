@@ -54,7 +54,7 @@ def wrong_units(keys: Keys, source: Source) -> Iterator[Finding]:
 
     mode = modes()[source.mode]
     for quantity, unit in source.units.items():
-        measured = source.measured(quantity, mode.specimen, mode.rotational)
+        measured = source.dimension(quantity, mode.specimen, mode.rotational)
         scaled = scaled_unit(unit, measured)
         if quantity == "time" and is_form(unit):
             continue

@@ -9,8 +9,8 @@ from typing import Any, cast
 import numpy as np
 
 from bushcli.case import checks, motion_path
-from bushcli.case.case import DynamicTest, PosedTest
 from bushcli.case.finding import Finding, Keys, dotted, shown
+from bushcli.case.loads import DynamicTest, PosedTest
 from bushcli.case.schema import FrequenciesTable, LoadCaseTable
 from bushcli.recording.dynamic.source import HIGHEST
 from cases.mode import modes

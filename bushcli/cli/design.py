@@ -68,7 +68,7 @@ def design(
 
     Any keys with numbers may be searched within bounds. The load cases and recordings of CASE are not used.
     """
-    from bushcli.case import resolved
+    from bushcli.case import case_json
     from bushcli.case.hardness import HARDNESS
     from bushcli.study.answers import NoAnswer, number_at
     from bushcli.study.design import bounds_of
@@ -104,7 +104,7 @@ def design(
         # The case's value of a key, or the middle of the key's bounds if the case has none within them.
         value = float("nan")
         with suppress(NoAnswer):
-            value = number_at(searched.key, resolved(case))
+            value = number_at(searched.key, case_json(case))
         start.append(value if searched.low <= value <= searched.high else float(searched.nominal))
     with pool(workers if workers or scheduler or starts > 1 else 1, scheduler) as shared:
         if shared is None:
@@ -130,7 +130,7 @@ def design(
 
 def _tolerances(case: Case, texts: tuple[str, ...]) -> dict[str, Toleranced]:
     """Return the tolerances of the case file and of ``--tolerance``, by key."""
-    from bushcli.case import resolved
+    from bushcli.case import case_json
     from bushcli.case.toleranced import Toleranced, toleranced
     from bushcli.study.answers import NoAnswer, number_at
 
@@ -140,7 +140,7 @@ def _tolerances(case: Case, texts: tuple[str, ...]) -> dict[str, Toleranced]:
         tolerance = toleranced(spec)
         try:
             if tolerance is None:
-                tolerance = Toleranced(number_at(key, resolved(case)), float(spec))
+                tolerance = Toleranced(number_at(key, case_json(case)), float(spec))
         except NoAnswer:
             expected = f'"{key}=NOMINAL +- DEVIATION"'
             raise InputError(Problem(f"--tolerance {text}", f"the case has no {key}", "", expected)) from None

@@ -32,7 +32,7 @@ from bushcli.simulate.extent import Extent, of_path
 from bushcli.simulate.simulation import FollowedPath
 from bushcli.simulate.steps import IDENTIFIED
 from cases.equilibrium import Equilibrium
-from cases.march import History, unsolved
+from cases.march import History, failure_at_start
 from cases.mode import modes
 from cases.model import FiniteElementModel
 from cases.simulate import even_targets, is_odd, sweep
@@ -156,7 +156,9 @@ class FitChannel(ABC):
     def at_samples(self, answer: ChannelForces) -> tuple[Array, Array]:
         """Return the model's rows (n,) and their derivatives (n, parameters)."""
 
-    def reached(self, parameters: Mapping[str, float], answer: ChannelForces, limit: StepLimit) -> Array:
+    def reached_stretches(
+        self, parameters: Mapping[str, float], answer: ChannelForces, limit: StepLimit
+    ) -> Array:
         """Return a sample (n, 3) of isochoric stretches at the ends of the range; none of a coupon; collective."""
         return np.zeros((0, 3)) if answer.states is None else answer.states
 
@@ -353,13 +355,15 @@ class FollowedChannel(Channel):
         try:
             answer = self.simulation.solve(parameters, names, failure_limit=limit.steps)
         except NoEquilibrium as error:
-            raise unsolved(str(error)) from None
+            raise failure_at_start(str(error)) from None
         limit.learn(answer.history)
         places = self.recording.places
         return ChannelForces(self.recording.displacement, answer.force[places], answer.slope[places])
 
     @override
-    def reached(self, parameters: Mapping[str, float], answer: ChannelForces, limit: StepLimit) -> Array:
+    def reached_stretches(
+        self, parameters: Mapping[str, float], answer: ChannelForces, limit: StepLimit
+    ) -> Array:
         if self.coupon:
             return np.zeros((0, 3))
         self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})

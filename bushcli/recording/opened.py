@@ -66,7 +66,7 @@ def opened(
     if not name:
         if source.group is not None:
             what = f"group = {source.group!r} has no meaning: a text file is one table"
-            raise source.refused(what)
+            raise source.refusal(what)
         return tables.text(source, single)
     inside = tables.tables(source.file, name, wanted)
     if source.group is None:
@@ -151,12 +151,12 @@ def only_table(source: Source, mode: Mode, inside: FileContents, needed: NeededC
             if not tables or "has no table" not in str(error):
                 raise error
         if not tables:
-            raise source.refused("holds no table of numbers")
+            raise source.refusal("holds no table of numbers")
         widest = max(tables, key=lambda table: len(table.names))
         names = ", ".join(filter(None, widest.names))[:200] or "columns without names"
         what = f"no sheet or group has {needed.words}; there are {listed([table.part for table in tables])}"
         what, key = f'{what}; "{widest.part}" has {names}', needed.key
-    raise source.refused(what, f"choose in the case file: {key}")
+    raise source.refusal(what, f"choose in the case file: {key}")
 
 
 def listed(names: Sequence[str]) -> str:

@@ -83,14 +83,14 @@ def _on_one_raster(source: Source, tables: Sequence[Table], chosen: Mapping[str,
         what = f"reactions are in {len(forced)} groups with different time stamps: "
         what += listed([part.table.part for part in forced])
         expected = "export them with one common raster; forces are not interpolated"
-        raise source.refused(what, expected)
+        raise source.refusal(what, expected)
     (raster,) = forced
     keys = [key for part in parts for key in _columns(part.table, chosen)]
     for key in keys:
         if keys.count(key) > 1:
             what = f"{key} is in several groups with different time stamps"
             expected = f'name the channel that is meant: motions = {{{key} = "..."}} in the case file'
-            raise source.refused(what, expected)
+            raise source.refusal(what, expected)
     moved = [
         RasterColumns(part.table, (index,), part.stamps)
         for part in parts
@@ -129,7 +129,7 @@ def columns_of(
     if not of_motions:
         listed = ", ".join(name for name in table.names if name)[:300]
         what = f"has no column of a motion; its columns are {listed}" if listed else "has no header"
-        raise source.refused(what, "ux_mm ... rz_deg; or choose columns: motions = {ux = ...}")
+        raise source.refusal(what, "ux_mm ... rz_deg; or choose columns: motions = {ux = ...}")
     for name in of_forces.values():
         # Reactions whose motion stays zero are not read later.
         chosen_index(table, name)
@@ -192,9 +192,9 @@ def read_motions(source: Source, six: SixColumns, tables: TableCache) -> tuple[A
         if np.any(np.diff(time) <= 0.0):
             row = int(np.argmax(np.diff(time) <= 0.0)) + 1
             what = f"the time does not increase, {time[row]:g} s follows {time[row - 1]:g} s"
-            raise source.refused(what, "put the rows in the order of time")
+            raise source.refusal(what, "put the rows in the order of time")
     if len(poses) < 2:
-        raise source.refused(f"has only {len(poses)} points", "at least 2")
+        raise source.refusal(f"has only {len(poses)} points", "at least 2")
     return time, poses
 
 

@@ -90,7 +90,7 @@ def prescribed(case: Case, load: LoadCase, tables: TableCache) -> SimulatedChann
 
     def followed(model: FiniteElementModel, keep: bool, report: StepProgress) -> History:
         history = march(model, program, keep_states=keep, progress=report, drive=drive)
-        return history if drive is None else drive.carrying(history)
+        return history if drive is None else drive.with_prescribed_force(history)
 
     return SimulatedChannel(
         load.label,

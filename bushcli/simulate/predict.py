@@ -43,7 +43,7 @@ from bushcli.simulate.stiffness import check_state, matrices
 from bushcli.simulate.stretched import stretched
 from bushcli.simulate.touching import met_unnoticed, not_shared, sharing, touched
 from cases.history import Interrupted
-from cases.march import History, NotConverged, unsolved
+from cases.march import History, NotConverged, failure_at_start
 from cases.mode import Mode, mode_of, modes
 from cases.model import FiniteElementModel
 from cases.simulate import Rubber
@@ -278,7 +278,7 @@ class _Prediction:
             reach, target = failure.last, failure.target
             largest = getattr(failure, "largest", None)
         except NoEquilibrium as failure:
-            history, stopped = unsolved("").history, str(failure)
+            history, stopped = failure_at_start("").history, str(failure)
             reach = target = 0.0
         simulator = self.shared_by(MPI.COMM_SELF)
         if met_unnoticed(self.case, model, history, lambda: simulator.model(channel)):

@@ -55,15 +55,7 @@ class PathSimulation:
         self._last: tuple[object, History] | None = None
 
     def plan(self, fineness: float, tolerance: float = TOLERANCE) -> None:
-        """Choose the steps along the path, and the tolerance of its march.
-
-        Parameters
-        ----------
-        fineness : float
-            Factor on the default number of steps, a ratio.
-        tolerance : float
-            That of `cases.march.march`, a ratio.
-        """
+        """Choose the steps along the path, and the tolerance of its march: `FollowedPath.plan`."""
         self.fineness, self._tolerance = fineness, tolerance
         six, self.program, self.steps = six_schedule(
             self.recorded.time, self.recorded.motion, self.recorded.free, fineness

@@ -26,6 +26,7 @@ from bushcli.effects.change import Signal
 from bushcli.simulate.derivatives import columns, elastic_curve, extension_in_series
 from bushcli.simulate.schedule import Schedule, prescribed, schedule
 from bushcli.simulate.steps import CONTACT, FEWEST_OF_LEG, IDENTIFIED, PLANE, SOLID
+from cases.elastic_path import acts_through_branches_off, along_elastic_path
 from cases.march import TOLERANCE, History, march
 from cases.mode import Mode
 from cases.model import FiniteElementModel
@@ -470,6 +471,20 @@ class Simulation(FollowedPath):
         stored: History | None = self.model.curves.get(key)
         if stored is not None and can_be_reused:
             return stored
+        if (
+            can_be_reused
+            and not path_rates
+            and program.temperature is None
+            and acts_through_branches_off(self.model, inner)
+        ):
+            return along_elastic_path(
+                self.model,
+                program,
+                self._count,
+                tolerance=self._tolerance,
+                sensitivity=inner,
+                failure_limit=failure_limit,
+            )
         history = march(
             self.model,
             program,

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from bushcli.case import Case, resolved
+from bushcli.case import Case, case_json
 from bushcli.case.typical import unusual
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.recording.table_cache import TableCache
@@ -310,7 +310,7 @@ def definition(task: StudyTask, plan: Plan, case: Case) -> dict[str, Any]:
     # Of a list `vary` has the name of the file only.
     listed = {"list": hashlib.sha256(repr(plan.rows).encode()).hexdigest()} if plan.lines else {}
     return listed | {
-        "case": resolved(case),
+        "case": case_json(case),
         "set": list(task.overrides),
         "vary": {variable.key: variable.spec for variable in plan.variables},
         "sampling": plan.sampling,

@@ -74,7 +74,7 @@ class OutlineCurve:
     knots: tuple[float, ...] = ()
     weights: tuple[float, ...] = ()
 
-    def reversed(self) -> OutlineCurve:
+    def reverse(self) -> OutlineCurve:
         """The same curve from its end to its start."""
         top = self.knots[-1] + self.knots[0] if self.knots else 0.0
         return OutlineCurve(
@@ -129,7 +129,7 @@ def loops_of(edges: Sequence[Edge], where: str) -> tuple[Loop, ...]:
             raise GeometryError(
                 key,
                 f"the outline has a gap of {_apart(curves[-1].points[-1], start):.3g} mm between "
-                f"{_shown(curves[-1].points[-1])} and {_shown(start)}",
+                f"{_point_text(curves[-1].points[-1])} and {_point_text(start)}",
                 "each edge begins where the previous one ends",
             )
         if curves:
@@ -145,7 +145,7 @@ def loops_of(edges: Sequence[Edge], where: str) -> tuple[Loop, ...]:
         first_point, last_point = curves[0].points[0], curves[-1].points[-1]
         raise GeometryError(
             where,
-            f"the outline is open: it begins at {_shown(first_point)} and ends at {_shown(last_point)}, "
+            f"the outline is open: it begins at {_point_text(first_point)} and ends at {_point_text(last_point)}, "
             f"{_apart(first_point, last_point):.3g} mm apart",
             "a closed outline",
         )
@@ -160,7 +160,7 @@ def _curve(
     between = edge.spline_through or (() if edge.arc_through is None else (edge.arc_through,))
     points = (start, *between, end)
     if _apart(start, end) <= CLOSE * size and not between:
-        raise GeometryError(key, f"has no length: it begins and ends at {_shown(start)}")
+        raise GeometryError(key, f"has no length: it begins and ends at {_point_text(start)}")
     if edge.arc_through is not None and is_straight(points, size):
         points = (start, end)
     kind: Literal["line", "arc", "spline"] = (
@@ -192,5 +192,5 @@ def _size(points: Sequence[tuple[float, float]]) -> float:
     return float(np.ptp(array, axis=0).max(initial=0.0)) if len(array) else 0.0
 
 
-def _shown(point: tuple[float, float]) -> str:
+def _point_text(point: tuple[float, float]) -> str:
     return f"({point[0]:g}, {point[1]:g})"

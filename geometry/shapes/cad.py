@@ -9,13 +9,13 @@ from typing import Any, ClassVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 from typing_extensions import override
 
-from geometry.cad.found import CadStatements, FoundPart, find_part
+from geometry.cad.find_part import CadStatements, FoundPart, find_part
 from geometry.cad.part import STEP
-from geometry.cad.ready import SUFFIXES as MESHES
-from geometry.cad.ready import ReadyMesh, read_mesh
+from geometry.cad.ready_mesh import SUFFIXES as MESHES
+from geometry.cad.ready_mesh import ReadyMesh, read_mesh
 from geometry.cad.rules import Rules, Vector
-from geometry.file import beside
-from geometry.metal import Metal, Plate, described, metals
+from geometry.file import existing_file
+from geometry.metal import Metal, Plate, metal_text, metals
 from geometry.shape import Meets, Mirrors, Names, Refinement, shown_measures
 from geometry.size import MILLIMETRES, UNSTATED, Unit
 from geometry.view import View
@@ -76,17 +76,17 @@ class Cad(Meets):
     def _beside_the_case(cls, value: str, info: ValidationInfo) -> str:
         if Path(value).suffix.lower() not in SUFFIXES:
             raise ValueError(f"is not a {', '.join(SUFFIXES)} file")
-        return beside(Path(info.context["folder"]) if info.context else Path(), value)
+        return existing_file(Path(info.context["folder"]) if info.context else Path(), value)
 
     def contents(self) -> bytes:
         """Return the present contents of the file: saved results of another file are not those of this shape."""
         return Path(self.file).read_bytes()
 
     def __hash__(self) -> int:
-        return hash((self._wanted, tuple(self.plates.items())))
+        return hash((self._statements, tuple(self.plates.items())))
 
     @property
-    def _wanted(self) -> CadStatements:
+    def _statements(self) -> CadStatements:
         path = Path(self.file)
         return CadStatements(
             path,
@@ -114,11 +114,11 @@ class Cad(Meets):
         if path.suffix.lower() in MESHES:
             scale = MILLIMETRES[self.unit or "mm"]
             return read_mesh(path, path.stat().st_mtime, scale, self.axis, self.origin, self.direction)
-        return find_part(self._wanted)
+        return find_part(self._statements)
 
     @property
     @override
-    def counted(self) -> tuple[str, ...]:
+    def element_directions(self) -> tuple[str, ...]:
         # A finished mesh is used as it is; tetrahedra follow no direction.
         return () if Path(self.file).suffix.lower() in MESHES else ("across",)
 
@@ -131,7 +131,7 @@ class Cad(Meets):
         return (
             *self.found.notes,
             *(() if stated else (UNSTATED,)),
-            *(f"{name}: {described(sleeve)}" for name, sleeve in metal.items()),
+            *(f"{name}: {metal_text(sleeve)}" for name, sleeve in metal.items()),
         )
 
     @property
@@ -179,7 +179,7 @@ class Cad(Meets):
         part = self.found
         if isinstance(part, ReadyMesh):
             return to_gmsh(part.raw)
-        return generate(self._wanted, mirrors, refinement)
+        return generate(self._statements, mirrors, refinement)
 
     @override
     def cells(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> float:

@@ -10,10 +10,10 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 from typing_extensions import override
 
-from geometry.file import beside
-from geometry.metal import Metal, Plate, described, is_rigid, metals
+from geometry.file import existing_file
+from geometry.metal import Metal, Plate, is_rigid, metal_text, metals
 from geometry.section.dxf import Drawing, read_dxf
-from geometry.section.found import FoundSection, find_section
+from geometry.section.find_section import FoundSection, find_section
 from geometry.section.outline import Edge, Loop, loops_of
 from geometry.shape import Meets, Mirrors, Names, Refinement, shown_measures
 from geometry.size import STATES, UNSTATED, Unit
@@ -85,7 +85,7 @@ class Section(Meets):
     def _beside_the_case(cls, value: str | None, info: ValidationInfo) -> str | None:
         if value is None or not info.context:
             return value
-        return beside(Path(info.context["folder"]), value)
+        return existing_file(Path(info.context["folder"]), value)
 
     @model_validator(mode="after")
     def _one_source(self) -> Any:
@@ -135,7 +135,7 @@ class Section(Meets):
         symmetry = "symmetric" if section.symmetric else "not symmetric"
         unit = () if drawing is None else (STATES.format(drawing.stated),) if drawing.stated else ()
         bodies = (
-            f"{region} ({described(metal[region])})" if region in metal else region
+            f"{region} ({metal_text(metal[region])})" if region in metal else region
             for region in section.regions
         )
         return (

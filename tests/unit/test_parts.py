@@ -435,6 +435,6 @@ def _reach(body):
 
 def test_a_part_of_very_many_faces_is_refused_before_it_takes_minutes(folder, monkeypatch):
     monkeypatch.setattr("geometry.isolated._reader", None)
-    monkeypatch.setattr("geometry.cad.found.MOST_FACES", 3)
+    monkeypatch.setattr("geometry.cad.find_part.MOST_FACES", 3)
     with pytest.raises(GeometryError, match="solids have 4 faces, of which at most 3 are interpreted"):
         CAD(file=str(make("plain", folder).rename(folder / "many.step"))).notes  # noqa: B018

@@ -51,6 +51,8 @@ class DynamicTable:
         How the files were read, and what was understood from them.
     accepted_faults : tuple of FaultKind
         Kinds of faults that the case file says are none.
+    amplitude_is : {"peak", "double", ""}
+        What the amplitudes of its files were taken for; empty where they were computed, or differ between the files.
     """
 
     name: str
@@ -70,6 +72,7 @@ class DynamicTable:
     places: tuple[str, ...] = field(default=(), repr=False)
     remarks: tuple[str, ...] = ()
     accepted_faults: tuple[FaultKind, ...] = ()
+    amplitude_is: Literal["peak", "double", ""] = ""
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -168,3 +171,4 @@ class TablePart:
     places: tuple[str, ...]
     remarks: tuple[str, ...] = ()
     modulus: Literal["E", "G", ""] = ""
+    amplitude_is: Literal["peak", "double", ""] = ""

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from bushcli.recording.reader import FilePart, Reader, numbered
 from bushcli.recording.text.clock_times import Instant
-from bushcli.recording.text.decode import decoded
+from bushcli.recording.text.decode import read_text
 from bushcli.recording.text.fields import is_number, to_float
 
 Array = NDArray[np.float64]
@@ -62,7 +62,7 @@ class _Segment:
 @contextmanager
 def opened(path: Path) -> Iterator[Sequence[FilePart]]:
     """Yield the segments, those that continue each other as one."""
-    segments = list(_segments(decoded(path).splitlines()))
+    segments = list(_segments(read_text(path).splitlines()))
     if not segments:
         raise ValueError("holds no segment with channels")
     # The first clock of a segment continues that of the segment before.

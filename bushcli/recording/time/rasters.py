@@ -223,13 +223,13 @@ def _only(tables: Sequence[Table], source: Source, mode: Mode, quantity: Quantit
         listed = ", ".join(f'"{table.part}"' for table in having[:8])
         what = f"the channels have different time stamps, and the {quantity} could be in {listed}"
         key = f'columns = {{{quantity} = "..."}} in the case file'
-        raise source.refused(what, f"name the channel that is meant: {key}")
+        raise source.refusal(what, f"name the channel that is meant: {key}")
     table, chosen = having[0], source.columns.get(quantity)
     indices = [i for i, name in enumerate(table.names) if name == chosen]
     raster = stamped(table, indices or candidates(table, wanted) or by_unit(table, wanted), source, mode)
     if raster is None:
         what = f'the {quantity} is in group "{table.part}", which has no time, apart from the other channels'
-        raise source.refused(what, f"{_RASTER}, or with a time in each group")
+        raise source.refusal(what, f"{_RASTER}, or with a time in each group")
     return raster
 
 
@@ -273,10 +273,10 @@ def own_clocks(
             "leave `time` out of `columns`, and each channel is read with its own time; or delete the "
             "column that is not a time of these channels"
         )
-        raise table.refused(what, expected)
+        raise table.refusal(what, expected)
     if not all(_same_clock(reference, raster, True) for raster in rasters[: len(forced)]):
         what = f"{words[1]} have different columns of time"
-        raise table.refused(what, "forces are not interpolated: " + _RASTER)
+        raise table.refusal(what, "forces are not interpolated: " + _RASTER)
     return interpolated(replace(reference, columns=tuple(forced)), travels, source, words, together=True)
 
 
@@ -379,7 +379,7 @@ def _common_stamps(
         if (np.diff(raster.time) < 0.0).any():
             row = int(np.argmax(np.diff(raster.time) < 0.0)) + 1
             what = f"the time runs backwards, {raster.time[row]:g} s follows {raster.time[row - 1]:g} s"
-            raise raster.table.refused(what, _RASTER, row)
+            raise raster.table.refusal(what, _RASTER, row)
         # Stamps with too few digits get equal intervals.
         even = even_stamps(raster.time)
         rasters.append(
@@ -392,7 +392,7 @@ def _common_stamps(
         if shift is None:
             what = f"{forced.name} and {raster.name} have different time stamps"
             what += ", and the file does not say that they count from the same instant"
-            raise source.refused(what, f"{_RASTER}, or with dates")
+            raise source.refusal(what, f"{_RASTER}, or with dates")
         raster = replace(raster, stamps=replace(raster.stamps, values=raster.time + shift))
         rows &= (forced.time >= raster.time[0]) & (forced.time <= raster.time[-1]) & (len(raster.time) > 1)
         values = raster.table.numbers(raster.columns[0], source.accept)
@@ -406,5 +406,5 @@ def _common_stamps(
     if np.count_nonzero(rows) < 2:
         spans = " and ".join(dict.fromkeys(raster.span for raster in (forced, *motions)))
         what = f"{spans} do not overlap in time"
-        raise source.refused(what, "were they recorded in the same run?")
+        raise source.refusal(what, "were they recorded in the same run?")
     return forced, motions, rows, gaps

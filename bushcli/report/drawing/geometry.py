@@ -48,7 +48,7 @@ def geometry_figure(view: View, title: str, measures: Mapping[str, float]) -> Fi
             sides = figure.subplots(1, 2)
             _solid(sides[0], view, opened=False)
             sides[0].set_title("outside", fontsize=10)
-            if view.assembled:
+            if view.shows_assembly:
                 _fill_section(sides[1], view)
                 sides[1].set_title("cut in the plane of x and z", fontsize=10)
             else:

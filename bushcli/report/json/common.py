@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bushcli import __version__
-from bushcli.case import resolved
+from bushcli.case import case_json
 
 if TYPE_CHECKING:
     from bushcli.case import Case, Material
@@ -46,7 +46,7 @@ def head(
     """
     return {
         "command": command,
-        "case": resolved(case),
+        "case": case_json(case),
         "versions": versions(),
         "timings_s": dict(timings or {}),
         "problems": list(problems),

@@ -15,7 +15,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bushcli.case import resolved
+from bushcli.case import case_json
 from bushcli.case.identified import IDENTIFIED, IDENTIFYING, identified_case
 from bushcli.recording import write_curve_csv
 from bushcli.report.writers import tables
@@ -221,7 +221,10 @@ def _fit_table(curve: FittedCurve, how: str, start: bool = False) -> str:
 def diagnosis_files(diagnosis: Diagnosis) -> Files:
     """Return the files of a diagnosis: the curves of each channel, and maps of the bushing for ParaView."""
     names = file_names(
-        [*(channel.name for channel in diagnosis.measured), *(local_map.name for local_map in diagnosis.maps)]
+        [
+            *(channel.name for channel in diagnosis.measured_channels),
+            *(local_map.name for local_map in diagnosis.maps),
+        ]
     )
     contents: dict[str, Content] = {
         f"{names[table.name]}-table.csv": tables.compared_table(table.compared) for table in diagnosis.tables
@@ -367,7 +370,7 @@ def question_of(command: str, case: Case, options: Mapping[str, Any]) -> str:
         Of the command; those that only say how it works (`--workers`, `--resume`, ...) do not count.
     """
     relevant = {name: value for name, value in options.items() if name not in _HOW}
-    case_data = {key: value for key, value in resolved(case).items() if key != "path"}
+    case_data = {key: value for key, value in case_json(case).items() if key != "path"}
     texts = [
         value.read_text(errors="replace")
         for value in relevant.values()

@@ -212,7 +212,8 @@ def law_line(diagnosis: Diagnosis) -> str:
     law_parameters = {name: quantity for name, quantity in diagnosis.parameters.items() if "." not in name}
     if law_parameters and not diagnosis.law_fixed:
         values = ", ".join(
-            f"{name} {shown_quantity(name, q, diagnosis.measured).text}" for name, q in law_parameters.items()
+            f"{name} {shown_quantity(name, q, diagnosis.measured_channels).text}"
+            for name, q in law_parameters.items()
         )
     else:
         values = ", ".join(
@@ -284,7 +285,7 @@ def effect_table(diagnosis: Diagnosis) -> Table:
     for effect in diagnosis.effects:
         label, evidence = effect.label, number(effect.evidence, 2)
         for name, quantity in effect.parameters.items():
-            value = shown_quantity(f"{effect.name}.{name}", quantity, diagnosis.measured)
+            value = shown_quantity(f"{effect.name}.{name}", quantity, diagnosis.measured_channels)
             tail = "-" if quantity.prior is None else words.short_chance(quantity.prior_tail)
             cells = (value.text, value.interval, value.prior_text, tail)
             rows.append(
@@ -314,7 +315,7 @@ def parameter_table(diagnosis: Diagnosis) -> Table:
     has_derived = any(reciprocals_text(quantity) for quantity in diagnosis.parameters.values())
     has_form_error = any(quantity.with_form_error is not None for quantity in diagnosis.parameters.values())
     for name, quantity in diagnosis.parameters.items():
-        value = shown_quantity(name, quantity, diagnosis.measured)
+        value = shown_quantity(name, quantity, diagnosis.measured_channels)
         effect, _, key = name.rpartition(".")
         label, unit = f"{title(effect)}: {key}" if effect else key, "-" if value.unit == "1" else value.unit
         with_form_error = "-" if value.with_form_error is None else number(value.with_form_error, 4)
@@ -334,7 +335,7 @@ def misfit_table(diagnosis: Diagnosis) -> Table:
         return Table("", (), ())
     rows: list[Row] = []
     form = diagnosis.form_error.percent
-    for channel in diagnosis.measured:
+    for channel in diagnosis.measured_channels:
         sizes = map(percent, (channel.before_percent, channel.after_percent, channel.noise_percent))
         error = (percent(form.get(channel.name)),) if form else ()
         rows.append((channel_label(channel.name, channel.held_out), *sizes, *error))

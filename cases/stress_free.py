@@ -48,7 +48,7 @@ class StressFreePlacement:
     at_rest: bool = False
 
     @classmethod
-    def rest(cls, shape: tuple[int, ...]) -> StressFreePlacement:
+    def of_mesh(cls, shape: tuple[int, ...]) -> StressFreePlacement:
         """The mesh itself, at points of this shape (cells, points, d)."""
         inverse = np.broadcast_to(np.eye(shape[-1]), (*shape, shape[-1]))
         return cls(np.zeros(shape), inverse, np.ones(shape[:2]), at_rest=True)
@@ -138,7 +138,7 @@ class MovedPoints:
 
     def now(self) -> StressFreePlacement:
         """Return the position with the present parameters; `rate` then returns the derivatives there."""
-        parts = [part.evaluated(self._mesh, self._cells, self._shape) for part in self._moved]
+        parts = [part.evaluate(self._mesh, self._cells, self._shape) for part in self._moved]
         displacement = sum((u for u, _, _ in parts), np.zeros(1))
         d = displacement.shape[-1]
         if len(parts) == 1:
@@ -179,7 +179,7 @@ class _One:
         flat = [moved.displacement[i] for i in range(self._d)]
         return flat + [ufl.as_ufl(part) for row in moved.inverse for part in row]
 
-    def evaluated(
+    def evaluate(
         self, mesh: Any, cells: Any, shape: Sequence[int]
     ) -> tuple[Array, Array, dict[str, tuple[Array, Array]]]:
         """Displacement, inverse, and by parameter the derivatives of both."""
