@@ -252,7 +252,7 @@ def _identified_fit(run: Run, task: Task, resume: bool | None, shared: Pool | No
         # Without any, the task says what is missing.
         run.say(f"identifying {task.model} from {' and '.join(numbers_of_data)}")
     journal = run.output / f"history-{task.model}" if run.output else None
-    progress = search_progress(run, task.turned, task.starts + task.globally)
+    progress = search_progress(run, task.rotational_parameters, task.starts + task.globally)
     with run.timed(task.model):
         return identify(
             task,

@@ -10,7 +10,7 @@ import numpy as np
 from bushcli.case import Case
 from bushcli.diagnosis import answer
 from bushcli.diagnosis.next_test import next_test
-from bushcli.diagnosis.posterior import Weighed, credible_sets
+from bushcli.diagnosis.posterior import WeighedModel, credible_sets
 from bushcli.diagnosis.question import Question
 from bushcli.diagnosis.result import DiagnosedChannel, DiagnosedTable, NextTest
 from bushcli.diagnosis.vibrating import diagnosed_table
@@ -42,7 +42,7 @@ class Extras:
         self,
         problem: CommonData,
         plain: Fitted,
-        models: Sequence[Weighed],
+        models: Sequence[WeighedModel],
         crew: Workers,
         cache: ModelCache,
         maps: bool,
@@ -56,7 +56,7 @@ class Extras:
         problem : CommonData
         plain : Fitted
             The plain law.
-        models : sequence of Weighed
+        models : sequence of WeighedModel
             The most probable one first.
         crew : Workers
         cache : ModelCache
@@ -92,7 +92,10 @@ def _maps(problem: CommonData, plain: Fitted, cache: ModelCache, notify: Progres
     curves = [i for i, recording in enumerate(problem.recordings) if recording.kind == "static"]
     if problem.case.geometry.specimen == "coupon" or not curves:
         return ()
-    channels, compared = cache.channels(plain.model.task(problem.case)), problem.compared(plain.simulated)
+    channels, compared = (
+        cache.channels(plain.model.task(problem.case)),
+        problem.compared_recordings(plain.simulated),
+    )
     # All recordings are of one bushing: together they can show a place that none of them shows alone.
     rubber_map = local_map(
         [channel for channel in channels if isinstance(channel, Channel)],
@@ -125,12 +128,12 @@ def calibrated_curves(
     )
 
 
-def share_left(best: Weighed, plain: State) -> float:
+def share_left(best: WeighedModel, plain: State) -> float:
     """Return the share of the plain law's squared misfit above the noise that a model leaves, 0 to 1.
 
     Parameters
     ----------
-    best : Weighed
+    best : WeighedModel
     plain : State
     """
     before, after = (float(np.sum(np.maximum(s.evidence.left.excess, 0.0))) for s in (plain, best.state))
@@ -138,7 +141,7 @@ def share_left(best: Weighed, plain: State) -> float:
 
 
 def before_and_after(
-    cache: ModelCache, question: Question, problem: CommonData, plain: Fitted, best: Weighed
+    cache: ModelCache, question: Question, problem: CommonData, plain: Fitted, best: WeighedModel
 ) -> tuple[tuple[DiagnosedChannel, ...], tuple[DiagnosedTable, ...]]:
     """Return recordings and tables beside the plain law and the most probable model; those held out are predicted.
 
@@ -149,7 +152,7 @@ def before_and_after(
     problem : CommonData
     plain : Fitted
         The plain law.
-    best : Weighed
+    best : WeighedModel
         The most probable model.
     """
     fitted: Mapping[str, int] = {recording.name: i for i, recording in enumerate(problem.recordings)}
@@ -190,5 +193,5 @@ def before_and_after(
         if isinstance(recording, RecordedTable):
             tables.append(diagnosed_table(recording, before, after, used, held_out))
         else:
-            channels.append(answer.channel(recording, before, after, sigma, used, held_out))
+            channels.append(answer.diagnosed_channel(recording, before, after, sigma, used, held_out))
     return tuple(channels), tuple(tables)

@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 from bushcli.case import Case
 from bushcli.diagnosis.menu import Proposal, menu
 from bushcli.diagnosis.next_table import TableProposal, expected_table, noise_of, rows, table_menu
-from bushcli.diagnosis.posterior import CREDIBLE, MEMBER, Weighed
+from bushcli.diagnosis.posterior import CREDIBLE, MEMBER, WeighedModel
 from bushcli.diagnosis.result import NextTest
 from bushcli.effects.active import acting
 from bushcli.effects.names import readable_name
@@ -87,14 +87,14 @@ class ExpectedCurve:
 
 
 def next_test(
-    problem: CommonData, rivals: Sequence[Weighed], workers: Workers, notify: Progress
+    problem: CommonData, rivals: Sequence[WeighedModel], workers: Workers, notify: Progress
 ) -> NextTest | None:
     """Return the recording with the largest expected gain of information per minute; None where none is worth it.
 
     Parameters
     ----------
     problem : CommonData
-    rivals : sequence of Weighed
+    rivals : sequence of WeighedModel
     workers : Workers
     notify : callable
         Called with the stage, its subject, and a text about it.
@@ -105,7 +105,7 @@ def next_test(
     possible = float(-np.sum(weights * np.log2(weights)))
     best: tuple[float, NextTest] | None = None
     proposals: list[Proposal | TableProposal] = [*_menu(problem), *table_menu(problem)]
-    for proposal, answers in _expected(problem, chosen, proposals, workers, notify):
+    for proposal, answers in _expectations(problem, chosen, proposals, workers, notify):
         if any(answer is None for answer in answers):
             continue
         if isinstance(proposal, TableProposal):
@@ -128,9 +128,9 @@ def next_test(
     return None if best is None else best[1]
 
 
-def _expected(
+def _expectations(
     problem: CommonData,
-    rivals: Sequence[Weighed],
+    rivals: Sequence[WeighedModel],
     proposals: Sequence[Proposal | TableProposal],
     workers: Workers,
     notify: Progress,
@@ -143,7 +143,7 @@ def _expected(
         ]
 
         def report(
-            i: int, _: object, pairs: Sequence[tuple[Proposal | TableProposal, Weighed]] = pairs
+            i: int, _: object, pairs: Sequence[tuple[Proposal | TableProposal, WeighedModel]] = pairs
         ) -> None:
             if i % len(rivals) == 0:
                 notify("next", "test", pairs[i][0].name)
@@ -155,9 +155,9 @@ def _expected(
     return expected
 
 
-def _rival_sets(models: Sequence[Weighed]) -> tuple[list[Weighed], Array]:
+def _rival_sets(models: Sequence[WeighedModel]) -> tuple[list[WeighedModel], Array]:
     """Return the rival sets of effects, each with its best law, and their shares (k,) of the probability."""
-    best: dict[tuple[str, ...], Weighed] = {}
+    best: dict[tuple[str, ...], WeighedModel] = {}
     sums: dict[tuple[str, ...], float] = {}
     for model in models:
         if model.predicted is None and (model.state.model.effects or not model.unknown):
@@ -176,7 +176,7 @@ def _rival_sets(models: Sequence[Weighed]) -> tuple[list[Weighed], Array]:
     return [best[names] for names in order], weights / max(float(weights.sum()), 1e-300)
 
 
-def _spread(model: Weighed) -> tuple[tuple[str, ...], Array]:
+def _spread(model: WeighedModel) -> tuple[tuple[str, ...], Array]:
     """Names of the parameters, and a square root (p, p) of their posterior covariance."""
     values, vectors = np.linalg.eigh(model.state.evidence.covariance)
     return model.state.fitted.names, vectors * np.sqrt(np.maximum(values, 0.0))
@@ -308,7 +308,7 @@ def _test(
     proposal: Proposal | TableProposal,
     bits: float,
     possible: float,
-    pairs: tuple[tuple[Weighed, Weighed], ...],
+    pairs: tuple[tuple[WeighedModel, WeighedModel], ...],
 ) -> NextTest:
     names = [(_name(a, phrase), _name(b, phrase)) for a, b in pairs]
     separates = tuple((_name(a, readable_name), _name(b, readable_name)) for a, b in pairs)
@@ -372,5 +372,5 @@ def _gains(cost: float, pairs: Sequence[tuple[str, str]]) -> str:
     return f" (about {cost:.0f} minutes with the set-up of the rig); {gain}."
 
 
-def _name(model: Weighed, of: Callable[[str], str]) -> str:
+def _name(model: WeighedModel, of: Callable[[str], str]) -> str:
     return " + ".join(map(of, model.effects)) or "no effect"

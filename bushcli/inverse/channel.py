@@ -156,7 +156,9 @@ class FitChannel(ABC):
     def at_samples(self, answer: ChannelForces) -> tuple[Array, Array]:
         """Return the model's rows (n,) and their derivatives (n, parameters)."""
 
-    def reached(self, parameters: Mapping[str, float], answer: ChannelForces, limit: StepLimit) -> Array:
+    def reached_stretches(
+        self, parameters: Mapping[str, float], answer: ChannelForces, limit: StepLimit
+    ) -> Array:
         """Return a sample (n, 3) of isochoric stretches at the ends of the range; none of a coupon; collective."""
         return np.zeros((0, 3)) if answer.states is None else answer.states
 
@@ -359,7 +361,9 @@ class FollowedChannel(Channel):
         return ChannelForces(self.recording.displacement, answer.force[places], answer.slope[places])
 
     @override
-    def reached(self, parameters: Mapping[str, float], answer: ChannelForces, limit: StepLimit) -> Array:
+    def reached_stretches(
+        self, parameters: Mapping[str, float], answer: ChannelForces, limit: StepLimit
+    ) -> Array:
         if self.coupon:
             return np.zeros((0, 3))
         self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})

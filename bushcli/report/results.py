@@ -126,14 +126,14 @@ class InverseResult:
     """Laws identified from the recordings of a case, the best first."""
 
     case: Case
-    found: Sequence[Fit] = field(repr=False)
+    fits_in_base_units: Sequence[Fit] = field(repr=False)
 
     @cached_property
     def fits(self) -> list[Fit]:
         """The laws with values in the units of the case file."""
         from bushcli.inverse.file_units import in_file_units
 
-        return [in_file_units(fit) for fit in self.found]
+        return [in_file_units(fit) for fit in self.fits_in_base_units]
 
     @property
     def best(self) -> Fit:

@@ -37,17 +37,17 @@ def _rivals(diagnosis: Diagnosis) -> list[list[str]]:
 def _misfit(diagnosis: Diagnosis) -> dict[str, dict[str, float | None]]:
     """Return the misfits by channel, percent of the force range or of K*; None where it was not held out."""
     misfit: dict[str, dict[str, float | None]] = {
-        stage: {channel.name: getattr(channel, f"{stage}_percent") for channel in diagnosis.measured}
+        stage: {channel.name: getattr(channel, f"{stage}_percent") for channel in diagnosis.measured_channels}
         for stage in ("before", "after", "noise")
     }
     for stage in ("before", "after"):
-        held_out = {channel.name for channel in diagnosis.measured if channel.held_out}
+        held_out = {channel.name for channel in diagnosis.measured_channels if channel.held_out}
         misfit[f"held_out_{stage}"] = {n: p if n in held_out else None for n, p in misfit[stage].items()}
     return misfit
 
 
 def _quantity(diagnosis: Diagnosis, name: str, quantity: Quantity) -> dict[str, Any]:
-    value = shown(name, quantity, diagnosis.measured)
+    value = shown(name, quantity, diagnosis.measured_channels)
     return {
         "value": quantity.word or value.value,
         **part(value, "with_form_error std unit lower upper"),
@@ -108,7 +108,7 @@ def _missing(diagnosis: Diagnosis) -> dict[str, Any] | None:
 
 def _units(diagnosis: Diagnosis, name: str) -> Quantities:
     """Return the units of the recorded channel of this name, else of the mode of this name."""
-    return quantities({channel.name: channel.mode for channel in diagnosis.measured}.get(name, name))
+    return quantities({channel.name: channel.mode for channel in diagnosis.measured_channels}.get(name, name))
 
 
 def _fields(names: str) -> dict[str, Callable[[Diagnosis], Any]]:

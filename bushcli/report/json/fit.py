@@ -108,7 +108,7 @@ def spectra_json(spectra: Iterable[TableSpectrum | TableSweep]) -> list[dict[str
                 "terms": [
                     {"g": g, "tau": tau, "modulus": modulus}
                     for g, tau, modulus in zip(
-                        spectrum.relative, spectrum.times, spectrum.moduli, strict=True
+                        spectrum.relative_moduli, spectrum.times, spectrum.moduli, strict=True
                     )
                 ],
                 "reference_temperature": fit.reference,

@@ -195,7 +195,7 @@ def spectrum_section(table_fit: TableSpectrum) -> Section:
         (
             f"{len(spectrum.times)} Maxwell branches",
             number(spectrum.equilibrium, 4),
-            f"sum g = {number(float(np.sum(spectrum.relative)))}",
+            f"sum g = {number(float(np.sum(spectrum.relative_moduli)))}",
             percent(fit.storage_percent),
             percent(fit.loss_percent),
         ),
@@ -209,7 +209,7 @@ def spectrum_section(table_fit: TableSpectrum) -> Section:
     )
     terms = tuple(
         (number(float(tau)), number(float(g)), number(float(modulus)))
-        for tau, g, modulus in zip(spectrum.times, spectrum.relative, spectrum.moduli, strict=True)
+        for tau, g, modulus in zip(spectrum.times, spectrum.relative_moduli, spectrum.moduli, strict=True)
     )
     tables = [
         Table("", heads, rows),

@@ -221,7 +221,10 @@ def _fit_table(curve: FittedCurve, how: str, start: bool = False) -> str:
 def diagnosis_files(diagnosis: Diagnosis) -> Files:
     """Return the files of a diagnosis: the curves of each channel, and maps of the bushing for ParaView."""
     names = file_names(
-        [*(channel.name for channel in diagnosis.measured), *(local_map.name for local_map in diagnosis.maps)]
+        [
+            *(channel.name for channel in diagnosis.measured_channels),
+            *(local_map.name for local_map in diagnosis.maps),
+        ]
     )
     contents: dict[str, Content] = {
         f"{names[table.name]}-table.csv": tables.compared_table(table.compared) for table in diagnosis.tables

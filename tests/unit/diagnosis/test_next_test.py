@@ -99,7 +99,7 @@ def test_all_proposals_are_asked_of_the_workers_at_once() -> None:
                 notify(i, answer)
             return answers
 
-    found = module._expected(
+    found = module._expectations(
         SimpleNamespace(case=None), rivals, proposals, Crew(), lambda *a: said.append(a[2])
     )
     assert runs == [module.expected_curve, module.expected_table]

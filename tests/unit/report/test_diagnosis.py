@@ -12,7 +12,7 @@ from rich.console import Console
 from bushcli import report
 from bushcli.case import Material
 from bushcli.diagnosis.result import DiagnosedEffect, FormError, Group, Quantity
-from bushcli.diagnosis.values import derived
+from bushcli.diagnosis.values import derived_values
 from bushcli.diagnosis.words import sentences
 from bushcli.effects.effect import effect
 from bushcli.effects.titles import phrase, title
@@ -38,7 +38,7 @@ from bushcli.report.writers.files import write
 from bushcli.report.writers.page import page
 from bushcli.report.writers.terminal import terminal_text
 from bushcli.runtime.condition import Condition
-from bushcli.selection.searched import NOT_SIMULATED
+from bushcli.selection.search_extent import NOT_SIMULATED
 
 KINDS = ("explained", "missing_physics", "law_too_poor", "unexplained", "faulty_data")
 
@@ -505,7 +505,7 @@ def test_a_logarithm_is_given_as_the_factor_that_people_think_of(case, diagnoses
     """To first order the error of exp(x) is exp(x) times that of x: 0.564 * 0.0048 = 0.0027."""
     log = Quantity(-0.5725, 0.0048, "1", "factor", -0.582, -0.563)
     (parameter,) = effect("batch_stiffness").parameters
-    found = replace(log, derived=derived(parameter, log.value, Material("yeoh", math.inf, {})))
+    found = replace(log, derived=derived_values(parameter, log.value, Material("yeoh", math.inf, {})))
     batch = replace(diagnoses.MULLINS, name="batch_stiffness", parameters={"log_factor": found})
     assert parameters_text(batch, ()) == "factor = 0.5641 ± 0.0027"
 

@@ -27,7 +27,7 @@ from bushcli.report.views.diagnosis import words
 from bushcli.report.views.diagnosis.paragraph import short_paragraphs
 from bushcli.report.views.diagnosis.values import derived_text, shown
 from bushcli.report.views.dynamic import compared_section
-from bushcli.selection.searched import TriedModel
+from bushcli.selection.search_extent import TriedModel
 
 # The models that are shown hold together this share of the probability, as in the set of rivals.
 _CREDIBLE = 0.95
@@ -212,7 +212,7 @@ def law_line(diagnosis: Diagnosis) -> str:
     law_parameters = {name: quantity for name, quantity in diagnosis.parameters.items() if "." not in name}
     if law_parameters and not diagnosis.law_fixed:
         values = ", ".join(
-            f"{name} {shown(name, q, diagnosis.measured).text}" for name, q in law_parameters.items()
+            f"{name} {shown(name, q, diagnosis.measured_channels).text}" for name, q in law_parameters.items()
         )
     else:
         values = ", ".join(
@@ -284,7 +284,7 @@ def effect_table(diagnosis: Diagnosis) -> Table:
     for effect in diagnosis.effects:
         label, evidence = effect.label, number(effect.evidence, 2)
         for name, quantity in effect.parameters.items():
-            value = shown(f"{effect.name}.{name}", quantity, diagnosis.measured)
+            value = shown(f"{effect.name}.{name}", quantity, diagnosis.measured_channels)
             tail = "-" if quantity.prior is None else words.short_chance(quantity.prior_tail)
             cells = (value.text, value.interval, value.prior_text, tail)
             rows.append((label, name, *cells, *((derived_text(quantity),) if has_derived else ()), evidence))
@@ -312,7 +312,7 @@ def parameter_table(diagnosis: Diagnosis) -> Table:
     has_derived = any(derived_text(quantity) for quantity in diagnosis.parameters.values())
     has_form_error = any(quantity.with_form_error is not None for quantity in diagnosis.parameters.values())
     for name, quantity in diagnosis.parameters.items():
-        value = shown(name, quantity, diagnosis.measured)
+        value = shown(name, quantity, diagnosis.measured_channels)
         effect, _, key = name.rpartition(".")
         label, unit = f"{title(effect)}: {key}" if effect else key, "-" if value.unit == "1" else value.unit
         with_form_error = "-" if value.with_form_error is None else number(value.with_form_error, 4)
@@ -332,7 +332,7 @@ def misfit_table(diagnosis: Diagnosis) -> Table:
         return Table("", (), ())
     rows: list[Row] = []
     form = diagnosis.form_error.percent
-    for channel in diagnosis.measured:
+    for channel in diagnosis.measured_channels:
         sizes = map(percent, (channel.before_percent, channel.after_percent, channel.noise_percent))
         error = (percent(form.get(channel.name)),) if form else ()
         rows.append((held(channel.name, channel.held_out), *sizes, *error))

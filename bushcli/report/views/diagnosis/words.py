@@ -49,7 +49,7 @@ def headline(diagnosis: Diagnosis) -> str:
             return f"Law too poor: {law_title(diagnosis.plain.law)}; {claim}{_not_ruled_out(diagnosis)}{note}"
         case "missing_physics":
             return f"Missing physics: {missing_physics(diagnosis)}{note}"
-        case "unexplained" if diagnosis.unsearched:
+        case "unexplained" if diagnosis.is_unsearched:
             return f"Not diagnosed: the search ended before it could tell which effects are probable{note}"
         case "unexplained":
             beside = f"; also {listed(effects_with_chance(diagnosis))}" if diagnosis.effects else ""
@@ -254,7 +254,7 @@ def form_error_line(diagnosis: Diagnosis) -> str:
     only = "" if form.covers >= 0.5 else "only "
     share = "all" if form.covers >= 0.995 else percent(100 * form.covers)
     covered = f"{only}{share} of the remaining misfit above the noise"
-    fitted = [channel for channel in diagnosis.measured if not channel.held_out]
+    fitted = [channel for channel in diagnosis.measured_channels if not channel.held_out]
     within_noise = form.covers >= 1.0 and all(
         channel.after_percent <= channel.noise_percent for channel in fitted
     )
@@ -321,7 +321,7 @@ def searched_lines(diagnosis: Diagnosis) -> list[str]:
 
 def relative_to(diagnosis: Diagnosis) -> str:
     """Return what percentages of misfits are relative to: the force range, K* of tables, or both."""
-    return " or ".join(dict.fromkeys(channel.of for channel in diagnosis.measured))
+    return " or ".join(dict.fromkeys(channel.of for channel in diagnosis.measured_channels))
 
 
 def as_sentences(lines: Iterable[str]) -> list[str]:
