@@ -267,7 +267,7 @@ def _unit(scale: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
         unusual = abs(math.log10(middle * factor)) + abs(
             math.log10(scale.travel * change.displacement / _USUAL)
         )
-        if unusual + change.rare < least and _RUBBER[0] <= middle * factor <= _RUBBER[1]:
+        if unusual + change.rare < least and SHEAR[0] <= middle * factor <= SHEAR[1]:
             best, least = change, unusual + change.rare
     if best is None:
         return None
