@@ -167,7 +167,7 @@ def test_units_a_thousand_off(mode, others, change):
         (
             "torsional",
             (1e3, 1.0),
-            "if the displacement is a thousand times too large: divide its column by 1000",
+            "if the rotation is a thousand times too large: divide its column by 1000",
         ),
     ],
 )
@@ -206,7 +206,7 @@ def test_stress_of_a_rubber_or_a_soft_acrylic_in_another_unit(modulus, unit):
     coupon = Recording("uniaxial", stretch - 1, stress, name="uniaxial", units=("stretch", "MPa"))
     (fault,) = find_faults(bushing(), [coupon])
     assert (fault.kind, fault.fatal) == ("unit", True)
-    remedy = f'if the force is in {unit}: units = {{ force = "{unit}" }}; or accept = ["unit"] if the values are right'
+    remedy = f'if the stress is in {unit}: units = {{ force = "{unit}" }}; or accept = ["unit"] if the values are right'
     assert fault.remedy == remedy
 
 
