@@ -267,7 +267,7 @@ def _unit(scale: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
         unusual = abs(math.log10(middle * factor)) + abs(
             math.log10(scale.travel * change.displacement / _USUAL)
         )
-        if unusual + change.rare < least and _RUBBER[0] <= middle * factor <= _RUBBER[1]:
+        if unusual + change.rare < least and SHEAR[0] <= middle * factor <= SHEAR[1]:
             best, least = change, unusual + change.rare
     if best is None:
         return None
@@ -303,14 +303,15 @@ def _frequency(low: float, high: float) -> float:
 def _changes(recording: Recording) -> Iterator[_Change]:
     """Yield the changes of one unit, or of both to SI units, that the user may have forgotten."""
     displacement, force = (_dimension(recording, quantity) for quantity in ("displacement", "force"))
+    way = {"length": "displacement", "angle": "rotation"}.get(displacement, displacement)
     read = recording.units
     common = {"m", "um", "rad", "deg", "mm", "percent", "kN", "N", "Nm", "Nmm", "MPa", "kPa", "Pa"}
     yield from (
-        _Change(factor, 1.0, f'if the displacement is in {name}: units = {{ displacement = "{name}" }}', rare)
+        _Change(factor, 1.0, f'if the {way} is in {name}: units = {{ displacement = "{name}" }}', rare)
         for name, factor, rare in _others(displacement, read[0], common)
     )
     yield from (
-        _Change(1.0, factor, f'if the force is in {name}: units = {{ force = "{name}" }}', rare)
+        _Change(1.0, factor, f'if the {force} is in {name}: units = {{ force = "{name}" }}', rare)
         for name, factor, rare in _others(force, read[1], common)
     )
     si = {"length": ("m", "kN"), "angle": ("rad", "Nm")}.get(displacement)
@@ -330,8 +331,8 @@ def _changes(recording: Recording) -> Iterator[_Change]:
     for factor in (1e-3, 1e3):
         off, word = ("small", "multiply") if factor > 1 else ("large", "divide")
         remedy = f"is a thousand times too {off}: {word} its column by 1000"
-        yield _Change(1.0, factor, f"if the force {remedy}", 0.4)
-        yield _Change(factor, 1.0, f"if the displacement {remedy}", 0.4)
+        yield _Change(1.0, factor, f"if the {force} {remedy}", 0.4)
+        yield _Change(factor, 1.0, f"if the {way} {remedy}", 0.4)
 
 
 def _others(kind: str, read: str, common: set[str]) -> Iterator[tuple[str, float, float]]:

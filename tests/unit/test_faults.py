@@ -167,7 +167,7 @@ def test_units_a_thousand_off(mode, others, change):
         (
             "torsional",
             (1e3, 1.0),
-            "if the displacement is a thousand times too large: divide its column by 1000",
+            "if the rotation is a thousand times too large: divide its column by 1000",
         ),
     ],
 )
@@ -199,16 +199,15 @@ def test_columns_that_are_exchanged():
     assert "columns = {" in fault.remedy
 
 
-def test_stress_in_kilopascal():
+@pytest.mark.parametrize(("modulus", "unit"), [(800.0, "kPa"), (3e4, "Pa")])
+def test_stress_of_a_rubber_or_a_soft_acrylic_in_another_unit(modulus, unit):
     stretch = np.linspace(1.0, 2.0, 50)
-    stress = 800.0 * (stretch - stretch**-2)
+    stress = modulus * (stretch - stretch**-2)
     coupon = Recording("uniaxial", stretch - 1, stress, name="uniaxial", units=("stretch", "MPa"))
     (fault,) = find_faults(bushing(), [coupon])
     assert (fault.kind, fault.fatal) == ("unit", True)
-    assert (
-        fault.remedy
-        == 'if the force is in kPa: units = { force = "kPa" }; or accept = ["unit"] if the values are right'
-    )
+    remedy = f'if the stress is in {unit}: units = {{ force = "{unit}" }}; or accept = ["unit"] if the values are right'
+    assert fault.remedy == remedy
 
 
 def held(modulus: float) -> Recording:
