@@ -102,7 +102,15 @@ def find_section(loops: tuple[Loop, ...], where: str, centre: float | None) -> F
             boxes = np.array([model().getBoundingBox(1, tag) for tag in drawn.boundaries["inner"]])
             centre = float(round(0.5 * (boxes[:, 1].min() + boxes[:, 4].max()), 9))
         model().add("centred")
-        shifted_loops = tuple(_shift(loop, -centre) for loop in loops)
+        shifted_loops = tuple(
+            replace(
+                loop,
+                curves=tuple(
+                    replace(c, points=tuple((r, z - centre) for r, z in c.points)) for c in loop.curves
+                ),
+            )
+            for loop in loops
+        )
         drawn = draw(shifted_loops, where)
         return _found_section(shifted_loops, centre, drawn)
 
@@ -125,11 +133,6 @@ def _require(drawn: Drawn, where: str) -> None:
     bodies = {tag: name for name, tags in drawn.regions.items() for tag in tags}
     refuse_loose(bodies, drawn.boundaries, 2, where)
     refuse_touching(drawn.boundaries, 2, where)
-
-
-def _shift(loop: Loop, by: float) -> Loop:
-    curves = tuple(replace(c, points=tuple((r, z + by) for r, z in c.points)) for c in loop.curves)
-    return replace(loop, curves=curves)
 
 
 def _found_section(loops: tuple[Loop, ...], centre: float, drawn: Drawn) -> FoundSection:
