@@ -165,7 +165,7 @@ def find_part(statements: CadStatements) -> FoundPart:
 
 
 def _outer_faces(meshed: Sequence[int]) -> list[int]:
-    """Faces that belong to one of the meshed solids only."""
+    """Return the faces that belong to a single meshed solid."""
     count: dict[int, int] = {}
     for solid in meshed:
         for _, face in model().getBoundary([(3, solid)], oriented=False):

@@ -163,7 +163,7 @@ def _refuse_loose(points: Array, cells: Ints, facets: Mapping[str, Ints], where:
 
 
 def _axis(points: Array, inner: Ints, given_axis: Vector | None, where: str) -> Axis:
-    """The line that the normals of the inner bond meet, through the bond's middle."""
+    """Return the line through the middle of the inner bond that the normals of the bond intersect."""
     t = triangles(points, inner)
     normals = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])
     if given_axis is None:

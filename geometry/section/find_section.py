@@ -172,7 +172,7 @@ def _length_and_radius(curve: int) -> tuple[float, float]:
 
 
 def _along(curves: Sequence[int]) -> Array:
-    """Points (r, z) of curves, their ends among them, mm."""
+    """Return points (r, z) along curves, their ends included, mm."""
     points = []
     for tag in curves:
         low, high = (float(bound[0]) for bound in model().getParametrizationBounds(1, tag))
@@ -181,7 +181,7 @@ def _along(curves: Sequence[int]) -> Array:
 
 
 def _swept_measure(dimension: int, tags: Sequence[int]) -> float:
-    """Measure of what faces or curves sweep about the axis (Pappus)."""
+    """Return the volume that faces, or the area that curves, sweep in a turn about the axis (Pappus)."""
     occ = model().occ
     return float(
         sum(2 * math.pi * occ.getCenterOfMass(dimension, t)[0] * occ.getMass(dimension, t) for t in tags)
