@@ -20,7 +20,7 @@ from typing_extensions import override
 from bushcli.curve.curve import Curve
 from bushcli.curve.earlier import Earlier
 from bushcli.curve.misfit import NOISE_FLOOR
-from bushcli.curve.odd import swept_range, unfolded
+from bushcli.curve.odd import both_halves, swept_range
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.inverse.result import Weighting
@@ -158,7 +158,9 @@ class FitChannel(ABC):
     def at_samples(self, answer: ChannelForces) -> tuple[Array, Array]:
         """Return the model's rows (n,) and their derivatives (n, parameters)."""
 
-    def reached(self, parameters: Mapping[str, float], answer: ChannelForces, limit: StepLimit) -> Array:
+    def reached_stretches(
+        self, parameters: Mapping[str, float], answer: ChannelForces, limit: StepLimit
+    ) -> Array:
         """Return a sample (n, 3) of isochoric stretches at the ends of the range; none of a coupon; collective."""
         return np.zeros((0, 3)) if answer.states is None else answer.states
 
@@ -338,7 +340,7 @@ class SweptChannel(Channel):
         from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
 
         q, values = answer.displacement, np.column_stack([answer.force, answer.slope])
-        return np.asarray(CubicSpline(*(unfolded(q, values) if self.odd else (q, values)))(displacement))
+        return np.asarray(CubicSpline(*(both_halves(q, values) if self.odd else (q, values)))(displacement))
 
 
 class FollowedChannel(Channel):
@@ -359,7 +361,7 @@ class FollowedChannel(Channel):
         corrected: Corrected | None = None,
     ) -> None:
         super().__init__(recording, simulation.model, force_noise(recording), weighting, faulty, branch)
-        self.simulation, self.active, self.before = simulation, simulation.active, simulation.remembered
+        self.simulation, self.active, self.before = simulation, simulation.active, simulation.path_before
         self._correction = None if corrected is None else corrected(recording.name, self.model)
 
     @override
@@ -380,11 +382,13 @@ class FollowedChannel(Channel):
         return ChannelForces(self.recording.displacement, answer.force[places], answer.slope[places])
 
     @override
-    def reached(self, parameters: Mapping[str, float], answer: ChannelForces, limit: StepLimit) -> Array:
+    def reached_stretches(
+        self, parameters: Mapping[str, float], answer: ChannelForces, limit: StepLimit
+    ) -> Array:
         if self.coupon:
             return np.zeros((0, 3))
         self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
-        return isochoric_sample(self.comm, self.simulation.reached(limit.given))
+        return isochoric_sample(self.comm, self.simulation.stretches_at_ends(limit.given))
 
     @override
     def local_slopes(self, parameters: Mapping[str, float]) -> tuple[Array, Cells]:

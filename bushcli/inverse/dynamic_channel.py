@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from bushcli.case import Case
-from bushcli.effects.active import ActiveEffect, acting, in_state
+from bushcli.effects.active import ActiveEffect, effects_on_channel, in_state
 from bushcli.effects.assembly import features_of
 from bushcli.effects.names import readable_name
 from bushcli.effects.rig import has_slope
@@ -27,7 +27,7 @@ from bushcli.inverse.dynamic_simulation import DynamicSimulation, Store
 from bushcli.recording.dynamic.rows import ANGLE, MAGNITUDE, SPREAD
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.runtime.condition import Condition
-from bushcli.simulate.dynamic import doubts, effects_left_out, is_in_vibrations, unfit
+from bushcli.simulate.dynamic import doubts, effects_left_out, effects_without_stiffness, is_in_vibrations
 from bushcli.simulate.dynamic_tables import ComparedTable, check_preloads, left_out
 from bushcli.simulate.extent import Extent, of_table
 from cases.mode import modes
@@ -59,14 +59,14 @@ class DynamicChannel(FitChannel):
     ) -> None:
         self.table, self._temperature = table, temperature
         check_preloads(case, table)
-        acting_effects = acting(case.effects, table.name, table.mode, "dynamic", temperature)
-        self.active = tuple(active.started() for active in acting_effects)
+        acting_effects = effects_on_channel(case.effects, table.name, table.mode, "dynamic", temperature)
+        self.active = tuple(active.with_start_values() for active in acting_effects)
         by_force = bool((np.isnan(table.preload) & ~np.isnan(table.preload_force)).any())
         problems: list[Problem] = []
         if stored is not None:
             self.active = tuple(active for active in self.active if _vibrates(active, by_force))
         else:
-            problems += unfit(case.path.name, table.name, self.active)
+            problems += effects_without_stiffness(case.path.name, table.name, self.active)
         problems += self._unfit_rig(case.path.name, by_force)
         if problems:
             raise InputError(*problems)
@@ -97,7 +97,7 @@ class DynamicChannel(FitChannel):
         return self.table.name + warm
 
     @property
-    def used(self) -> NDArray[np.bool_]:
+    def used_rows(self) -> NDArray[np.bool_]:
         """Which rows (n,) are fitted."""
         return np.isfinite(self.scale[: len(self.table)])
 
@@ -106,7 +106,7 @@ class DynamicChannel(FitChannel):
         self, parameters: Mapping[str, float], names: Sequence[str], limit: StepLimit | None = None
     ) -> ChannelForces:
         simulation = self._simulation
-        reduced = simulation.reduced(parameters, names, StepLimit() if limit is None else limit)
+        reduced = simulation.reduced_curves(parameters, names, StepLimit() if limit is None else limit)
         value, slope = simulation.stiffness(reduced, parameters, names)
         delayed, derivatives = value * self._turned, slope * self._turned[:, None]
         return ChannelForces(
@@ -124,7 +124,7 @@ class DynamicChannel(FitChannel):
     def extent(self, temperature: float | None) -> Extent:
         return of_table(self.table)
 
-    def compared(
+    def compared_table(
         self, parameters: Mapping[str, float], names: Sequence[str] = (), deviations: Array | None = None
     ) -> ComparedTable:
         """Return the rows that are used beside their simulation. Raises `NotConverged`.
@@ -132,8 +132,8 @@ class DynamicChannel(FitChannel):
         Half widths of the parameters' intervals come as a matrix (p, p), whose product with its transpose is their
         covariance times the square of the quantile; without it the simulation has no intervals.
         """
-        simulation, used = self._simulation, self.used
-        reduced = simulation.reduced(parameters, names, StepLimit())
+        simulation, used = self._simulation, self.used_rows
+        reduced = simulation.reduced_curves(parameters, names, StepLimit())
         simulated, slope = simulation.stiffness(reduced, parameters, names)
         rows = ComparedTable(
             self.table.rows(used),
@@ -149,15 +149,15 @@ class DynamicChannel(FitChannel):
         spread = np.array([np.linalg.norm(relative.real, axis=1), np.linalg.norm(relative.imag, axis=1)])
         return replace(rows, spread=spread * [np.abs(simulated[used]), np.ones(used.sum())])
 
-    def simulated(self, answer: ChannelForces) -> Complex:
+    def simulated_stiffness(self, answer: ChannelForces) -> Complex:
         """Return K* of the rows that are used from an answer, N/mm or N mm/rad."""
-        along, across = answer.force.reshape(2, -1)[:, self.used]
-        return np.asarray((along + 1j * across) / self._turned[self.used])
+        along, across = answer.force.reshape(2, -1)[:, self.used_rows]
+        return np.asarray((along + 1j * across) / self._turned[self.used_rows])
 
     def conditions(self, parameters: Mapping[str, float]) -> list[Condition]:
         """Return what has to be known about the table and its simulation. Raises `NotConverged`."""
         simulation = self._simulation
-        reduced = simulation.reduced(parameters, (), StepLimit())
+        reduced = simulation.reduced_curves(parameters, (), StepLimit())
         # Effects of the rig are in the simulation.
         rubber = [active for active in self.active if active not in simulation.rig]
         doubtful = [doubt for curves in reduced.curves for curve in curves for doubt in doubts(curve)]

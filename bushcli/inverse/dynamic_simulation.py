@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from bushcli.case import DynamicTest
 from bushcli.case.case import DENSITY
 from bushcli.effects.active import ActiveEffect
-from bushcli.effects.rig import vibrating
+from bushcli.effects.rig import measured_stiffness
 from bushcli.inverse.channel import StepLimit, isochoric_sample
 from bushcli.inverse.problem import differences
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.runtime.interrupt import meet
-from bushcli.simulate.dynamic_tables import gathered
+from bushcli.simulate.dynamic_tables import merged_preloads
 from bushcli.simulate.vibrations import PROMISED, DynamicCurve, Vibrations, branches_of, thinned_of
 from cases.dynamic.amplitude import UnevenModel
 from cases.dynamic.model import Branches
@@ -67,7 +67,7 @@ class ReducedCurves:
     # Constants that differ: how far, in the coordinate in which ln K* is linear, and its derivative by the constant.
     steps: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
-    def moved(self, constants: Mapping[str, float]) -> ReducedCurves | None:
+    def extrapolate(self, constants: Mapping[str, float]) -> ReducedCurves | None:
         """Return the curves with other constants, to first order; None if these are too far.
 
         ln K* is linear in the logarithms of the constants where a common factor on all of them is one on K*.
@@ -144,7 +144,7 @@ class DynamicSimulation:
         branches, thinned = self._relaxation(parameters)
         return [*branches, *(() if thinned is None else thinned.branches())]
 
-    def reduced(
+    def reduced_curves(
         self, parameters: Mapping[str, float], names: Sequence[str], limit: StepLimit
     ) -> ReducedCurves:
         """Return the reduced models of the preloads, which are used again while they are accurate enough."""
@@ -161,7 +161,7 @@ class DynamicSimulation:
         key = tuple(constants.items())
         curves_near = self._known.pop(key, None)
         if curves_near is None and self._near:
-            updated = (neighbour.moved(constants) for neighbour in self._known.values())
+            updated = (neighbour.extrapolate(constants) for neighbour in self._known.values())
             candidates = [
                 curves
                 for curves in updated
@@ -259,7 +259,9 @@ class DynamicSimulation:
                     held += float(sum(force * step))
                     rescaling = np.exp((derivatives / part[:, None]) @ step)
                     part, derivatives = part * rescaling, derivatives * rescaling[:, None] * rate
-                measured = vibrating(rig, part, frequency, curve.preload, held, names, force[: len(names)])
+                measured = measured_stiffness(
+                    rig, part, frequency, curve.preload, held, names, force[: len(names)]
+                )
                 value[rows] = measured.value
                 slope[rows] = measured.slope + measured.by_part[:, None] * derivatives[:, : len(names)]
         return value, slope
@@ -342,7 +344,7 @@ def _preloads(table: DynamicTable, amplitude: tuple[float, ...] = ()) -> list[_P
     for is_force, values in ((False, displacement), (True, table.preload_force)):
         rows = np.flatnonzero(by_force == is_force)
         if len(rows):
-            levels, number = np.unique(gathered(values[rows]), return_inverse=True)
+            levels, number = np.unique(merged_preloads(values[rows]), return_inverse=True)
             frequency = np.unique(table.frequency[rows])
             test = DynamicTest(
                 table.mode,

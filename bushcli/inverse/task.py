@@ -11,9 +11,9 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from bushcli.case import Case, Material, MeshOptions, resolved
+from bushcli.case import Case, Material, MeshOptions, case_json
 from bushcli.case.case import DENSITY
-from bushcli.case.unit import turning
+from bushcli.case.unit import parameters_in_degrees
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import EffectParameter
 from bushcli.effects.names import effect_name
@@ -25,7 +25,7 @@ from bushcli.inverse.local import Loss
 from bushcli.inverse.problem import Bounds, LeastSquaresProblem, Progress, coupon_states
 from bushcli.inverse.result import Weighting
 from bushcli.recording.table_cache import TableCache
-from bushcli.simulate.measured import Measured
+from bushcli.simulate.recording_cache import RecordingCache
 from cases.simulate import Prepare, Rubber, prepare
 from forms.law import Law, law, laws
 
@@ -121,14 +121,14 @@ class Task:
     def effects(self) -> tuple[ActiveEffect, ...]:
         """The case's effects with start values of all their parameters."""
         return tuple(
-            active.started(self.period(active))
+            active.with_start_values(self.period(active))
             if any(p.name not in active.values for p in active.parameters)
             else active
             for active in self.case.effects
         )
 
     @cached_property
-    def _highest(self) -> dict[tuple[str, str], float]:
+    def _highest_frequencies(self) -> dict[tuple[str, str], float]:
         """Highest frequency (Hz) of each table of the bushing, by name and mode."""
         if self.source == "coupons":
             return {}
@@ -138,7 +138,9 @@ class Task:
     def period(self, active: ActiveEffect) -> float | None:
         """Return the period (s) of the highest frequency of the tables that an effect changes; None without any."""
         frequencies = [
-            f for (name, mode), f in self._highest.items() if active.acts_on(name, mode, "dynamic")
+            f
+            for (name, mode), f in self._highest_frequencies.items()
+            if active.acts_on(name, mode, "dynamic")
         ]
         return 1.0 / max(frequencies) if frequencies else None
 
@@ -153,10 +155,10 @@ class Task:
         }
 
     @property
-    def turned(self) -> dict[str, EffectParameter]:
+    def rotational_parameters(self) -> dict[str, EffectParameter]:
         """Parameters of its effects that are in degrees in the case file."""
         static = [(source.label, source.mode) for source in self.case.recordings]
-        return turning(
+        return parameters_in_degrees(
             self.effects, [*static, *((source.label, source.mode) for source in self.case.dynamic)]
         )
 
@@ -184,7 +186,7 @@ class Task:
         ranges = {
             active.full_name(p): (
                 active.values[p.name],
-                *p.fitted(self.case.geometry, self.period(active))[1:],
+                *p.fit_range(self.case.geometry, self.period(active))[1:],
             )
             for active in self.effects
             for p in active.parameters
@@ -216,7 +218,7 @@ class Task:
         coarse: bool = False,
         comm: MPI.Comm = MPI.COMM_WORLD,
         prepared: Prepare = prepare,
-        measured: Measured | None = None,
+        measured: RecordingCache | None = None,
         corrected: Corrected | None = None,
     ) -> tuple[list[Channel], list[Channel]]:
         """Channels of curves to fit, and those to predict; `prepared` makes their finite-element models.
@@ -229,7 +231,7 @@ class Task:
             Ranks that share each model, unless its surfaces can meet.
         prepared : Prepare
             Makes the finite-element model of a channel.
-        measured : Measured, optional
+        measured : RecordingCache, optional
             Cache of the recordings that the caller reads.
         corrected : Corrected, optional
             Returns the correction of a channel's mesh.
@@ -251,15 +253,15 @@ class Task:
                 what, expected = "there are no [[coupons]] to fit a law to", "[[coupons]] with mode and file"
                 if case.needs_fit:
                     what, expected = f"{what}, and no [material.parameters]", "one of both"
-                expected = case.expected(
+                expected = case.expected_tables(
                     f"{expected}; or `bushcli inverse`, which identifies the parameters from [[recordings]]"
                 )
                 raise InputError(Problem(str(case.path), what, "", expected))
             all_channels = coupon_channels(case, rubber, self.weighting, measured)
         else:
-            if not case.recordings and not self._highest:
+            if not case.recordings and not self._highest_frequencies:
                 what = "there are no [[recordings]] to identify a law from"
-                expected = case.expected("[[recordings]] with mode and file")
+                expected = case.expected_tables("[[recordings]] with mode and file")
                 raise InputError(Problem(str(case.path), what, "", expected))
             if case.geometry.contact_surfaces:
                 # Contact is modelled in one process: each one identifies the law by itself.
@@ -276,7 +278,7 @@ class Task:
                     Problem("--hold-out", what, nearest(name, channel_names), ", ".join(channel_names))
                 )
         fitted = [channel for channel in all_channels if channel.name not in self.hold_out]
-        if not fitted and not {name for name, _ in self._highest} - set(self.hold_out):
+        if not fitted and not {name for name, _ in self._highest_frequencies} - set(self.hold_out):
             raise InputError(Problem("--hold-out", "leaves no channel to fit", "", ", ".join(channel_names)))
         return fitted, [channel for channel in all_channels if channel.name in self.hold_out]
 
@@ -312,9 +314,9 @@ class Task:
         tables : TableCache, optional
             Cache of the binary files that the caller reads.
         """
-        curves, predicted = self.channels(coarse, comm, measured=Measured(tables))
+        curves, predicted = self.channels(coarse, comm, measured=RecordingCache(tables))
         dynamic: list[DynamicChannel] = []
-        if self.density and not self._highest:
+        if self.density and not self._highest_frequencies:
             what = "the density acts in vibrations alone, and there is no table of dynamic stiffness of the bushing"
             expected = '[[recordings]] with kind = "dynamic"; or leave --density out'
             raise InputError(Problem("--density", what, "", expected))
@@ -387,7 +389,7 @@ class Task:
             )
         }
         return {
-            "case": resolved(self.case),
+            "case": case_json(self.case),
             "start": dict(self.start),
             "data": self.case.data_digest(),
             **options,

@@ -53,11 +53,11 @@ def more_branches(fits: Fits, known: Collection[Key], share: float) -> Iterator[
         reach = fits.weights(state)[0] + most - state.evidence.judgement.log
         if key in known or len(state.model.effects) != 1 or not own or reach < fits.total + math.log(share):
             continue
-        for prediction in Beside(state, fits.derivatives.beside(state, among=own)).singles():
+        for prediction in Beside(state, fits.derivatives.additions_beside(state, among=own)).singles():
             yield state, prediction
 
 
-def relaxing(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> Iterator[Model]:
+def relaxing_models(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> Iterator[Model]:
     """Yield models that relax, with which a search begins where there are tables; each after the fit of the last one.
 
     No rubber is without loss, so that a law alone is too far from any table for its neighbours to be judged beside it:
@@ -85,7 +85,7 @@ def relaxing(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> Iterator[
         own = np.geomspace(slow, fast, count + 2)[1:-1]
         values = {f"tau{i}": float(tau) for i, tau in enumerate(own, start=1)}
         values |= {f"g{i}": START / count for i in range(1, count + 1)}
-        model = replace(model, effects=(ActiveEffect(maxwell, values).started(),))
+        model = replace(model, effects=(ActiveEffect(maxwell, values).with_start_values(),))
         yield model
     thinned = [
         effect
@@ -94,7 +94,7 @@ def relaxing(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> Iterator[
     ]
     relaxed = [model]
     for effect in thinned:
-        active = ActiveEffect(effect).started()
+        active = ActiveEffect(effect).with_start_values()
         for finer in ({}, *({p.name: p.start} for p in effect.parameters if p.of_amplitude)):
             model = replace(model, effects=(replace(active, values=dict(active.values) | finer),))
             yield model
@@ -108,7 +108,7 @@ def relaxing(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> Iterator[
             for trial in trials(case, beside, warm, recordings, shear)[0]:
                 start = {name: warm.parameter(name).start for name in trial.amplitudes}
                 active = replace(trial.active, values=dict(trial.active.values) | start)
-                yield replace(trial, active=active).added_to(beside)
+                yield replace(trial, active=active).add_to(beside)
 
 
 def with_one_more(

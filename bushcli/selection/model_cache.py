@@ -26,8 +26,8 @@ from bushcli.recording.dynamic.rows import RecordedTable, recorded_table
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.canonical import canonical
-from bushcli.simulate.measured import Measured
 from bushcli.simulate.predict import rubber_of
+from bushcli.simulate.recording_cache import RecordingCache
 from cases.feature import Installed
 from cases.march import TOLERANCE
 from cases.mode import Mode
@@ -61,7 +61,7 @@ class ModelCache:
     """
 
     def __init__(self, tables: TableCache | None = None) -> None:
-        self.measured = Measured(tables)
+        self.measured = RecordingCache(tables)
         self.tables = self.measured.tables
         self._bodies: OrderedDict[bytes, FiniteElementModel] = OrderedDict()
         self._sets: OrderedDict[bytes, list[AnyChannel]] = OrderedDict()
@@ -111,7 +111,7 @@ class ModelCache:
                 plain = replace(task, case=whole, start=anchor, fixed=tuple(anchor))
                 return self.mesh_corrections(plain, anchor)[channel]
 
-            recorded = self.recorded(whole)
+            recorded = self.recorded_tables(whole)
             known = replace(task, tables=tuple(recording.table for recording in recorded))
             channels, _ = known.channels(
                 comm=MPI.COMM_SELF, prepared=prepared, measured=self.measured, corrected=corrected
@@ -127,12 +127,12 @@ class ModelCache:
 
         return _entry(self._sets, SETS, name, made)
 
-    def recorded(self, case: Case) -> tuple[RecordedTable, ...]:
+    def recorded_tables(self, case: Case) -> tuple[RecordedTable, ...]:
         """Return the tables of dynamic stiffness of a case; those that count and those held out are kept."""
         name = canonical((case.geometry, case.dynamic))
         return _entry(self._recorded, 2, name, lambda: recorded_tables(case, self.tables))
 
-    def vibrating(
+    def dynamic_stiffness(
         self, task: Task, table: DynamicTable, values: Mapping[str, float], names: Sequence[str]
     ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
         """Return K* (n,) of the rows of a table that need not have been measured, and its derivatives (n, names).

@@ -69,7 +69,7 @@ class Prediction:
     hope: float = 0.0
 
 
-def reachable(likelihood: Likelihood, before: Left, after: Left) -> float:
+def reachable_likelihood(likelihood: Likelihood, before: Left, after: Left) -> float:
     """Return the log likelihood of a model if its effect explains more than predicted, by `SHARE_SLACK` of that.
 
     If it is predicted to explain most of the misfit, a fit may find that it explains all: what first order leaves of a
@@ -114,7 +114,7 @@ def known_amplitudes(
     start = np.array([float(trial.active.values[name]) for name in trial.amplitudes])
     bounds = []
     for k, (name, prior, off) in enumerate(zip(trial.amplitudes, known, start, strict=True)):
-        _, lower, upper = trial.effect.parameter(name).fitted(case.geometry)
+        _, lower, upper = trial.effect.parameter(name).fit_range(case.geometry)
         low, high = lower - off, upper - off
         if k == 0 and trial.size is not None:
             low, high = trial.size / TRIED, trial.size * TRIED

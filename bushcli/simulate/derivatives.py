@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.curve.odd import swept_range, unfolded
+from bushcli.curve.odd import swept_range, both_halves
 from bushcli.effects import rig
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.change import Signal
@@ -55,7 +55,7 @@ def elastic_curve(
             slope[:, i] = history.sensitivity[:, inner.index(name)]
     values = np.column_stack([history.force, slope])
     if symmetric:
-        q, values = unfolded(q, values)
+        q, values = both_halves(q, values)
     spline = CubicSpline(q, values)
     stiffness = spline.derivative()
 
@@ -72,7 +72,7 @@ def extension_in_series(
     """Return the function for the extension of springs in series, given one state of the bushing."""
     local = ("", " ", *names)
 
-    def extended(q: float, force: float, time: float) -> Extension:
+    def extension_at(q: float, force: float, time: float) -> Extension:
         rows = np.zeros((2, 1, len(local)))
         rows[0, 0, 0] = rows[1, 0, 1] = 1.0
         displacement, reaction = Signal(np.array([q]), rows[0]), Signal(np.array([force]), rows[1])
@@ -86,7 +86,7 @@ def extension_in_series(
             dict(zip(names, map(float, slope[2:]), strict=True)),
         )
 
-    return extended
+    return extension_at
 
 
 def local_slopes(model: FiniteElementModel, displacement: Array, odd: bool) -> tuple[Array, local.Cells]:
@@ -116,5 +116,5 @@ def local_slopes(model: FiniteElementModel, displacement: Array, odd: bool) -> t
         image = sweep.cells.centres.copy()
         if plane is not None and (dimension == 3 or plane == "z"):
             image[:, dimension - 1 if plane == "z" else "xy".index(plane)] *= -1.0
-        q, slope = unfolded(q, slope, -slope[:, KDTree(sweep.cells.centres).query(image)[1]])
+        q, slope = both_halves(q, slope, -slope[:, KDTree(sweep.cells.centres).query(image)[1]])
     return np.asarray(CubicSpline(q, slope)(displacement)), sweep.cells

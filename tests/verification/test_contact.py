@@ -13,7 +13,7 @@ import pytest
 from mpi4py import MPI
 
 from bushcli.simulate.bodies import PreparedModels
-from bushcli.simulate.touching import touched
+from bushcli.simulate.contact import surfaces_that_met
 from cases.contact import bodies as surfaces
 from cases.contact.contact import DEEPEST
 from cases.contact.facets import Basis
@@ -211,7 +211,7 @@ def test_a_part_that_meets_its_mirror_image_is_the_whole_part(arched):
     contact.look(history.states[-1])
     assert 0.0 < contact.penetration < DEEPEST
     assert contact._x[:, 1].min() > -0.02
-    (met,) = touched(model, history)
+    (met,) = surfaces_that_met(model, history)
     assert met.surfaces == ("void", "void")
 
 
@@ -365,7 +365,7 @@ def test_a_plain_bushing_is_pressed_to_64_percent_of_its_thickness():
 def test_what_met_is_told_with_its_force(touching):
     """The pair of walls is reported with first touch, place and a positive force."""
     model, history = touching
-    (found,) = touched(model, history)
+    (found,) = surfaces_that_met(model, history)
     assert found.surfaces == ("free", "free")
     assert found.first == pytest.approx(-0.6)
     assert found.at == pytest.approx(-0.7)
