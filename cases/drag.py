@@ -1,4 +1,4 @@
-"""A drag on the displacements, which balances a state that is not an equilibrium (`cases.settling`)."""
+"""A viscous drag on the displacements, which balances a state that is not yet an equilibrium (`cases.settling`)."""
 
 from __future__ import annotations
 

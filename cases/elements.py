@@ -57,7 +57,7 @@ class Unknowns:
 
 
 def _unknowns(part: Any, cells: Index) -> Index:
-    """Unknowns of a part of a mixed space, those of a block in sequence; a rank may have no cells."""
+    """Return the unknowns of a part of a mixed space, with those of a block in sequence; a rank may have no cells."""
     dofs = [part.dofmap.cell_dofs(cell) for cell in cells]
     return np.array(dofs, dtype=np.int32).reshape(len(cells), part.element.space_dimension)
 

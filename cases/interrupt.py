@@ -1,4 +1,4 @@
-"""Interruptions, whatever exception they have become on their way through libraries written in C."""
+"""Recognises an interruption (Ctrl-C, SIGTERM) after a library written in C has turned it into another exception."""
 
 from __future__ import annotations
 

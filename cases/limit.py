@@ -1,4 +1,4 @@
-"""When Newton's method gives up: after too many iterations, or earlier if the residual does not decrease."""
+"""Limit of Newton's method, which gives up after too many iterations, or earlier if the residual does not decrease."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Limit:
     _least: float = field(default=np.inf, init=False)
 
     def ends(self, iteration: int, norm: float) -> bool:
-        """Whether the solution is given up.
+        """Whether Newton's method gives up at this iteration.
 
         Parameters
         ----------

@@ -63,7 +63,7 @@ class Remembered:
 
     @property
     def is_off(self) -> bool:
-        """Whether its amplitude is zero: it adds nothing to stresses and moduli, as beside a model that is tried."""
+        """Whether the branch's amplitude is zero, so that it adds nothing to stresses and moduli."""
         return not self.parameters[..., 0].any()
 
     def answer(self, moduli: bool) -> Kernel:
@@ -207,7 +207,7 @@ class RubberAtPoints:
         self._upper = np.triu_indices(self.variables)
 
     def take(self, numbers: Numbers) -> None:
-        """Use these material numbers from now on."""
+        """Set the material numbers."""
         self._parameters["law"][:] = numbers.law
         self._parameters["volumetric"][:] = numbers.volumetric
         for branch, parameters in zip(self.branches, numbers.branches, strict=True):

@@ -187,7 +187,7 @@ class Pattern:
 
 
 def _couplings(number: int, cells: Sequence[Index], fixed: NDArray[np.uint8]) -> tuple[Index, Index]:
-    """First entry of each row, and columns, of the free unknowns' couplings and of all diagonals."""
+    """Return row starts and columns of the sparse matrix: couplings of the free unknowns, and all diagonals."""
     everything = IndexMap(MPI.COMM_SELF, number)
     pattern = SparsityPattern(MPI.COMM_SELF, [everything, everything], [1, 1])
     for unknown in cells:

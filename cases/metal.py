@@ -32,7 +32,7 @@ class MetalAtPoints:
         )
 
     def take(self, moduli: Array) -> None:
-        """Use these shear and bulk moduli (MPa) from now on."""
+        """Set shear and bulk modulus, MPa."""
         self._moduli[:] = moduli
 
     def answer(self, moduli: bool) -> Array:

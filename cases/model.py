@@ -280,7 +280,7 @@ class FiniteElementModel:
         self.state.x.array[self.motion.constrained.dofs] = self.motion.values(q)
 
     def put(self, unknowns: Array) -> None:
-        """Replace the state by this rank's unknowns, and the free motions of the sleeve by those after them."""
+        """Set the state to this rank's unknowns, and the sleeve's free motions to the entries that follow them."""
         state = self.state.x.array
         state[:] = unknowns[: len(state)]
         self.motion.take(unknowns[len(state) :])

@@ -193,7 +193,7 @@ class Motion:
         return np.asarray(self._setting.rate(x, 0.0))[None]
 
     def take(self, free: Array) -> None:
-        """Take the free motions at a state, mm and rad."""
+        """Set the free motions of the sleeve, mm and rad."""
         self.free = np.array(free)
 
     def pose(self, q: float) -> Array | None:

@@ -128,7 +128,7 @@ class Small:
         self._matrix: NDArray[np.float64] = np.zeros((0, 0))
 
     def setUp(self, pc: PETSc.PC) -> None:
-        """Take the entries of the matrix (called by PETSc)."""
+        """Read the entries of the matrix (called by PETSc)."""
         start, column, value = pc.getOperators()[0].getValuesCSR()
         count = len(start) - 1
         self._matrix = np.zeros((count, count))
@@ -234,7 +234,7 @@ class Outcome:
 
     @property
     def found(self) -> bool:
-        """Whether it is an equilibrium."""
+        """Whether the solution converged to an equilibrium."""
         return not self.reason.startswith("DIVERGED")
 
 

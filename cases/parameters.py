@@ -108,7 +108,7 @@ class Parameters:
         self._kept: tuple[tuple[float, ...], Numbers] | None = None
 
     def begin_step(self, temperature: float | None) -> None:
-        """Take the temperature (degrees C) at the beginning of a step; None where it is that at its end."""
+        """Set the temperature (degrees C) at the beginning of a step; None if it stays constant during the step."""
         self.before = temperature
 
     @property

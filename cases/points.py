@@ -67,7 +67,7 @@ class Points:
         self.locate(mesh)
 
     def locate(self, mesh: NamedMesh) -> None:
-        """Take the geometry from the nodes of the mesh as they are now; the stress-free body is the mesh."""
+        """Compute the points' geometry from the present nodes of the mesh, which then is the stress-free body."""
         self._x, slope = _geometry(mesh, self.cells, self.rule.points)
         self._measure = np.abs(np.linalg.det(slope)) * self.rule.weights
         # d(reference)_i / dx_j.

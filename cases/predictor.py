@@ -1,4 +1,4 @@
-"""Extrapolates equilibria, or their rates, along a path: the polynomial through the last ones.
+"""Extrapolates equilibria or their rates along a path, by the polynomial through the most recent ones.
 
 Where derivatives by parameters are computed, dx/dq is known at the points too, and its polynomial is integrated. On a
 radial recording with viscoelasticity or friction a march then needs 4 to 8 % fewer iterations.
@@ -57,7 +57,7 @@ class RecentPoints:
         self.rates = [*[self.rates[i] for i in keep][1 - self.most :], None]
 
     def take_rate(self, rate: Array) -> None:
-        """Take the derivative of the unknowns by q at the newest point, shape (n,)."""
+        """Store the derivative of the unknowns by q at the newest point, shape (n,)."""
         self.rates[-1] = rate
 
     def forget(self) -> None:

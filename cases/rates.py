@@ -69,7 +69,7 @@ class Rates:
         self._known = RecentPoints(KEPT)
 
     def add(self, q: float, rate: Array) -> None:
-        """Take the rate found at q.
+        """Store the rate found at q, for later guesses.
 
         Parameters
         ----------

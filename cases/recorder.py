@@ -45,7 +45,7 @@ class Recorder:
 
     @property
     def failed_attempts(self) -> int:
-        """Attempts that did not converge."""
+        """Number of attempts that did not converge."""
         return sum(not attempt.accepted for attempt in self.attempts)
 
     @property

@@ -84,7 +84,7 @@ def solve_by_refinement(
 
 
 def _pulls(state: ConvergedState, directions: Array) -> Array:
-    """The tangent applied to each direction, complete and zero where `loads` are."""
+    """Return the tangent's product with each direction; complete, and zero in the same entries as `loads`."""
     return complete_forces(state.model, state.model.system.pulls(directions))
 
 

@@ -197,14 +197,14 @@ def _sides(targets: Array) -> list[Array]:
 
 
 def _progress(progress: Progress | None, steps_before: int, total: int) -> Progress | None:
-    """Add the number of steps on the previous sides to the step's number."""
+    """Return a callback that adds the number of steps on the previous sides to the step's number."""
     if progress is None:
         return None
     return lambda step, _, newton, q: progress(steps_before + step, total, newton, q)
 
 
 def _join(histories: Sequence[History]) -> History:
-    """One history ordered by displacement, rest counted once."""
+    """Join histories into one that is ordered by displacement and contains the state at rest once."""
     q = np.concatenate([h.displacement for h in histories])
     _, order = np.unique(q, return_index=True)
 

@@ -88,7 +88,7 @@ class SixSensitivity(Sensitivity):
     def _whole(
         self, solver: Equilibrium, pose_tangent: Tangent, movements: Array, forces: Array
     ) -> tuple[Tangent, Array]:
-        """Refine responses found with the tangent's symmetric part until they satisfy the whole tangent."""
+        """Refine responses that were found with the tangent's symmetric part until they satisfy the tangent itself."""
         model, six = self.model, len(pose_tangent.answers)
         loads = np.vstack([np.zeros_like(pose_tangent.answers), complete_forces(model, forces)])
         better = self._refine_skew(solver, loads, np.vstack([pose_tangent.answers, movements]))

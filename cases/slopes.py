@@ -249,7 +249,7 @@ class Slopes:
         return self._body.material.volumetric_slopes(self._at)
 
     def _moves(self, part: MaterialCells, name: str, rates: Numbers) -> tuple[float, Moving | None]:
-        """Relative change of all volumes of a part by swelling, and how its stress-free body moves."""
+        """Return the relative change of a part's volume by swelling, and the motion of its stress-free body."""
         swollen = 0.0
         if part is self._body.rubber:
             swollen = float(rates.volumetric[1] / self._body.swelling)
@@ -285,7 +285,7 @@ def _changes(parameters: Array, memory: Array | None, energy: Array | None) -> d
 
 
 def _pace(changes: list[dict[str, Array]], passed: Sequence[Array | None]) -> None:
-    """Put the changes of what passes on a clock, (points,) each, in the place of a step's duration."""
+    """Replace the change of the step's duration by that of the clock's advance, (points,) each."""
     for change, row in zip(changes, passed, strict=True):
         if row is not None:
             parameters = np.empty((len(row), change["parameters"].shape[-1]))

@@ -88,11 +88,11 @@ class StrainGradient:
         self.locate(mesh)
 
     def take(self, shear_modulus: float) -> None:
-        """Take the law's present shear modulus, MPa."""
+        """Update the law's shear modulus, MPa."""
         self._shear_modulus = shear_modulus
 
     def locate(self, mesh: NamedMesh) -> None:
-        """Take the geometry from the nodes of the mesh as they are now."""
+        """Compute the geometry from the present nodes of the mesh."""
         rule = QuadratureRule.gauss(mesh, DEGREE)
         element = mesh.mesh.ufl_domain().ufl_coordinate_element().sub_elements[0].basix_element
         places = mesh.mesh.geometry.x[cell_nodes(mesh.mesh)[self._cells]]

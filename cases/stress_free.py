@@ -49,7 +49,7 @@ class StressFreePlacement:
 
     @classmethod
     def of_mesh(cls, shape: tuple[int, ...]) -> StressFreePlacement:
-        """The mesh itself, at points of this shape (cells, points, d)."""
+        """Return the placement of a body that is stress-free as meshed, at points of this shape (cells, points, d)."""
         inverse = np.broadcast_to(np.eye(shape[-1]), (*shape, shape[-1]))
         return cls(np.zeros(shape), inverse, np.ones(shape[:2]), at_rest=True)
 
@@ -184,7 +184,7 @@ class _FeatureMotion:
     def evaluate(
         self, mesh: Any, cells: Any, shape: Sequence[int]
     ) -> tuple[Array, Array, dict[str, tuple[Array, Array]]]:
-        """Displacement, inverse, and by parameter the derivatives of both."""
+        """Return displacement, inverse gradient, and the derivatives of both by each parameter."""
         d = self._d
         values = np.asarray(self._expression.eval(mesh, cells)).reshape(
             *shape, 1 + len(self._names), d + d * d

@@ -1,4 +1,4 @@
-"""Energies of a model beside that of its materials: of surfaces, of their contact, and of strain gradients."""
+"""Energies of a model in addition to those of its materials: of surfaces, of contact, and of strain gradients."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class SurfaceForms:
             self._tangent = self._compile(self._surfaces.tangent)
 
     def take(self, shear_modulus: float) -> None:
-        """Take the law's present initial shear modulus, MPa."""
+        """Update the law's initial shear modulus, MPa."""
         self._shear_constant.value = shear_modulus
         if self.contact is not None:
             self.contact.take(shear_modulus)

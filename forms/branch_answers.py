@@ -128,7 +128,7 @@ def memory_places(strain: Kinematics) -> tuple[int, ...]:
 
 @dataclass(frozen=True)
 class _Made:
-    """A branch at a point: contribution, memory at the end, variables."""
+    """A branch evaluated at a point: contribution, memory at the end of the step, and variables of the derivatives."""
 
     contribution: Contribution
     end: list[Scalar]

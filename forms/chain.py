@@ -123,7 +123,7 @@ def _variables(expression: Scalar, w: Scalar) -> dict[Scalar, Scalar]:
 
 
 def _nodes(expression: Scalar, closed: Callable[[Scalar], bool]) -> Iterable[Scalar]:
-    """Yield the nodes of ``expression`` once each, not looking into those that are ``closed``."""
+    """Yield each node of ``expression`` once, without descending into those that are ``closed``."""
     todo, seen = [expression], set()
     while todo:
         node = todo.pop()

@@ -147,7 +147,7 @@ def _bodies_at(side: int, dimension: int) -> set[int]:
 
 
 def _gap(tags: Sequence[int] | set[int], other_tags: Sequence[int], dimension: int) -> str:
-    """Words about the narrowest gap between bodies; none where there are no others."""
+    """Describe the narrowest gap between bodies; empty if there is no other body."""
     distances = [model().occ.getDistance(dimension, a, dimension, b) for a in tags for b in other_tags]
     if not distances:
         return ""

@@ -105,7 +105,7 @@ def isolated(
 
 
 def seconds_for(cells: float) -> float:
-    """Return the processor time that a mesh of about so many elements may take, s."""
+    """Return the processor time that meshing about this many elements may take, s."""
     return LONGEST + cells / _SLOWEST
 
 

@@ -103,7 +103,7 @@ def from_gmsh(regions: Mapping[str, Sequence[int]], boundaries: Mapping[str, Seq
 
 
 def _compact(mesh: RawMesh) -> RawMesh:
-    """Leave out nodes that no cell has, such as centres of arcs."""
+    """Remove nodes that belong to no cell, such as centres of arcs."""
     used_nodes = np.unique(np.concatenate([cells.ravel() for cells in mesh.cells.values()]))
     number = np.full(len(mesh.points), -1, dtype=np.int64)
     number[used_nodes] = np.arange(len(used_nodes))
@@ -186,7 +186,7 @@ def revolve(section: RawMesh, angles: Array) -> RawMesh:
 
 
 def _layer_table(kind: int, base: int) -> tuple[Ints, Ints]:
-    """For each node of a swept element: its node in the element that was swept, and its layer (0, 1 or 2)."""
+    """Return, for each node of a swept element, the node of the original element and the layer (0, 1 or 2)."""
 
     def nodes(of: int) -> Array:
         properties = model().mesh.getElementProperties(of)
@@ -245,7 +245,7 @@ def straighten_folds(mesh: RawMesh) -> RawMesh:
 
 
 def _is_folded(x: Array) -> Array:
-    """Whether the determinant of the chart is too small at a node of an element; x has shape (n, 10, 3)."""
+    """Whether elements are folded: the Jacobian is too small at one of their nodes; x has shape (n, 10, 3)."""
     coordinates = np.vstack([np.eye(4), [[0.5 * (i in side) for i in range(4)] for side in SIDES]])
     slope = np.vstack([-np.ones(3), np.eye(3)])  # of the barycentric coordinates
     derivative = np.zeros((10, 10, 3))

@@ -180,7 +180,9 @@ class Ring(Meets):
         across = refinement.elements(refinement.across, default.across or 1)
         along = refinement.elements(refinement.along, default.along or self._along(default.across or 1))
         s_axis = self._across_axis(across, grading[0])
-        t_axis = _along_axis(along, grading[1], half="z" in mirrors or refinement.doubled)
+        t_axis: tuple[Interval, ...] = (Interval(-1.0, 1.0, along, grading[1], "both"),)
+        if "z" in mirrors or refinement.doubled:
+            t_axis = (Interval(0.0, 1.0, max(1, math.ceil(along / 2)), grading[1], "stop"),)
         if refinement.doubled and "z" not in mirrors:
             t_axis = (replace(t_axis[0], start=-1.0, stop=0.0, fine="start"), *t_axis)
         if dimension == 2:
@@ -222,7 +224,8 @@ class Ring(Meets):
             return "outer_sleeve"
         if len(middle) == 3:
             for void in self.voids():
-                if void.s[0] < s < void.s[1] and _within(middle[1], void.theta):
+                begin, end = void.theta
+                if void.s[0] < s < void.s[1] and (middle[1] - begin) % (2 * math.pi) < end - begin:
                     return None
         return "rubber"
 
@@ -239,7 +242,9 @@ class Ring(Meets):
         if axis == 2:
             return "mirror_z" if abs(t) < 1e-9 else self._end(s, t)
         for void in self.voids():
-            if void.s[0] < s < void.s[1] and any(_same_angle(theta, edge) for edge in void.theta):
+            if void.s[0] < s < void.s[1] and any(
+                abs(math.remainder(theta - edge, 2 * math.pi)) < 1e-9 for edge in void.theta
+            ):
                 return "void"
         quarter = round(theta / (0.5 * math.pi))
         return "mirror_y" if quarter % 2 == 0 else "mirror_x"
@@ -275,18 +280,3 @@ class Ring(Meets):
 
 def _share(low: float, high: float, elements: int, span: float) -> Interval:
     return Interval(low, high, max(1, round(elements * (high - low) / span)))
-
-
-def _along_axis(along: int, grading: float, half: bool) -> tuple[Interval, ...]:
-    if half:
-        return (Interval(0.0, 1.0, max(1, math.ceil(along / 2)), grading, "stop"),)
-    return (Interval(-1.0, 1.0, along, grading, "both"),)
-
-
-def _within(theta: float, limits: tuple[float, float]) -> bool:
-    turn = 2 * math.pi
-    return (theta - limits[0]) % turn < (limits[1] - limits[0])
-
-
-def _same_angle(a: float, b: float) -> bool:
-    return abs(math.remainder(a - b, 2 * math.pi)) < 1e-9

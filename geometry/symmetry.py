@@ -39,7 +39,7 @@ def moments(entities: Sequence[tuple[int, int]]) -> tuple[float, Array, Array]:
 def is_symmetric(
     parts: Mapping[str, Sequence[tuple[int, int]]], origin: Array, rows: Array, component: int, size: float
 ) -> bool:
-    """Whether the moments of all parts are those of their mirror images.
+    """Whether all parts have the same moments as their mirror images.
 
     Parameters
     ----------

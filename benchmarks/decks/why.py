@@ -145,8 +145,8 @@ def _terms(search: Search) -> Iterator[Terms]:
     for state in search.states.values():
         found, names = state.evidence, bases(state.model.identities)
         kinds: Sequence[tuple[bool, Judged, float]] = (
-            (False, found.judged, found.log),
-            (True, found.judged_unknown, found.log_unknown),
+            (False, found.judgement, found.log),
+            (True, found.unknown_judgement, found.log_unknown),
         )
         for unknown, judged, log in kinds:
             odds = search.odds(state.model, unknown=unknown)

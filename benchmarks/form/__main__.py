@@ -134,7 +134,7 @@ def table(rows: list[dict[str, Any]]) -> str:
 
 
 def _explained(plain: np.ndarray, signal: np.ndarray) -> np.ndarray:
-    """Misfit of each channel that an effect has to explain, as in `Likelihood.explained`."""
+    """Misfit of each channel that an effect has to explain, as in `Likelihood.explained_squares`."""
     return 0.5 * plain + 0.5 * float(plain.sum() / signal.sum()) * signal
 
 

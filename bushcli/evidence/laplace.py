@@ -77,7 +77,7 @@ class Evidence:
         return self.likelihood.coarse(self.left)
 
     @cached_property
-    def judged_unknown(self) -> Judged:
+    def unknown_judgement(self) -> Judged:
         """Likelihood of the model with the unknown effect beside it."""
         return self.likelihood.judge_unknown(self.left)
 
@@ -89,7 +89,7 @@ class Evidence:
     @cached_property
     def log_unknown(self) -> float:
         """The same for the model with the unknown effect beside it."""
-        return self.judged_unknown.log + self._laplace(self.judged_unknown.scale)[0]
+        return self.unknown_judgement.log + self._laplace(self.unknown_judgement.scale)[0]
 
     @cached_property
     def covariance(self) -> Array:

@@ -169,7 +169,7 @@ class ParameterPrior:
 
 
 def _in_tables(prior: Prior, scales: Scales, recordings: Sequence[Recording]) -> Prior:
-    """Return a prior of times down to a third of those that tables show: they are far below a duration."""
+    """Return the prior of a time, extended down to a third of the shortest time that a dynamic table shows."""
     fastest = min(
         (recording.times[0] for recording in recordings if isinstance(recording, RecordedTable)),
         default=np.inf,

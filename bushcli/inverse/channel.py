@@ -251,14 +251,7 @@ class Channel(FitChannel):
     def local_slopes(self, parameters: Mapping[str, float]) -> tuple[Array, Cells]:
         """Return derivatives (n, cells) of the force at the samples by the stiffness of each cell, and the cells.
 
-        Parameters
-        ----------
-        parameters : mapping of str to float
-            As in `solve`.
-
-        Raises
-        ------
-        NotConverged
+        The parameters are those of `solve`. Raises `NotConverged`.
         """
 
     @abstractmethod

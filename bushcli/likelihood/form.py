@@ -48,7 +48,7 @@ Array = NDArray[np.float64]
 
 
 def _normal(nodes: Array) -> Array:
-    """Weights of equidistant nodes, in standard deviations, for a mean over a normal variable."""
+    """Return weights of equidistant nodes (in standard deviations) for an average over a normal variable."""
     density = np.exp(-0.5 * nodes**2)
     return np.asarray(density / density.sum())
 

@@ -190,7 +190,7 @@ def _signal_noise(recording: Recording, used: NDArray[np.bool_]) -> SignalNoise:
 
 
 def _by_differences(differences: float, count: int) -> SignalNoise:
-    """Return the noise from such differences, averaged over the prior of its correlation, which they do not show."""
+    """Return the noise from divided differences, averaged over the prior of its correlation, which they cannot show."""
     weight = np.exp(PRIOR) / np.exp(PRIOR).sum()
     inflation = np.log((1.0 + CORRELATIONS) / (1.0 - CORRELATIONS))
     variance = -np.log([_share_passed(float(r)) for r in CORRELATIONS])
@@ -202,7 +202,7 @@ def _by_differences(differences: float, count: int) -> SignalNoise:
 
 
 def _share_passed(correlation: float) -> float:
-    """Share of the variance of an autoregression that divided differences of evenly spaced samples show."""
+    """Return the share of an autoregression's variance that divided differences of evenly spaced samples retain."""
     weights = comb(_ORDER, np.arange(_ORDER + 1)) * (-1.0) ** np.arange(_ORDER + 1)
     gap = np.abs(np.subtract.outer(np.arange(_ORDER + 1), np.arange(_ORDER + 1)))
     return float(weights @ correlation**gap @ weights / (weights @ weights))

@@ -171,7 +171,7 @@ def bin_tests(compared: Compared, grid: Bins) -> list[Bin]:
 def _rates(
     segments: tuple[Segment, ...], recording: Recording
 ) -> tuple[list[int], tuple[tuple[float, float], ...]]:
-    """Rate class of each branch, and the classes; a hold belongs to the rate at which it was reached."""
+    """Return the rate class of each branch, and the classes; a hold has the rate of the branch before it."""
     time, q = recording.time, recording.displacement
     if time is None:
         return [0] * len(segments), ((float("nan"), float("nan")),)

@@ -91,7 +91,7 @@ def covariance(cells: Cells, length: float) -> Array:
 
 
 def _without_uniform_factor(linear: Linearised, slope: Array) -> tuple[Array, Array]:
-    """Misfit (n,) and derivatives (n, m) without what the fitted parameters and a uniform factor can change."""
+    """Return misfit (n,) and derivatives (n, m) less what the fitted parameters and a uniform factor can change."""
     raw = slope.sum(axis=1)
     whole, columns, rest = linear.left(raw), linear.left(slope), linear.rest
     size = float(np.linalg.norm(whole))

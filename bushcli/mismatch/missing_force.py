@@ -270,7 +270,7 @@ def _passes(recording: Recording) -> tuple[Array, Array]:
 
 
 def _variations(recording: Recording, mean: Array) -> list[tuple[float, str]]:
-    """Shares of the missing force's square that a zero or a stiffness explains that changes, with a sentence each.
+    """Return the share of the missing force's square that a changing zero or stiffness explains, with a sentence each.
 
     It has a value of its own in each cycle; or it varies slowly, as cosines of up to `WAVES` half-waves over the
     recording; or it jumps once.
@@ -304,7 +304,7 @@ def _variations(recording: Recording, mean: Array) -> list[tuple[float, str]]:
 
 
 def _waves(recording: Recording, mean: Array) -> list[tuple[float, str]]:
-    """Shares of the missing force's square that one wave explains, by displacement or time, with a sentence."""
+    """Return how much of the missing force's square one wave over displacement or time explains, with a sentence."""
     mode = modes()[recording.mode]
     unit, factor = (" degrees", 180.0 / np.pi) if mode.rotational else (" mm", 1.0)
     if mode.specimen == "coupon":
@@ -331,7 +331,7 @@ def _waves(recording: Recording, mean: Array) -> list[tuple[float, str]]:
 
 
 def _elastic(recording: Recording, mean: Array) -> tuple[float, bool]:
-    """Share of the missing force's square that is a function of the displacement, and whether that is mostly even."""
+    """Return how much of the missing force's square depends on displacement alone, and whether that is mostly even."""
     place = _bins(recording.displacement, np.arange(len(mean)), 12)
     smooth = np.zeros(len(mean))
     for _, index in place:

@@ -40,7 +40,7 @@ def onto(cells: Cells, mirrors: Mirrors, host: Cells, cut: Mirrors) -> Array:
 
 
 def _place_of(cells: Cells, flat: bool, mirrors: Mirrors) -> Array:
-    """Centres of the cells, (R, Z) or (x, y, z), with all images folded into one."""
+    """Return the centres of the cells, (R, Z) or (x, y, z), with mirror images folded onto one another."""
     # The mean radius of the corners: the radius of their mean would change with the angle that a cell covers.
     centres = (_section(cells.points) if flat else cells.points)[cells.corners].mean(axis=1)
     names = "rz" if flat else "xyz"

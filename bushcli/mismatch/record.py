@@ -139,7 +139,7 @@ def locate(channels: Sequence[Compared]) -> Location:
 
 
 def _excess(channel: Compared, samples: NDArray[np.bool_]) -> float:
-    """Sum of squares beyond that of noise."""
+    """Return the sum of squares in excess of what noise alone gives."""
     misfit = channel.misfit[samples & channel.known]
     return float(misfit @ misfit) / channel.noise.sigma**2 - len(misfit)
 

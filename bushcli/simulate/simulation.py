@@ -180,12 +180,8 @@ class FollowedPath(ABC):
     def local_slopes(self) -> tuple[Array, Cells]:
         """Derivatives (samples, cells) of the force by the stiffness of each cell, and the cells; collective.
 
-        They are those at the model's present parameters, without the effects of the rig, which do not change which
-        cells carry the force.
-
-        Raises
-        ------
-        NotConverged
+        The model has the values with which they are wanted. The rig is left out: it does not change which cells carry
+        the force. Raises `NotConverged`.
         """
 
     @property

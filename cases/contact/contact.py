@@ -110,7 +110,7 @@ class Contact:
         return True
 
     def take(self, shear_modulus: float) -> None:
-        """Take the law's present shear modulus (MPa), and the stress-free body's place."""
+        """Update the law's shear modulus (MPa) and the position of the stress-free body."""
         self.shear_modulus = shear_modulus
         if self._moved is not None:
             self._shift = self.bodies.expand(self._moved.displacement())

@@ -154,7 +154,7 @@ class ContactSearch:
         return pairs
 
     def _make_surface(self) -> tuple[Any, Sequence[Any]]:
-        """Return the surface as the loops read it, and the arrays that have to live as long."""
+        """Return the surface as a struct for the C loops, and the arrays that must live as long as it does."""
         b, basis = self.bodies.without_planes(), self.bodies.basis
         (xi, _), centre = b.points, basis.nodes.mean(axis=0)
         integers = [

@@ -177,7 +177,7 @@ def _middle(bond: Patch, facet: int) -> Array:
 
 
 def _cut(basis: Basis, grid: Array) -> list[Array]:
-    """Facets of a strip between an edge's nodes, along the first axis, and their continuation along the second."""
+    """Return the facets of a strip: the edge along the grid's first axis, its continuation along the second."""
     if basis.kind == "interval":
         return [grid[0]]
     last = len(grid) - 1

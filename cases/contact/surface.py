@@ -144,7 +144,7 @@ def patch(mesh: NamedMesh, space: Any, facets: Ints, components: tuple[int, ...]
 
 
 def _names(mesh: NamedMesh, facets: Ints) -> NDArray[np.str_]:
-    """Boundary of each facet."""
+    """Return the name of each facet's boundary; empty if it has none."""
     names = np.full(len(facets), "", dtype="<U64")
     for name in mesh.boundary:
         names[np.isin(facets, facets_of(mesh, [name]))] = name

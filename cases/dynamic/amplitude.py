@@ -267,7 +267,7 @@ class UnevenModel:
     def _balance(
         self, amplitude: float, frequency: float, response: TabulatedHarmonics, local: Array
     ) -> Balance:
-        """Bring moduli and state into balance.
+        """Iterate until the moduli and the local amplitudes agree.
 
         Parameters
         ----------

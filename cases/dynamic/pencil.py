@@ -55,7 +55,7 @@ class Actions:
     metal: Array
 
     def with_(self, other: Actions) -> Actions:
-        """Return the products with these vectors and others after them."""
+        """Return the products with these vectors, followed by the products with others."""
         return Actions(*(np.vstack([vars(self)[name], vars(other)[name]]) for name in vars(self)))
 
 

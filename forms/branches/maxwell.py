@@ -77,7 +77,7 @@ def update(step: Step, *, g: Scalar, tau: Scalar) -> Internal:
 
 
 def _increment(step: Step, tau: Scalar) -> tuple[Scalar, Symmetric]:
-    """The weight a of C' at the end, and N."""
+    """Return a, the weight of C' at the end of the step, and N (see `contribution`)."""
     Ci, C = step.internal["Ci"], step.internal["C"]
     k = ufl.max_value(Ci.adjugate().dot(C) / 3, 1)
     y = ufl.max_value(k * step.duration / tau, SHORTEST)

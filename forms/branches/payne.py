@@ -118,7 +118,7 @@ def update(step: Step, *, path: Scalar, offset: Scalar, exponent: Scalar, fading
 def _clock_advance(
     step: Step, path: Scalar, offset: Scalar, exponent: Scalar, fading: Scalar
 ) -> tuple[Scalar, Scalar, Scalar]:
-    """Return the clock's advance, by how much the strain leaves its range so far, its distance from the centre."""
+    """Return the clock's advance, how far the strain leaves its previous range, and its distance from the centre."""
     Xi, radius = _faded_range(step, fading)
     way, distance = (_distance(tensor, step.isochoric) for tensor in (step.internal["C"], Xi))
     beyond = ufl.max_value(distance - radius, 0)
@@ -128,7 +128,7 @@ def _clock_advance(
 
 
 def _faded_range(step: Step, fading: Scalar) -> tuple[Symmetric, Scalar]:
-    """Centre and radius of the range, less what is forgotten in the step."""
+    """Return centre and radius of the range of strain, after it has faded during the step."""
     decay = ufl.exp(-fading * step.duration)
     return _interpolate(step.internal["Xi"], step.internal["C"], 1 - decay), decay * step.internal["radius"]
 

@@ -106,7 +106,7 @@ def is_even(beyond: Mapping[str, tuple[float, float]], thickness: float) -> bool
 
 
 def _sides(dimension: int, tag: int) -> list[int]:
-    """Faces of a solid, or curves of a face."""
+    """Return the tags of a solid's faces, or of a face's curves."""
     return [int(side) for _, side in model().getBoundary([(dimension, tag)], oriented=False)]
 
 

@@ -138,7 +138,7 @@ def _bond(
     axis: Axis,
     rules: Sequence[Rule],
 ) -> tuple[list[int], str]:
-    """Faces of a bond, and how they were found."""
+    """Return the faces of a bond, and how they were identified."""
     if rules:
         tags_by_rule = [
             matching_faces([rule], faces, axis, part.size, part.face_names, part.colours) for rule in rules
@@ -241,7 +241,7 @@ def _owner(face: int) -> int:
 
 
 def _faces_by_colour(bond: str, part: Part, faces: Sequence[Sampled], axis: Axis) -> list[int]:
-    """Return which of the two colours of the faces lies nearer to the axis, or farther from it."""
+    """Return the faces of the colour nearer to the axis (inner bond) or farther from it; none unless there are two."""
     groups: dict[tuple[int, int, int], list[Sampled]] = {}
     for face in faces:
         if face.tag in part.colours:
@@ -253,7 +253,7 @@ def _faces_by_colour(bond: str, part: Part, faces: Sequence[Sampled], axis: Axis
 
 
 def _only(faces: Sequence[Sampled], axis: Axis, size: float, bond: str) -> list[int]:
-    """Return the faces about one line parallel to the axis, as of an eccentric bore; none if there are several lines.
+    """Return the faces about a line parallel to the axis, such as an eccentric bore; none if there are several lines.
 
     Several holes may be voids.
     """

@@ -60,7 +60,7 @@ def cut(part: FoundPart) -> tuple[dict[str, tuple[int, ...]], Faces]:
 
 
 def _plane(part: FoundPart, component: int, half_size: float) -> int:
-    """A large square in a plane of symmetry."""
+    """Add a square in a plane of symmetry, larger than the part; return its tag."""
     occ = model().occ
     a, b = (i for i in range(3) if i != component)
     corners = np.zeros((4, 3))
@@ -117,7 +117,7 @@ def _boundaries(
 
 
 def _inner_points(face: int) -> Array:
-    """A few points on a face, away from its edges where there are any."""
+    """Return a few points on a face, inside its edges where possible."""
     low, high = (np.array(bound) for bound in model().getParametrizationBounds(2, face))
     for count in (4, 12, 60):
         shares = (np.arange(count) + 0.5) / count

@@ -165,7 +165,7 @@ def find_part(statements: CadStatements) -> FoundPart:
 
 
 def _outer_faces(meshed: Sequence[int]) -> list[int]:
-    """Faces that belong to one of the meshed solids only."""
+    """Return the faces that belong to a single meshed solid."""
     count: dict[int, int] = {}
     for solid in meshed:
         for _, face in model().getBoundary([(3, solid)], oriented=False):
@@ -246,6 +246,8 @@ def _found_part(
         planes -= {"z"}
     states = {r: "rigid" if t not in meshed or r in statements.stiff else "elastic" for t, r in roles.items()}
     captions = captions_of(part, roles, states)
+    bond_faces = [(2, tag) for bond in BONDS for tag in groups[bond]]
+    edges = {int(t) for _, t in model().getBoundary(bond_faces, combined=False, oriented=False)}
     return FoundPart(
         roles=roles,
         meshed=meshed,
@@ -258,7 +260,7 @@ def _found_part(
         size=part.size,
         narrow=local_thickness(faces, thickness),
         curved={face.tag: (face.area, _least_radius(face.tag)) for face in faces},
-        edges=_around([tag for bond in BONDS for tag in groups[bond]]),
+        edges=float(sum(model().occ.getMass(1, tag) for tag in edges)),
         notes=notes_of(
             part,
             roles,
@@ -271,16 +273,14 @@ def _found_part(
             offset,
             (statements.origin, statements.direction),
         ),
-        view=None if view is None else _view_in_frame(view, frame, captions),
+        view=None
+        if view is None
+        else replace(
+            view, triangles=frame.local(view.triangles), solids=frame.local(view.solids), captions=captions
+        ),
         wall=_wall(bonded, frame, axis),
         beyond=beyond,
     )
-
-
-def _view_in_frame(view: View, frame: Frame, captions: Mapping[str, str]) -> View:
-    """Return the picture's contents in the bushing's coordinates, with its captions."""
-    triangles, solids = frame.local(view.triangles), frame.local(view.solids)
-    return replace(view, triangles=triangles, solids=solids, captions=captions)
 
 
 def _least_radius(face: int) -> float:
@@ -289,12 +289,6 @@ def _least_radius(face: int) -> float:
     middle = (0.5 * (low + high)).tolist()
     curvature = float(model().getCurvature(2, face, middle)[0])
     return 1.0 / curvature if curvature > 0.0 else np.inf
-
-
-def _around(faces: Sequence[int]) -> float:
-    """Length of the curves around faces, mm."""
-    curves = {int(t) for _, t in model().getBoundary([(2, f) for f in faces], combined=False, oriented=False)}
-    return float(sum(model().occ.getMass(1, tag) for tag in curves))
 
 
 def _wall(bonded: Mapping[str, Sequence[Sampled]], frame: Frame, axis: Axis) -> Wall | None:

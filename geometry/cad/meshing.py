@@ -139,12 +139,12 @@ def _lengths(part: FoundPart, factor: float) -> tuple[float, float]:
     return inside, min(inside, part.thickness / (ACROSS * GRADING * factor))
 
 
-def _seconds(statements: CadStatements, refinement: Refinement) -> float:
-    return seconds_for(part_cells(find_part(statements), frozenset(), refinement))
-
-
 @lru_cache(maxsize=4)
-@isolated("cannot be meshed", lambda statements, refinement: statements.path, _seconds)
+@isolated(
+    "cannot be meshed",
+    lambda statements, refinement: statements.path,
+    lambda statements, refinement: seconds_for(part_cells(find_part(statements), frozenset(), refinement)),
+)
 def part_mesh(statements: CadStatements, refinement: Refinement) -> RawMesh:
     """Mesh the part that remains after cutting at all planes of symmetry; once for all modes.
 
@@ -180,15 +180,12 @@ def _part_mesh(statements: CadStatements, part: FoundPart, refinement: Refinemen
         model().mesh.generate(3)
     model().mesh.setOrder(2)
     raw = straighten_folds(from_gmsh(regions, {name: list(faces) for name, faces in boundaries.items()}))
-    return replace(raw, points=_flat(raw, part.frame.local(raw.points)))
-
-
-def _flat(raw: RawMesh, points: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
-    """Move the nodes of mirror planes exactly into their planes."""
+    points = part.frame.local(raw.points)
+    # Nodes of mirror planes exactly in their planes.
     for component, plane in enumerate("xyz"):
         if f"mirror_{plane}" in raw.facets:
             points[raw.facets[f"mirror_{plane}"].ravel(), component] = 0.0
-    return points
+    return replace(raw, points=points)
 
 
 def bond_edges(

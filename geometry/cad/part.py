@@ -151,7 +151,7 @@ def _size(path: Path) -> float:
 
 
 def _name(solid: int) -> str:
-    """The last part of the name that Gmsh made of the product structure."""
+    """Return the solid's own name, the last part of the path that Gmsh makes from the product structure."""
     name = str(model().getEntityName(3, solid)).removeprefix("Shapes/").split("/")[-1]
     return "" if "STEP translator" in name or name.lower() in ("solid", "shapes") else name
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -107,7 +107,10 @@ def read_mesh(
     facets = _boundaries(mesh, outer, str(path))
     _refuse_loose(points, all_cells, facets, str(path))
     line = _axis(points, facets["inner"], axis, str(path))
-    _refuse_segment(points, facets, line, str(path))
+    if FREE in facets:
+        t = triangles(points, facets[FREE])
+        normals: Array = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]).astype(np.float64)
+        refuse_segment(points, normals, t[:, 0], line, str(path), _view(points, facets))
     centre = line.point if origin is None else np.array(origin, dtype=float)
     frame = frame_of(line.direction, centre, None if direction is None else np.array(direction, dtype=float))
     points = frame.local(points)
@@ -125,13 +128,6 @@ def read_mesh(
     )
     bonds = {name: cylindrical(points[np.unique(facets[name])]) for name in ("inner", "outer")}
     return ReadyMesh(raw, measures, _view(points, facets), notes, wall_of(bonds))
-
-
-def _refuse_segment(points: Array, facets: Mapping[str, Ints], axis: Axis, where: str) -> None:
-    if FREE in facets:
-        t = triangles(points, facets[FREE])
-        normals: Array = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]).astype(np.float64)
-        refuse_segment(points, normals, t[:, 0], axis, where, _view(points, facets))
 
 
 def _refuse_loose(points: Array, cells: Ints, facets: Mapping[str, Ints], where: str) -> None:
@@ -167,7 +163,7 @@ def _refuse_loose(points: Array, cells: Ints, facets: Mapping[str, Ints], where:
 
 
 def _axis(points: Array, inner: Ints, given_axis: Vector | None, where: str) -> Axis:
-    """The line that the normals of the inner bond meet, through the bond's middle."""
+    """Return the line through the middle of the inner bond that the normals of the bond intersect."""
     t = triangles(points, inner)
     normals = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])
     if given_axis is None:
@@ -232,7 +228,11 @@ def _regions(mesh: Any, kind: str, where: str) -> dict[str, Ints]:
     count = sum(len(block.data) for _, block in blocks)
     metal: dict[str, list[Ints]] = {}
     taken = {i: np.zeros(len(block.data), dtype=bool) for i, block in blocks}
-    groups = {name: parts for name, parts in _groups(mesh).items() if _members(parts, blocks) < count}
+    groups = {
+        name: parts
+        for name, parts in _groups(mesh).items()
+        if sum(len(parts[i]) for i, _ in blocks if parts[i] is not None) < count
+    }
     for name, parts in groups.items():
         for i, _ in blocks:
             if "rubber" in name and parts[i] is not None:
@@ -259,27 +259,16 @@ def _regions(mesh: Any, kind: str, where: str) -> dict[str, Ints]:
     return cells
 
 
-def _members(parts: list[Any], blocks: list[tuple[int, Any]]) -> int:
-    """Number of cells of a group."""
-    return sum(len(parts[i]) for i, _ in blocks if parts[i] is not None)
-
-
 def _outer_facets(cells: Ints, kind: str) -> Ints:
     """Facets that belong to one cell only, with all their nodes."""
-    tables = _facet_tables(kind)
-    all_facets = np.concatenate([cells[:, list(table)] for table in tables])
     corners = 3 if kind.startswith("tetra") else 4
+    tables: Sequence[Sequence[int]] = TETRAHEDRON if corners == 3 else _HEXAHEDRON
+    if kind == "tetra":
+        tables = [table[:3] for table in tables]
+    all_facets = np.concatenate([cells[:, list(table)] for table in tables])
     keys = np.sort(all_facets[:, :corners], axis=1)
     _, indices, count = np.unique(keys, axis=0, return_index=True, return_counts=True)
     return np.asarray(all_facets[indices[count == 1]], dtype=np.int64)
-
-
-def _facet_tables(kind: str) -> list[tuple[int, ...]]:
-    if kind == "tetra":
-        return [table[:3] for table in TETRAHEDRON]
-    if kind == "tetra10":
-        return list(TETRAHEDRON)
-    return list(_HEXAHEDRON)
 
 
 def _boundaries(mesh: Any, outer: Ints, where: str) -> dict[str, Ints]:

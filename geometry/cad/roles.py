@@ -66,7 +66,7 @@ def roles_of(solids: Mapping[int, str], given_roles: Mapping[str, str], where: s
 
 
 def _numbered_view(solids: Mapping[int, str]) -> View | None:
-    """A picture of the solids with their numbers."""
+    """Return a picture of the solids with their numbers."""
     labels: dict[int, str] = {}
     for number, (tag, name) in enumerate(solids.items(), start=1):
         for _, face in model().getBoundary([(3, tag)], oriented=False):

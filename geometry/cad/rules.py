@@ -20,12 +20,11 @@ def _vector(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
 
 
-def _corners(value: Any) -> Any:
-    return tuple(map(_vector, value)) if isinstance(value, list) else value
-
-
 Vector = Annotated[tuple[float, float, float], BeforeValidator(_vector)]
-Corners = Annotated[tuple[Vector, Vector], BeforeValidator(_corners)]
+Corners = Annotated[
+    tuple[Vector, Vector],
+    BeforeValidator(lambda value: tuple(map(_vector, value)) if isinstance(value, list) else value),
+]
 
 
 class Rule(BaseModel):
@@ -106,11 +105,9 @@ class Rule(BaseModel):
         )
 
 
-def _rules(value: Any) -> Any:
-    return (value,) if isinstance(value, dict) else tuple(value) if isinstance(value, list) else value
-
-
-Rules = Annotated[tuple[Rule, ...], BeforeValidator(_rules)]
+Rules = Annotated[
+    tuple[Rule, ...], BeforeValidator(lambda value: (value,) if isinstance(value, dict) else _vector(value))
+]
 
 
 def matching_faces(

@@ -82,7 +82,7 @@ def block(drawn: Drawn, refinement: Refinement, solid: bool) -> RawMesh | None:
 
 
 def _graded_shares(elements: int, grading: float, fine: str) -> Array:
-    """Shares of corners and mid-side nodes."""
+    """Return the positions of corners and mid-side nodes along a side, as shares of its length."""
     corners = Interval(0.0, 1.0, elements, grading, fine).vertices()  # type: ignore[arg-type]
     return np.sort(np.concatenate([corners, 0.5 * (corners[1:] + corners[:-1])]))
 
@@ -159,7 +159,7 @@ def _side_along(name: str, tags: list[int]) -> _Side:
 
 
 def _orient_sides(sides: list[_Side]) -> list[_Side]:
-    """Turn each side so that it ends where the next one is: the signs of a cut face's curves are not reliable."""
+    """Reverse sides so that each ends where the next one begins: the signs of a cut face's curves are unreliable."""
 
     def distance_to_end(point: Array, other_side: _Side) -> float:
         return float(np.linalg.norm(other_side.points[[0, -1]] - point, axis=1).min())

@@ -91,7 +91,7 @@ def _arc(points: Array, t: Array) -> Array:
 
 
 def _crossing(outline: Array) -> Array | None:
-    """Where two sides of a closed polygon cross, or None."""
+    """Return the point where two sides of a closed polygon cross, or None."""
     a, b = outline, np.roll(outline, -1, axis=0)
     low, high, d = np.minimum(a, b), np.maximum(a, b), b - a
     n = len(a)

@@ -187,7 +187,7 @@ def _regions(fragments: Sequence[Any], names: Sequence[str]) -> dict[str, tuple[
 
 
 def _boundaries(loops: Sequence[Loop], half: bool) -> dict[str, tuple[int, ...]]:
-    """Curves on the outside by the names of the edges that they lie on.
+    """Return the outer curves, by the name of the edge that they lie on.
 
     They are found by position, because cutting faces at each other gives edges other numbers.
     """

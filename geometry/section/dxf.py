@@ -127,7 +127,7 @@ def _entity_text(entity: Any) -> str:
 
 
 def _with_size(curve: OutlineCurve) -> OutlineCurve:
-    """Return the curve, an arc without curvature as a line; ValueError where it has no size."""
+    """Return the curve, or a line for an arc without curvature; raise ValueError if its length is zero or infinite."""
     size = float(np.ptp(np.array(curve.points), axis=0).max())
     # OpenCASCADE takes points within 1e-7 mm as one.
     if not 1e-7 < size < np.inf:
@@ -254,7 +254,7 @@ def _body(loop: Sequence[OutlineCurve]) -> str:
 def _closed_chains(
     curves: Sequence[OutlineCurve], gap: float
 ) -> tuple[list[tuple[OutlineCurve, ...]], list[OutlineCurve]]:
-    """Closed chains of curves, and the curves that are left."""
+    """Join curves end to end; return the closed chains, and the curves that are left over."""
     ends = np.array([(curve.points[0], curve.points[-1]) for curve in curves]).reshape(-1, 2, 2)
     unused = np.ones(len(curves), dtype=bool)
     closed, left = [], []
@@ -285,7 +285,7 @@ def _meet(a: tuple[float, float], b: tuple[float, float], gap: float) -> bool:
 
 
 def _start_at(curve: OutlineCurve, start: tuple[float, float]) -> OutlineCurve:
-    """The curve with its first point where the last one ended."""
+    """Return the curve with its first point moved to the end of the previous curve."""
     return OutlineCurve(
         curve.kind, (start, *curve.points[1:]), curve.name, curve.degree, curve.knots, curve.weights
     )

@@ -102,7 +102,15 @@ def find_section(loops: tuple[Loop, ...], where: str, centre: float | None) -> F
             boxes = np.array([model().getBoundingBox(1, tag) for tag in drawn.boundaries["inner"]])
             centre = float(round(0.5 * (boxes[:, 1].min() + boxes[:, 4].max()), 9))
         model().add("centred")
-        shifted_loops = tuple(_shift(loop, -centre) for loop in loops)
+        shifted_loops = tuple(
+            replace(
+                loop,
+                curves=tuple(
+                    replace(c, points=tuple((r, z - centre) for r, z in c.points)) for c in loop.curves
+                ),
+            )
+            for loop in loops
+        )
         drawn = draw(shifted_loops, where)
         return _found_section(shifted_loops, centre, drawn)
 
@@ -125,11 +133,6 @@ def _require(drawn: Drawn, where: str) -> None:
     bodies = {tag: name for name, tags in drawn.regions.items() for tag in tags}
     refuse_loose(bodies, drawn.boundaries, 2, where)
     refuse_touching(drawn.boundaries, 2, where)
-
-
-def _shift(loop: Loop, by: float) -> Loop:
-    curves = tuple(replace(c, points=tuple((r, z + by) for r, z in c.points)) for c in loop.curves)
-    return replace(loop, curves=curves)
 
 
 def _found_section(loops: tuple[Loop, ...], centre: float, drawn: Drawn) -> FoundSection:
@@ -169,7 +172,7 @@ def _length_and_radius(curve: int) -> tuple[float, float]:
 
 
 def _along(curves: Sequence[int]) -> Array:
-    """Points (r, z) of curves, their ends among them, mm."""
+    """Return points (r, z) along curves, their ends included, mm."""
     points = []
     for tag in curves:
         low, high = (float(bound[0]) for bound in model().getParametrizationBounds(1, tag))
@@ -178,7 +181,7 @@ def _along(curves: Sequence[int]) -> Array:
 
 
 def _swept_measure(dimension: int, tags: Sequence[int]) -> float:
-    """Measure of what faces or curves sweep about the axis (Pappus)."""
+    """Return the volume that faces, or the area that curves, sweep in a turn about the axis (Pappus)."""
     occ = model().occ
     return float(
         sum(2 * math.pi * occ.getCenterOfMass(dimension, t)[0] * occ.getMass(dimension, t) for t in tags)

@@ -107,13 +107,13 @@ def section_cells(section: FoundSection, dimension: int, mirrors: Mirrors, refin
     return 0.5 * total * 0.5 * (len(_angles(mirrors, refinement)) - 1) if solid else total
 
 
-def _seconds(
-    section: FoundSection, where: str, refinement: Refinement, quadrilaterals: bool = False
-) -> float:
-    return seconds_for(section_cells(section, 2, frozenset(), refinement))
-
-
-@isolated("the section cannot be meshed", lambda section, where, *_, **__: where, _seconds)
+@isolated(
+    "the section cannot be meshed",
+    lambda section, where, *_, **__: where,
+    lambda section, where, refinement, *_, **__: seconds_for(
+        section_cells(section, 2, frozenset(), refinement)
+    ),
+)
 def section_mesh(
     section: FoundSection, where: str, refinement: Refinement, quadrilaterals: bool = False
 ) -> RawMesh:

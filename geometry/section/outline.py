@@ -23,12 +23,11 @@ def _pair(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
 
 
-def _pairs(value: Any) -> Any:
-    return tuple(map(_pair, value)) if isinstance(value, list) else value
-
-
 Point = Annotated[tuple[float, float], BeforeValidator(_pair)]
-Points = Annotated[tuple[Point, ...], BeforeValidator(_pairs)]
+Points = Annotated[
+    tuple[Point, ...],
+    BeforeValidator(lambda value: tuple(map(_pair, value)) if isinstance(value, list) else value),
+]
 
 
 class Edge(BaseModel):

@@ -78,7 +78,7 @@ def _area(points: Sequence[tuple[float, float]]) -> float:
 
 
 def _chains(loop: Loop, name: str) -> list[list[OutlineCurve]]:
-    """Rows of neighbouring edges of one name, around a closed loop."""
+    """Group neighbouring edges of the same name around a closed loop."""
     curves = list(loop.curves)
     start = next((i for i in range(len(curves)) if curves[i - 1].name != name == curves[i].name), None)
     if start is None:

@@ -7,7 +7,7 @@ from typing import ClassVar, Literal
 
 from typing_extensions import override
 
-from geometry.blocks import Array, Blocks, Interval
+from geometry.blocks import Blocks, Interval
 from geometry.shape import Mirrors, Refinement, Shape
 
 
@@ -33,12 +33,13 @@ class Coupon(Shape):
         refinement : Refinement
             Number of elements in each direction.
         """
-        return Blocks(((Interval(0.0, 1.0, 1),),) * 3, lambda middle: "rubber", _face, lambda p: p)
+        return Blocks(
+            ((Interval(0.0, 1.0, 1),),) * 3,
+            lambda middle: "rubber",
+            lambda axis, middle: f"{'mirror' if middle[axis] < 0.5 else 'face'}_{'xyz'[axis]}",
+            lambda p: p,
+        )
 
     @override
     def measures(self) -> Mapping[str, float]:
         return {"rubber": 1.0}
-
-
-def _face(axis: int, middle: Array) -> str:
-    return f"{'mirror' if middle[axis] < 0.5 else 'face'}_{'xyz'[axis]}"
