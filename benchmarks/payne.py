@@ -29,7 +29,7 @@ from scipy.optimize import least_squares
 from scipy.special import gamma
 
 from bushcli.faults.dynamic import table_faults
-from bushcli.inverse.spectrum import fit_spectrum, relaxed
+from bushcli.inverse.spectrum import fit_spectrum, relaxation_spectrum
 from bushcli.recording import read_recording
 from bushcli.recording.dynamic.read import read_dynamic
 from bushcli.recording.dynamic.source import DynamicSource
@@ -369,7 +369,7 @@ def relax(file: str) -> Iterator[str]:
         found = fit_spectrum(table, lag=lag)
         spectrum = found.spectrum
         times = np.geomspace(spectrum.times.min(), spectrum.times.max(), 400)
-        back = relaxed(times, spectrum.relaxation(times))
+        back = relaxation_spectrum(times, spectrum.relaxation(times))
         omega = 2.0 * np.pi * table.frequency
         own = omega * 10.0 ** np.interp(table.temperature, found.temperatures, found.shifts)
         again = back.at(own) * np.exp(1j * omega * found.lag)

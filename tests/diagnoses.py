@@ -23,7 +23,7 @@ from bushcli.mismatch.maps import LocalMap, Missing, MissingProfile
 from bushcli.mismatch.record import locate
 from bushcli.recording import Recording
 from bushcli.runtime.condition import Condition
-from bushcli.selection.searched import Searched, TriedModel
+from bushcli.selection.search_extent import SearchExtent, TriedModel
 
 NAN = float("nan")
 CASE = """\
@@ -270,7 +270,7 @@ def searched(models, **changes):
         "lost": ("Yeoh + swaging: the mesh folds at 0.8 mm",),
         "untestable": UNTESTABLE,
     }
-    return Searched(**(given | changes))
+    return SearchExtent(**(given | changes))
 
 
 NEXT = NextTest(
@@ -377,7 +377,7 @@ def diagnosis(case, kind="missing_physics", channels=None, **changes):
         "groups": (),
         "form_error": FormError(0.083, form, 0.962) if explained else FormError(0.0, {}, 1.0),
         "missing": unknown,
-        "searched": searched(models) if models else Searched(False, 1.0, "faulty data", (), (), {}),
+        "searched": searched(models) if models else SearchExtent(False, 1.0, "faulty data", (), (), {}),
         "channels": used,
         "location": located(used) if models else locate(()),
         "remaining": located(used, after=True) if models else locate(()),

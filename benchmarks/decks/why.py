@@ -34,7 +34,7 @@ from bushcli.diagnosis.question import pose_problem
 from bushcli.likelihood.form import Judged
 from bushcli.runtime.workers import Workers
 from bushcli.selection.model_cache import ModelCache
-from bushcli.selection.plain import begin as begin_plain
+from bushcli.selection.plain import first_plain_fit as begin_plain
 from bushcli.selection.queue import Search
 
 REASONED = Path(__file__).parent / "why.md"

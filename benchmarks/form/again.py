@@ -71,7 +71,7 @@ class Leaving(Beside):
 
     def _averaged(self, points: Any) -> Prediction:
         found = super()._averaged(points)
-        best = max((self._value(point)[0] for point in points), key=lambda one: one.judged.log)
+        best = max((self._value(point)[0] for point in points), key=lambda one: one.judgement.log)
         object.__setattr__(found, "left", best.left)
         return found
 
@@ -134,7 +134,7 @@ def posterior(data: Mapping[str, Any], law: Callable[[int], float]) -> Sets:
 
         best = -math.inf
         for key, (one, found) in states.items():
-            seen = _seen_in(key, states)
+            seen = _smallest_equivalent(key, states)
             best = max(best, found.log + one["odds"][0], found.log_unknown + one["odds"][1])
             add(seen, found.log + one["odds"][0])
             add(seen, found.log_unknown + one["odds"][1], UNKNOWN)
@@ -142,18 +142,18 @@ def posterior(data: Mapping[str, Any], law: Callable[[int], float]) -> Sets:
             left, occam = one["left"]
             weight = likelihood.judge(left).log + occam + one["odds"]
             if weight < best:
-                add(_seen_in(one["base"], states) if one["silent"] else one["effects"], weight)
+                add(_smallest_equivalent(one["base"], states) if one["silent"] else one["effects"], weight)
     total = float(logsumexp([w for found in weights.values() for w in found]))
     return {names: math.exp(float(logsumexp(found)) - total) for names, found in weights.items()}
 
 
-def _seen_in(key: Any, states: Mapping[Any, tuple[Any, Evidence]]) -> tuple[str, ...]:
-    """Effects of the smallest model within another one that describes the recordings as well (`Search.seen_in`)."""
+def _smallest_equivalent(key: Any, states: Mapping[Any, tuple[Any, Evidence]]) -> tuple[str, ...]:
+    """Return the effects of the smallest model within another that describes the recordings as well."""
     one, found = states[key]
     least: tuple[str, ...] = one["effects"]
     for other, (smaller, worse) in states.items():
         more = len(one["effects"]) - len(smaller["effects"])
-        if more > 0 and set(other) < set(key) and found.judged.log - worse.judged.log < FAINT * more:
+        if more > 0 and set(other) < set(key) and found.judgement.log - worse.judgement.log < FAINT * more:
             least = min(least, smaller["effects"], key=len)
     return least
 

@@ -21,7 +21,7 @@ from bushcli.recording import read_recording
 from bushcli.runtime.workers import Workers
 from bushcli.selection.fit import FittedSamples, fit
 from bushcli.selection.model_cache import ModelCache
-from bushcli.selection.plain import begin
+from bushcli.selection.plain import first_plain_fit
 from bushcli.selection.predict import Beside
 from bushcli.selection.queue import Search
 from bushcli.selection.state import State
@@ -43,8 +43,8 @@ def measured(case_file: Path, truth: tuple[str, ...]) -> dict[str, Any] | None:
     used = tuple(~masks(find_faults(case, recordings), one) for one in recordings)
     bare = replace(case, effects=())
     cache = ModelCache()
-    plain, _, _ = question._plain(bare, None, cache.tables)
-    rough = begin(cache, bare, plain, used)
+    plain, _, _ = question._plain_law(bare, None, cache.tables)
+    rough = first_plain_fit(cache, bare, plain, used)
     if rough is None:
         return None
     problem, state = question.pose_problem(bare, rough, recordings, used, Workers(1, cache=cache), cache)
@@ -69,7 +69,7 @@ def measured(case_file: Path, truth: tuple[str, ...]) -> dict[str, Any] | None:
     )
     while len(truth) > len((best or state).model.effects):
         base = best or state
-        singles = Beside(base, search.derivatives.beside(base)).singles()
+        singles = Beside(base, search.derivatives.additions_beside(base)).singles()
         predicted = [one for one in singles if len(one.model.effects) > len(base.model.effects)]
         tried = []
         for one in sorted(predicted, key=lambda one: -one.log_evidence)[:2]:

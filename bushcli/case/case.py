@@ -155,8 +155,12 @@ class Case:
         return digest.hexdigest()
 
     def expected_tables(self, tables: str) -> str:
-        """Return which tables a command expects, and what reads the ``[[specimens]]`` that the case has instead."""
-        return f"{tables}; [[specimens]] are for `bushcli batch`" if self.specimens else tables
+        """Return which tables a command expects, and what reads those that the case has instead."""
+        if self.specimens:
+            return f"{tables}; [[specimens]] are for `bushcli batch`"
+        if any(modes()[source.mode].specimen == "coupon" for source in self.dynamic):
+            return f"{tables}; dynamic moduli of a coupon are for `bushcli fit`"
+        return tables
 
     @property
     def needs_fit(self) -> bool:

@@ -51,7 +51,7 @@ class DynamicRecordingTable(CaseTable):
     across: Literal["amplitude", "preload"] | None = Field(
         default=None, description="what a length or a strain in the names of the columns is"
     )
-    accept: list[Literal["unit", "spikes", "temperature", "loss_angle"]] | None = Field(
+    accept: list[Literal["unit", "spikes", "temperature", "loss_angle", "amplitude", "order"]] | None = Field(
         default=None, description="kinds of faults that are none"
     )
     quantity: Literal["E", "G"] | None = Field(default=None, description="modulus of a coupon")

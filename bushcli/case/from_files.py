@@ -17,11 +17,11 @@ from pathlib import Path
 
 from bushcli.errors import CaseError, InputError, Problem, RecordingError, printable
 from bushcli.recording import Recording, read_recording
+from bushcli.recording.find_table import format_of
 from bushcli.recording.guess import modes_of_name
 from bushcli.recording.header.match import WantedColumn, by_unit, candidates, has_columns
 from bushcli.recording.header.meaning import says_compression
-from bushcli.recording.opened import format_of
-from bushcli.recording.reader import numbered, readers
+from bushcli.recording.reader import readers, unique_names
 from bushcli.recording.six import columns_of
 from bushcli.recording.source import Quantity, SixColumns, Source, Specimen
 from bushcli.recording.table_cache import TableCache
@@ -131,7 +131,7 @@ def _written(file: Path, folder: Path) -> str:
 def _names(entries: Sequence[_Entry]) -> list[str]:
     """Return the names of channels: that of the file if the mode occurs more than once, else an empty one."""
     entry_modes = [entry.source.mode for entry in entries]
-    stems = numbered([entry.source.file.stem for entry in entries])
+    stems = unique_names([entry.source.file.stem for entry in entries])
     return [
         stem if entry_modes.count(mode) > 1 else "" for mode, stem in zip(entry_modes, stems, strict=True)
     ]
@@ -243,7 +243,7 @@ def _ways(source: Source, machine: bool, tables: TableCache) -> Iterator[tuple[S
     mode = modes()[source.mode]
     units: dict[Quantity, str] = {"time": "s"}
     for quantity in _QUANTITIES[1:]:
-        units[quantity] = _USUAL[source.measured(quantity, mode.specimen, mode.rotational)]
+        units[quantity] = _USUAL[source.dimension(quantity, mode.specimen, mode.rotational)]
     table = None if format_of(source.file) else read_table(source.file)
     if table is not None and len(table.names) in (2, 3) and not any(table.names) and not any(table.units):
         # Two or three columns in the most common order.

@@ -131,12 +131,14 @@ def channels(
     if refused:
         return [], refused
     # With the readers, which few cases need.
-    from bushcli.recording.six import chosen, columns_of, read_motions
+    from bushcli.recording.six import columns_given_by_name, columns_of, read_motions
 
     free = tuple(k for k, name in enumerate(MOTIONS) if name in (table.free or ()))
     try:
         motions, forces = columns_of(source, table.motions, table.forces, tables)
-        six_columns = SixColumns(motions, free, source.label, chosen(table.motions, table.forces))
+        six_columns = SixColumns(
+            motions, free, source.label, columns_given_by_name(table.motions, table.forces)
+        )
         _, motion = read_motions(source, six_columns, tables)
     except RecordingError as error:
         return [], [Finding((*keys, "file"), str(error))]

@@ -15,7 +15,7 @@ from bushcli.case.finding import Finding, Keys, dotted_key, toml_text, unknown_n
 from bushcli.case.limits import MOST_ENTRIES
 from bushcli.case.schema import DELIMITERS, FileTable
 from bushcli.errors import nearest
-from bushcli.recording.guess import contradicted, mode_of_name, modes_of_name
+from bushcli.recording.guess import contradicting_modes, mode_of_name, modes_of_name
 from bushcli.recording.source import UNITS, Quantity, Source, Specimen
 from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
@@ -54,7 +54,7 @@ def wrong_units(keys: Keys, source: Source) -> Iterator[Finding]:
 
     mode = modes()[source.mode]
     for quantity, unit in source.units.items():
-        measured = source.measured(quantity, mode.specimen, mode.rotational)
+        measured = source.dimension(quantity, mode.specimen, mode.rotational)
         scaled = scaled_unit(unit, measured)
         if quantity == "time" and is_form(unit):
             continue
@@ -150,7 +150,9 @@ class SourceBuilder:
     def _mode(self, keys: Keys, table: RecordingTable, file: Path, usual: str) -> str | None:
         if table.mode is not None:
             modes_in_name = (
-                contradicted(file.stem, table.mode) if table.mode in modes() and table.name is None else ()
+                contradicting_modes(file.stem, table.mode)
+                if table.mode in modes() and table.name is None
+                else ()
             )
             if modes_in_name:
                 setting = f"{dotted_key((*keys, 'mode'))} = {toml_text(table.mode)}"

@@ -23,8 +23,8 @@ def batch(run: Run, model: str | None, strict: bool) -> int:
 
     case = run.load()
     law = model or case.material.law
-    with run.timed("batch"):
-        progress = search_progress(run, Task(case, law).turned, 1)
+    with run.timer("batch"):
+        progress = search_progress(run, Task(case, law).rotational_parameters, 1)
         comparison = compared(case, law, tables=run.tables, progress=progress, told=run.say)
     run.deliver(comparison)
     return verdict_code(comparison.conditions, comparison.fit.converged, strict and bool(comparison.outliers))

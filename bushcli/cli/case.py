@@ -42,7 +42,7 @@ def check(run: Run, strict: bool) -> int:
     from bushcli.faults.dynamic import table_faults
     from bushcli.recording import read_coupon, read_program, read_recording
     from bushcli.recording.dynamic.read import read_dynamic
-    from bushcli.report.results import Checked
+    from bushcli.report.results import CheckResult
     from bushcli.runtime.dolfinx_version import installed_dolfinx, untried_dolfinx
     from bushcli.simulate.admissible import check_material, check_travel
     from bushcli.simulate.play import check_play, check_play_of_load_cases
@@ -84,9 +84,9 @@ def check(run: Run, strict: bool) -> int:
         *doubts,
     )
     tests = protocol(case, curves, coupons, displacement_programs)
-    checked = Checked(case, records, materials, tests, faults, programs, conditions, tables)
+    checked = CheckResult(case, records, materials, tests, faults, programs, conditions, tables)
     run.deliver(checked)
-    return NEGATIVE if strict and (faults or tests.violated or doubts) else DONE
+    return NEGATIVE if strict and (faults or tests.is_violated or doubts) else DONE
 
 
 @click.command()
@@ -106,7 +106,7 @@ def mesh(run: Run) -> int:
     output = run.write_into(Path("out"))
     try:
         case = run.load(parts=True)
-        with run.timed("mesh"):
+        with run.timer("mesh"):
             built = meshes(case, output / STAGING)
     except GeometryError as error:
         if is_first_rank():
@@ -191,13 +191,13 @@ def direct(
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     fit = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
     interrupted = False
-    with run.timed("solve"), march_progress(run) as progress:
+    with run.timer("solve"), march_progress(run) as progress:
         try:
             response = predict(
                 case,
                 fit.material if fit else None,
                 mesh_check=mesh_check,
-                fields=None if no_fields else run.staged,
+                fields=None if no_fields else run.staging_folder,
                 pictures=run.output is not None,
                 progress=progress,
                 stiffness=stiffness_matrix or stiffness_at is not None,
@@ -213,7 +213,7 @@ def direct(
     if tables and not interrupted:
         from bushcli.simulate.dynamic_tables import compare_tables
 
-        with run.timed("dynamic"):
+        with run.timer("dynamic"):
             vibrations, doubts = compare_tables(case, response.material, read)
     run.deliver(DirectResult(response, compared, fit, vibrations if tables else None, doubts))
     if interrupted:

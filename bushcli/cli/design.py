@@ -10,7 +10,7 @@ import click
 from bushcli.cli.identification import fit_to_coupons
 from bushcli.cli.progress import work_progress
 from bushcli.cli.run import DONE, NEGATIVE, Run, on_a_case
-from bushcli.cli.shared import pool, shares_work
+from bushcli.cli.shared import pool, worker_options
 from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     "--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the start points."
 )
 @click.option("--strict", is_flag=True, help="Exit 1 when a target is missed.")
-@shares_work
+@worker_options
 @on_a_case
 def design(
     run: Run,
@@ -110,7 +110,7 @@ def design(
         if shared is None:
             # This rank has answered until the first one left the context.
             return DONE
-        with run.timed("design"), work_progress(run, "searches") as progress:
+        with run.timer("design"), work_progress(run, "searches") as progress:
             result = find(
                 case,
                 task,
@@ -125,7 +125,7 @@ def design(
                 tables=run.tables,
             )
     run.deliver(result)
-    return NEGATIVE if strict and not all(target.met for target in result.targets) else DONE
+    return NEGATIVE if strict and not all(target.is_met for target in result.targets) else DONE
 
 
 def _tolerances(case: Case, texts: tuple[str, ...]) -> dict[str, Toleranced]:

@@ -30,7 +30,7 @@ def dynamic(run: Run, weighting: str) -> int:
     ]
     fit = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
     interrupted = False
-    with run.timed("solve"), march_progress(run) as progress:
+    with run.timer("solve"), march_progress(run) as progress:
         try:
             response = vibrate(case, fit.material if fit else None, progress=progress, tested=tested)
         except DynamicInterrupted as ended:

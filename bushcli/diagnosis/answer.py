@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bushcli.case import Case
 from bushcli.curve.earlier import earlier, not_from_rest
 from bushcli.curve.misfit import rms_percent
-from bushcli.diagnosis.posterior import SHOWN, Weighed
+from bushcli.diagnosis.posterior import SHOWN, WeighedModel
 from bushcli.diagnosis.result import (
     SMALL,
     DiagnosedChannel,
@@ -18,16 +18,16 @@ from bushcli.diagnosis.result import (
     RankedModel,
     Verdict,
 )
-from bushcli.diagnosis.words import could_shift
+from bushcli.diagnosis.words import possible_shift
 from bushcli.effects.names import readable_name
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.noise import Compared, noise_model
-from bushcli.mismatch.missing import missing, missing_force
+from bushcli.mismatch.missing_force import describe_missing, missing_force
 from bushcli.recording import Recording, displacement_noise
 from bushcli.runtime.condition import Condition
 from bushcli.selection.model import Model
 from bushcli.selection.queue import Search
-from bushcli.selection.searched import Ended, Searched
+from bushcli.selection.search_extent import Ended, SearchExtent
 from bushcli.selection.state import CommonData, State
 from bushcli.simulate.schedule import schedule
 
@@ -44,12 +44,12 @@ MISSED = 1.0
 MEMORY, SWELLS = 6.0, 2.5
 
 
-def verdict(best: Weighed, plain: Model) -> Verdict:
+def verdict(best: WeighedModel, plain: Model) -> Verdict:
     """Return the verdict that the most probable model implies.
 
     Parameters
     ----------
-    best : Weighed
+    best : WeighedModel
         The most probable model.
     plain : Model
         The plain law.
@@ -63,12 +63,12 @@ def verdict(best: Weighed, plain: Model) -> Verdict:
     return "explained" if same else "law_too_poor"
 
 
-def ranked_models(models: Sequence[Weighed], search: Search) -> tuple[RankedModel, ...]:
+def ranked_models(models: Sequence[WeighedModel], search: Search) -> tuple[RankedModel, ...]:
     """Return all models that the report shows: the one of the verdict, then the others, the most probable first.
 
     Parameters
     ----------
-    models : sequence of Weighed
+    models : sequence of WeighedModel
         The most probable one first.
     search : Search
     """
@@ -81,7 +81,9 @@ def ranked_models(models: Sequence[Weighed], search: Search) -> tuple[RankedMode
             model.probability,
             model.log_evidence - base,
             model.state.size if model.predicted is None else None,
-            model.state.evidence.judged.phi if model.predicted is None and model.kind == "effects" else None,
+            model.state.evidence.judgement.phi
+            if model.predicted is None and model.kind == "effects"
+            else None,
             {active.identity: active.variant for active in model.model.effects if active.variant},
         )
         for model in (best, *sorted(others, key=lambda model: -model.probability))
@@ -92,7 +94,7 @@ def ranked_models(models: Sequence[Weighed], search: Search) -> tuple[RankedMode
 # -- channels ------------------------------------------------------------------------------------------------------
 
 
-def channel(
+def diagnosed_channel(
     recording: Recording, before: Array, after: Array, sigma: float, used: NDArray[np.bool_], held_out: bool
 ) -> DiagnosedChannel:
     """Return a recording with its simulations by the plain law and by the most probable model.
@@ -131,18 +133,18 @@ def channel(
     )
 
 
-def form_error(best: Weighed, plain: State, compared: Sequence[Compared]) -> FormError:
+def form_error(best: WeighedModel, plain: State, compared: Sequence[Compared]) -> FormError:
     """Return the form error assumed for the most probable model; with unknown physics the size of that.
 
     Parameters
     ----------
-    best : Weighed
+    best : WeighedModel
         The most probable model.
     plain : State
         The plain law.
     compared : sequence of Compared
     """
-    likelihood, judged = plain.problem.likelihood, best.state.evidence.judged
+    likelihood, judged = plain.problem.likelihood, best.state.evidence.judgement
     if best.unknown:
         return _unknown_force(compared, likelihood.features)
     scale = np.array(judged.scale) - 1.0
@@ -177,9 +179,9 @@ def _unknown_force(compared: Sequence[Compared], features: Sequence[Features]) -
 # -- doubts --------------------------------------------------------------------------------------------------------
 
 
-def searched(
+def search_extent(
     search: Search, ended: Ended, undetected: Mapping[str, str], probability: Mapping[str, float]
-) -> Searched:
+) -> SearchExtent:
     """Return the extent of the search.
 
     Parameters
@@ -192,9 +194,9 @@ def searched(
         Of each effect, dimensionless from 0 to 1: what is probable is not unnoticed.
     """
     unnoticed = {name: why for name, why in undetected.items() if probability.get(name, 0.0) < SMALL}
-    return Searched(
+    return SearchExtent(
         ended == "nothing left",
-        search.left,
+        search.share_left,
         ended,
         tuple(search.rows),
         tuple(search.lost),
@@ -205,9 +207,9 @@ def searched(
 def doubts(
     case: Case,
     channels: Sequence[DiagnosedChannel],
-    best: Weighed,
+    best: WeighedModel,
     problem: CommonData,
-    extent: Searched,
+    extent: SearchExtent,
 ) -> list[Condition]:
     """Return what is doubtful about a diagnosis, as conditions with a remedy.
 
@@ -215,10 +217,10 @@ def doubts(
     ----------
     case : Case
     channels : sequence of DiagnosedChannel
-    best : Weighed
+    best : WeighedModel
         The most probable model.
     problem : CommonData
-    extent : Searched
+    extent : SearchExtent
         Extent of the search.
     """
     conditions = []
@@ -242,12 +244,12 @@ def doubts(
                 "record more samples on every branch, or reduce the noise (estimated from neighbouring samples)",
             )
         )
-    conditions += _begun(best, problem)
+    conditions += _unrelaxed_start(best, problem)
     conditions += _long_memory(best, problem)
     return [*conditions, *_held_out(channels), *_search_doubts(best, extent)]
 
 
-def _begun(best: Weighed, problem: CommonData) -> list[Condition]:
+def _unrelaxed_start(best: WeighedModel, problem: CommonData) -> list[Condition]:
     """Return a doubt about recordings that do not begin at rest, if the most probable model has memory."""
     # A rig with memory, such as a late logger, does not make the rubber remember.
     effects = [active.effect for active in best.state.model.effects]
@@ -259,14 +261,17 @@ def _begun(best: Weighed, problem: CommonData) -> list[Condition]:
     return [not_from_rest(name, before) for name, before in known if before is not None]
 
 
-def _long_memory(best: Weighed, problem: CommonData) -> list[Condition]:
+def _long_memory(best: WeighedModel, problem: CommonData) -> list[Condition]:
     """Return a doubt about noise that short windows of a recording do not show, and that the misfit alone suggests.
 
     Such noise and physics that changes slowly leave the same misfit along each branch.
     """
     conditions = []
     for channel, used, smooth in zip(
-        problem.compared(best.state.fitted.simulated), problem.used, problem.likelihood.features, strict=True
+        problem.compared_recordings(best.state.fitted.simulated),
+        problem.used,
+        problem.likelihood.features,
+        strict=True,
     ):
         if channel.recording.kind == "dynamic":
             continue
@@ -278,7 +283,7 @@ def _long_memory(best: Weighed, problem: CommonData) -> list[Condition]:
         memory = f"{channel.noise.correlation_time:.0f} samples"
         if channel.recording.time is not None:
             memory += f" ({channel.noise.correlation_time * float(np.median(np.diff(channel.recording.time))):.2g} s)"
-        like = "".join(f" ({text})" for text in missing([channel], [smooth], 0.0, 0.0).text[:1])
+        like = "".join(f" ({text})" for text in describe_missing([channel], [smooth], 0.0, 0.0).text[:1])
         conditions.append(
             Condition(
                 "noise_with_memory",
@@ -315,7 +320,7 @@ def _held_out(channels: Sequence[DiagnosedChannel]) -> list[Condition]:
     ]
 
 
-def _search_doubts(best: Weighed, extent: Searched) -> list[Condition]:
+def _search_doubts(best: WeighedModel, extent: SearchExtent) -> list[Condition]:
     """Return what is doubtful about the search."""
     conditions = []
     if not best.state.fitted.converged:
@@ -349,7 +354,7 @@ def _search_doubts(best: Weighed, extent: Searched) -> list[Condition]:
         conditions.append(
             Condition(
                 "budget",
-                f"the time limit was reached: {could_shift(extent.left)}",
+                f"the time limit was reached: {possible_shift(extent.left)}",
                 "give a larger --budget; with -o DIR, --resume continues this run",
             )
         )

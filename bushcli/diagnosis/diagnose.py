@@ -19,7 +19,7 @@ from bushcli.diagnosis import answer, values
 from bushcli.diagnosis.aftermath import Extras, before_and_after, calibrated_curves, share_left
 from bushcli.diagnosis.faulty import refusal
 from bushcli.diagnosis.posterior import (
-    Weighed,
+    WeighedModel,
     credible_sets,
     groups,
     posterior,
@@ -28,24 +28,23 @@ from bushcli.diagnosis.posterior import (
 )
 from bushcli.diagnosis.question import Question, pose_problem, question
 from bushcli.diagnosis.result import UNSEARCHED, Diagnosis, Verdict
-from bushcli.diagnosis.words import could_shift
+from bushcli.diagnosis.words import possible_shift
 from bushcli.errors import InputError, Problem
 from bushcli.inverse.verdict import history_not_saved
-from bushcli.mismatch.missing import missing
+from bushcli.mismatch.missing_force import describe_missing
 from bushcli.mismatch.record import locate
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import CONTINUE, Condition, history_damaged
 from bushcli.runtime.store import Store, history_of, holds_results
 from bushcli.runtime.workers import Workers
-from bushcli.selection.closest import closest
+from bushcli.selection.closest import closest_model
 from bushcli.selection.codec import FitCodec
-from bushcli.selection.fit import exact
+from bushcli.selection.fit import refine_mesh
 from bushcli.selection.model import Fitted, Model
 from bushcli.selection.model_cache import ModelCache
-from bushcli.selection.plain import begin as begin_plain
-from bushcli.selection.plain import fit_plain
+from bushcli.selection.plain import first_plain_fit, fit_plain
 from bushcli.selection.queue import Progress, Search
-from bushcli.selection.searched import Ended
+from bushcli.selection.search_extent import Ended
 from bushcli.selection.state import State
 from bushcli.selection.unnoticed import unnoticed_effects
 from cases.interrupt import is_interrupt
@@ -60,7 +59,7 @@ class _Outcome:
     search : Search
     ended : Ended
         Why the search ended.
-    models : tuple of Weighed
+    models : tuple of WeighedModel
         The most probable one first.
     plain : Fitted
         The plain law, fitted as accurately as by `bushcli inverse` unless the user stopped the calculation.
@@ -72,7 +71,7 @@ class _Outcome:
 
     search: Search
     ended: Ended
-    models: tuple[Weighed, ...]
+    models: tuple[WeighedModel, ...]
     plain: Fitted
     interrupted: list[Condition]
     unnoticed: dict[str, str]
@@ -135,7 +134,10 @@ def diagnose(
         notify("data", fault.channel, fault.where)
     if asked.fatal:
         return refusal(asked, time.perf_counter() - start)
-    store, deadline = _opened(journal, resume, notify), start + (float("inf") if budget is None else budget)
+    store, deadline = (
+        _open_store(journal, resume, notify),
+        start + (float("inf") if budget is None else budget),
+    )
     with Workers(workers, store, executor, cache).open() as crew:
         outcome, extras = _calculate(asked, crew, cache, uniform, deadline, maps, notify)
     return _with_notes(_answer(asked, outcome, extras, cache), store, start, notify)
@@ -165,20 +167,19 @@ def _calculate(
     notify : callable
     """
     notify("fit", question.plain.law, "the plain law")
-    rough = _rough(question, crew)
+    rough = _fit_before_noise(question, crew)
     problem, state = pose_problem(question.bare, rough, question.recordings, question.used, crew, cache)
     search = Search(problem, crew, state, question.effects, uniform, deadline, notify)
     outcome = _search(question, search, rough, crew)
     extras = Extras()
     if not outcome.interrupted:
-        searched = search.left <= UNSEARCHED
-        extras.make(problem, outcome.plain, outcome.models, crew, cache, maps, searched, notify)
+        extras.make(search, outcome.plain, outcome.models, crew, cache, maps)
     return outcome, extras
 
 
-def _rough(question: Question, crew: Workers) -> Fitted:
+def _fit_before_noise(question: Question, crew: Workers) -> Fitted:
     """Fit the plain law before the size of its misfit is known."""
-    rough: Fitted | None = crew.run(begin_plain, [(question.bare, question.plain, question.used)])[0]
+    rough: Fitted | None = crew.run(first_plain_fit, [(question.bare, question.plain, question.used)])[0]
     if rough is None:
         tried = ", ".join(f"{k} = {v:g}" for k, v in question.plain.start.items())
         raise InputError(
@@ -205,16 +206,16 @@ def _answer(question: Question, outcome: _Outcome, extras: Extras, cache: ModelC
     """Return the result that follows from the posterior."""
     search, models, best, plain = outcome.search, outcome.models, outcome.models[0], outcome.plain
     problem = search.problem
-    before = problem.compared(plain.simulated)
-    after = problem.compared(best.state.fitted.simulated)
+    before = problem.compared_recordings(plain.simulated)
+    after = problem.compared_recordings(best.state.fitted.simulated)
     probability = probabilities(models, [effect.name for effect in question.effects])
     channels, tables = before_and_after(cache, question, problem, plain, best)
     # Models are compared only if most of them have been looked at.
-    unsearched = search.left > UNSEARCHED
+    unsearched = search.share_left > UNSEARCHED
     verdict: Verdict = "unexplained" if unsearched else answer.verdict(best, question.plain)
     left = share_left(best, search.plain)
     unknown = probability.get("unknown", 0.0)
-    extent = answer.searched(search, outcome.ended, outcome.unnoticed, probability)
+    extent = answer.search_extent(search, outcome.ended, outcome.unnoticed, probability)
     places = [calibrated_curves(cache, question.bare, plain, compared) for compared in (before, after)]
     curves = [i for i, recording in enumerate(problem.recordings) if recording.kind == "static"]
     return Diagnosis(
@@ -234,7 +235,7 @@ def _answer(question: Question, outcome: _Outcome, extras: Extras, cache: ModelC
         form_error=answer.form_error(best, search.plain, after),
         missing=None
         if unsearched or verdict == "explained" or (left <= 0.0 and not best.unknown)
-        else missing(
+        else describe_missing(
             [after[i] for i in curves], [problem.likelihood.features[i] for i in curves], unknown, left
         ),
         searched=extent,
@@ -244,7 +245,7 @@ def _answer(question: Question, outcome: _Outcome, extras: Extras, cache: ModelC
         remaining=locate(places[1]),
         next_test=extras.test,
         maps=extras.maps,
-        faults=question.faults,
+        faults=(*question.faults, *extras.faults),
         conditions=(
             *outcome.interrupted,
             *extras.conditions,
@@ -270,7 +271,7 @@ def _with_notes(diagnosis: Diagnosis, store: Store | None, start: float, notify:
     return replace(diagnosis, conditions=tuple(conditions), seconds=time.perf_counter() - start)
 
 
-def _opened(journal: Path | None, resume: bool | None, notify: Progress) -> Store | None:
+def _open_store(journal: Path | None, resume: bool | None, notify: Progress) -> Store | None:
     """Open the folder of results, and say whether those of an earlier run are used, replaced, or missing.
 
     Parameters
@@ -305,14 +306,14 @@ def _run(search: Search, crew: Workers) -> tuple[Ended, dict[str, str], list[Con
         if not is_interrupt(error) or not search.states:
             raise
         crew.stop()
-        message = f"interrupted during the search: {could_shift(search.left)}"
+        message = f"interrupted during the search: {possible_shift(search.share_left)}"
         return "interrupted", {}, [Condition("interrupted", message, CONTINUE)]
     return ended, unnoticed, []
 
 
 def _finish(
-    best: Weighed, rough: Fitted, chosen: Model, search: Search, crew: Workers
-) -> tuple[Weighed, Fitted, list[Condition]]:
+    best: WeighedModel, rough: Fitted, chosen: Model, search: Search, crew: Workers
+) -> tuple[WeighedModel, Fitted, list[Condition]]:
     """Return the best model and the plain law, each fitted until it converges on the default mesh.
 
     If the user interrupts this, both are returned unchanged, with a condition that says so.
@@ -326,9 +327,9 @@ def _finish(
             # What is printed of the law alone are the numbers of `bushcli inverse`.
             best = replace(best, state=State(problem, plain))
         else:
-            best = replace(best, state=closest(search, best.state), searched=best.state)
+            best = replace(best, state=closest_model(search, best.state), searched=best.state)
             if best.state.model.anchor is not None:
-                refined = crew.run(exact, [(problem.case, best.state.fitted)])[0]
+                refined = crew.run(refine_mesh, [(problem.case, best.state.fitted)])[0]
                 best = best if refined is None else replace(best, state=State(problem, refined))
     except BaseException as error:
         if not is_interrupt(error):

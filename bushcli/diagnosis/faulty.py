@@ -12,7 +12,7 @@ from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, FormError
 from bushcli.faults import masks
 from bushcli.likelihood.noise import noise_model
 from bushcli.mismatch.record import locate
-from bushcli.selection.searched import Searched
+from bushcli.selection.search_extent import SearchExtent
 
 
 def refusal(question: Question, seconds: float) -> Diagnosis:
@@ -46,7 +46,7 @@ def refusal(question: Question, seconds: float) -> Diagnosis:
         groups=(),
         form_error=FormError(np.nan, {}, np.nan),
         missing=None,
-        searched=Searched(False, 1.0, "faulty data", (), (), {}),
+        searched=SearchExtent(False, 1.0, "faulty data", (), (), {}),
         channels=_recorded_channels(question),
         tables=(),
         location=locate(()),
@@ -71,5 +71,7 @@ def _recorded_channels(question: Question) -> tuple[DiagnosedChannel, ...]:
         used = ~masks(question.faults, recording)
         none = np.full(len(recording.force), np.nan)
         sigma = noise_model(recording, used).sigma
-        channels.append(answer.channel(recording, none, none, sigma, used, recording.name not in names))
+        channels.append(
+            answer.diagnosed_channel(recording, none, none, sigma, used, recording.name not in names)
+        )
     return tuple(channels)

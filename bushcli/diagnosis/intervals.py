@@ -22,7 +22,7 @@ from itertools import pairwise
 from scipy.optimize import brentq
 from scipy.special import ndtr
 
-from bushcli.diagnosis.posterior import Weighed
+from bushcli.diagnosis.posterior import WeighedModel
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import EffectParameter
 from bushcli.evidence.laplace import standard_errors
@@ -108,14 +108,16 @@ def interval(components: Sequence[Component]) -> tuple[float, float]:
     return quantile(TAIL), quantile(1.0 - TAIL)
 
 
-def components(parameter: str, models: Sequence[Weighed], law: str = "", effect: str = "") -> list[Component]:
+def components(
+    parameter: str, models: Sequence[WeighedModel], law: str = "", effect: str = ""
+) -> list[Component]:
     """Return the posterior of a fitted parameter in every model that has it.
 
     Parameters
     ----------
     parameter : str
         Its name in the law, or in the effect of the first model.
-    models : sequence of Weighed
+    models : sequence of WeighedModel
         The most probable one first.
     law : str
         Name of the law, if the parameter is one of a law.
@@ -162,8 +164,8 @@ def _branches(active: ActiveEffect) -> list[str]:
     return sorted(values, key=lambda number: values[number])
 
 
-def scanned(
-    active: ActiveEffect, parameter: EffectParameter, models: Sequence[Weighed]
+def scanned_interval(
+    active: ActiveEffect, parameter: EffectParameter, models: Sequence[WeighedModel]
 ) -> tuple[float, float]:
     """Return the 95 % interval of a value that is scanned because it changes the mesh.
 
@@ -174,7 +176,7 @@ def scanned(
     active : ActiveEffect
         The effect, with the value of the most probable model.
     parameter : EffectParameter
-    models : sequence of Weighed
+    models : sequence of WeighedModel
     """
     name, share = active.full_name(parameter), _shares(active, parameter, models)
     points = sorted({*map(float, parameter.scan), *share, float(active.values[parameter.name])})
@@ -200,7 +202,7 @@ def scanned(
 
 
 def _shares(
-    active: ActiveEffect, parameter: EffectParameter, models: Sequence[Weighed]
+    active: ActiveEffect, parameter: EffectParameter, models: Sequence[WeighedModel]
 ) -> Mapping[float, float]:
     """Probability of each value of a parameter over the models that have it."""
     name, shares = active.full_name(parameter), dict[float, float]()

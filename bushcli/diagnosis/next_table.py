@@ -176,9 +176,9 @@ def expected_table(
         indices = [i for i, name in enumerate(names) if name in model.values]
         names, root = tuple(names[i] for i in indices), root[indices]
     try:
-        K, slope = cache.vibrating(model.task(case), proposal.table, model.values, names)
+        K, slope = cache.dynamic_stiffness(model.task(case), proposal.table, model.values, names)
         bare = replace(model, effects=())
-        law, _ = cache.vibrating(bare.task(case), proposal.table, bare.values, ())
+        law, _ = cache.dynamic_stiffness(bare.task(case), proposal.table, bare.values, ())
     except NotConverged:
         return None
     return ExpectedTable(K, slope @ root, law)

@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 from bushcli.case import Case
 from bushcli.diagnosis.menu import Proposal, menu
 from bushcli.diagnosis.next_table import TableProposal, expected_table, noise_of, rows, table_menu
-from bushcli.diagnosis.posterior import CREDIBLE, MEMBER, Weighed
+from bushcli.diagnosis.posterior import CREDIBLE, MEMBER, WeighedModel
 from bushcli.diagnosis.result import NextTest
 from bushcli.effects.active import effects_on_channel
 from bushcli.effects.names import readable_name
@@ -45,6 +45,7 @@ from bushcli.selection.model_cache import ESTIMATED, ModelCache
 from bushcli.selection.state import CommonData
 from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.simulation import Simulation
+from bushcli.standards import observe
 from cases.march import NotConverged
 from cases.mode import modes
 
@@ -87,14 +88,14 @@ class ExpectedCurve:
 
 
 def next_test(
-    problem: CommonData, rivals: Sequence[Weighed], workers: Workers, notify: Progress
+    problem: CommonData, rivals: Sequence[WeighedModel], workers: Workers, notify: Progress
 ) -> NextTest | None:
     """Return the recording with the largest expected gain of information per minute; None where none is worth it.
 
     Parameters
     ----------
     problem : CommonData
-    rivals : sequence of Weighed
+    rivals : sequence of WeighedModel
     workers : Workers
     notify : callable
         Called with the stage, its subject, and a text about it.
@@ -105,7 +106,7 @@ def next_test(
     possible = float(-np.sum(weights * np.log2(weights)))
     best: tuple[float, NextTest] | None = None
     proposals: list[Proposal | TableProposal] = [*_menu(problem), *table_menu(problem)]
-    for proposal, answers in _expected(problem, chosen, proposals, workers, notify):
+    for proposal, answers in _expectations(problem, chosen, proposals, workers, notify):
         if any(answer is None for answer in answers):
             continue
         if isinstance(proposal, TableProposal):
@@ -128,9 +129,9 @@ def next_test(
     return None if best is None else best[1]
 
 
-def _expected(
+def _expectations(
     problem: CommonData,
-    rivals: Sequence[Weighed],
+    rivals: Sequence[WeighedModel],
     proposals: Sequence[Proposal | TableProposal],
     workers: Workers,
     notify: Progress,
@@ -143,7 +144,7 @@ def _expected(
         ]
 
         def report(
-            i: int, _: object, pairs: Sequence[tuple[Proposal | TableProposal, Weighed]] = pairs
+            i: int, _: object, pairs: Sequence[tuple[Proposal | TableProposal, WeighedModel]] = pairs
         ) -> None:
             if i % len(rivals) == 0:
                 notify("next", "test", pairs[i][0].name)
@@ -155,9 +156,9 @@ def _expected(
     return expected
 
 
-def _rival_sets(models: Sequence[Weighed]) -> tuple[list[Weighed], Array]:
+def _rival_sets(models: Sequence[WeighedModel]) -> tuple[list[WeighedModel], Array]:
     """Return the rival sets of effects, each with its best law, and their shares (k,) of the probability."""
-    best: dict[tuple[str, ...], Weighed] = {}
+    best: dict[tuple[str, ...], WeighedModel] = {}
     sums: dict[tuple[str, ...], float] = {}
     for model in models:
         if model.predicted is None and (model.state.model.effects or not model.unknown):
@@ -168,7 +169,7 @@ def _rival_sets(models: Sequence[Weighed]) -> tuple[list[Weighed], Array]:
     # Those of the credible set, and every other one that the report names.
     order, total = [], 0.0
     for names in sorted(sums, key=lambda names: -sums[names])[:RIVALS]:
-        if total >= CREDIBLE and sums[names] < MEMBER:
+        if total >= CREDIBLE * sum(sums.values()) and sums[names] < MEMBER:
             break
         order.append(names)
         total += sums[names]
@@ -176,7 +177,7 @@ def _rival_sets(models: Sequence[Weighed]) -> tuple[list[Weighed], Array]:
     return [best[names] for names in order], weights / max(float(weights.sum()), 1e-300)
 
 
-def _spread(model: Weighed) -> tuple[tuple[str, ...], Array]:
+def _spread(model: WeighedModel) -> tuple[tuple[str, ...], Array]:
     """Names of the parameters, and a square root (p, p) of their posterior covariance."""
     values, vectors = np.linalg.eigh(model.state.evidence.covariance)
     return model.state.fitted.names, vectors * np.sqrt(np.maximum(values, 0.0))
@@ -278,12 +279,9 @@ def _menu(problem: CommonData) -> list[Proposal]:
             continue
         reach = float(np.abs(recording.displacement).max())
         amplitudes[recording.mode] = max(reach, amplitudes.get(recording.mode, 0.0))
-        path = float(np.abs(np.diff(recording.displacement)).sum())
-        # A hold without its ramp has no speed of its own, and neither has a recording without times.
-        moves = recording.time is not None and any(branch.kind != "hold" for branch in recording.branches)
-        rate[recording.mode] = (
-            path / float(np.ptp(recording.time)) if moves and recording.time is not None else reach / SECONDS
-        )
+        # The fastest ramp, so that "ten times as fast" is. A hold has no speed, nor has a recording without times.
+        fastest = max(observe(recording).rates, default=reach / SECONDS)
+        rate[recording.mode] = max(fastest, rate.get(recording.mode, 0.0))
     proposals = list(menu(amplitudes, rate, mounted)[:PROPOSALS])
     wall = problem.case.geometry.wall
     if wall is not None and mounted:
@@ -310,7 +308,7 @@ def _test(
     proposal: Proposal | TableProposal,
     bits: float,
     possible: float,
-    pairs: tuple[tuple[Weighed, Weighed], ...],
+    pairs: tuple[tuple[WeighedModel, WeighedModel], ...],
 ) -> NextTest:
     names = [(_name(a, phrase), _name(b, phrase)) for a, b in pairs]
     separates = tuple((_name(a, readable_name), _name(b, readable_name)) for a, b in pairs)
@@ -374,5 +372,5 @@ def _gains(cost: float, pairs: Sequence[tuple[str, str]]) -> str:
     return f" (about {cost:.0f} minutes with the set-up of the rig); {gain}."
 
 
-def _name(model: Weighed, of: Callable[[str], str]) -> str:
+def _name(model: WeighedModel, of: Callable[[str], str]) -> str:
     return " + ".join(map(of, model.effects)) or "no effect"

@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from bushcli.diagnosis.resemblance import resembling
+from bushcli.diagnosis.resemblance import resemblances
 from bushcli.diagnosis.result import Group
 from bushcli.effects.effect import effects
 from bushcli.effects.names import effect_name
@@ -19,7 +19,7 @@ from bushcli.effects.titles import FREE_LAW, UNKNOWN, phrase
 from bushcli.selection.model import Key, Model
 from bushcli.selection.queue import LEFT, Search
 from bushcli.selection.queued import Queued
-from bushcli.selection.searched import Ended
+from bushcli.selection.search_extent import Ended
 from bushcli.selection.state import State
 
 # Share of the posterior that the credible set holds. Convention.
@@ -32,7 +32,7 @@ MEMBER, GROUP = 0.05, 0.5
 
 
 @dataclass(frozen=True)
-class Weighed:
+class WeighedModel:
     """A model with its probability.
 
     Attributes
@@ -85,14 +85,14 @@ class Weighed:
         return frozenset(map(effect_name, self.effects))
 
 
-def posterior(search: Search) -> tuple[Weighed, ...]:
+def posterior(search: Search) -> tuple[WeighedModel, ...]:
     """All models, each with and without the unknown effect; first the most probable set of the most probable kind.
 
     A model with an effect whose size the recordings do not show counts as the model without it: the recordings cannot
     distinguish the two, and "present" means present in a size that matters. So does a model with an effect that is an
     error of form of the others, with the probability of that (`resemblance`).
     """
-    models = _weighed(search)
+    models = _weighed_models(search)
     sets: dict[tuple[str, ...], float] = {}
     for model in models:
         sets[model.effects] = sets.get(model.effects, 0.0) + model.probability
@@ -112,32 +112,34 @@ def posterior(search: Search) -> tuple[Weighed, ...]:
     return tuple(sorted(models, key=lambda model: model.effects != best))
 
 
-def _weighed(search: Search) -> list[Weighed]:
+def _weighed_models(search: Search) -> list[WeighedModel]:
     """Return all models, in no particular order."""
     total, fixed = search.total, search.plain.model.fixed
     share: dict[tuple[Key, bool], float] = {}
     # Models that are not fitted, of which errors of form make others: the largest part, its state, and the sum.
-    parts: dict[tuple[Key, bool], tuple[float, Weighed]] = {}
+    parts: dict[tuple[Key, bool], tuple[float, WeighedModel]] = {}
     models = []
 
     def add(key: Key, unknown: bool, probability: float) -> None:
-        at = search.seen_in(key), unknown
+        at = search.smallest_equivalent(key), unknown
         share[at] = share.get(at, 0.0) + probability
 
     for key, state in search.states.items():
         both = [float(np.exp(weight - total)) for weight in search.weights(state)]
         for unknown, probability in enumerate(both):
             add(key, bool(unknown), probability)
-        if search.seen_in(key) != key:
+        if search.smallest_equivalent(key) != key:
             continue
-        for removed, log in resembling(state, search.uniform, search.states):
+        for removed, log in resemblances(state, search.uniform, search.states):
             smaller = state.without(removed).model
             for unknown, probability in enumerate(both):
                 part = probability * math.exp(log)
                 if smaller.structure in search.states:
                     add(smaller.structure, bool(unknown), part)
                 else:
-                    model = Weighed(state, bool(unknown), part, 0.0, fixed and not smaller.fixed, smaller)
+                    model = WeighedModel(
+                        state, bool(unknown), part, 0.0, fixed and not smaller.fixed, smaller
+                    )
                     so_far, most = parts.get((smaller.structure, bool(unknown)), (0.0, model))
                     larger = max(model, most, key=lambda each: each.probability)
                     parts[smaller.structure, bool(unknown)] = so_far + part, larger
@@ -145,17 +147,17 @@ def _weighed(search: Search) -> list[Weighed]:
         # The evidence with which it has this weight.
         log = total + math.log(max(part, 1e-300)) - search.odds(model.model, unknown=model.unknown)
         models.append(replace(model, probability=part, log_evidence=log))
-    for queued in search.counted:
-        probability = float(np.exp(queued.predicted - total))
+    for queued in search.counted_models:
+        probability = float(np.exp(queued.predicted_weight - total))
         if queued.is_silent:
             add(queued.base.model.structure, False, probability)
             continue
         freed = fixed and not queued.model.fixed
-        models.append(Weighed(queued.base, False, probability, queued.log_evidence, freed, queued.model))
+        models.append(WeighedModel(queued.base, False, probability, queued.log_evidence, freed, queued.model))
     for (key, unknown), probability in share.items():
         state = search.states[key]
         log = state.evidence.log_unknown if unknown else state.evidence.log
-        models.append(Weighed(state, unknown, probability, log, fixed and not state.model.fixed))
+        models.append(WeighedModel(state, unknown, probability, log, fixed and not state.model.fixed))
     # Errors of form that resemble an effect add to the sum over models.
     weight_of_all = sum(model.probability for model in models)
     return [replace(model, probability=model.probability / weight_of_all) for model in models]
@@ -172,17 +174,17 @@ def run_with_shown(search: Search) -> Ended:
     """
     ended, tried = search.run(), set[Key]()
     while ended == "nothing left" and time.perf_counter() < search.deadline:
-        queued = unfitted(posterior(search), tried)
+        queued = unfitted_model(posterior(search), tried)
         if queued is None:
             break
         tried.add(queued.model.structure)
         search.fit_anyway(replace(queued, odds=search.odds(queued.model)))
-        if search.left >= LEFT:
+        if search.share_left >= LEFT:
             ended = search.run()
     return ended
 
 
-def unfitted(models: Sequence[Weighed], tried: Collection[Key] = ()) -> Queued | None:
+def unfitted_model(models: Sequence[WeighedModel], tried: Collection[Key] = ()) -> Queued | None:
     """Return the most probable model of a set of effects that the report shows, and of which no model is fitted.
 
     Where errors of form resemble an effect, the model without it may have been abandoned by its fit, or never fitted.
@@ -190,12 +192,12 @@ def unfitted(models: Sequence[Weighed], tried: Collection[Key] = ()) -> Queued |
 
     Parameters
     ----------
-    models : sequence of Weighed
+    models : sequence of WeighedModel
     tried : collection of Key
         Models that are not returned.
     """
     kind = _kind(models)
-    sets: dict[tuple[str, ...], list[Weighed]] = {}
+    sets: dict[tuple[str, ...], list[WeighedModel]] = {}
     for model in models:
         sets.setdefault(model.effects, []).append(model)
     total = {names: sum(model.probability for model in group) for names, group in sets.items()}
@@ -215,7 +217,7 @@ def unfitted(models: Sequence[Weighed], tried: Collection[Key] = ()) -> Queued |
     return None
 
 
-def _kind(models: Sequence[Weighed]) -> str:
+def _kind(models: Sequence[WeighedModel]) -> str:
     """Kind of the answer: a law alone if that is at least as probable as not, else the more probable other kind.
 
     It follows from sums over models, since several effects may be probable together though none is alone.
@@ -229,12 +231,12 @@ def _kind(models: Sequence[Weighed]) -> str:
     return "unknown" if total["unknown"] >= total["effects"] else "effects"
 
 
-def probabilities(models: Sequence[Weighed], considered: Sequence[str]) -> dict[str, float]:
+def probabilities(models: Sequence[WeighedModel], considered: Sequence[str]) -> dict[str, float]:
     """Probability of each considered effect, of a law freed from the coupons, of the unknown effect, and of nothing.
 
     Parameters
     ----------
-    models : sequence of Weighed
+    models : sequence of WeighedModel
         The most probable one first.
     considered : sequence of str
         Names of the effects.
@@ -248,7 +250,7 @@ def probabilities(models: Sequence[Weighed], considered: Sequence[str]) -> dict[
     return {name: min(1.0, value) for name, value in probability.items()}
 
 
-def credible_sets(models: Sequence[Weighed]) -> list[tuple[str, ...]]:
+def credible_sets(models: Sequence[WeighedModel]) -> list[tuple[str, ...]]:
     """The fewest sets of effects that hold 95 % of the posterior together, the most probable first."""
     sets: dict[tuple[str, ...], float] = {}
     for model in models:
@@ -262,7 +264,7 @@ def credible_sets(models: Sequence[Weighed]) -> list[tuple[str, ...]]:
     return credible
 
 
-def groups(models: Sequence[Weighed], probability: Mapping[str, float]) -> tuple[Group, ...]:
+def groups(models: Sequence[WeighedModel], probability: Mapping[str, float]) -> tuple[Group, ...]:
     """Return groups of effects of which one is probable, though none of them is by itself.
 
     Two effects belong together if two models of the credible set differ only in which of the two they have, and if
@@ -270,7 +272,7 @@ def groups(models: Sequence[Weighed], probability: Mapping[str, float]) -> tuple
 
     Parameters
     ----------
-    models : sequence of Weighed
+    models : sequence of WeighedModel
         The most probable one first.
     probability : mapping of str to float
         Probability of each effect, 0 to 1.

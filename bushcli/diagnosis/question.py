@@ -121,8 +121,8 @@ def question(
         replace(fault, samples=np.tile(fault.samples, 2))
         for fault in table_faults(case.geometry, [recording.table for recording in vibrating])
     )
-    plain, source, material = _plain(case, model, tables)
-    bare, recordings = _without(case, whole, hold_out)
+    plain, source, material = _plain_law(case, model, tables)
+    bare, recordings = _fitted_part(case, whole, hold_out)
     used = tuple(~masks(faults, recording) for recording in recordings)
     requested, considered = None if effects is None else tuple(effects), _considered_effects(bare, effects)
     return Question(
@@ -174,7 +174,7 @@ def _checked_recordings(
     return recordings
 
 
-def _without(
+def _fitted_part(
     case: Case, recordings: Sequence[Recording], hold_out: Sequence[str]
 ) -> tuple[Case, tuple[Recording, ...]]:
     """Return the case without effects and held-out channels, and its recordings."""
@@ -198,19 +198,19 @@ def _considered_effects(case: Case, only: Sequence[str] | None) -> list[Effect]:
         effect
         for name, effect in effects().items()
         if specimen in effect.specimens
-        and (name in only if only is not None else case.recordings or _shown_by_tables(effect))
+        and (name in only if only is not None else case.recordings or _is_shown_by_tables(effect))
         and (case.dynamic or "static" in effect.kinds)
     ]
 
 
-def _shown_by_tables(effect: Effect) -> bool:
+def _is_shown_by_tables(effect: Effect) -> bool:
     """Whether tables alone can show an effect: relaxation and its temperature, and effects of a dynamic rig."""
     if effect.acts == "rig":
         return effect.kinds == {"dynamic"} or effect.may_be_shared or effect.is_factor
     return effect.acts == "rubber" and ((effect.needs_time and effect.fades) or effect.needs_temperature)
 
 
-def _plain(
+def _plain_law(
     case: Case, name: str | None, tables: TableCache
 ) -> tuple[Model, Literal["recordings", "coupons"], Material]:
     """The law to begin with, where it comes from, and the case's material with that law."""
@@ -238,15 +238,15 @@ def pose_problem(
 ) -> tuple[CommonData, State]:
     """Return the likelihood, and the plain law fitted under it.
 
-    What the plain law leaves is what effects may explain. Its first fit begins with the error that `begin` assumed, its
-    second one with the misfit of the first.
+    What the plain law leaves is what effects may explain. Its first fit begins with the error that `first_plain_fit`
+    assumed, its second one with the misfit of the first.
 
     Parameters
     ----------
     case : Case
         Without effects.
     plain : Fitted
-        The plain law as `selection.plain.begin` fitted it.
+        The plain law as `selection.plain.first_plain_fit` fitted it.
     recordings : tuple of Recording
     used : tuple of array of bool, shape (n,) each
         Samples that count.

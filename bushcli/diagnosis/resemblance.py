@@ -102,7 +102,7 @@ class Size:
         return min(self.own / max(explained, 1e-300), self.whole / max(most, 1e-300))
 
 
-def resembling(
+def resemblances(
     state: State, uniform: bool = False, fits: Mapping[Key, State] | None = None
 ) -> Iterator[tuple[tuple[str, ...], float]]:
     """Yield sets of effects of a model, each with how probable it is that errors of form resemble them.
@@ -129,7 +129,7 @@ def resembling(
     odds = {name: _odds(state, effect, uniform) for name, effect in active.items()}
     likelihood = state.problem.likelihood
     explained, signal = (
-        math.sqrt(float(values.sum())) for values in (likelihood.explained, likelihood.signal)
+        math.sqrt(float(values.sum())) for values in (likelihood.explained_squares, likelihood.signal)
     )
     for length in range(1, len(active) + 1):
         for removed in combinations(sorted(active), length):
@@ -143,7 +143,7 @@ def resembling(
             sizes[largest] = replace(sizes[largest], own=max(sizes[largest].own, together))
             total = 0.0
             for name in removed:
-                beside = [effect for effect in left if _together(effect, active[name])]
+                beside = [effect for effect in left if _shares_channel(effect, active[name])]
                 if active[name].effect.has_memory and not any(effect.effect.has_memory for effect in beside):
                     total = -math.inf
                     break
@@ -171,7 +171,7 @@ def _fitted_size(state: State, left: Sequence[ActiveEffect], fits: Mapping[Key, 
     return math.sqrt(max(float(more), 0.0))
 
 
-def _together(active: ActiveEffect, other: ActiveEffect) -> bool:
+def _shares_channel(active: ActiveEffect, other: ActiveEffect) -> bool:
     """Whether two effects share a channel, where an error of form of one can resemble the other."""
     if active.channels is None or other.channels is None:
         return True
@@ -183,7 +183,7 @@ def _odds(state: State, active: ActiveEffect, uniform: bool) -> float:
 
     The density is that of the logarithm of the size of its leading amplitude; other parameters keep their priors.
     """
-    parameter = _leading(state, active)
+    parameter = _leading_amplitude(state, active)
     known = state.priors.get(active.full_name(parameter))
     off, value = float(parameter.off or 0.0), float(active.values[parameter.name])
     size = abs(value - off)
@@ -198,7 +198,7 @@ def _odds(state: State, active: ActiveEffect, uniform: bool) -> float:
     return math.log(odds / effect_odds(active.effect.name, uniform)) - density
 
 
-def _leading(state: State, active: ActiveEffect) -> EffectParameter:
+def _leading_amplitude(state: State, active: ActiveEffect) -> EffectParameter:
     """Return the amplitude of an effect that changes the features most: the size of the change is in proportion to it.
 
     An amplitude that the recordings do not show may be anywhere within its prior, also at zero: its density says

@@ -16,7 +16,7 @@ from bushcli.mismatch.maps import LocalMap, Missing
 from bushcli.mismatch.record import Location
 from bushcli.recording import Recording
 from bushcli.runtime.condition import Condition
-from bushcli.selection.searched import Searched
+from bushcli.selection.search_extent import SearchExtent
 from bushcli.simulate.dynamic_tables import ComparedTable
 
 Array = NDArray[np.float64]
@@ -363,7 +363,7 @@ class Diagnosis:
     groups: tuple[Group, ...]
     form_error: FormError
     missing: Missing | None
-    searched: Searched
+    searched: SearchExtent
     channels: tuple[DiagnosedChannel, ...]
     location: Location
     remaining: Location
@@ -378,7 +378,7 @@ class Diagnosis:
     tables: tuple[DiagnosedTable, ...] = ()
 
     @property
-    def measured(self) -> tuple[DiagnosedChannel | DiagnosedTable, ...]:
+    def measured_channels(self) -> tuple[DiagnosedChannel | DiagnosedTable, ...]:
         """Recordings along a path, and tables."""
         return (*self.channels, *self.tables)
 
@@ -395,6 +395,6 @@ class Diagnosis:
         return (*places, *(text for table in self.tables for text in table.remaining))
 
     @property
-    def unsearched(self) -> bool:
+    def is_unsearched(self) -> bool:
         """Whether the search ended before it had looked at most models: nothing is named then, nor ruled out."""
         return self.verdict == "unexplained" and self.searched.left > UNSEARCHED

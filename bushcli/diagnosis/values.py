@@ -7,15 +7,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from bushcli.case import Material
-from bushcli.diagnosis.intervals import components, interval, scanned
-from bushcli.diagnosis.posterior import Weighed
+from bushcli.diagnosis.intervals import components, interval, scanned_interval
+from bushcli.diagnosis.posterior import WeighedModel
 from bushcli.diagnosis.result import DiagnosedEffect, Quantity
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import EffectParameter
 from bushcli.evidence.laplace import standard_errors
 from bushcli.evidence.prior import ParameterPrior
 from bushcli.likelihood.calibration import UNREMARKABLE
-from bushcli.mismatch.missing import constant_factor
+from bushcli.mismatch.missing_force import constant_factor
 from bushcli.selection.queue import Search
 from forms.law import law
 
@@ -24,12 +24,12 @@ from forms.law import law
 IMPLAUSIBLE = 1e-3
 
 
-def quantities(models: Sequence[Weighed], material: Material) -> dict[str, Quantity]:
+def quantities(models: Sequence[WeighedModel], material: Material) -> dict[str, Quantity]:
     """Every identified parameter of the most probable model by its full name, with its 95 % interval and its prior.
 
     Parameters
     ----------
-    models : sequence of Weighed
+    models : sequence of WeighedModel
         The most probable one first; the interval is over all models that have the parameter.
     material : Material
         The case's; an effect may add to one of its values.
@@ -62,7 +62,7 @@ def quantities(models: Sequence[Weighed], material: Material) -> dict[str, Quant
             parameter.meaning,
             max(parameter.lower, low),
             min(parameter.upper, high),
-            derived(parameter, value, material),
+            derived_values(parameter, value, material),
             active.channels,
             None if known is None else known.prior.range(known.scales),
             1.0 if known is None else known.prior.tail(value, known.scales),
@@ -72,7 +72,9 @@ def quantities(models: Sequence[Weighed], material: Material) -> dict[str, Quant
     return parameters
 
 
-def derived(parameter: EffectParameter, value: float, material: Material) -> dict[str, tuple[float, str]]:
+def derived_values(
+    parameter: EffectParameter, value: float, material: Material
+) -> dict[str, tuple[float, str]]:
     """Return the value under its other names: exponential or reciprocal, and the total with the case's own value.
 
     Parameters
@@ -95,8 +97,11 @@ def derived(parameter: EffectParameter, value: float, material: Material) -> dic
     return values
 
 
-def held(
-    active: ActiveEffect, parameter: EffectParameter, known: ParameterPrior | None, models: Sequence[Weighed]
+def held_quantity(
+    active: ActiveEffect,
+    parameter: EffectParameter,
+    known: ParameterPrior | None,
+    models: Sequence[WeighedModel],
 ) -> Quantity:
     """Return a parameter that a fit keeps fixed: a dimension of the mesh, or a choice.
 
@@ -106,13 +111,13 @@ def held(
     parameter : EffectParameter
     known : ParameterPrior or None
         Its prior.
-    models : sequence of Weighed
+    models : sequence of WeighedModel
     """
     value = float(active.values[parameter.name])
     choices: Sequence[str] = getattr(parameter, "choices", ())
     word = choices[round(value)] if choices else ""
     scales = None if known is None else known.prior.range(known.scales)
-    low, high = (value, value) if choices else scanned(active, parameter, models)
+    low, high = (value, value) if choices else scanned_interval(active, parameter, models)
     return Quantity(
         value,
         0.0,
@@ -130,13 +135,13 @@ def held(
 
 
 def diagnosed_effects(
-    models: Sequence[Weighed], search: Search, material: Material
+    models: Sequence[WeighedModel], search: Search, material: Material
 ) -> tuple[DiagnosedEffect, ...]:
     """The effects of the most probable model, the most probable first.
 
     Parameters
     ----------
-    models : sequence of Weighed
+    models : sequence of WeighedModel
         The most probable one first.
     search : Search
     material : Material
@@ -148,7 +153,9 @@ def diagnosed_effects(
         own = {}
         for p in active.parameters:
             name = active.full_name(p)
-            own[p.name] = values[name] if name in values else held(active, p, state.priors.get(name), models)
+            own[p.name] = (
+                values[name] if name in values else held_quantity(active, p, state.priors.get(name), models)
+            )
         # Both as the search has fitted them.
         model = (models[0].searched or state).model
         others = tuple(other for other in model.effects if other.identity != active.identity)
@@ -160,7 +167,7 @@ def diagnosed_effects(
         effects.append(
             DiagnosedEffect(
                 active.name,
-                *_said(active, own, search),
+                *_title_and_summary(active, own, search),
                 own,
                 min(1.0, sum(model.probability for model in models if active.identity in model.effects)),
                 bayes,
@@ -172,7 +179,7 @@ def diagnosed_effects(
     return tuple(sorted(effects, key=lambda item: -item.probability))
 
 
-def _said(active: ActiveEffect, own: Mapping[str, Quantity], search: Search) -> tuple[str, str]:
+def _title_and_summary(active: ActiveEffect, own: Mapping[str, Quantity], search: Search) -> tuple[str, str]:
     """Return title and summary of an effect; a gain that the mesh may have made is said as a constant factor."""
     title, summary = active.effect.title or active.effect.name, active.effect.summary
     if not (active.effect.is_factor and active.effect.of_channel):

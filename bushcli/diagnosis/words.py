@@ -47,7 +47,7 @@ def sentences(location: Location) -> tuple[str, ...]:
     return tuple(sentence(mismatch, channels) for mismatch in location.mismatch)
 
 
-def could_shift(left: float) -> str:
+def possible_shift(left: float) -> str:
     """Return what further fits could do to the posterior, of which a share from 0 to 1 is left; never 0 or 100 %."""
     size = "less than 1" if left < 0.01 else "more than 99" if left > 0.99 else f"{100 * left:.0f}"
     return f"further fits could shift {size} % of the probability"

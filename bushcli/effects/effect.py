@@ -27,7 +27,7 @@ from bushcli.effects.exported import CardPart, ForceLawPart
 from bushcli.effects.names import effect_name
 from bushcli.effects.prior import Prior
 from cases.mode import modes
-from forms.law import UnknownName, named
+from forms.law import UnknownName, find_parameter
 from geometry.shape import Mirrors, Shape, Sleeve
 
 if TYPE_CHECKING:
@@ -328,7 +328,7 @@ class Effect:
         UnknownName
             When the effect has no such parameter.
         """
-        return named(self.parameters, name, self.name)
+        return find_parameter(self.parameters, name, self.name)
 
     @property
     def branches(self) -> int:
@@ -410,7 +410,7 @@ def reasons_against(
     if effect.needs_sleeves and shape.wall is None:
         what = f"between the bonds of this {type(shape).name} there is no cylinder about the axis"
         return ((what, "use another shape, or leave this effect out"),)
-    if effect.adds_sleeves and shape.sleeved(_SLEEVE, _SLEEVE) is None:
+    if effect.adds_sleeves and shape.with_sleeves(_SLEEVE, _SLEEVE) is None:
         what = f"sleeves cannot be added to a {type(shape).name}: it has only those that are drawn"
         expected = (
             "draw the sleeves as bodies in the section or the CAD file, with [geometry.plates.inner_sleeve]"

@@ -47,11 +47,11 @@ class CorrelatedErrors:
     correlation: float
     time: float
 
-    def between(self, rows: Array) -> Array:
+    def covariance_of_sums(self, rows: Array) -> Array:
         """Return the covariance (p, p) of the sums of errors that rows (n, p) weight."""
         # An error may last longer than that of an autoregression, for example where the law has another form.
-        longer = self.time / _time(self.correlation)
-        return np.asarray(longer * self.variance * rows.T @ correlated(self.correlation, rows))
+        longer = self.time / _correlation_time(self.correlation)
+        return np.asarray(longer * self.variance * rows.T @ apply_correlation(self.correlation, rows))
 
 
 def errors_of(residual: Array, rows: Array, freedom: float) -> CorrelatedErrors:
@@ -71,15 +71,15 @@ def errors_of(residual: Array, rows: Array, freedom: float) -> CorrelatedErrors:
         return CorrelatedErrors(plain, 0.0, 1.0)
     correlation = _correlation(projected, basis)
     # White errors have the usual unbiased variance; what several recordings disagree on is in the power alone.
-    degrees_of_freedom = n - float(np.trace(basis.T @ correlated(correlation, basis)))
+    degrees_of_freedom = n - float(np.trace(basis.T @ apply_correlation(correlation, basis)))
     variance = max(
         power / n, float(projected @ projected) / degrees_of_freedom, plain if correlation == 0.0 else 0.0
     )
-    time = max(_time(correlation), correlation_time(residual - residual.mean()))
+    time = max(_correlation_time(correlation), correlation_time(residual - residual.mean()))
     return CorrelatedErrors(variance, correlation, time)
 
 
-def correlated(correlation: float, rows: Array) -> Array:
+def apply_correlation(correlation: float, rows: Array) -> Array:
     """Return the product of the matrix of correlation^|i - j| with rows (n, p)."""
     if correlation == 0.0:
         return rows
@@ -88,7 +88,7 @@ def correlated(correlation: float, rows: Array) -> Array:
     return np.asarray(matmul_toeplitz(correlation ** np.arange(len(rows)), rows))
 
 
-def _time(correlation: float) -> float:
+def _correlation_time(correlation: float) -> float:
     """Sum of correlation^|k| over all k."""
     return (1.0 + correlation) / (1.0 - correlation)
 
@@ -104,7 +104,7 @@ def _correlation(residual: Array, basis: Array) -> float:
 
     def excess(rho: float) -> float:
         """Mean of the correlation of the residuals' neighbours, less the one observed."""
-        spread = correlated(rho, basis)
+        spread = apply_correlation(rho, basis)
         within = basis.T @ spread
         product = (n - 1) * rho - 2.0 * float(np.sum(shifted * spread)) + float(np.sum(inner * within.T))
         return product / (n - float(np.trace(within))) - observed

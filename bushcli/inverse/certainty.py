@@ -11,7 +11,7 @@ from scipy.special import stdtrit
 
 from bushcli.curve.misfit import correlation_time
 from bushcli.inverse.autoregression import errors_of
-from bushcli.inverse.problem import LeastSquaresProblem, weighted
+from bushcli.inverse.problem import LeastSquaresProblem, weighted_misfits
 from bushcli.inverse.result import NORMAL, Combination
 
 Array = NDArray[np.float64]
@@ -60,19 +60,19 @@ def uncertainty(problem: LeastSquaresProblem, x: Array) -> Uncertainty:
     if forces is None:
         return Uncertainty(np.full((len(x), len(x)), np.nan), np.inf)
     middle, independent = np.zeros((len(x), len(x))), 0.0
-    channels = weighted(problem.channels, forces)
+    channels = weighted_misfits(problem.channels, forces)
     for residual, rows in channels:
         errors = errors_of(residual, rows, len(x) / len(channels))
-        middle += errors.between(rows)
+        middle += errors.covariance_of_sums(rows)
         independent += len(residual) / errors.time
     every = np.vstack([rows for _, rows in channels])
-    bread, is_open = inverted(every.T @ every)
+    bread, is_open = invert_information(every.T @ every)
     covariance = np.asarray(bread @ middle @ bread)
     covariance[is_open, is_open] = np.inf
     return Uncertainty(covariance, max(independent - len(x), LEAST_FREEDOM))
 
 
-def inverted(information: Array) -> tuple[Array, Mask]:
+def invert_information(information: Array) -> tuple[Array, Mask]:
     """Return the inverse of an information matrix (p, p), and the parameters (p,) that it leaves open.
 
     The parameters have units of their own, and information that differs by many orders of magnitude: each is scaled by
@@ -96,9 +96,9 @@ def leverage(problem: LeastSquaresProblem, x: Array) -> dict[str, dict[str, floa
     forces = problem.forces(x)
     if forces is None:
         return {}
-    rows = [slope for _, slope in weighted(problem.channels, forces)]
+    rows = [slope for _, slope in weighted_misfits(problem.channels, forces)]
     every = np.vstack(rows)
-    bread, _ = inverted(every.T @ every)
+    bread, _ = invert_information(every.T @ every)
     changes = {}
     for channel, row, (force, _) in zip(problem.channels, rows, forces, strict=True):
         error = 0.01 * force / (channel.scale * np.sqrt(len(force)))

@@ -56,7 +56,7 @@ class ContainedPart:
     earlier: Mapping[str, str]
 
 
-def additions(task: Task, recordings: Sequence[Recording]) -> list[ContainedPart]:
+def removable_parts(task: Task, recordings: Sequence[Recording]) -> list[ContainedPart]:
     """Return what can be taken out of a task's model, in the order in which it can be added again."""
     start = dict(zip(task.names, map(float, task.vectors()[0]), strict=True))
     times = [float(np.ptp(recording.time)) for recording in recordings if recording.time is not None]
@@ -150,17 +150,17 @@ def from_contained(
 ) -> Minimum:
     """Search from the smallest model on, one addition after the other."""
     x, added, remaining = (
-        _without(problem, problem.bounds.inside(start), every),
+        _switch_off(problem, problem.bounds.inside(start), every),
         list[ContainedPart](),
         list(every),
     )
     free = [name for name in problem.names if not any(name in part.names for part in every)]
     amplitudes = {*problem.law.linear, *(name for part in every for name in part.off)}
-    lowest = _searched(problem, x, free, loss) if every else None
+    lowest = _search_free(problem, x, free, loss) if every else None
     while lowest is not None and remaining:
         next_parts = {part.after: part for part in reversed(remaining)}
         sizes = [name for name in free if name in amplitudes]
-        trials = [(*_begun(problem, lowest.x, sizes, part), part) for part in next_parts.values()]
+        trials = [(*_start_of_addition(problem, lowest.x, sizes, part), part) for part in next_parts.values()]
         gain, point, chosen = max(trials, key=lambda trial: trial[0])
         remaining.remove(chosen)
         added.append(chosen)
@@ -173,23 +173,23 @@ def from_contained(
         if set(chosen.earlier) == set(chosen.names):
             starts.append(_split(problem, lowest.x, chosen))
         for begins_at in starts:
-            lowest = _lower(problem, lowest, begins_at, free, loss)
+            lowest = _lower_minimum(problem, lowest, begins_at, free, loss)
     for i, part in enumerate(added if lowest is not None else ()):
         # A part took its place without those of other effects that came after it: it is tried again beside them.
         if lowest is None or all(later.after == part.after for later in added[i:]):
             continue
-        x = _without(problem, lowest.x, [part])
-        _, point = _begun(problem, x, [name for name in free if name in amplitudes], part)
+        x = _switch_off(problem, lowest.x, [part])
+        _, point = _start_of_addition(problem, x, [name for name in free if name in amplitudes], part)
         if point is not None:
-            lowest = _lower(problem, lowest, _shorten(problem, x, point), free, loss)
+            lowest = _lower_minimum(problem, lowest, _shorten(problem, x, point), free, loss)
     if lowest is None or problem.cost(start) < lowest.cost:
         direct = search(problem, start, loss)
         lowest = direct if lowest is None or direct.cost < lowest.cost else lowest
-    x = _in_order(problem, every, start, lowest.x)
+    x = _number_branches(problem, every, start, lowest.x)
     return replace(lowest, start=start, x=x, cost=problem.cost(x))
 
 
-def _without(problem: LeastSquaresProblem, x: Array, parts: Sequence[ContainedPart]) -> Array:
+def _switch_off(problem: LeastSquaresProblem, x: Array, parts: Sequence[ContainedPart]) -> Array:
     """Return a point, shape (p,), with the amplitudes of some parts off."""
     absent = {name: value for part in parts for name, value in part.off.items()}
     return np.array([absent.get(name, value) for name, value in zip(problem.names, x, strict=True)])
@@ -207,17 +207,17 @@ def _shorten(problem: LeastSquaresProblem, x: Array, point: Array) -> Array:
     return best
 
 
-def _lower(
+def _lower_minimum(
     problem: LeastSquaresProblem, lowest: Minimum, begins_at: Array, free: Sequence[str], loss: Loss
 ) -> Minimum:
     """Search from another point, shape (p,); return the lower of both minima."""
-    further = _searched(problem, begins_at, free, loss)
+    further = _search_free(problem, begins_at, free, loss)
     if further is None or not further.cost < (1.0 - problem.stopping.tolerance) * lowest.cost:
         return lowest
     return replace(further, iterations=lowest.iterations + further.iterations)
 
 
-def _searched(problem: LeastSquaresProblem, x: Array, free: Sequence[str], loss: Loss) -> Minimum | None:
+def _search_free(problem: LeastSquaresProblem, x: Array, free: Sequence[str], loss: Loss) -> Minimum | None:
     """Search among the free parameters from a point, shape (p,); None where it cannot be solved."""
     x = np.where([name in free for name in problem.names], problem.bounds.inside(x), x)
     if not np.isfinite(problem.cost(x)):
@@ -229,7 +229,7 @@ def _searched(problem: LeastSquaresProblem, x: Array, free: Sequence[str], loss:
     return replace(end, start=x, x=part.all_of(end.x))
 
 
-def _begun(
+def _start_of_addition(
     problem: LeastSquaresProblem, x: Array, sizes: Sequence[str], part: ContainedPart
 ) -> tuple[float, Array | None]:
     """Return the largest fall of the sum of squares that an addition predicts, and where it would begin, shape (p,).
@@ -274,7 +274,9 @@ def _split(problem: LeastSquaresProblem, x: Array, part: ContainedPart) -> Array
     return problem.bounds.inside(point)
 
 
-def _in_order(problem: LeastSquaresProblem, every: Sequence[ContainedPart], start: Array, x: Array) -> Array:
+def _number_branches(
+    problem: LeastSquaresProblem, every: Sequence[ContainedPart], start: Array, x: Array
+) -> Array:
     """Return the parameters, shape (p,), with equal branches numbered in the order of their start values."""
     index, absent = (
         {name: i for i, name in enumerate(problem.names)},

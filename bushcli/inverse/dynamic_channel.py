@@ -97,7 +97,7 @@ class DynamicChannel(FitChannel):
         return self.table.name + warm
 
     @property
-    def used(self) -> NDArray[np.bool_]:
+    def used_rows(self) -> NDArray[np.bool_]:
         """Which rows (n,) are fitted."""
         return np.isfinite(self.scale[: len(self.table)])
 
@@ -106,7 +106,7 @@ class DynamicChannel(FitChannel):
         self, parameters: Mapping[str, float], names: Sequence[str], limit: StepLimit | None = None
     ) -> ChannelForces:
         simulation = self._simulation
-        reduced = simulation.reduced(parameters, names, StepLimit() if limit is None else limit)
+        reduced = simulation.reduced_curves(parameters, names, StepLimit() if limit is None else limit)
         value, slope = simulation.stiffness(reduced, parameters, names)
         delayed, derivatives = value * self._turned, slope * self._turned[:, None]
         return ChannelForces(
@@ -124,7 +124,7 @@ class DynamicChannel(FitChannel):
     def extent(self, temperature: float | None) -> Extent:
         return of_table(self.table)
 
-    def compared(
+    def compared_table(
         self, parameters: Mapping[str, float], names: Sequence[str] = (), deviations: Array | None = None
     ) -> ComparedTable:
         """Return the rows that are used beside their simulation. Raises `NotConverged`.
@@ -132,8 +132,8 @@ class DynamicChannel(FitChannel):
         Half widths of the parameters' intervals come as a matrix (p, p), whose product with its transpose is their
         covariance times the square of the quantile; without it the simulation has no intervals.
         """
-        simulation, used = self._simulation, self.used
-        reduced = simulation.reduced(parameters, names, StepLimit())
+        simulation, used = self._simulation, self.used_rows
+        reduced = simulation.reduced_curves(parameters, names, StepLimit())
         simulated, slope = simulation.stiffness(reduced, parameters, names)
         rows = ComparedTable(
             self.table.rows(used),
@@ -149,15 +149,15 @@ class DynamicChannel(FitChannel):
         spread = np.array([np.linalg.norm(relative.real, axis=1), np.linalg.norm(relative.imag, axis=1)])
         return replace(rows, spread=spread * [np.abs(simulated[used]), np.ones(used.sum())])
 
-    def simulated(self, answer: ChannelForces) -> Complex:
+    def simulated_stiffness(self, answer: ChannelForces) -> Complex:
         """Return K* of the rows that are used from an answer, N/mm or N mm/rad."""
-        along, across = answer.force.reshape(2, -1)[:, self.used]
-        return np.asarray((along + 1j * across) / self._turned[self.used])
+        along, across = answer.force.reshape(2, -1)[:, self.used_rows]
+        return np.asarray((along + 1j * across) / self._turned[self.used_rows])
 
     def conditions(self, parameters: Mapping[str, float]) -> list[Condition]:
         """Return what has to be known about the table and its simulation. Raises `NotConverged`."""
         simulation = self._simulation
-        reduced = simulation.reduced(parameters, (), StepLimit())
+        reduced = simulation.reduced_curves(parameters, (), StepLimit())
         # Effects of the rig are in the simulation.
         rubber = [active for active in self.active if active not in simulation.rig]
         doubtful = [doubt for curves in reduced.curves for curve in curves for doubt in doubts(curve)]

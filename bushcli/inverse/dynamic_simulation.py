@@ -26,7 +26,7 @@ from bushcli.simulate.vibrations import PROMISED, DynamicCurve, Vibrations, bran
 from cases.dynamic.amplitude import UnevenModel
 from cases.dynamic.model import Branches
 from cases.equilibrium import Equilibrium
-from cases.march import march, unsolved
+from cases.march import failure_at_start, march
 from cases.model import FiniteElementModel
 from cases.sine import ThinnedSpectrum
 from cases.stretches import principal_stretches
@@ -67,7 +67,7 @@ class ReducedCurves:
     # Constants that differ: how far, in the coordinate in which ln K* is linear, and its derivative by the constant.
     steps: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
-    def moved(self, constants: Mapping[str, float]) -> ReducedCurves | None:
+    def extrapolate(self, constants: Mapping[str, float]) -> ReducedCurves | None:
         """Return the curves with other constants, to first order; None if these are too far.
 
         ln K* is linear in the logarithms of the constants where a common factor on all of them is one on K*.
@@ -144,7 +144,7 @@ class DynamicSimulation:
         branches, thinned = self._relaxation(parameters)
         return [*branches, *(() if thinned is None else thinned.branches())]
 
-    def reduced(
+    def reduced_curves(
         self, parameters: Mapping[str, float], names: Sequence[str], limit: StepLimit
     ) -> ReducedCurves:
         """Return the reduced models of the preloads, which are used again while they are accurate enough."""
@@ -161,7 +161,7 @@ class DynamicSimulation:
         key = tuple(constants.items())
         curves_near = self._known.pop(key, None)
         if curves_near is None and self._near:
-            updated = (neighbour.moved(constants) for neighbour in self._known.values())
+            updated = (neighbour.extrapolate(constants) for neighbour in self._known.values())
             candidates = [
                 curves
                 for curves in updated
@@ -217,7 +217,7 @@ class DynamicSimulation:
             )
             limit.learn(history)
         if len(vibrations.curves) < len(test.preload):
-            raise unsolved("a preload is unstable")
+            raise failure_at_start("a preload is unstable")
         return [vibrations.curves[i][0] for i in range(len(test.preload))]
 
     def stiffness(

@@ -31,7 +31,7 @@ STEPS = 15
 POOR, SHRINK, GOOD, GROW = 0.25, 0.25, 0.75, 2.0
 
 
-def along_the_edge(problem: LeastSquaresProblem, ended: Minimum) -> Minimum:
+def minimise_at_edge(problem: LeastSquaresProblem, ended: Minimum) -> Minimum:
     """Continue a search that the law's stability held back, to a minimum within the edge of stability."""
     x, steps, settled = descend(problem, ended.x, min(STATIONARY, problem.stopping.tolerance))
     if not steps or not problem.cost(x) < ended.cost:

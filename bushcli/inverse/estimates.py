@@ -98,7 +98,7 @@ def compared_curves(
     Channels held out are predicted; one that cannot be solved at `x` is left out.
     """
     # The search has solved both points already: nothing is solved again for the fitted channels.
-    after, before = problem.answers(x), problem.solved(start)
+    after, before = problem.answers(x), problem.known_answers(start)
     curves = []
     for channel in channels:
         if channel in problem.channels:
@@ -126,16 +126,18 @@ def compared_tables(
     """
     tables: list[ComparedTable] = []
     conditions: list[Condition] = []
-    before = problem.solved(start)
+    before = problem.known_answers(start)
     for channel in channels:
         fitted = channel in problem.channels
         try:
-            table = channel.compared(problem.parameters(x), problem.names, deviations)
+            table = channel.compared_table(problem.parameters(x), problem.names, deviations)
             conditions += channel.conditions(problem.parameters(x))
         except NotConverged:
             continue
         if before and fitted:
-            table = replace(table, started=channel.simulated(before[problem.channels.index(channel)]))
+            table = replace(
+                table, started=channel.simulated_stiffness(before[problem.channels.index(channel)])
+            )
         tables.append(replace(table, held_out=not fitted))
     return tuple(tables), tuple(conditions)
 

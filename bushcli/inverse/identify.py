@@ -20,7 +20,7 @@ from bushcli.errors import InputError, Problem
 from bushcli.faults import DataFault, condition, find_faults
 from bushcli.inverse import certainty, starts
 from bushcli.inverse.channel import Channel
-from bushcli.inverse.contained import additions, from_contained
+from bushcli.inverse.contained import from_contained, removable_parts
 from bushcli.inverse.estimates import (
     compared_curves,
     compared_tables,
@@ -249,7 +249,7 @@ class _Searches:
             )
             raise InputError(Problem(self.task.case.path.name, what, "", expected))
 
-    def _outside(self) -> tuple[Condition, ...]:
+    def _held_out_beyond_range(self) -> tuple[Condition, ...]:
         """Return conditions for held-out channels that lie outside the range of the fitted ones."""
         case = self.task.case
         warm = {source.label: source.temperature for source in (*case.recordings, *case.coupons)}
@@ -266,9 +266,11 @@ class _Searches:
 
     def values(self, x: Array) -> dict[str, float]:
         """Return the values (parameters,) by name, in the units of the case file."""
-        return values_in_file_units(dict(zip(self.task.names, map(float, x), strict=True)), self.task.turned)
+        return values_in_file_units(
+            dict(zip(self.task.names, map(float, x), strict=True)), self.task.rotational_parameters
+        )
 
-    def unsolvable(self) -> Problem:
+    def unsolvable_problem(self) -> Problem:
         """Return why nothing can be fitted; the likely cause is a fatal fault of the data, if there is one."""
         fatal = next((fault for fault in self.faults if fault.fatal), None)
         values = ", ".join(f"{name} = {value:g}" for name, value in self.values(self.start).items())
@@ -284,10 +286,12 @@ class _Searches:
     def search(self) -> None:
         """Search from all starts. Raises `InputError` where the start cannot be solved at all."""
         task, problem = self.task, self.problem
-        every = additions(task, [channel.recording for channel in self.curves if channel in problem.channels])
+        every = removable_parts(
+            task, [channel.recording for channel in self.curves if channel in problem.channels]
+        )
         first_start = first_minimum(problem, self.start, task.loss, partial(from_contained, every=every))
         if first_start is None:
-            raise InputError(self.unsolvable())
+            raise InputError(self.unsolvable_problem())
         self.minima.append(first_start.minimum)
         self.instead = first_start.instead
         states = {0: problem.states}
@@ -305,14 +309,14 @@ class _Searches:
                 self.progress(replace(evaluation, number=problem.sweeps + evaluation.number))
 
         def done(refined: starts.Refined) -> None:
-            problem.count(refined.evaluations, refined.forward_solves, refined.failed_solves)
+            problem.count_evaluations(refined.evaluations, refined.forward_solves, refined.failed_solves)
             if refined.answers is not None:
                 problem.learn(refined.minimum.x, refined.answers)
                 states[len(self.minima)] = refined.states
                 self.minima.append(refined.minimum)
 
         starts.refine_start(task, problem.channels, assignments, done, forward, self.pool)
-        problem.begin_profiles(states[_best(self.minima)])
+        problem.begin_profiles(states[_index_of_lowest(self.minima)])
 
     def _further_starts(self, initial: Array) -> list[Array]:
         """Return further starts, found on a coarse mesh; none if only one start is requested."""
@@ -329,7 +333,7 @@ class _Searches:
                 points += starts.screen_starts(costs, task.starts - 1, low, high, task.seed)
         return points
 
-    def _profiled(self, best: Minimum, skipped: bool) -> tuple[Minimum, list[Profile], bool]:
+    def _profile_best(self, best: Minimum, skipped: bool) -> tuple[Minimum, list[Profile], bool]:
         """Return the best point, which a profile may improve, the profiles, and whether they were interrupted."""
         profiles: dict[int, Profile] = {}
         cut = False
@@ -354,12 +358,12 @@ class _Searches:
     def result(self, interrupted: bool, started: float) -> Fit:
         """Return the best minimum as a fit, with its uncertainty."""
         task, problem = self.task, self.problem
-        best = self.minima[_best(self.minima)]
+        best = self.minima[_index_of_lowest(self.minima)]
         searched = problem.sweeps, problem.forward_solves, problem.failed_solves
         # The intervals of a law that is fitted to wrong data would mean nothing.
         fatal = any(fault.fatal for fault in self.faults)
         skipped = interrupted or fatal
-        best, profiles, cut = self._profiled(best, skipped)
+        best, profiles, cut = self._profile_best(best, skipped)
         rubber = material(task, problem, best.x)
         uncertainty = certainty.uncertainty(problem, best.x)
         parameters, correlation = estimates(task, problem, best.x, uncertainty, profiles)
@@ -397,18 +401,18 @@ class _Searches:
         doubts = conditions(fit, task, best, interrupted)
         doubts += tuple(not_from_rest(name, before) for name, before in starts_loaded if before is not None)
         doubts += table_conditions
-        doubts += self._outside()
+        doubts += self._held_out_beyond_range()
         if fatal:
             # What a fit to wrong data looks like would only distract from the fault.
             doubts = tuple(doubt for doubt in doubts if doubt.name == "interrupted")
         if problem.journal is not None and problem.journal.failure:
             doubts += (history_not_saved(problem.journal.failure),)
-        if problem.journal is not None and problem.journal.damaged:
-            doubts += (history_damaged(problem.journal.damaged),)
+        if problem.journal is not None and problem.journal.damaged_entries:
+            doubts += (history_damaged(problem.journal.damaged_entries),)
         return replace(fit, conditions=(profiles_cut_short(), *doubts) if cut else doubts)
 
 
-def _best(minima: Sequence[Minimum]) -> int:
+def _index_of_lowest(minima: Sequence[Minimum]) -> int:
     """Return the index of the lowest cost; of equal costs, the first."""
     costs = [m.cost if np.isfinite(m.cost) else np.inf for m in minima]
     return int(np.argmin(costs))

@@ -138,7 +138,7 @@ class Journal:
         return self._store.failure()
 
     @property
-    def damaged(self) -> int:
+    def damaged_entries(self) -> int:
         """Number of saved evaluations that were found damaged and calculated again."""
         return self._store.damaged
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.inverse.edge import along_the_edge
+from bushcli.inverse.edge import minimise_at_edge
 from bushcli.inverse.local import WALL, Ends, Loss, Minimum, minimise
 from bushcli.inverse.problem import ACTIVE, LeastSquaresProblem
 from bushcli.inverse.start_values import first_point
@@ -60,13 +60,13 @@ def search(
         if last or (len(problem.states) == states and not explained(point)):
             break
     if loss == "linear" and (end.rejected or end.at_edge):
-        end = along_the_edge(problem, end)
+        end = minimise_at_edge(problem, end)
     return replace(end, start=start, iterations=iterations)
 
 
 def watch(problem: LeastSquaresProblem, x: Array) -> bool:
     """Whether the law is unstable in any state that the rubber reaches at `x`; if so, add the states to the problem."""
-    states = problem.reached(x)
+    states = problem.reached_stretches(x)
     if not is_unstable(problem, x, states):
         return False
     problem.watch(states, x)
@@ -114,6 +114,6 @@ def first_minimum(
     initial, instead = first_point(problem, start)
     if not np.isfinite(problem.residual(initial)).all():
         return None
-    problem.watch(problem.reached(initial), initial)
+    problem.watch(problem.reached_stretches(initial), initial)
     states = problem.states
     return FirstSearch(searched(problem, initial, loss), initial, instead, states)

@@ -206,7 +206,7 @@ class LeastSquaresProblem:
         """Give up no further march before one has reached its end, whatever limit was given."""
         self.limits = [StepLimit() for _ in self.channels]
 
-    def reached(self, x: Array) -> Array:
+    def reached_stretches(self, x: Array) -> Array:
         """Principal stretches, shape (n, 3), that the rubber of the bushings reaches; none where `x` has no solution.
 
         Those of swept curves are stored in the answer: near the edge of stability a second march may end on another
@@ -215,7 +215,7 @@ class LeastSquaresProblem:
         states: list[Array] = [np.zeros((0, 3))]
         for channel, limit, answer in zip(self.channels, self.limits, self.answers(x) or (), strict=False):
             with suppress(NotConverged):
-                states.append(channel.reached(self.parameters(x), answer, limit))
+                states.append(channel.reached_stretches(self.parameters(x), answer, limit))
         return np.concatenate(states)
 
     def instability(self, x: Array, states: Array | None = None) -> Array:
@@ -228,11 +228,11 @@ class LeastSquaresProblem:
         states : Array | None
             Principal stretches, shape (n, 3); None for those that the problem watches.
         """
-        return penalty(self._smallest(x, self.states if states is None else states))
+        return penalty(self._smallest_eigenvalues(x, self.states if states is None else states))
 
     def penalty_and_margins(self, x: Array) -> tuple[Array, Array]:
         """`instability` in the states watched, and their margins in shear moduli, negative beyond the edge."""
-        smallest = self._smallest(x, self.states)
+        smallest = self._smallest_eigenvalues(x, self.states)
         return penalty(smallest), smallest - STABILITY_MARGIN
 
     # -- what an optimiser asks for ------------------------------------------------------------------------------
@@ -282,15 +282,17 @@ class LeastSquaresProblem:
         if forces is None:
             size = self.samples + len(self.states)
             return np.full(size, np.nan), np.full((size, len(x)), np.nan)
-        values, slopes = zip(*weighted(self.channels, forces), strict=True)
+        values, slopes = zip(*weighted_misfits(self.channels, forces), strict=True)
         value, slope = self._stability(x)
         return np.concatenate([*values, value]), np.concatenate([*slopes, slope])
 
-    def solved(self, x: Array) -> list[ChannelForces] | None:
+    def known_answers(self, x: Array) -> list[ChannelForces] | None:
         """Return the solved curves at parameters that have been evaluated already, otherwise None."""
         return self._known.get(_key(x))
 
-    def count(self, evaluations: Sequence[Evaluation], forward_solves: int, failed_solves: int) -> None:
+    def count_evaluations(
+        self, evaluations: Sequence[Evaluation], forward_solves: int, failed_solves: int
+    ) -> None:
         """Add the evaluations of another start, numbered after the own ones.
 
         Parameters
@@ -368,7 +370,7 @@ class LeastSquaresProblem:
         value = self.instability(x)
         return value, differences(self.instability, x) if value.any() else np.zeros((len(value), len(x)))
 
-    def _smallest(self, x: Array, states: Array) -> Array:
+    def _smallest_eigenvalues(self, x: Array, states: Array) -> Array:
         """Smallest eigenvalue of the tangent moduli in each state, in initial shear moduli; -1 if not finite."""
         parameters = self.law_parameters(x)
         return smallest_moduli(self.law, parameters, states) if parameters else np.ones(len(states))
@@ -378,7 +380,7 @@ def _key(x: Array) -> bytes:
     return np.ascontiguousarray(x, dtype=float).tobytes()
 
 
-def weighted(
+def weighted_misfits(
     channels: Sequence[FitChannel], forces: Sequence[tuple[Array, Array]]
 ) -> list[tuple[Array, Array]]:
     """Return the misfit (n,) and its derivatives (n, parameters) of each channel, which counts by its mean square."""

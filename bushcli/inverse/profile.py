@@ -23,7 +23,7 @@ from bushcli.inverse.certainty import Uncertainty
 from bushcli.inverse.edge import LinearisedProblem, descend
 from bushcli.inverse.local import NOTHING, Minimum
 from bushcli.inverse.minimum_search import is_unstable
-from bushcli.inverse.problem import LeastSquaresProblem, weighted
+from bushcli.inverse.problem import LeastSquaresProblem, weighted_misfits
 from bushcli.inverse.result import NORMAL, POOR, Limit, Profile
 
 Array = NDArray[np.float64]
@@ -69,8 +69,8 @@ def noise_unit(problem: LeastSquaresProblem, x: Array, uncertainty: Uncertainty,
     """
     forces = problem.forces(x)
     assert forces is not None
-    rows = np.vstack([slope for _, slope in weighted(problem.channels, forces)])
-    inverse, _ = certainty.inverted(rows.T @ rows / len(problem.channels))
+    rows = np.vstack([slope for _, slope in weighted_misfits(problem.channels, forces)])
+    inverse, _ = certainty.invert_information(rows.T @ rows / len(problem.channels))
     variance = float(uncertainty.covariance[index, index]) * (uncertainty.quantile / NORMAL) ** 2
     unit = variance / float(inverse[index, index]) if inverse[index, index] > 0 else 0.0
     # Curves that are reproduced exactly have no noise; the smallest number keeps the rise finite.
@@ -220,7 +220,7 @@ class _Along:
             if isinstance(end, str):
                 return end
             other = end
-            states = self.problem.reached(other)
+            states = self.problem.reached_stretches(other)
             if not is_unstable(self.problem, other, states):
                 break
             # States in which the best point is unstable are not added, because they would change its cost.

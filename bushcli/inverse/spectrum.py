@@ -59,7 +59,7 @@ class Spectrum:
     times: Array
 
     @property
-    def relative(self) -> Array:
+    def relative_moduli(self) -> Array:
         """g_k (k,) = E_k / E_inf, as the branches of `viscoelasticity` have them."""
         return np.asarray(self.moduli / self.equilibrium, dtype=np.float64)
 
@@ -168,9 +168,9 @@ class SpectrumFit:
             Degrees C; between the steps log a_T is a straight line, beyond them it is held.
         """
         delay = np.exp(2j * np.pi * frequency * self.lag)
-        return self.spectrum.at(2.0 * np.pi * self.reduced(frequency, temperature)) * delay
+        return self.spectrum.at(2.0 * np.pi * self.reduced_frequencies(frequency, temperature)) * delay
 
-    def reduced(self, frequency: Array, temperature: Array) -> Array:
+    def reduced_frequencies(self, frequency: Array, temperature: Array) -> Array:
         """Return the frequencies (n,) in Hz that are the same at the reference temperature.
 
         Parameters
@@ -191,11 +191,11 @@ def fit_spectrum(table: DynamicTable, reference: float | None = None, lag: bool 
     shown = count // 2 if reference is None else int(np.argmin(np.abs(temperatures - reference)))
     free = np.array([k != shown for k in range(count)] + [lag and count > 2])
     problem = _Problem(2.0 * np.pi * table.frequency, table.storage, table.loss, step, free)
-    shifts = np.append(problem.overlapping(shown) if count > 1 else np.zeros(count), 0.0)
+    shifts = np.append(problem.overlapping_shifts(shown) if count > 1 else np.zeros(count), 0.0)
     # The weight of the penalty again at the end: at the first shifts the sweeps do not join.
     for _ in range(2):
         weight = problem.weight(shifts)
-        shifts, solved = problem.descended(shifts, weight)
+        shifts, solved = problem.minimise(shifts, weight)
     residual, errors = solved.residual.reshape(2, -1), problem.errors(shifts, solved)
     positive = solved.values[1:] > 0.0
     return SpectrumFit(
@@ -213,7 +213,7 @@ def fit_spectrum(table: DynamicTable, reference: float | None = None, lag: bool 
     )
 
 
-def relaxed(time: Array, modulus: Array) -> Spectrum:
+def relaxation_spectrum(time: Array, modulus: Array) -> Spectrum:
     """Return the spectrum of a relaxation test: moduli (n,) in MPa at times (n,) in s after the step."""
     times = _grid(np.asarray(1.0 / time, dtype=np.float64))
     design = np.column_stack([np.ones(len(time)), np.exp(-np.outer(time, 1.0 / times))]) / modulus[:, None]
@@ -263,29 +263,29 @@ class _Problem:
     step_of: NDArray[np.intp]
     free: NDArray[np.bool_]
 
-    def reduced(self, shifts: Array) -> Array:
+    def reduced_frequencies(self, shifts: Array) -> Array:
         """Return the angular frequencies (n,) at the reference temperature."""
         return np.asarray(self.omega * np.exp(shifts[self.step_of]), dtype=np.float64)
 
-    def relative(self, modulus: Complex) -> Array:
+    def relative_rows(self, modulus: Complex) -> Array:
         """Return real and imaginary parts (2 n, ...) over the measured ones."""
         parts = np.stack([modulus.real.T / self.storage, modulus.imag.T / self.loss], axis=-2)
         return np.asarray(parts.reshape(*parts.shape[:-2], -1).T, dtype=np.float64)
 
     def design(self, shifts: Array, times: Array) -> Array:
         """Return the relative response (2 n, k + 1) of the equilibrium and of each term."""
-        x = 1j * np.outer(self.reduced(shifts), times)
+        x = 1j * np.outer(self.reduced_frequencies(shifts), times)
         terms = np.column_stack([np.ones(len(x), dtype=complex), x / (1.0 + x)])
-        return self.relative(terms * np.exp(1j * self.omega * shifts[-1])[:, None])
+        return self.relative_rows(terms * np.exp(1j * self.omega * shifts[-1])[:, None])
 
     def weight(self, shifts: Array) -> float:
         """Return the weight of the penalty by cross-validation."""
-        design = self.design(shifts, _grid(self.reduced(shifts)))
+        design = self.design(shifts, _grid(self.reduced_frequencies(shifts)))
         return _regularise(design, np.ones(len(design)), None)[0]
 
     def solve(self, shifts: Array, weight: float) -> _Solved:
         """Return the spectrum for given parameters."""
-        times = _grid(self.reduced(shifts))
+        times = _grid(self.reduced_frequencies(shifts))
         design = self.design(shifts, times)
         _, values = _regularise(design, np.ones(len(design)), weight)
         residual = design @ values - 1.0
@@ -296,10 +296,10 @@ class _Problem:
         """Return the derivative (2 n, p) of the residual by the free parameters, at a given spectrum."""
         spectrum = Spectrum(float(solved.values[0]), solved.values[1:], solved.times)
         delay = np.exp(1j * self.omega * shifts[-1])
-        slope = spectrum.slope(self.reduced(shifts)) * delay
-        modulus = spectrum.at(self.reduced(shifts)) * delay
+        slope = spectrum.slope(self.reduced_frequencies(shifts)) * delay
+        modulus = spectrum.at(self.reduced_frequencies(shifts)) * delay
         columns = [slope * (self.step_of == k) for k in range(len(shifts) - 1)] + [1j * self.omega * modulus]
-        return self.relative(np.column_stack(columns))[:, self.free]
+        return self.relative_rows(np.column_stack(columns))[:, self.free]
 
     def _projected_derivative(self, shifts: Array, solved: _Solved) -> Array:
         """Return the derivative (2 n, p) with the spectrum eliminated (Kaufman's approximation)."""
@@ -333,7 +333,7 @@ class _Problem:
         )
         return spread
 
-    def descended(self, shifts: Array, weight: float) -> tuple[Array, _Solved]:
+    def minimise(self, shifts: Array, weight: float) -> tuple[Array, _Solved]:
         """Return the shifts of the least cost, by Gauss and Newton with halved steps, and the spectrum there.
 
         SciPy's least_squares cannot: the grid of times, and with it the number of rows, follows the shifts.
@@ -353,7 +353,7 @@ class _Problem:
                 break
         return shifts, solved
 
-    def overlapping(self, shown: int) -> Array:
+    def overlapping_shifts(self, shown: int) -> Array:
         """Return first shifts (t,), natural logarithms: neighbouring sweeps overlap in ln E'."""
         count = len(self.free) - 1
         shifts = np.zeros(count)
@@ -381,8 +381,8 @@ class _Problem:
         delay = np.exp(1j * self.omega * shifts[-1])[:, None]
 
         def solved(exponent: float) -> tuple[Array, Array]:
-            power = (1j * self.reduced(shifts)) ** exponent
-            design = self.relative(np.column_stack([np.ones(len(power), dtype=complex), power]) * delay)
+            power = (1j * self.reduced_frequencies(shifts)) ** exponent
+            design = self.relative_rows(np.column_stack([np.ones(len(power), dtype=complex), power]) * delay)
             values, _ = nnls(design, np.ones(len(design)))
             return values, design @ values - 1.0
 

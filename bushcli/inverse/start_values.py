@@ -35,7 +35,7 @@ def first_point(problem: LeastSquaresProblem, start: Array) -> tuple[Array, Arra
     for point in list({x.tobytes(): x for x in (*stable[:SOLVED], initial)}.values()):
         if problem.forces(point) is not None:
             same = np.array_equal(point, initial)
-            return scaled(problem, point), None if same else point
+            return fit_scale(problem, point), None if same else point
     return initial, None
 
 
@@ -54,12 +54,12 @@ SHORTENED = (1.0, 0.25)
 def candidates(problem: LeastSquaresProblem, start: Array) -> Iterator[Array]:
     """Yield points from the start to the own start of the law, the safest for the shape of its curve."""
     yield start
-    shaping = own_parameters(problem) & ~scalable(problem)
+    shaping = own_parameters(problem) & ~linear_parameters(problem)
     for enlarged in ENLARGED[1:]:
         if shaping.any():
             yield problem.bounds.inside(np.where(shaping, start * enlarged, start))
     law_start = own_start(problem, start)
-    size, own_size = shear(problem, start), shear(problem, law_start)
+    size, own_size = initial_shear_modulus(problem, start), initial_shear_modulus(problem, law_start)
     for share in SHARES:
         # Both are mixed at the stiffness of the law's own start: a start on its bounds may be nine decades off.
         mixed = share * start * (own_size / size if size > 0 else 1.0) + (1 - share) * law_start
@@ -87,12 +87,12 @@ def own_parameters(problem: LeastSquaresProblem) -> NDArray[np.bool_]:
     return np.array([name in names for name in problem.names])
 
 
-def scalable(problem: LeastSquaresProblem) -> NDArray[np.bool_]:
+def linear_parameters(problem: LeastSquaresProblem) -> NDArray[np.bool_]:
     """Return which of the parameters the energy is linear in."""
     return np.array([name in problem.law.linear for name in problem.names])
 
 
-def shear(problem: LeastSquaresProblem, x: Array) -> float:
+def initial_shear_modulus(problem: LeastSquaresProblem, x: Array) -> float:
     """Initial shear modulus, MPa."""
     return float(problem.law.shear_modulus(**problem.law_parameters(x)))
 
@@ -103,7 +103,7 @@ def is_stable(problem: LeastSquaresProblem, x: Array) -> bool:
     return bool(np.isfinite(tangents).all() and (np.linalg.eigvalsh(tangents) > 0).all())
 
 
-def scaled(problem: LeastSquaresProblem, trial: Array) -> Array:
+def fit_scale(problem: LeastSquaresProblem, trial: Array) -> Array:
     """Return a solvable point in which the parameters that the energy is linear in have the right scale.
 
     One evaluation removes any error of scale. If the motion prescribes the deformation (coupons), the force is linear
@@ -117,7 +117,7 @@ def scaled(problem: LeastSquaresProblem, trial: Array) -> Array:
     trial : Array
         Parameters, shape (parameters,), in the units of the law.
     """
-    free = scalable(problem)
+    free = linear_parameters(problem)
     forces = problem.forces(trial)
     if forces is None or not free.any() or any(name in problem.law.linear for name in problem.fixed):
         return trial
@@ -139,7 +139,7 @@ def scaled(problem: LeastSquaresProblem, trial: Array) -> Array:
     return candidates[min(reached)[1]] if reached else trial
 
 
-def sized(problem: LeastSquaresProblem, x: Array, enough: float = ENOUGH) -> Array:
+def fit_sizes(problem: LeastSquaresProblem, x: Array, enough: float = ENOUGH) -> Array:
     """Return a point at which stiffness and effects fit best while the law keeps its shape.
 
     While an effect has the wrong size, the law's shape makes up for it, and a search may end at the edge of the law's
@@ -157,7 +157,7 @@ def sized(problem: LeastSquaresProblem, x: Array, enough: float = ENOUGH) -> Arr
         Share of the sum of squares; a step that promises less is not made, and none after a shortened one that gains
         less.
     """
-    free, effects = scalable(problem), np.flatnonzero(~own_parameters(problem))
+    free, effects = linear_parameters(problem), np.flatnonzero(~own_parameters(problem))
     for _ in range(SIZINGS):
         # Relative changes of the stiffness, and changes of the effects.
         ways = np.column_stack([np.where(free, x, 0.0), np.eye(len(x))[:, effects]])

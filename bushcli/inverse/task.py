@@ -128,7 +128,7 @@ class Task:
         )
 
     @cached_property
-    def _highest(self) -> dict[tuple[str, str], float]:
+    def _highest_frequencies(self) -> dict[tuple[str, str], float]:
         """Highest frequency (Hz) of each table of the bushing, by name and mode."""
         if self.source == "coupons":
             return {}
@@ -138,7 +138,9 @@ class Task:
     def period(self, active: ActiveEffect) -> float | None:
         """Return the period (s) of the highest frequency of the tables that an effect changes; None without any."""
         frequencies = [
-            f for (name, mode), f in self._highest.items() if active.acts_on(name, mode, "dynamic")
+            f
+            for (name, mode), f in self._highest_frequencies.items()
+            if active.acts_on(name, mode, "dynamic")
         ]
         return 1.0 / max(frequencies) if frequencies else None
 
@@ -153,7 +155,7 @@ class Task:
         }
 
     @property
-    def turned(self) -> dict[str, EffectParameter]:
+    def rotational_parameters(self) -> dict[str, EffectParameter]:
         """Parameters of its effects that are in degrees in the case file."""
         static = [(source.label, source.mode) for source in self.case.recordings]
         return parameters_in_degrees(
@@ -257,11 +259,11 @@ class Task:
                 raise InputError(Problem(str(case.path), what, "", expected))
             all_channels = coupon_channels(case, rubber, self.weighting, measured)
         else:
-            if not case.recordings and not self._highest:
+            if not case.recordings and not self._highest_frequencies:
                 what = "there are no [[recordings]] to identify a law from"
                 expected = case.expected_tables("[[recordings]] with mode and file")
                 raise InputError(Problem(str(case.path), what, "", expected))
-            if case.geometry.meeting:
+            if case.geometry.contact_surfaces:
                 # Contact is modelled in one process: each one identifies the law by itself.
                 comm = MPI.COMM_SELF
             all_channels = bushing_channels(case, rubber, comm, prepared, measured, corrected)
@@ -276,7 +278,7 @@ class Task:
                     Problem("--hold-out", what, nearest(name, channel_names), ", ".join(channel_names))
                 )
         fitted = [channel for channel in all_channels if channel.name not in self.hold_out]
-        if not fitted and not {name for name, _ in self._highest} - set(self.hold_out):
+        if not fitted and not {name for name, _ in self._highest_frequencies} - set(self.hold_out):
             raise InputError(Problem("--hold-out", "leaves no channel to fit", "", ", ".join(channel_names)))
         return fitted, [channel for channel in all_channels if channel.name in self.hold_out]
 
@@ -314,12 +316,12 @@ class Task:
         """
         curves, predicted = self.channels(coarse, comm, measured=RecordingCache(tables))
         dynamic: list[DynamicChannel] = []
-        if self.density and not self._highest:
+        if self.density and not self._highest_frequencies:
             what = "the density acts in vibrations alone, and there is no table of dynamic stiffness of the bushing"
             expected = '[[recordings]] with kind = "dynamic"; or leave --density out'
             raise InputError(Problem("--density", what, "", expected))
         if self.source == "recordings":
-            if self.case.geometry.meeting:
+            if self.case.geometry.contact_surfaces:
                 comm = MPI.COMM_SELF
             rubber = Rubber(self.law, dict(self.material.parameters), self.material.bulk_modulus)
             dynamic = dynamic_channels(self._case(coarse), rubber, comm, tables)

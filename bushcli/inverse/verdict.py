@@ -75,15 +75,15 @@ def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[
             doubts.end(interrupted),
             doubts.start(),
             doubts.poor_curves() if task.source == "recordings" else doubts.poor_coupons(),
-            doubts.above_noise(),
+            doubts.misfits_above_noise(),
             doubts.tables(),
             doubts.bounds(),
             doubts.coupon_modes(),
             doubts.stability(),
             doubts.bulk_modulus(),
             doubts.edge(),
-            doubts.undetermined(),
-            doubts.delicate(),
+            doubts.undetermined_parameters(),
+            doubts.delicate_parameters(),
             doubts.several_minima(),
             doubts.predictions(),
             doubts.failed_solves(),
@@ -91,7 +91,7 @@ def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[
     )
 
 
-def _poorly(curve: FittedCurve) -> bool:
+def _misses_badly(curve: FittedCurve) -> bool:
     return curve.rms_percent > POOR_FIT and curve.rms_percent > POOR_NOISE * curve.noise_percent
 
 
@@ -113,7 +113,7 @@ class _Doubts:
     best: Minimum
 
     @property
-    def fitted(self) -> list[FittedCurve]:
+    def fitted_curves(self) -> list[FittedCurve]:
         """Curves that were fitted."""
         return [curve for curve in self.fit.curves if not curve.held_out]
 
@@ -140,7 +140,7 @@ class _Doubts:
         best = self.best
         relative_change = np.max(np.abs(best.x - best.start) / np.maximum(np.abs(best.start), 1e-12))
         stayed = relative_change <= STAYED and not best.stationary and self.fit.iterations <= 2
-        if stayed and any(map(_poorly, self.fitted)):
+        if stayed and any(map(_misses_badly, self.fitted_curves)):
             yield Condition(
                 "start_not_left",
                 "the search did not leave its start values, although the fit is poor",
@@ -149,7 +149,7 @@ class _Doubts:
 
     def poor_curves(self) -> Iterator[Condition]:
         """Recordings of a bushing that are missed by far."""
-        poor = [curve for curve in self.fitted if _poorly(curve) and curve.recording.source]
+        poor = [curve for curve in self.fitted_curves if _misses_badly(curve) and curve.recording.source]
         poor = [curve for curve in poor if modes()[curve.recording.mode].specimen == "bushing"]
         if poor and self.fit.converged:
             yield Condition(
@@ -162,7 +162,7 @@ class _Doubts:
     def poor_coupons(self) -> Iterator[Condition]:
         """Coupon tests that are missed by more than is accepted of a bushing that is predicted with the law."""
         accepted = self.task.case.tolerance.percent
-        poor = [curve for curve in self.fitted if curve.rms_percent > accepted]
+        poor = [curve for curve in self.fitted_curves if curve.rms_percent > accepted]
         if not poor or not self.fit.converged:
             return
         remedy = (
@@ -181,12 +181,12 @@ class _Doubts:
         what = f"the law does not reproduce its own tests: rms {listed} of the recorded stress range, and "
         yield Condition("poor_fit", f"{what}{accepted:g} % is accepted", remedy)
 
-    def above_noise(self) -> Iterator[Condition]:
+    def misfits_above_noise(self) -> Iterator[Condition]:
         """Recordings that are reproduced closely, but not to within their noise."""
         above = [
             curve
-            for curve in self.fitted
-            if not _poorly(curve)
+            for curve in self.fitted_curves
+            if not _misses_badly(curve)
             and curve.rms_percent > ABOVE_NOISE * max(curve.noise_percent, 100 * NOISE_FLOOR)
         ]
         if above and self.fit.converged and self.task.source == "recordings":
@@ -225,7 +225,7 @@ class _Doubts:
 
     def coupon_modes(self) -> Iterator[Condition]:
         """Coupons of one mode, which do not determine a law that depends on more than I1."""
-        kinds = [modes()[mode] for mode in {curve.recording.mode for curve in self.fitted}]
+        kinds = [modes()[mode] for mode in {curve.recording.mode for curve in self.fitted_curves}]
         kinds = [mode for mode in kinds if not mode.needs_compressibility]
         # Simple shear reaches the states of a planar test.
         elastic = {"planar" if mode.sheared else mode.name for mode in kinds}
@@ -275,7 +275,7 @@ class _Doubts:
                 "add a recording to a larger displacement or with less noise, or use a law with fewer parameters",
             )
 
-    def undetermined(self) -> Iterator[Condition]:
+    def undetermined_parameters(self) -> Iterator[Condition]:
         """Parameters that the curves do not determine."""
         if self.task.source == "coupons":
             remedy = (
@@ -302,7 +302,7 @@ class _Doubts:
                 "add a coupon test that changes the shape of the rubber, such as a uniaxial one",
             )
 
-    def delicate(self) -> Iterator[Condition]:
+    def delicate_parameters(self) -> Iterator[Condition]:
         """Parameters that an error of 1 % in the force of one channel would change by more than `DELICATE`."""
         worst: dict[str, tuple[float, str]] = {}
         for channel, changes in self.fit.leverage.items():

@@ -104,13 +104,13 @@ def _effects(case: Case) -> list[tuple[str, str]]:
 
 def _contact(shape: Shape) -> str:
     """Return whether contact is modelled, between which surfaces, and from when on it is active."""
-    if not shape.meeting:
+    if not shape.contact_surfaces:
         return "not modelled (geometry.contact = false): surfaces that meet pass through each other"
     metal = shape.elastic_sleeves
     surfaces = "between the free surfaces of the rubber" + (
         f" and of {', '.join(map(_words, metal))}" if metal else ""
     )
-    if shape.meeting == "sleeves":
+    if shape.contact_surfaces == "sleeves":
         surfaces += ", and the rigid sleeves beyond their bonds"
     elif shape.beyond:
         surfaces += f", and the {' and the '.join(shape.beyond)} sleeve beyond the bond, as drawn"

@@ -42,7 +42,7 @@ class Quantities:
     rest: float = 0.0
     csv_names: tuple[str, str] = ("displacement_mm", "force_N")
 
-    def shown(self, displacement: Array) -> Array:
+    def shown_displacement(self, displacement: Array) -> Array:
         """Convert a displacement from internal units (mm, rad, stretch - 1) to mm, degrees, stretch."""
         return self.rest + self.per_internal * displacement
 
@@ -135,12 +135,12 @@ def interval(low: float, high: float, text_of: Callable[[float], str] = number) 
     return f"{text_of(low)} to {text_of(high)}" if math.isfinite(high) else f"above {text_of(low)}"
 
 
-def held(name: str, held_out: bool) -> str:
+def channel_label(name: str, held_out: bool) -> str:
     """Return the name of a channel, with "(held out)" where it was not used in a fit."""
     return f"{name} (held out)" if held_out else name
 
 
-def listed(names: list[str]) -> str:
+def join_names(names: list[str]) -> str:
     """Join names as in a sentence: a, b and c."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}" if names else ""
 

@@ -46,18 +46,18 @@ def more_branches(fits: Fits, known: Collection[Key], share: float) -> Iterator[
     explain little of a recording that one which grows stiffer under load explains.
     """
     likelihood = fits.problem.likelihood
-    most = likelihood.judge(likelihood.nothing).log
+    most = likelihood.judge(likelihood.no_misfit).log
     states: Mapping[Key, State] = dict(fits.states)
     for key, state in states.items():
         own = [active.effect for active in state.model.effects if active.can_branch]
-        reach = fits.weights(state)[0] + most - state.evidence.judged.log
+        reach = fits.weights(state)[0] + most - state.evidence.judgement.log
         if key in known or len(state.model.effects) != 1 or not own or reach < fits.total + math.log(share):
             continue
-        for prediction in Beside(state, fits.derivatives.beside(state, among=own)).singles():
+        for prediction in Beside(state, fits.derivatives.additions_beside(state, among=own)).singles():
             yield state, prediction
 
 
-def relaxing(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> Iterator[Model]:
+def relaxing_models(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> Iterator[Model]:
     """Yield models that relax, with which a search begins where there are tables; each after the fit of the last one.
 
     No rubber is without loss, so that a law alone is too far from any table for its neighbours to be judged beside it:
@@ -108,7 +108,7 @@ def relaxing(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> Iterator[
             for trial in trials(case, beside, warm, recordings, shear)[0]:
                 start = {name: warm.parameter(name).start for name in trial.amplitudes}
                 active = replace(trial.active, values=dict(trial.active.values) | start)
-                yield replace(trial, active=active).added_to(beside)
+                yield replace(trial, active=active).add_to(beside)
 
 
 def with_one_more(

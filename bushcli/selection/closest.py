@@ -30,7 +30,7 @@ from bushcli.inverse.minimum_search import search
 from bushcli.inverse.problem import LeastSquaresProblem, Stopping
 from bushcli.recording import Recording, branches, force_noise
 from bushcli.recording.dynamic.rows import RecordedTable
-from bushcli.selection.fit import fitted
+from bushcli.selection.fit import with_fitted_values
 from bushcli.selection.model import Fitted, Model
 from bushcli.selection.model_cache import Coarse, ModelCache
 from bushcli.selection.neighbours import label
@@ -131,15 +131,15 @@ def come_closest(cache: ModelCache, case: Case, model: Model, used: tuple[Mask, 
     start = plain.bounds.inside(task.vectors()[0])
     if not plain.names or plain.forces(start) is None:
         return None
-    sound = [channel.recording.bridged(m) for channel, m in zip(channels, used, strict=True)]
+    sound = [channel.recording.with_gaps_interpolated(m) for channel, m in zip(channels, used, strict=True)]
     known = known_parameters(case, task.effects, float(task.law.shear_modulus(**model.start)), sound)
     problem = _Closest(plain, [channel.recording for channel in channels], used, known, start)
-    problem.watch(problem.reached(start), start)
+    problem.watch(problem.reached_stretches(start), start)
     end = search(problem, start)
-    return fitted(model, problem, end.x, end.converged)
+    return with_fitted_values(model, problem, end.x, end.converged)
 
 
-def closest(search: Search, state: State) -> State:
+def closest_model(search: Search, state: State) -> State:
     """Return the model of the answer at its closest to the recordings, with as many branches as they support.
 
     Parameters
@@ -169,7 +169,7 @@ def closest(search: Search, state: State) -> State:
     noise = 2.0 * np.sqrt(2.0 * sum(feature.count for feature in problem.likelihood.features))
     while time.perf_counter() < search.deadline and float(best.evidence.left.excess.sum()) > noise:
         own = [active.effect for active in best.model.effects if active.can_branch]
-        more = Beside(best, search.derivatives.beside(best, among=own)).singles() if own else []
+        more = Beside(best, search.derivatives.additions_beside(best, among=own)).singles() if own else []
         better = [
             candidate
             for candidate in refitted([candidate.model for candidate in more])
@@ -177,7 +177,7 @@ def closest(search: Search, state: State) -> State:
         ]
         if not better:
             break
-        best = min(better, key=lambda candidate: float(held_out(candidate).sum()))
+        best = min(better, key=lambda candidate: float(held_out_misfits(candidate).sum()))
     left, left_before = (np.array([np.linalg.norm(r) for r, _ in _misfits(fit)]) for fit in (best, state))
     return best if (left < (1.0 - CLOSER) * left_before).any() else state
 
@@ -194,13 +194,13 @@ def predicts_better(state: State, other: State) -> bool:
     ----------
     state, other : State
     """
-    gain = held_out(other) - held_out(state)
+    gain = held_out_misfits(other) - held_out_misfits(state)
     if len(gain) < FEWEST:
         return False
     return float(gain.sum()) > float(np.sqrt(len(gain)) * gain.std(ddof=1))
 
 
-def held_out(state: State) -> Array:
+def held_out_misfits(state: State) -> Array:
     """Return the sum of squares (parts,) of the misfit of each part of the recordings, predicted from the others.
 
     The parameters that fit the others follow to first order, within a factor of two.

@@ -70,7 +70,7 @@ class Candidate:
         """The effect."""
         return self.active.effect
 
-    def added_to(self, model: Model) -> Model:
+    def add_to(self, model: Model) -> Model:
         """Return the model with the effect switched off, or with one more branch if the model has the effect."""
         others = [active for active in model.effects if active.identity != self.active.identity]
         return replace(model, effects=(*others, self.active))
@@ -102,7 +102,7 @@ def trials(
         isinstance(recording, RecordedTable) and not recording.has_amplitudes for recording in acting
     ):
         return [], "the tables have one amplitude"
-    reason = unfit(case, (*(active.effect.name for active in model.effects), effect.name))
+    reason = incompatibility(case, (*(active.effect.name for active in model.effects), effect.name))
     if reason:
         return [], reason
     instances = [active for active in model.effects if active.effect.name == effect.name]
@@ -129,7 +129,7 @@ def trials(
     return [], "the law, which is identified from the same recordings, can reproduce its influence"
 
 
-def unfit(case: Case, names: Sequence[str]) -> str:
+def incompatibility(case: Case, names: Sequence[str]) -> str:
     """Return why the specimen cannot have these effects together; empty if it can."""
     known = list(dict.fromkeys(map(effect_name, names)))
     for name in known:
@@ -318,7 +318,7 @@ def columns(cache: ModelCache, case: Case, base: Model, trial: Candidate) -> tup
         With its best-fitting values.
     trial : Candidate
     """
-    model = replace(base, effects=(*beside(case, base, trial), trial.active))
+    model = replace(base, effects=(*effects_beside(case, base, trial), trial.active))
     # If the model has the same effect in another rig, this one may have another name there.
     added = next(active for active in model.effects if active.identity == trial.active.identity)
     names = [f"{added.name}.{name}" for name in trial.amplitudes]
@@ -326,21 +326,21 @@ def columns(cache: ModelCache, case: Case, base: Model, trial: Candidate) -> tup
     usual = trial.effect.acts == "assembly" and (case.geometry.structured or case.geometry.axisymmetric)
     coarse: Coarse = "memory" if usual else "always"
     channels = cache.channels(model.task(case), HALF, coarse, tolerance=ESTIMATED)
-    points = (model.values, _at_own_shape(model, case).values)
+    points = (model.values, _with_own_shape(model, case).values)
     slopes: list[Array] = []
     for channel in channels:
         recording = channel.recording
         if not trial.active.acts_on(recording.name, recording.mode, recording.kind):
             slopes.append(np.zeros((len(recording.force), len(names))))
             continue
-        slope = _solved(channel, points, names, trial, case, () if base.fixed else tuple(base.start))
+        slope = _first_solvable(channel, points, names, trial, case, () if base.fixed else tuple(base.start))
         if slope is None:
             return None
         slopes.append(slope)
     return tuple(slopes)
 
 
-def _solved(
+def _first_solvable(
     channel: AnyChannel,
     points: Sequence[Mapping[str, float]],
     names: Sequence[str],
@@ -357,7 +357,7 @@ def _solved(
     return None
 
 
-def _at_own_shape(model: Model, case: Case) -> Model:
+def _with_own_shape(model: Model, case: Case) -> Model:
     """The model with the law's own start values, scaled to the stiffness of the fitted ones.
 
     If the fitted parameters imitate an effect that is missing, the bushing may be unsolvable once the effect is added.
@@ -370,7 +370,7 @@ def _at_own_shape(model: Model, case: Case) -> Model:
     return replace(model, start=scaled)
 
 
-def beside(case: Case, model: Model, trial: Candidate) -> tuple[ActiveEffect, ...]:
+def effects_beside(case: Case, model: Model, trial: Candidate) -> tuple[ActiveEffect, ...]:
     """Return the effects of the model that stay active while an effect is tried.
 
     An effect in the bushing is tried without the other effects in the bushing, so that its derivatives can be reused

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from bushcli.effects.effect import Effect
 from bushcli.runtime.workers import Workers
-from bushcli.selection.columns import Candidate, beside, columns, trials
+from bushcli.selection.columns import Candidate, columns, effects_beside, trials
 from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import Addition
-from bushcli.selection.searched import NOT_SIMULATED
+from bushcli.selection.search_extent import NOT_SIMULATED
 from bushcli.selection.state import CommonData, State
 
 Array = NDArray[np.float64]
@@ -49,7 +49,7 @@ class Derivatives:
     untestable: dict[str, str] = field(default_factory=dict)
     _columns: dict[Name, tuple[Array, ...] | None] = field(default_factory=dict)
 
-    def beside(
+    def additions_beside(
         self, state: State, is_plain: bool = False, among: Sequence[Effect] | None = None
     ) -> list[Addition]:
         """Return the change of the curves by every effect beside a model, at every point of its grid.
@@ -65,7 +65,9 @@ class Derivatives:
         """
         candidates: list[Candidate] = []
         for effect in self.catalogue if among is None else among:
-            variants, reason = trials(self.problem.case, state.model, effect, self.problem.sound, self.shear)
+            variants, reason = trials(
+                self.problem.case, state.model, effect, self.problem.sound_recordings, self.shear
+            )
             if not variants and is_plain:
                 self.untestable[effect.name] = reason
             candidates += variants
@@ -159,7 +161,7 @@ class Derivatives:
         """Return the name of a derivative: effects in the bushing are taken without the other effects there."""
         base: Name = ()
         has_branches = any(active.identity == trial.active.identity for active in state.model.effects)
-        if has_branches or beside(self.problem.case, state.model, trial):
+        if has_branches or effects_beside(self.problem.case, state.model, trial):
             base = (*sorted(state.model.values.items()), *state.model.identities)
         shape: Mapping[str, float] = trial.shape
         return (state.model.law, trial.active.identity, trial.amplitudes, *shape.items(), trial.size, base)

@@ -26,7 +26,7 @@ from bushcli.evidence.stopping_rule import Needed, StoppingRule
 from bushcli.inverse.channel import StepLimit
 from bushcli.inverse.minimum_search import search
 from bushcli.inverse.problem import LeastSquaresProblem, Stopping
-from bushcli.inverse.start_values import own_start, scaled, sized
+from bushcli.inverse.start_values import fit_scale, fit_sizes, own_start
 from bushcli.inverse.task import Task
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.form import Likelihood
@@ -149,23 +149,23 @@ def fit(
     rule = StoppingRule(problem, model.off_values(problem.names), needed)
     if not problem.names:
         return (
-            fitted(model, problem, np.zeros(0), True)
+            with_fitted_values(model, problem, np.zeros(0), True)
             if np.isfinite(problem.residual(np.zeros(0))).all()
             else None
         )
     initial = _first_solved(problem, model, start)
     if beside is not None:
         initial = _better_start(problem, initial, start, beside)
-    best = None if initial is None else _searched(problem, initial, rule)
+    best = None if initial is None else _search_from(problem, initial, rule)
     if best is not None and best.is_stuck and rule.is_at_wall(best.x):
         # With its parameters from the fit without effects, the law may be hardly solvable wherever the search goes.
-        own = _own(problem, start)
+        own = _own_law_start(problem, start)
         if own is not None:
-            own = sized(problem, own)
-            best = min(best, _searched(problem, own, rule))
+            own = fit_sizes(problem, own)
+            best = min(best, _search_from(problem, own, rule))
     for other in contained[:1] if best is None or best.objective > least + WORSE else ():
         problem.lift_limits()
-        values = model.off(other)
+        values = model.values_as(other)
         at = np.array([values.get(name, value) for name, value in zip(problem.names, start, strict=True)])
         for i, name in enumerate(problem.names):
             known = problem.known.get(name)
@@ -176,13 +176,13 @@ def fit(
             continue
         # The optimum of the contained model itself, too: it lies on a bound, where a search cannot begin.
         inner = _End(problem.objective(at), at, True)
-        again = _searched(problem, problem.bounds.inside(at), rule)
+        again = _search_from(problem, problem.bounds.inside(at), rule)
         best = min(end for end in (best, inner, again) if end is not None)
     if best is None:
         return None
     # A search that ended in a valley has converged, too, if a full step would not make a visible difference.
     ended = best.converged or not (best.hopeless or rule.is_at_wall(best.x))
-    return fitted(model, problem, best.x, ended)
+    return with_fitted_values(model, problem, best.x, ended)
 
 
 def pose(
@@ -207,14 +207,17 @@ def pose(
         Features of the channels -> their variances with which the fit begins, dimensionless; those of the likelihood if
         not given.
     """
-    task = model.task(case, cache.recorded(case))
+    task = model.task(case, cache.recorded_tables(case))
     coarse: Coarse = "never" if model.anchor is None else "memory"
     channels = cache.channels(task, coarse=coarse, anchor=model.anchor, tolerance=COMPARED)
     plain = task.pose(channels)
     solid = any(not channel.coupon and channel.model.mesh.dimension == 3 for channel in channels)
     likelihood = Likelihood(features_of(channels, measured.used, measured.noises), measured.plain)
     shear = float(task.law.shear_modulus(**model.start))
-    sound = [channel.recording.bridged(m) for channel, m in zip(channels, measured.used, strict=True)]
+    sound = [
+        channel.recording.with_gaps_interpolated(m)
+        for channel, m in zip(channels, measured.used, strict=True)
+    ]
     problem = Posterior(
         plain,
         likelihood,
@@ -226,7 +229,7 @@ def pose(
     return task, problem
 
 
-def exact(cache: ModelCache, case: Case, fitted: Fitted) -> Fitted | None:
+def refine_mesh(cache: ModelCache, case: Case, fitted: Fitted) -> Fitted | None:
     """Return the fit with forces of the default mesh in place of a coarse one; None if that fails.
 
     Parameters
@@ -264,7 +267,7 @@ def _first_solved(problem: Posterior, model: Model, start: Array) -> Array | Non
         initial = problem.bounds.inside(np.where(larger, off + share * (start - off), start))
         if np.isfinite(problem.residual(initial)).all():
             return initial
-    return _own(problem, start)
+    return _own_law_start(problem, start)
 
 
 def _better_start(
@@ -275,20 +278,20 @@ def _better_start(
     at = problem.bounds.inside(np.array(point))
     if not np.isfinite(problem.residual(at)).all():
         return initial
-    at = sized(problem, at)
+    at = fit_sizes(problem, at)
     return at if initial is None or problem.objective(at) < problem.objective(initial) else initial
 
 
-def _own(problem: Posterior, start: Array) -> Array | None:
+def _own_law_start(problem: Posterior, start: Array) -> Array | None:
     """Return the law's own start scaled to the stiffness, with the effects of `start`; None if it cannot be solved."""
     own = problem.bounds.inside(own_start(problem, problem.bounds.clip(start)))
-    return scaled(problem, own) if np.isfinite(problem.residual(own)).all() else None
+    return fit_scale(problem, own) if np.isfinite(problem.residual(own)).all() else None
 
 
-def _searched(problem: Posterior, initial: Array, rule: StoppingRule) -> _End:
+def _search_from(problem: Posterior, initial: Array, rule: StoppingRule) -> _End:
     if any(not channel.coupon for channel in problem.channels):
         try:
-            problem.watch(problem.reached(initial), initial)
+            problem.watch(problem.reached_stretches(initial), initial)
         except NotConverged:
             return _End(problem.objective(initial), initial, False)
     best, point = _End(float("inf"), initial, False), initial
@@ -309,7 +312,7 @@ def _searched(problem: Posterior, initial: Array, rule: StoppingRule) -> _End:
     return best
 
 
-def fitted(model: Model, problem: LeastSquaresProblem, x: Array, converged: bool) -> Fitted:
+def with_fitted_values(model: Model, problem: LeastSquaresProblem, x: Array, converged: bool) -> Fitted:
     """Return a model with its best-fitting values.
 
     Parameters

@@ -55,7 +55,7 @@ class LawEdge:
         self.cuts = Cuts(np.zeros((0, len(self.state.fitted.x))), np.zeros(0))
 
     @cached_property
-    def holds(self) -> bool:
+    def is_active(self) -> bool:
         """Whether the law's stability holds the fit back.
 
         Where it does not, the edge is far, and the way there is not one to predict: with other effects the rubber
@@ -64,15 +64,15 @@ class LawEdge:
         fitted = self.state.fitted
         if not len(fitted.states) or sum(name in self.state.model.start for name in fitted.names) < 2:
             return False
-        return bool(penalty(self._smallest(fitted.x)).max() > ACTIVE)
+        return bool(penalty(self._smallest_moduli(fitted.x)).max() > ACTIVE)
 
     def margins(self, x: Array) -> Array:
         """Margin (n,) in each state with parameters x (p,), in shear moduli, negative beyond the edge."""
-        return self._smallest(x) - STABILITY_MARGIN
+        return self._smallest_moduli(x) - STABILITY_MARGIN
 
     def cut_off(self, x: Array) -> bool:
         """Add the condition that parameters x (p,) violate; return whether the law is unstable with them."""
-        if not self.holds:
+        if not self.is_active:
             return False
         margins = self.margins(x)
         worst = int(np.argmin(margins))
@@ -92,10 +92,10 @@ class LawEdge:
             (tangent,) = moduli(self._law, values, states)
             return np.array([v @ tangent @ v - STABILITY_MARGIN * self._law.shear_modulus(**values)])
 
-        self.cuts = self.cuts.and_one(differences(side, fitted)[0], float(side(fitted)[0]))
+        self.cuts = self.cuts.with_condition(differences(side, fitted)[0], float(side(fitted)[0]))
         return True
 
-    def _smallest(self, x: Array) -> Array:
+    def _smallest_moduli(self, x: Array) -> Array:
         return smallest_moduli(self._law, self._values(x), self.state.fitted.states)
 
     @cached_property

@@ -101,7 +101,7 @@ class Model:
         )
         return replace(self, start=law, effects=effects)
 
-    def off(self, other: Model) -> dict[str, float]:
+    def values_as(self, other: Model) -> dict[str, float]:
         """Values by full name with which this model is equivalent to another one that it contains."""
         known = other.structure
         by_name = dict(other.start)

@@ -111,7 +111,7 @@ class ModelCache:
                 plain = replace(task, case=whole, start=anchor, fixed=tuple(anchor))
                 return self.mesh_corrections(plain, anchor)[channel]
 
-            recorded = self.recorded(whole)
+            recorded = self.recorded_tables(whole)
             known = replace(task, tables=tuple(recording.table for recording in recorded))
             channels, _ = known.channels(
                 comm=MPI.COMM_SELF, prepared=prepared, measured=self.measured, corrected=corrected
@@ -127,12 +127,12 @@ class ModelCache:
 
         return _entry(self._sets, SETS, name, made)
 
-    def recorded(self, case: Case) -> tuple[RecordedTable, ...]:
+    def recorded_tables(self, case: Case) -> tuple[RecordedTable, ...]:
         """Return the tables of dynamic stiffness of a case; those that count and those held out are kept."""
         name = canonical((case.geometry, case.dynamic))
         return _entry(self._recorded, 2, name, lambda: recorded_tables(case, self.tables))
 
-    def vibrating(
+    def dynamic_stiffness(
         self, task: Task, table: DynamicTable, values: Mapping[str, float], names: Sequence[str]
     ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
         """Return K* (n,) of the rows of a table that need not have been measured, and its derivatives (n, names).

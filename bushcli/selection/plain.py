@@ -12,7 +12,7 @@ from bushcli.evidence.density import features_of
 from bushcli.inverse.minimum_search import first_minimum, search
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.noise import NoiseModel
-from bushcli.selection.fit import FittedSamples, fitted, pose
+from bushcli.selection.fit import FittedSamples, pose, with_fitted_values
 from bushcli.selection.model import Fitted, Model
 from bushcli.selection.model_cache import ModelCache
 
@@ -42,7 +42,7 @@ def fit_plain(
     problem = task.pose(channels)
     start = task.vectors()[0]
     if not problem.names:
-        return fitted(model, problem, np.zeros(0), True)
+        return with_fitted_values(model, problem, np.zeros(0), True)
     result = first_minimum(problem, start)
     best = None if result is None else result.minimum
     if known is not None:
@@ -50,10 +50,10 @@ def fit_plain(
         if problem.cost(x) < (np.inf if best is None else best.cost):
             other = search(problem, x)
             best = other if best is None or other.cost < best.cost else best
-    return None if best is None else fitted(model, problem, best.x, best.converged)
+    return None if best is None else with_fitted_values(model, problem, best.x, best.converged)
 
 
-def begin(cache: ModelCache, case: Case, model: Model, used: tuple[Mask, ...]) -> Fitted | None:
+def first_plain_fit(cache: ModelCache, case: Case, model: Model, used: tuple[Mask, ...]) -> Fitted | None:
     """Fit the plain law before the size of its misfit is known; None if it cannot be solved from any start.
 
     Every channel is weighted as if the law were wrong by `UNKNOWN` of its force.
@@ -75,9 +75,13 @@ def begin(cache: ModelCache, case: Case, model: Model, used: tuple[Mask, ...]) -
     start = task.vectors()[0]
     if not problem.names:
         solved = np.isfinite(problem.residual(np.zeros(0))).all()
-        return fitted(model, problem, np.zeros(0), True) if solved else None
+        return with_fitted_values(model, problem, np.zeros(0), True) if solved else None
     result = first_minimum(problem, start)
-    return None if result is None else fitted(model, problem, result.minimum.x, result.minimum.converged)
+    return (
+        None
+        if result is None
+        else with_fitted_values(model, problem, result.minimum.x, result.minimum.converged)
+    )
 
 
 def all_features(

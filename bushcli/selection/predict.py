@@ -32,7 +32,13 @@ from bushcli.selection.columns import shear_modulus
 from bushcli.selection.fit import TURNS
 from bushcli.selection.law_edge import LawEdge
 from bushcli.selection.model import Model
-from bushcli.selection.prediction import Addition, KnownAmplitudes, Prediction, known_amplitudes, reachable
+from bushcli.selection.prediction import (
+    Addition,
+    KnownAmplitudes,
+    Prediction,
+    known_amplitudes,
+    reachable_likelihood,
+)
 from bushcli.selection.queued import slack_of
 from bushcli.selection.state import State
 from bushcli.selection.tangent_space import TangentSpace, tangent_space
@@ -83,13 +89,15 @@ class Beside:
 
     def singles(self) -> list[Prediction]:
         """Return predictions with one more effect."""
-        return [self._averaged([(addition,) for addition in points]) for points in self.grouped.values()]
+        return [
+            self._mean_over_grid([(addition,) for addition in points]) for points in self.grouped.values()
+        ]
 
     def alone(self) -> Prediction:
         """Return the prediction for the model itself, with its parameters at their first-order optimum."""
         evidence = self._value(())[0]
-        hope = max(evidence.coarse - evidence.judged.log, 0.0)
-        return Prediction(self.state.model, evidence.log, 0.0, evidence.judged.log, 0.0, hope)
+        hope = max(evidence.coarse - evidence.judgement.log, 0.0)
+        return Prediction(self.state.model, evidence.log, 0.0, evidence.judgement.log, 0.0, hope)
 
     def pairs(self) -> list[Prediction]:
         """Return predictions with two more effects, each at the best points of its grid."""
@@ -108,16 +116,18 @@ class Beside:
             if best[a][0].trial.active.is_among([best[b][0].trial.active]):
                 continue
             points = list(product(best[a], best[b]))
-            at_best = self._averaged(points[:1])
+            at_best = self._mean_over_grid(points[:1])
             top = max(top, at_best.log_evidence)
             # Where the pair cannot matter at the best points of both, its other points are not evaluated.
             hoped = at_best.log_evidence + at_best.hope + slack_of(at_best.reach)
-            predictions.append(self._averaged(points) if hoped > top + math.log(NEGLIGIBLE) else at_best)
+            predictions.append(
+                self._mean_over_grid(points) if hoped > top + math.log(NEGLIGIBLE) else at_best
+            )
         return predictions
 
     def changes(self, addition: Addition) -> tuple[Array, Array]:
         """Return sizes (k,) of the change by each amplitude of an addition, and of what the fit cannot make of it."""
-        G = self._weighed(addition.slopes)
+        G = self._weighted_features(addition.slopes)
         return np.linalg.norm(G, axis=0), np.linalg.norm(self._left(G), axis=0)
 
     def any_law(self, more: int) -> float:
@@ -140,7 +150,7 @@ class Beside:
             blocks.append(
                 [own if i == j else np.zeros((f.count, own.shape[1])) for j, f in enumerate(features)]
             )
-        G = self._weighed([np.hstack([b[j] for b in blocks]) for j in range(len(features))])
+        G = self._weighted_features([np.hstack([b[j] for b in blocks]) for j in range(len(features))])
         u, s, _ = np.linalg.svd(self._left(G), full_matrices=False)
         # What the law's own parameters change is rounding.
         u = u[:, s > 1e-8 * max(float(np.linalg.norm(G)), 1e-300)]
@@ -150,17 +160,17 @@ class Beside:
         # Each spline also absorbs one unit of noise.
         across = np.minimum(left.across + u.shape[1] / len(features), evidence.left.across)
         less = replace(left, across=across, excess=left.excess + across - left.across)
-        gain = likelihood.judge(less).log - evidence.judged.log
-        variance = float(np.mean(evidence.judged.scale))
+        gain = likelihood.judge(less).log - evidence.judgement.log
+        variance = float(np.mean(evidence.judgement.scale))
         return evidence.log + gain - 0.5 * more * math.log(1.0 + float(likelihood.signal.sum()) / variance)
 
     # -- the linear problem --------------------------------------------------------------------------------------
 
-    def _weighed(self, parts: Sequence[Array]) -> Array:
+    def _weighted_features(self, parts: Sequence[Array]) -> Array:
         """Features (K,) or (K, k) of all channels with the weights of the fit, then the priors' rows, all zero."""
         problem = self.state.problem
         rows = [
-            feature.whitened(part, v)
+            feature.whiten(part, v)
             for feature, part, v in zip(problem.likelihood.features, parts, self.variances, strict=True)
         ]
         rows.append(np.zeros((len(self.state.fitted.x), *parts[0].shape[1:])))
@@ -171,10 +181,10 @@ class Beside:
         """Weighted misfit (rows,) and derivatives (rows, p), the priors' rows last."""
         state = self.state
         p = len(state.fitted.x)
-        misfit, slopes = self._weighed(state.misfit), self._weighed(state.slopes)
+        misfit, slopes = self._weighted_features(state.misfit), self._weighted_features(state.slopes)
         rows = [
             (0.0, 0.0) if prior is None else prior.row(float(value))
-            for prior, value in zip(state.known, state.fitted.x, strict=True)
+            for prior, value in zip(state.parameter_priors, state.fitted.x, strict=True)
         ]
         if p:
             misfit[-p:] = [row for row, _ in rows]
@@ -186,7 +196,7 @@ class Beside:
         """The changes that the fitted parameters can make within their bounds."""
         misfit, slopes = self._whole
         x = self.state.fitted.x
-        held, values = self.state.held(misfit, slopes)
+        held, values = self.state.held_parameters(misfit, slopes)
         return tangent_space(misfit, slopes, ~held, values - x, x)
 
     def _left(self, columns: Array) -> Array:
@@ -201,74 +211,74 @@ class Beside:
         features, start = [], 0
         problem = self.state.problem
         for feature, v in zip(problem.likelihood.features, self.variances, strict=True):
-            features.append(feature.coloured(rows[start : start + feature.count], v))
+            features.append(feature.colour(rows[start : start + feature.count], v))
             start += feature.count
         return features
 
-    def _averaged(self, points: Sequence[tuple[Addition, ...]]) -> Prediction:
+    def _mean_over_grid(self, points: Sequence[tuple[Addition, ...]]) -> Prediction:
         """The mean of the evidence over points of a grid, and the model at the best of them."""
-        solutions = [self._solved(point) for point in points]
+        solutions = [self._solve_amplitudes(point) for point in points]
         top, gained = -np.inf, 0.0
         for i in sorted(range(len(points)), key=lambda i: -solutions[i][0].log):
             # The lower the misfit, the more is gained where the variances settle: most at the best points.
             if solutions[i][0].log + gained < top + math.log(SMALL):
                 break
             before = solutions[i][0].log
-            solutions[i] = self._settled(points[i], *solutions[i])
+            solutions[i] = self._settle_variances(points[i], *solutions[i])
             top, gained = max(top, solutions[i][0].log), max(gained, solutions[i][0].log - before)
         best = int(np.argmax([evidence.log for evidence, _ in solutions]))
         log = float(logsumexp([evidence.log for evidence, _ in solutions])) - math.log(len(solutions))
-        most = max(evidence.judged.log for evidence, _ in solutions)
+        most = max(evidence.judgement.log for evidence, _ in solutions)
         coarse = max(evidence.coarse for evidence, _ in solutions)
-        reach, hoped = coarse - self.coarse, coarse
+        reach, hoped = coarse - self.coarse_likelihood, coarse
         if len(points[best]) == 1:
             # Pairs are predicted again beside the fit of one of their effects.
-            loose = self._solved(points[best], within=bool(self.state.model.effects))[0]
+            loose = self._solve_amplitudes(points[best], within=bool(self.state.model.effects))[0]
             # Another law may have an optimum where this one is unstable; it is fitted beside the effect's fit.
             hoped = max(
                 hoped,
                 loose.coarse,
-                reachable(solutions[best][0].likelihood, self._value(())[0].left, loose.left),
+                reachable_likelihood(solutions[best][0].likelihood, self._value(())[0].left, loose.left),
             )
         model = self._model(points[best], solutions[best][1])
-        return Prediction(model, log, most - self.own, most, reach, max(hoped - most, 0.0))
+        return Prediction(model, log, most - self.own_likelihood, most, reach, max(hoped - most, 0.0))
 
     @cached_property
-    def own(self) -> float:
+    def own_likelihood(self) -> float:
         """Log likelihood of the model itself at its first-order optimum."""
-        return self._value(())[0].judged.log
+        return self._value(())[0].judgement.log
 
     @cached_property
-    def coarse(self) -> float:
+    def coarse_likelihood(self) -> float:
         """The same of `Likelihood.coarse`."""
         return self._value(())[0].coarse
 
     def _value(self, point: tuple[Addition, ...]) -> tuple[Evidence, Array]:
         """Return the evidence to first order, and the amplitudes."""
-        return self._settled(point, *self._solved(point))
+        return self._settle_variances(point, *self._solve_amplitudes(point))
 
-    def _settled(
+    def _settle_variances(
         self, point: tuple[Addition, ...], evidence: Evidence, amplitude: Array
     ) -> tuple[Evidence, Array]:
         """Return evidence and amplitudes after alternating between the solution and its variances, as a fit does."""
         for _ in range(TURNS):
-            scale = evidence.judged.scale
+            scale = evidence.judgement.scale
             if max(max(a / b, b / a) for a, b in zip(scale, self.variances, strict=True)) < SETTLED:
                 break
-            again, other = Beside(self.state, (), scale, self)._solved(point)
+            again, other = Beside(self.state, (), scale, self)._solve_amplitudes(point)
             if again.log <= evidence.log:
                 break
             evidence, amplitude = again, other
         return evidence, amplitude
 
-    def _solved(self, point: tuple[Addition, ...], within: bool = True) -> tuple[Evidence, Array]:
+    def _solve_amplitudes(self, point: tuple[Addition, ...], within: bool = True) -> tuple[Evidence, Array]:
         """Evidence to first order with the variances at hand, and the amplitudes; `within` the law's stability."""
         raw = [
             np.hstack([np.zeros((len(z), 0)), *(addition.slopes[c] for addition in point)])
             for c, z in enumerate(self.state.misfit)
         ]
-        G = self._weighed(raw)
-        known, start, between = self._unknowns(point)
+        G = self._weighted_features(raw)
+        known, start, between = self._amplitude_bounds(point)
         at = self._tangent
         active: tuple[int, ...] = ()
         for _ in range(CUTS):
@@ -298,38 +308,40 @@ class Beside:
             self._split(misfit + own @ amplitude),
             slopes,
             np.concatenate([at.values, start + amplitude]),
-            [*self.state.known, *known],
-            [*self.state.off, *start],
+            [*self.state.parameter_priors, *known],
+            [*self.state.off_values, *start],
         )
         return evidence, amplitude
 
-    def _unknowns(
+    def _amplitude_bounds(
         self, point: tuple[Addition, ...]
     ) -> tuple[list[ParameterPrior | None], Array, tuple[Array, Array]]:
         """Priors, off values and bounds of the amplitudes."""
-        parts = [self._known_of(addition) for addition in point]
+        parts = [self._known_amplitudes_of(addition) for addition in point]
         start, low, high = (
             np.concatenate([np.zeros(0), *(getattr(part, what) for part in parts)])
             for what in ("start", "low", "high")
         )
         return [prior for part in parts for prior in part.known], start, (low, high)
 
-    def _known_of(self, addition: Addition) -> KnownAmplitudes:
+    def _known_amplitudes_of(self, addition: Addition) -> KnownAmplitudes:
         """The same of one addition, computed once for all predictions beside the model."""
         if id(addition) not in self._known:
             problem = self.state.problem
-            self._known[id(addition)] = known_amplitudes(addition, problem.case, self._shear, problem.sound)
+            self._known[id(addition)] = known_amplitudes(
+                addition, problem.case, self._shear_modulus, problem.sound_recordings
+            )
         return self._known[id(addition)]
 
     @cached_property
-    def _shear(self) -> float:
+    def _shear_modulus(self) -> float:
         return shear_modulus(self.state.model, self.state.problem.case)
 
     def _model(self, point: tuple[Addition, ...], amplitude: Array) -> Model:
         """The model with the effects at their first-order amplitudes, 0.3 of the prior's median if these are off."""
         model, i = self.state.model, 0
         for addition in point:
-            own = self._known_of(addition)
+            own = self._known_amplitudes_of(addition)
             values: dict[str, float] = dict(addition.trial.active.values)
             for name, prior, off in zip(addition.trial.amplitudes, own.known, own.start, strict=True):
                 value = float(off + amplitude[i])
@@ -338,7 +350,7 @@ class Beside:
                 values[name] = value
                 i += 1
             active = replace(addition.trial.active, values=values).with_start_values()
-            model = replace(addition.trial, active=active).added_to(model)
+            model = replace(addition.trial, active=active).add_to(model)
         if model.anchor is None:
             # Bodies with memory are compared on a coarse mesh, whose error is known for the law alone.
             model = replace(model, anchor=dict(self.state.model.start))

@@ -69,7 +69,7 @@ class Prediction:
     hope: float = 0.0
 
 
-def reachable(likelihood: Likelihood, before: Left, after: Left) -> float:
+def reachable_likelihood(likelihood: Likelihood, before: Left, after: Left) -> float:
     """Return the log likelihood of a model if its effect explains more than predicted, by `SHARE_SLACK` of that.
 
     If it is predicted to explain most of the misfit, a fit may find that it explains all: what first order leaves of a

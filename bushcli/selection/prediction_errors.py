@@ -61,7 +61,7 @@ def _effect_names(model: Model) -> set[str]:
 
 
 @dataclass(frozen=True)
-class Expected:
+class ExpectedError:
     """Error that is expected of a prediction.
 
     Attributes
@@ -76,7 +76,7 @@ class Expected:
     spread: float
 
 
-NONE = Expected(0.0, 1.0)
+NONE = ExpectedError(0.0, 1.0)
 """Before any fit."""
 
 
@@ -105,7 +105,7 @@ class PredictionErrors:
             known = np.array([[_covariance(a, b) for b in self._changes] for a in self._changes])
             self._precision = np.asarray(np.linalg.inv(known + OWN**2 * np.eye(len(known))), dtype=np.float64)
 
-    def expected(self, changed: Changes) -> Expected:
+    def expected_error(self, changed: Changes) -> ExpectedError:
         """Return the error that is expected of a prediction.
 
         Parameters
@@ -121,7 +121,7 @@ class PredictionErrors:
         variance = max(whole - float(beside @ weights), 0.0) / whole
         square = float(self._sizes @ self._precision @ self._sizes)
         scale = (FREEDOM + square) / (FREEDOM + len(self._sizes))
-        return Expected(float(weights @ self._sizes), min(math.sqrt(variance * scale), 1.0))
+        return ExpectedError(float(weights @ self._sizes), min(math.sqrt(variance * scale), 1.0))
 
 
 def _covariance(a: Changes, b: Changes) -> float:

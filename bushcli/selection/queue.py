@@ -23,8 +23,8 @@ from bushcli.effects.effect import Effect
 from bushcli.evidence.prior import log_odds
 from bushcli.evidence.stopping_rule import Needed, needed_of
 from bushcli.runtime.workers import Workers
-from bushcli.selection.additions import more_branches, relaxing, with_one_more
-from bushcli.selection.columns import shear_modulus, unfit
+from bushcli.selection.additions import more_branches, relaxing_models, with_one_more
+from bushcli.selection.columns import incompatibility, shear_modulus
 from bushcli.selection.derivatives import Derivatives
 from bushcli.selection.fit import FittedSamples, fit
 from bushcli.selection.model import Fitted, Key, Model
@@ -33,7 +33,7 @@ from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import Addition, Prediction
 from bushcli.selection.prediction_errors import changes
 from bushcli.selection.queued import FAR, Queued, Waiting, slack_of
-from bushcli.selection.searched import Ended, TriedModel
+from bushcli.selection.search_extent import Ended, TriedModel
 from bushcli.selection.state import CommonData, State
 
 Array = NDArray[np.float64]
@@ -101,7 +101,7 @@ class Search:
 
     def run(self) -> Ended:
         """Search until no model is left that matters, or the time limit is reached; return which of the two."""
-        for model in relaxing(self, self.plain.model, self.catalogue):
+        for model in relaxing_models(self, self.plain.model, self.catalogue):
             if model.structure not in self._tried and time.perf_counter() < self.deadline:
                 self._tried.add(model.structure)
                 # Beside relaxation the law is softer than alone.
@@ -109,13 +109,13 @@ class Search:
                 begun = replace(model, start=best.model.start)
                 self.fit_anyway(Queued(begun, best, self.plain.evidence.log, self.odds(model)))
         while True:
-            for key in self._to_expand():
+            for key in self._expandable_models():
                 self._expand(key)
                 if time.perf_counter() > self.deadline:
                     break
             self._branch()
-            outweighed = self._outweighed() if self.left < LEFT else None
-            if self.left < LEFT and outweighed is None:
+            outweighed = self._better_predicted_model() if self.share_left < LEFT else None
+            if self.share_left < LEFT and outweighed is None:
                 return "nothing left"
             if time.perf_counter() > self.deadline:
                 return "budget"
@@ -126,29 +126,31 @@ class Search:
                 self.fit_anyway(outweighed)
 
     @property
-    def left(self) -> float:
+    def share_left(self) -> float:
         """Share of the posterior that further fits may change; all of it before any neighbour is predicted."""
         if not self.waiting:
             return 0.0 if self._expanded else 1.0
-        return float(1.0 / (1.0 + math.exp(min(self.total - self.waiting.uncertain, 700.0))))
+        return float(1.0 / (1.0 + math.exp(min(self.total - self.waiting.uncertain_weight, 700.0))))
 
     @property
     def total(self) -> float:
         """Logarithm of the sum of all posterior weights so far."""
         fitted = [w for state in self.states.values() for w in self.weights(state)]
-        return float(logsumexp([*fitted, *(queued.predicted for queued in self.counted)]))
+        return float(logsumexp([*fitted, *(queued.predicted_weight for queued in self.counted_models)]))
 
     @property
-    def counted(self) -> list[Queued]:
+    def counted_models(self) -> list[Queued]:
         """Models that count with their predictions: reliable ones that are not predicted to be the best."""
         most = max(max(self.weights(state)) for state in self.states.values())
-        return [queued for queued in self.waiting.values() if queued.is_sure and queued.predicted < most]
+        return [
+            queued for queued in self.waiting.values() if queued.is_sure and queued.predicted_weight < most
+        ]
 
-    def seen_in(self, key: Key) -> Key:
+    def smallest_equivalent(self, key: Key) -> Key:
         """Return the smallest fitted model that a model contains and that describes the recordings equally well."""
         state, least = self.states[key], key
         for other, simpler in self.states.items():
-            lost = state.evidence.judged.log - simpler.evidence.judged.log
+            lost = state.evidence.judgement.log - simpler.evidence.judgement.log
             # A further effect, or a further branch of one.
             more = max(len(state.model.identities) - len(simpler.model.identities), 1)
             if state.model.contains(simpler.model) and lost < FAINT * more:
@@ -184,12 +186,12 @@ class Search:
     # -- fits ----------------------------------------------------------------------------------------------------
 
     def _fit_next(self) -> None:
-        order = self.waiting.ordered()
-        chosen = [self._first(order[0])]
+        order = self.waiting.ordered_models()
+        chosen = [self._next_model(order[0])]
         for key in order[1:BATCH]:
             # If the first one turns out as predicted, the search may end without the others.
-            known = np.logaddexp(self.total, chosen[0].predicted)
-            if key in self.waiting and self.waiting.uncertain > known + math.log(LEFT):
+            known = np.logaddexp(self.total, chosen[0].predicted_weight)
+            if key in self.waiting and self.waiting.uncertain_weight > known + math.log(LEFT):
                 chosen.append(self.waiting.pop(key))
         self._fit(chosen)
 
@@ -220,7 +222,7 @@ class Search:
                 state = State(self.problem, answer)
                 gain = self.weights(state)[0] - self.plain.evidence.log
                 text = f"misfit {state.size:.3g} times the noise, log evidence {gain:+.1f}"
-            text += f" (predicted {chosen[i].predicted - self.plain.evidence.log:.1f})"
+            text += f" (predicted {chosen[i].predicted_weight - self.plain.evidence.log:.1f})"
             self.progress("fit", label(chosen[i].model), text)
 
         try:
@@ -259,14 +261,14 @@ class Search:
                 none, why = float("nan"), "cannot be solved from any start"
                 self.lost.append(label(queued.model, variants=True))
                 self.waiting.pop(queued.model.structure, None)
-                self.rows.append(self._row(queued.model, queued.predicted, none, none, why))
+                self.rows.append(self._row(queued.model, queued.predicted_weight, none, none, why))
             else:
                 state = State(self.problem, fitted)
-                self._enter(state, queued.predicted)
+                self._enter(state, queued.predicted_weight)
                 entered.append((queued, state, math.inf if needed is None else needed.log))
         self.waiting.learn(entered)
 
-    def _first(self, key: Key) -> Queued:
+    def _next_model(self, key: Key) -> Queued:
         """The model to be fitted next: another law is fitted without effects before it is fitted with them."""
         queued = self.waiting[key]
         alone = without_effects(queued.model)
@@ -304,7 +306,7 @@ class Search:
 
     # -- neighbours ----------------------------------------------------------------------------------------------
 
-    def _to_expand(self) -> list[Key]:
+    def _expandable_models(self) -> list[Key]:
         """Return fitted models that may matter and whose neighbours are not predicted yet; the plain law always."""
         least = self.total + math.log(NEIGHBOURS)
         new = [(key, state) for key, state in self.states.items() if key not in self._expanded]
@@ -315,7 +317,7 @@ class Search:
             keys = [best] if best not in self._expanded else []
         return keys
 
-    def _outweighed(self) -> Queued | None:
+    def _better_predicted_model(self) -> Queued | None:
         """Return a model that is predicted better than all fitted ones without an unknown effect, or None.
 
         Beside branches that leave ten times the noise of a table, first order finds half of what a fit of the right
@@ -325,9 +327,11 @@ class Search:
         if unknown < known or all(recording.kind == "static" for recording in self.problem.recordings):
             return None
         better = [
-            queued for queued in self.waiting.values() if not queued.is_bound and queued.predicted > known
+            queued
+            for queued in self.waiting.values()
+            if not queued.is_bound and queued.predicted_weight > known
         ]
-        return max(better, key=lambda queued: queued.predicted, default=None)
+        return max(better, key=lambda queued: queued.predicted_weight, default=None)
 
     def _branch(self) -> None:
         """Queue single effects with one branch more where the effect by itself is too poor to be expanded."""
@@ -338,7 +342,7 @@ class Search:
 
     def _expand(self, key: Key) -> None:
         state = self.states[key]
-        beside = Beside(state, self.derivatives.beside(state, state is self.plain))
+        beside = Beside(state, self.derivatives.additions_beside(state, state is self.plain))
         if state is self.plain:
             self._beside_plain = beside.grouped
         further = MOST_EFFECTS - len(state.model.effects)
@@ -384,7 +388,7 @@ class Search:
                         if not addition.trial.active.is_among(smaller.model.effects)
                     ],
                 )
-                lost = abs(state.evidence.coarse - other.coarse)
+                lost = abs(state.evidence.coarse - other.coarse_likelihood)
                 self._queue(other.alone(), state, slack_of(lost))
                 for prediction in other.singles():
                     if prediction.gain >= FAINT:
@@ -397,7 +401,7 @@ class Search:
         if own is None or alone is None or not model.effects:
             return False
         other = Beside(state.with_law(alone, own), ())
-        self._queue(other.alone(), state, slack_of(state.evidence.coarse - other.coarse))
+        self._queue(other.alone(), state, slack_of(state.evidence.coarse - other.coarse_likelihood))
         return True
 
     def _queue(
@@ -410,11 +414,13 @@ class Search:
     ) -> None:
         """Queue a model that is not fitted, unless its effects exclude each other."""
         names = [active.effect.name for active in prediction.model.effects]
-        if prediction.model.structure in self.states or unfit(self.problem.case, names):
+        if prediction.model.structure in self.states or incompatibility(self.problem.case, names):
             return
         odds = self.odds(prediction.model)
         # No model is better than one that leaves nothing but noise.
-        gain = self.problem.likelihood.judge(self.problem.likelihood.nothing).log - prediction.log_likelihood
+        gain = (
+            self.problem.likelihood.judge(self.problem.likelihood.no_misfit).log - prediction.log_likelihood
+        )
         limit = prediction.log_evidence + odds + max(gain, 0.0)
         # A law that fits worse than its bound says nothing of the bounds of others.
         changed = frozenset() if is_bound else changes(base.model, prediction.model)

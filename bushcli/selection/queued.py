@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from scipy.special import logsumexp
 
 from bushcli.selection.model import Key, Model
-from bushcli.selection.prediction_errors import NONE, Changes, Expected, PredictionErrors
+from bushcli.selection.prediction_errors import NONE, Changes, ExpectedError, PredictionErrors
 from bushcli.selection.state import State
 
 # Tolerance (slack) of a first-order prediction, in nats: a constant, plus a share of the change of log likelihood
@@ -65,12 +65,12 @@ class Queued:
     is_bound: bool = False
     is_silent: bool = False
     changes: Changes = frozenset()
-    error: Expected = NONE
+    error: ExpectedError = NONE
 
-    def expecting(self, errors: PredictionErrors) -> Queued:
+    def with_expected_error(self, errors: PredictionErrors) -> Queued:
         """Return it with the error that the fits so far lead one to expect."""
         learns = self.changes and not self.is_far
-        return replace(self, error=errors.expected(self.changes)) if learns else self
+        return replace(self, error=errors.expected_error(self.changes)) if learns else self
 
     @property
     def is_far(self) -> bool:
@@ -83,15 +83,15 @@ class Queued:
         return self.first_order + self.error.mean * self.slack
 
     @property
-    def predicted(self) -> float:
+    def predicted_weight(self) -> float:
         """Predicted logarithm of the weight."""
         return self.log_evidence + self.odds
 
     @property
-    def optimistic(self) -> float:
+    def optimistic_weight(self) -> float:
         """The predicted weight plus its possible error, as far as the likelihood can increase."""
-        most = self.predicted + self.error.spread * self.slack + self.hope
-        return max(self.predicted, min(most, self.limit))
+        most = self.predicted_weight + self.error.spread * self.slack + self.hope
+        return max(self.predicted_weight, min(most, self.limit))
 
     @property
     def is_sure(self) -> bool:
@@ -101,17 +101,17 @@ class Queued:
     @property
     def rank(self) -> tuple[bool, bool, float]:
         """Order among predictions of one model."""
-        return not self.is_bound, self.is_sure, -self.slack if self.is_sure else self.predicted
+        return not self.is_bound, self.is_sure, -self.slack if self.is_sure else self.predicted_weight
 
     @property
-    def uncertain(self) -> float:
+    def uncertain_weight(self) -> float:
         """Logarithm of the weight by which a fit may change the posterior."""
         if not self.is_sure:
-            return self.optimistic
+            return self.optimistic_weight
         # A fit may find up to the optimistic weight (the exponential overflows at 709), or one smaller by the slack.
-        larger = math.expm1(min(self.optimistic - self.predicted, 700.0))
+        larger = math.expm1(min(self.optimistic_weight - self.predicted_weight, 700.0))
         smaller = -math.expm1(-self.error.spread * self.slack)
-        return self.predicted + math.log(max(larger, smaller, 1e-12))
+        return self.predicted_weight + math.log(max(larger, smaller, 1e-12))
 
 
 def slack_of(reach: float) -> float:
@@ -127,19 +127,19 @@ class Waiting(dict[Key, Queued]):
         self.errors = PredictionErrors()
 
     @property
-    def uncertain(self) -> float:
+    def uncertain_weight(self) -> float:
         """Logarithm of the weight by which the fits of all may change the posterior."""
-        return float(logsumexp([queued.uncertain for queued in self.values()]))
+        return float(logsumexp([queued.uncertain_weight for queued in self.values()]))
 
-    def ordered(self) -> list[Key]:
+    def ordered_models(self) -> list[Key]:
         """Return the models, the one whose fit may change the posterior most first."""
-        return sorted(self, key=lambda key: (-self[key].uncertain, key))
+        return sorted(self, key=lambda key: (-self[key].uncertain_weight, key))
 
     def put(self, new: Queued) -> None:
         """Add a prediction. Of several for one model the most reliable counts, or the largest if none is reliable."""
-        key, new = new.model.structure, new.expecting(self.errors)
+        key, new = new.model.structure, new.with_expected_error(self.errors)
         known = self.get(key)
-        if math.isfinite(new.predicted) and (known is None or new.rank > known.rank):
+        if math.isfinite(new.predicted_weight) and (known is None or new.rank > known.rank):
             self[key] = new
 
     def learn(self, fits: Iterable[tuple[Queued, State, float]]) -> None:
@@ -156,4 +156,4 @@ class Waiting(dict[Key, Queued]):
                 # A fit that was given up says only that the model does not matter.
                 error = max(error, min(needed - queued.first_order, 0.0))
             self.errors.add(queued.changes, error, queued.slack)
-        self.update({key: queued.expecting(self.errors) for key, queued in self.items()})
+        self.update({key: queued.with_expected_error(self.errors) for key, queued in self.items()})

@@ -45,10 +45,11 @@ class CommonData:
     likelihood: Likelihood
 
     @cached_property
-    def sound(self) -> tuple[Recording, ...]:
+    def sound_recordings(self) -> tuple[Recording, ...]:
         """The recordings without samples that do not count: a spike must not set the scale of a prior."""
         return tuple(
-            recording.bridged(used) for recording, used in zip(self.recordings, self.used, strict=True)
+            recording.with_gaps_interpolated(used)
+            for recording, used in zip(self.recordings, self.used, strict=True)
         )
 
     @property
@@ -56,7 +57,7 @@ class CommonData:
         """Variance of the features of each channel with which a fit begins."""
         return tuple(map(float, self.likelihood.variances()))
 
-    def compared(self, simulated: Sequence[Array]) -> tuple[Compared, ...]:
+    def compared_recordings(self, simulated: Sequence[Array]) -> tuple[Compared, ...]:
         """Each recording with its simulation, which is NaN at samples that do not count."""
         return tuple(
             Compared(recording, np.where(used, force, np.nan), noise)
@@ -98,19 +99,19 @@ class State:
     def priors(self) -> dict[str, ParameterPrior]:
         """Priors of the effects' parameters, by full name."""
         shear = shear_modulus(self.model, self.problem.case)
-        return known_parameters(self.problem.case, self.model.effects, shear, self.problem.sound)
+        return known_parameters(self.problem.case, self.model.effects, shear, self.problem.sound_recordings)
 
     @property
-    def known(self) -> list[ParameterPrior | None]:
+    def parameter_priors(self) -> list[ParameterPrior | None]:
         """Prior of each parameter; None for those of a law."""
         return [self.priors.get(name) for name in self.fitted.names]
 
     @property
-    def off(self) -> list[float]:
+    def off_values(self) -> list[float]:
         """Off value of each parameter, 0 where it has none."""
         return self.model.off_values(self.fitted.names)
 
-    def held(self, misfit: Array, slopes: Array) -> tuple[NDArray[np.bool_], Array]:
+    def held_parameters(self, misfit: Array, slopes: Array) -> tuple[NDArray[np.bool_], Array]:
         """Return which parameters bounds hold at the first-order optimum, shape (p,), and the parameters there.
 
         Parameters
@@ -151,7 +152,14 @@ class State:
     def evidence(self) -> Evidence:
         """Evidence of the model."""
         fitted = self.fitted
-        return Evidence(self.problem.likelihood, self.misfit, self.slopes, fitted.x, self.known, self.off)
+        return Evidence(
+            self.problem.likelihood,
+            self.misfit,
+            self.slopes,
+            fitted.x,
+            self.parameter_priors,
+            self.off_values,
+        )
 
     def without(self, removed: Sequence[str]) -> State:
         """The model without some of its effects, to first order: the curves change by the amplitudes' derivatives.
@@ -178,7 +186,7 @@ class State:
         change = np.array(
             [
                 off - x if name in amplitudes else 0.0
-                for name, x, off in zip(names, self.fitted.x, self.off, strict=True)
+                for name, x, off in zip(names, self.fitted.x, self.off_values, strict=True)
             ]
         )
         keep = [i for i, name in enumerate(names) if name not in parameters]
@@ -236,16 +244,16 @@ class State:
         """Objective of the fit: twice the negative logarithm of the posterior density, up to a constant."""
         prior = sum(
             prior.row(float(value))[0] ** 2
-            for value, prior in zip(self.fitted.x, self.known, strict=True)
+            for value, prior in zip(self.fitted.x, self.parameter_priors, strict=True)
             if prior is not None
         )
-        return prior - 2.0 * self.evidence.judged.log
+        return prior - 2.0 * self.evidence.judgement.log
 
     @property
     def size(self) -> float:
         """Root mean square misfit over the noise."""
         total = count = 0.0
-        for channel in self.problem.compared(self.fitted.simulated):
+        for channel in self.problem.compared_recordings(self.fitted.simulated):
             total += float(np.nansum((channel.misfit * channel.weights) ** 2))
             count += channel.effective_samples
         return float(np.sqrt(total / max(count, 1.0)))

@@ -31,7 +31,7 @@ class Cuts:
     slopes: Array
     values: Array
 
-    def and_one(self, slope: Array, value: float) -> Cuts:
+    def with_condition(self, slope: Array, value: float) -> Cuts:
         """Return these and another one."""
         return Cuts(np.vstack([self.slopes, slope]), np.append(self.values, value))
 

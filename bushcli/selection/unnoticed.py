@@ -33,11 +33,11 @@ def unnoticed_effects(search: Search, state: State) -> dict[str, str]:
     beside, problem = Beside(state, ()), state.problem
     shear = shear_modulus(state.model, problem.case)
     seen: dict[str, bool] = {}
-    for addition in search.derivatives.beside(state):
+    for addition in search.derivatives.additions_beside(state):
         name = addition.trial.effect.name
-        model = addition.trial.added_to(state.model)
+        model = addition.trial.add_to(state.model)
         needed = search.odds(state.model) - search.odds(model)
-        amplitudes = known_amplitudes(addition, problem.case, shear, problem.sound)
+        amplitudes = known_amplitudes(addition, problem.case, shear, problem.sound_recordings)
         # Each amplitude at the end of the 95 % range of its prior; what it gains, to first order, in nats.
         largest = [
             high if prior is None else min(high, prior.prior.range(prior.scales)[1])

@@ -92,7 +92,7 @@ def load_case_channel(case: Case, load: LoadCase, tables: TableCache) -> Simulat
 
     def follow(model: FiniteElementModel, keep: bool, report: StepProgress) -> History:
         history = march(model, program, keep_states=keep, progress=report, drive=drive)
-        return history if drive is None else drive.carrying(history)
+        return history if drive is None else drive.with_prescribed_force(history)
 
     return SimulatedChannel(
         load.label,

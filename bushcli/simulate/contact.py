@@ -69,7 +69,7 @@ def processes_sharing_mesh(case: Case, comm: MPI.Comm) -> MPI.Comm:
     Otherwise surfaces that can meet are shared at first, and solved again where they do (`met_unnoticed`).
     """
     shape = case.geometry
-    if comm.size == 1 or not (shape.meeting and "contact" in shape.model_fields_set):
+    if comm.size == 1 or not (shape.contact_surfaces and "contact" in shape.model_fields_set):
         return comm
     return MPI.COMM_SELF
 
@@ -78,7 +78,7 @@ def met_unnoticed(
     case: Case, model: FiniteElementModel, history: History, whole_model: Callable[[], FiniteElementModel]
 ) -> bool:
     """Whether surfaces passed through each other in a march on a mesh that several processes share."""
-    if model.comm.size == 1 or not case.geometry.meeting or history.states is None:
+    if model.comm.size == 1 or not case.geometry.contact_surfaces or history.states is None:
         return False
     return passes_through(model, history.states, whole_model)
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case
 from bushcli.curve.curve import Curve, ExactCurve
-from bushcli.curve.odd import unfolded
+from bushcli.curve.odd import both_halves
 from bushcli.simulate.channels import SimulatedChannel
 from bushcli.simulate.response import SixCurve
 from bushcli.simulate.simulation import Answer
@@ -39,7 +39,7 @@ def curve_of(
         return ExactCurve(mode, q, force, history.time), None
     low, high = float(recording.displacement.min()), float(recording.displacement.max())
     if low < 0.0 < high and is_odd(case.geometry, modes()[mode]):
-        q, force = unfolded(q, force)
+        q, force = both_halves(q, force)
         # The curve ends one step beyond the recorded range: plot and stiffness belong to the recorded range.
         step = float(np.diff(q).max())
         in_range = (q >= low - step) & (q <= high + step)

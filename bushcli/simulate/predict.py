@@ -43,7 +43,7 @@ from bushcli.simulate.simulation import Answer, FollowedPath, Simulation
 from bushcli.simulate.stiffness import check_state, matrices
 from bushcli.simulate.strains import strains_over_march
 from cases.history import Interrupted
-from cases.march import History, NotConverged, unsolved
+from cases.march import History, NotConverged, failure_at_start
 from cases.mode import Mode, mode_of, modes
 from cases.model import FiniteElementModel
 from cases.simulate import Rubber
@@ -281,7 +281,7 @@ class _Prediction:
             reach, target = failure.last, failure.target
             largest = getattr(failure, "largest", None)
         except NoEquilibrium as failure:
-            history, stopped = unsolved("").history, str(failure)
+            history, stopped = failure_at_start("").history, str(failure)
             reach = target = 0.0
         simulator = self.shared_by(MPI.COMM_SELF)
         if met_unnoticed(self.case, model, history, lambda: simulator.model(channel)):

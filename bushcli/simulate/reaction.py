@@ -172,15 +172,8 @@ class Reaction(FollowedPath):
         self._whole.march((), failure_limit=failure_limit, observer=observe)
         return stretches
 
-    def local(self) -> tuple[Array, Cells]:
-        """Derivatives (samples, cells) of the force by the stiffness of each cell, and the cells; collective.
-
-        They are those at the model's present parameters, without the effects of the rig.
-
-        Raises
-        ------
-        NotConverged
-        """
+    @override
+    def local_slopes(self) -> tuple[Array, Cells]:
         stiffness, rows = LocalStiffness(self.model, self._number), list[Array]()
         self._whole.march((), observer=lambda solver: rows.append(stiffness(solver)))
         return self._whole.steps.interpolation(self._clock) @ np.array(rows), stiffness.cells

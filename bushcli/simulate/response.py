@@ -210,7 +210,7 @@ class PredictionInterrupted(KeyboardInterrupt):
 
 def conditions(case: Case, channel: Simulated) -> list[Condition]:
     """Return what is doubtful about a channel: an early end, distorted elements, an unstable law, a coarse mesh."""
-    folded = OVERHANGING if case.geometry.meeting == "sleeves" else LONGER_SLEEVES
+    folded = OVERHANGING if case.geometry.contact_surfaces == "sleeves" else LONGER_SLEEVES
     acting = [active.effect for active in case.effects if active.acts_on(channel.name, channel.mode)]
     acts = {effect.acts for effect in acting}
     # An effect of the rig, such as an offset, may give a force at rest as well.

@@ -25,9 +25,11 @@ from bushcli.effects import rig
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.assembly import features_of
 from bushcli.effects.change import Signal
-from bushcli.simulate.derivatives import columns, elastic_curve, extension_in_series
+from bushcli.simulate.derivatives import columns, elastic_curve, extension_in_series, local_slopes
 from bushcli.simulate.schedule import Schedule, prescribed_schedule, schedule
 from bushcli.simulate.steps import CONTACT, FEWEST_OF_LEG, IDENTIFIED, PLANE, SOLID
+from cases.elastic_path import acts_through_branches_off, along_elastic_path
+from cases.local import Cells, differentiate_march
 from cases.march import TOLERANCE, History, march
 from cases.mode import Mode
 from cases.model import FiniteElementModel
@@ -170,6 +172,18 @@ class FollowedPath(ABC):
         """Principal stretches of the rubber at the ends of the path, each of shape (n, 3); collective.
 
         The model has the values with which they are wanted. ``failure_limit``: failed steps that a march is allowed.
+
+        Raises
+        ------
+        NotConverged
+        """
+
+    @abstractmethod
+    def local_slopes(self) -> tuple[Array, Cells]:
+        """Derivatives (samples, cells) of the force by the stiffness of each cell, and the cells; collective.
+
+        They are those at the model's present parameters, without the effects of the rig, which do not change which
+        cells carry the force.
 
         Raises
         ------
@@ -370,6 +384,16 @@ class Simulation(FollowedPath):
             stretches.append(principal_stretches(self.model).reshape(-1, 3))
         return stretches
 
+    @override
+    def local_slopes(self) -> tuple[Array, Cells]:
+        if not self.path_dependent:
+            return local_slopes(self.model, self.displacement, self.odd)
+        steps = self.steps
+        march = differentiate_march(
+            self.model, Program(steps.displacement, steps.time if steps.timed else None)
+        )
+        return steps.interpolation(self._clock) @ march.slope, march.cells
+
     def _answer_by_sweep(
         self, active: Sequence[ActiveEffect], names: tuple[str, ...], options: _Options
     ) -> Answer:
@@ -418,10 +442,27 @@ class Simulation(FollowedPath):
         if self.temperature is not None and self.time is not None:
             temperature = np.interp(times, self.time, self.temperature)
         program = Program(displacement.value, times if steps.timed else None, temperature=temperature)
-        solve = partial(march, self.model, program, sensitivity=inner, path_rates=path_rates, drive=series)
-        rates = tuple((name, rate.tobytes()) for name, rate in path_rates.items())
-        points = (program.displacement.tobytes(), None if program.time is None else program.time.tobytes())
-        history = self._history(solve, (*points, inner, rates) if series is None else None, options)
+        is_plain = series is None and program.temperature is None and not path_rates
+        is_force_alone = not options.keep_states and options.progress is None
+        if is_plain and is_force_alone and acts_through_branches_off(self.model, inner):
+            history = along_elastic_path(
+                self.model,
+                program,
+                self._count,
+                tolerance=self._tolerance,
+                sensitivity=inner,
+                failure_limit=options.failure_limit,
+            )
+        else:
+            solve = partial(
+                march, self.model, program, sensitivity=inner, path_rates=path_rates, drive=series
+            )
+            rates = tuple((name, rate.tobytes()) for name, rate in path_rates.items())
+            points = (
+                program.displacement.tobytes(),
+                None if program.time is None else program.time.tobytes(),
+            )
+            history = self._history(solve, (*points, inner, rates) if series is None else None, options)
         q = Signal(history.displacement, columns(history.path_sensitivity, inner, names, len(history.force)))
         force = Signal(history.force, columns(history.sensitivity, inner, names, len(history.force)))
         if lead:

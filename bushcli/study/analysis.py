@@ -159,7 +159,7 @@ def summary(
 ) -> Summary | None:
     """Return the statistics of one answer over the designs; None where fewer than two have it."""
     values = table.answers[name]
-    has_answer = np.isfinite(values) & plan.independent[table.design]
+    has_answer = np.isfinite(values) & plan.is_independent[table.design]
     y = values[has_answer]
     if len(y) < 2:
         return None

@@ -96,7 +96,9 @@ def first_valid_design(cache: DesignCache, task: StudyTask, plan: Plan) -> tuple
         try:
             return task.load(values, cache.tables)[0], values
         except InputError as error:
-            refusal = refusal or InputError(*(plan.located(problem, number) for problem in error.problems))
+            refusal = refusal or InputError(
+                *(plan.problem_of_design(problem, number) for problem in error.problems)
+            )
         except ValueError as error:
             refusal = refusal or error
     if isinstance(refusal, InputError):

@@ -22,8 +22,8 @@ from bushcli.diagnosis import aftermath, answer
 from bushcli.diagnosis import diagnose as driver
 from bushcli.runtime.store import SUFFIX
 from bushcli.runtime.workers import Workers
-from bushcli.selection.searched import Searched
-from cases.march import unsolved
+from bushcli.selection.search_extent import SearchExtent
+from cases.march import failure_at_start
 
 ROOT = Path(__file__).parents[2]
 
@@ -250,7 +250,7 @@ def test_effects_of_the_case_and_loud_noise_are_told(small: Path, diagnoses: Mod
     none: Any = SimpleNamespace(
         used=(), compared=lambda simulated: (), likelihood=SimpleNamespace(features=())
     )
-    searched = Searched(True, 0.0, "nothing left", (), (), {})
+    searched = SearchExtent(True, 0.0, "nothing left", (), (), {})
     case = load_case(small)
     channel = diagnoses.channel()
     assert answer.doubts(case, (channel,), best, none, searched) == []
@@ -310,7 +310,7 @@ def test_what_becomes_of_an_earlier_run_is_told(
     for i in range(there):
         (tmp_path / f"{i:024x}{SUFFIX}").touch()
     told: list[str] = []
-    driver._opened(tmp_path, resume, lambda *line: told.append(line[2]))
+    driver._open_store(tmp_path, resume, lambda *line: told.append(line[2]))
     assert told == ([words] if words else [])
 
 
@@ -350,7 +350,7 @@ def extras(monkeypatch: pytest.MonkeyPatch, stopped: str, error: BaseException) 
         ("_maps", KeyboardInterrupt(), "interrupted", "the map of the bushing is missing"),
         # The form in which an interruption leaves PETSc's callbacks.
         ("_maps", RuntimeError("KeyboardInterrupt"), "interrupted", "the map of the bushing is missing"),
-        ("_maps", unsolved("at 2 mm"), "no_map", "at 2 mm"),
+        ("_maps", failure_at_start("at 2 mm"), "no_map", "at 2 mm"),
     ],
 )
 def test_what_stops_the_extras_is_a_condition_beside_the_verdict(

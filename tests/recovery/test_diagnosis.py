@@ -373,7 +373,7 @@ def test_a_budget_gives_an_answer_that_says_what_was_not_looked_at(tmp_path: Pat
     assert found.searched.left > 0.5
     assert "budget" in [one.name for one in found.conditions]
     # Nothing is named, nor said to be missing, before most models have been looked at.
-    assert found.unsearched
+    assert found.is_unsearched
     assert (found.models, found.effects, found.groups, found.missing) == ((), (), (), None)
     assert found.next_test is None
 

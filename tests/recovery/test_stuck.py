@@ -16,7 +16,7 @@ from bushcli.runtime.workers import Workers
 from bushcli.selection.fit import FittedSamples, fit, pose
 from bushcli.selection.model import Model
 from bushcli.selection.model_cache import ModelCache
-from bushcli.selection.plain import begin
+from bushcli.selection.plain import first_plain_fit
 
 DATA = Path(__file__).parent / "data"
 TEXT = f"""
@@ -47,7 +47,7 @@ def test_the_law_does_not_keep_the_place_of_an_effect(tmp_path: Path) -> None:
     cache = ModelCache(None)
     asked = question(load_case(tmp_path / "case.toml", ()), None, ["rig_compliance"], (), cache.tables)
     with Workers(1, None, None, cache).open() as crew:
-        rough = crew.run(begin, [(asked.bare, asked.plain, asked.used)])[0]
+        rough = crew.run(first_plain_fit, [(asked.bare, asked.plain, asked.used)])[0]
         problem, plain = pose_problem(asked.bare, rough, asked.recordings, asked.used, crew, cache)
     measured = FittedSamples(problem.used, problem.likelihood.plain, problem.noises)
 

@@ -57,6 +57,25 @@ def test_what_stands_beside_the_bushing_does_not_change_its_march(marches):
     assert marches == [("C10",), ("free_play.half_width",), ("C10",), ("C10",)]
 
 
+@pytest.mark.parametrize(
+    ("name", "off"),
+    [("viscoelasticity", {"g1": 0.0, "tau1": 4.0}), ("mullins", {"inverse_r": 0.0}), ("payne", {"g": 0.0})],
+)
+def test_derivatives_by_an_amplitude_that_is_off_need_no_march(marches, monkeypatch, name, off):
+    time = np.linspace(0.0, 12.0, 37)
+    q = np.interp(time, [0, 4, 8, 12], [0, 3, 0, -2])
+    active = [ActiveEffect(effects()[name], off)]
+    one = Simulation(RING, modes()["axial"], RUBBER, Refinement(2, 4), active, time, q, None)
+    names = (f"{name}.{next(iter(off))}",)
+    slope = one.solve({}, names).slope
+    assert not marches
+    monkeypatch.setattr(simulation, "acts_through_branches_off", lambda *_: False)
+    marched = one.solve({}, names).slope
+    assert marches == [names]
+    # Interpolated in 8 steps.
+    np.testing.assert_allclose(slope, marched, rtol=0.0, atol=5e-4 * np.abs(marched).max())
+
+
 def test_derivatives_of_warm_rubber_behind_a_spring_are_exact():
     """Warming's factor depends on the time of each step, at which bushing and spring share the displacement."""
     time = 50.0 + np.linspace(0.0, 12.0, 13)

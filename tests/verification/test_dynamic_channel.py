@@ -244,7 +244,7 @@ def test_stated_errors_and_rows_that_do_not_count(specimen):
     large = [f"{row},{0.1 if i < 12 else 0.5}" for i, row in enumerate(rows)]
     table.write_text("\n".join([f"{head},amplitude_peak_mm", *large]) + "\n")
     (channel,) = Task(load_case(specimen.folder / "case.toml"), "neo_hookean").problem()[0].channels[1:]
-    np.testing.assert_array_equal(channel.used, np.arange(24) < 12)
+    np.testing.assert_array_equal(channel.used_rows, np.arange(24) < 12)
 
 
 @pytest.mark.parametrize(

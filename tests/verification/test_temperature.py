@@ -15,7 +15,7 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.effects.assembly import features_of
 from bushcli.effects.effect import effect
 from bushcli.inverse import Task
-from bushcli.inverse.contained import additions
+from bushcli.inverse.contained import removable_parts
 from bushcli.simulate.dynamic import vibrate
 from bushcli.simulate.predict import predict
 from cases.march import march
@@ -405,4 +405,4 @@ def test_a_column_of_temperatures_in_another_unit_is_refused(tmp_path):
 def test_a_search_does_not_add_branches_one_by_one_where_their_times_are_held(coupons, fixed, left):
     """Nor the temperature, which promises nothing before there are branches."""
     task = Task(load_case(coupons / "case.toml"), "neo_hookean", "coupons", fixed=fixed)
-    assert [one.after for one in additions(task, [])] == left
+    assert [one.after for one in removable_parts(task, [])] == left

@@ -25,7 +25,11 @@ def master_columns(spectrum: TableSpectrum) -> dict[str, Array]:
     table, fit = spectrum.table, spectrum.fit
     fitted = fit.at(table.frequency, table.temperature)
     names = ["temperature_C", "frequency_Hz", "reduced_frequency_Hz", "storage_MPa", "loss_MPa"]
-    columns = [table.temperature, table.frequency, fit.reduced(table.frequency, table.temperature)]
+    columns = [
+        table.temperature,
+        table.frequency,
+        fit.reduced_frequencies(table.frequency, table.temperature),
+    ]
     columns += [table.storage, table.loss, fitted.real, fitted.imag]
     names += ["storage_fitted_MPa", "loss_fitted_MPa"]
     return dict(zip(names, columns, strict=True))

@@ -24,7 +24,7 @@ from bushcli.report.writers.folder import (
     RESULT,
     Content,
     check_folder,
-    claimed,
+    claimed_files,
     earlier_result,
     refuse_others,
     write_files,
@@ -105,7 +105,7 @@ def write(
     """
 
     def draw() -> dict[str, Content]:
-        pictures = _report("drawing.results").drawn(files.pictures()) if files.pictures else ()
+        pictures = _report("drawing.results").pictures_of(files.pictures()) if files.pictures else ()
         written = picture_files(pictures)
         if files.has_page:
             written[REPORT] = _report("writers.page").page(
@@ -126,7 +126,7 @@ def _report(module: str) -> Any:
     return import_module(f"bushcli.report.{module}")
 
 
-def check_files(result: results.Checked) -> Files:
+def check_files(result: results.CheckResult) -> Files:
     """Return the files of a checked case: result.json alone."""
     return Files(result.case, has_page=False)
 
@@ -194,7 +194,7 @@ def fit_files(result: results.FitResult) -> Files:
 
 def inverse_files(result: results.InverseResult) -> Files:
     """Return the files of identified laws: for each channel the recorded curve and that of the best law."""
-    best = result.best
+    best = result.best_fit
     names = file_names(
         [*(curve.name for curve in best.curves), *(compared.table.name for compared in best.tables)]
     )
@@ -221,7 +221,10 @@ def _fit_table(curve: FittedCurve, how: str, start: bool = False) -> str:
 def diagnosis_files(diagnosis: Diagnosis) -> Files:
     """Return the files of a diagnosis: the curves of each channel, and maps of the bushing for ParaView."""
     names = file_names(
-        [*(channel.name for channel in diagnosis.measured), *(local_map.name for local_map in diagnosis.maps)]
+        [
+            *(channel.name for channel in diagnosis.measured_channels),
+            *(local_map.name for local_map in diagnosis.maps),
+        ]
     )
     contents: dict[str, Content] = {
         f"{names[table.name]}-table.csv": tables.compared_table(table.compared) for table in diagnosis.tables
@@ -303,7 +306,7 @@ def write_refused(directory: Path, error: GeometryError) -> tuple[Path, ...]:
     if earlier_result(directory) is not None:
         directory = directory / REFUSED
     pictures = picture_files([_report("drawing.results").geometry_picture(error.view, str(error), {})])
-    listing = json.dumps(sorted({*claimed(directory), *pictures}))
+    listing = json.dumps(sorted({*claimed_files(directory), *pictures}))
     return write_files(directory, {CLAIMED: listing, **pictures}, [])[1:]
 
 

@@ -16,7 +16,7 @@ from bushcli.runtime.workers import Workers
 from bushcli.selection.fit import FittedSamples, fit
 from bushcli.selection.model import Model
 from bushcli.selection.model_cache import ModelCache
-from bushcli.selection.plain import begin, fit_plain
+from bushcli.selection.plain import first_plain_fit, fit_plain
 from bushcli.selection.state import State
 
 # MPa; a soft filled rubber.
@@ -69,7 +69,7 @@ class Coupon:
         self.plain = fit_plain(self.cache, self.case, Model(law, start))
         self.used = tuple(np.ones(len(one.force), dtype=bool) for one in self.recordings)
         # As in a diagnosis: the plain law at its best under the likelihood, whose units depend on it.
-        rough = begin(self.cache, self.case, Model(law, start), self.used)
+        rough = first_plain_fit(self.cache, self.case, Model(law, start), self.used)
         crew = Workers(1, cache=self.cache)
         self.problem, self.state = pose_problem(
             self.case, rough, self.recordings, self.used, crew, self.cache

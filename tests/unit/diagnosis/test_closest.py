@@ -5,7 +5,7 @@ import pytest
 
 from bushcli.inverse.minimum_search import search
 from bushcli.selection import closest
-from bushcli.selection.closest import come_closest, held_out, predicts_better
+from bushcli.selection.closest import come_closest, held_out_misfits, predicts_better
 from bushcli.selection.state import State
 
 
@@ -38,7 +38,7 @@ def test_the_answer_is_as_close_as_least_squares_from_any_start(fits):
 
 def test_what_is_held_out_is_predicted_as_by_a_fit_to_the_rest(fits):
     made, _, state = fits
-    found = held_out(state)
+    found = held_out_misfits(state)
     assert len(found) == 4
     second = np.repeat([False, True, False, False], [41, 40, 40, 40])
     refitted = come_closest(made.cache, made.case, state.model, (~second,))
@@ -60,5 +60,5 @@ def test_what_is_held_out_is_predicted_as_by_a_fit_to_the_rest(fits):
     ],
 )
 def test_one_part_alone_does_not_make_a_model_predict_better(monkeypatch, left, better):
-    monkeypatch.setattr(closest, "held_out", np.array)
+    monkeypatch.setattr(closest, "held_out_misfits", np.array)
     assert predicts_better(left, [1.0] * len(left)) is better

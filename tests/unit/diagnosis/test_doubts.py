@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bushcli.diagnosis.answer import _begun, _long_memory, _search_doubts, form_error
+from bushcli.diagnosis.answer import _long_memory, _search_doubts, _unrelaxed_start, form_error
 from bushcli.effects.effect import effects as catalogue
 from bushcli.likelihood.features import features
 from bushcli.likelihood.noise import Compared, NoiseModel, noise_model
@@ -28,7 +28,7 @@ def asked(misfit: Any, taken: NoiseModel | None = None) -> Any:
     compared = Compared(recording, LAW, own)
     problem = SimpleNamespace(
         used=(used,),
-        compared=lambda simulated: (compared,),
+        compared_recordings=lambda simulated: (compared,),
         likelihood=SimpleNamespace(features=(features(recording, own, used, 0.005),)),
     )
     best = SimpleNamespace(state=SimpleNamespace(fitted=SimpleNamespace(simulated=(LAW,))))
@@ -53,9 +53,9 @@ def test_noise_that_only_the_misfit_suggests_is_doubted_and_described(timed):
     """The zero goes up and down by 20 N in 130 s; noise of 12 N that lasts for 15 samples would explain it as well."""
     best, problem = asked(20.0 * np.sin(TIME / 20.0), NoiseModel(12.0, 0.875, 20.0))
     if not timed:
-        (compared,) = problem.compared(())
+        (compared,) = problem.compared_recordings(())
         compared = replace(compared, recording=replace(compared.recording, time=None))
-        problem.compared = lambda simulated: (compared,)
+        problem.compared_recordings = lambda simulated: (compared,)
     (doubt,) = _long_memory(best, problem)
     assert doubt.name == "noise_with_memory"
     assert ("that is correlated over 15 samples (7.5 s)" in doubt.message) == timed
@@ -76,7 +76,7 @@ def test_a_recording_not_from_rest_is_doubted_where_the_model_remembers(first, w
     for name, remembers in (("friction", True), ("time_lag", False), ("swaging", False)):
         effects = (SimpleNamespace(effect=catalogue()[name]),)
         best = SimpleNamespace(state=SimpleNamespace(model=SimpleNamespace(effects=effects)))
-        found = _begun(best, problem)
+        found = _unrelaxed_start(best, problem)
         assert [one.name for one in found] == ["not_from_rest"] * remembers
         assert not remembers or words in found[0].message
 
@@ -88,14 +88,14 @@ def test_the_unknown_force_has_the_size_that_is_drawn():
         unknown=True, state=SimpleNamespace(evidence=SimpleNamespace(judged=None), fitted=best.state.fitted)
     )
     plain = SimpleNamespace(problem=problem)
-    found = form_error(best, plain, problem.compared(()))
+    found = form_error(best, plain, problem.compared_recordings(()))
     span = float(np.ptp(LAW + 20.0 * np.sin(TIME / 20.0)))
     assert found.percent["axial"] == pytest.approx(100.0 * 20.0 / np.sqrt(2.0) / span, rel=0.1)
     assert found.share == 0.0
     assert found.covers > 0.95
     # Ripples are too fine to be drawn as a whole: what is not drawn is not covered.
     _, problem = asked(20.0 * np.sin(2 * np.pi * Q / 0.7), NoiseModel(3.0))
-    found = form_error(best, SimpleNamespace(problem=problem), problem.compared(()))
+    found = form_error(best, SimpleNamespace(problem=problem), problem.compared_recordings(()))
     assert found.covers < 0.7
     drawn = found.percent["axial"] / (100.0 * 20.0 / np.sqrt(2.0) / span)
     assert found.covers == pytest.approx(drawn**2, abs=0.15)

@@ -13,7 +13,7 @@ import pytest
 from bushcli.case import load_case
 from bushcli.inverse import identify
 from bushcli.selection import plain as plain_module
-from bushcli.selection.fit import WORSE, _better_start, _searched, pose
+from bushcli.selection.fit import WORSE, _better_start, _search_from, pose
 from bushcli.selection.model import Model
 from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.plain import fit_plain
@@ -145,7 +145,7 @@ def test_friction_beside_viscoelasticity_is_no_worse_than_either(coupon):
 def test_a_search_from_a_point_that_cannot_be_solved_ends_there():
     """A model may be solved on a bound, at the optimum of one that it contains, and fail a little inside."""
     problem = SimpleNamespace(channels=(), residual=lambda x: np.full(3, np.nan))
-    end = _searched(problem, np.array([1.0]), lambda *_: None)
+    end = _search_from(problem, np.array([1.0]), lambda *_: None)
     assert end.objective == np.inf
     assert not end.converged
 

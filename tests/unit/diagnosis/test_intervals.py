@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bushcli.diagnosis import intervals
-from bushcli.diagnosis.intervals import Component, components, interval, scanned
+from bushcli.diagnosis.intervals import Component, components, interval, scanned_interval
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effects
 
@@ -45,13 +45,13 @@ def test_a_scanned_value_stands_for_its_surroundings() -> None:
     values = {p.name: p.start for p in effect.parameters} | {"thickness": 2.0}
     active = ActiveEffect(effect, values)
     one = SimpleNamespace(model=SimpleNamespace(values={"sleeve_compliance.thickness": 2.0}), probability=0.4)
-    low, high = scanned(active, effect.parameter("thickness"), [one])  # type: ignore[list-item]
+    low, high = scanned_interval(active, effect.parameter("thickness"), [one])  # type: ignore[list-item]
     assert low == pytest.approx(math.sqrt(2.0) * 2.0**0.025)
     assert high == pytest.approx(math.sqrt(2.0) * 2.0**0.975)
     other = SimpleNamespace(
         model=SimpleNamespace(values={"sleeve_compliance.thickness": 4.0}), probability=0.4
     )
-    low, high = scanned(active, effect.parameter("thickness"), [one, other])  # type: ignore[list-item]
+    low, high = scanned_interval(active, effect.parameter("thickness"), [one, other])  # type: ignore[list-item]
     assert (low, high) == pytest.approx((math.sqrt(2.0) * 2.0**0.05, math.sqrt(8.0) * 2.0**0.95))
 
 

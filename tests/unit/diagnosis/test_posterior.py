@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from bushcli.diagnosis.posterior import Weighed, credible_sets, groups, posterior, probabilities
+from bushcli.diagnosis.posterior import WeighedModel, credible_sets, groups, posterior, probabilities
 from bushcli.effects.effect import effects
 
 ALL = list(effects())
@@ -26,8 +26,8 @@ def test_a_law_set_free_stands_among_the_effects():
     search = SimpleNamespace(
         states=states,
         weights=lambda one: (one.evidence.log, one.evidence.log_unknown),
-        counted=[],
-        seen_in=lambda key: key,
+        counted_models=[],
+        smallest_equivalent=lambda key: key,
         total=math.log(sum(math.exp(w) for one in states.values() for w in (one.evidence.log, -5.0))),
         plain=states[0],
         catalogue=ALL,
@@ -44,7 +44,7 @@ def test_a_law_set_free_stands_among_the_effects():
 def weighed(*pairs):
     """Models by their effects, with probabilities; "unknown" among the effects is the unknown one."""
     made = [
-        Weighed(state(*(n for n in names if n != "unknown")), "unknown" in names, p, 0.0)
+        WeighedModel(state(*(n for n in names if n != "unknown")), "unknown" in names, p, 0.0)
         for names, p in pairs
     ]
     return tuple(sorted(made, key=lambda one: -one.probability))
@@ -67,7 +67,7 @@ def test_probabilities_sum_to_one_and_go_by_evidence_times_odds():
     queued = SimpleNamespace(
         base=states[1],
         model=SimpleNamespace(identities=("mullins", "offset"), fixed=False),
-        predicted=0.5,
+        predicted_weight=0.5,
         log_evidence=5.1,
         is_silent=False,
     )
@@ -75,8 +75,8 @@ def test_probabilities_sum_to_one_and_go_by_evidence_times_odds():
     search = SimpleNamespace(
         states=states,
         weights=weights,
-        counted=[queued],
-        seen_in=lambda key: key,
+        counted_models=[queued],
+        smallest_equivalent=lambda key: key,
         total=total,
         plain=states[0],
         catalogue=ALL,

@@ -19,7 +19,7 @@ from bushcli.selection.columns import Candidate, columns, trials
 from bushcli.selection.fit import TURNS
 from bushcli.selection.law_edge import LawEdge
 from bushcli.selection.predict import Beside
-from bushcli.selection.prediction import Addition, reachable
+from bushcli.selection.prediction import Addition, reachable_likelihood
 from bushcli.selection.queued import SLACK
 from bushcli.selection.state import State
 from tests.linear import World
@@ -57,7 +57,7 @@ def exactly(one, *added):
     ends = []
     # Alternate with the variance that follows from the likelihood, as fits and predictions do; the best end counts.
     for _ in range(1 + TURNS):
-        whitened, misfit = features.whitened(J, variance), features.whitened(state.misfit[0], variance)
+        whitened, misfit = features.whiten(J, variance), features.whiten(state.misfit[0], variance)
         for _ in range(100):
             # The weight of a prior is that at the end of the previous step.
             rows = np.zeros((len(added), J.shape[1]))
@@ -75,11 +75,11 @@ def exactly(one, *added):
             [state.misfit[0] + J @ best],
             [J],
             np.concatenate([state.fitted.x, best[p:]]),
-            [*state.known, *known],
+            [*state.parameter_priors, *known],
             [0.0] * J.shape[1],
         )
         ends.append((found.log, best[p:]))
-        (scale,) = found.judged.scale
+        (scale,) = found.judgement.scale
         if max(scale / variance, variance / scale) < SETTLED:
             break
         variance = scale
@@ -181,13 +181,13 @@ def test_beside_a_parameter_that_its_bound_holds_nothing_is_gained_beyond_the_bo
 
     alone, both = fitted(held), fitted(drift, held)
     assert alone.model.values["permanent_set.set"] == pytest.approx(0.0, abs=1e-9)
-    beside = Beside(alone, found.derivatives.beside(alone, False))
+    beside = Beside(alone, found.derivatives.additions_beside(alone, False))
     predicted = next(one for one in beside.singles() if one.model.identities == ("drift", "permanent_set"))
-    assert predicted.log_likelihood == pytest.approx(both.evidence.judged.log, abs=0.1)
+    assert predicted.log_likelihood == pytest.approx(both.evidence.judgement.log, abs=0.1)
     # What the set would gain beyond its bound.
     nothing = np.zeros(len(alone.fitted.x), dtype=bool)
-    monkeypatch.setattr(State, "held", lambda self, misfit, slopes: (nothing, self.fitted.x))
-    free = Beside(alone, found.derivatives.beside(alone, False))
+    monkeypatch.setattr(State, "held_parameters", lambda self, misfit, slopes: (nothing, self.fitted.x))
+    free = Beside(alone, found.derivatives.additions_beside(alone, False))
     wrong = next(one for one in free.singles() if one.model.identities == ("drift", "permanent_set"))
     assert wrong.log_likelihood > predicted.log_likelihood + 2.0
 
@@ -204,11 +204,11 @@ def test_first_order_takes_a_parameter_to_its_bound_and_no_further(coupon, monke
     forces = zip(best.simulated, best.jacobians, strict=True)
     off = replace(best, x=best.x + step, simulated=tuple(force + J @ step for force, J in forces))
     beside = Beside(State(world.problem, off), ())
-    expected = State(world.problem, best).evidence.judged.log
-    assert State(world.problem, off).evidence.judged.log < expected - 0.1
-    assert beside.own == pytest.approx(expected, abs=0.05)
+    expected = State(world.problem, best).evidence.judgement.log
+    assert State(world.problem, off).evidence.judgement.log < expected - 0.1
+    assert beside.own_likelihood == pytest.approx(expected, abs=0.05)
     # Exactly at the bound: an amplitude below its least value, if only by rounding, would be impossible.
-    held, values = State(world.problem, off).held(*beside._whole)
+    held, values = State(world.problem, off).held_parameters(*beside._whole)
     assert held[i]
     assert values[i] == 0.0
     assert np.isfinite(beside.alone().log_evidence)
@@ -224,10 +224,10 @@ def test_an_effect_that_explains_most_may_explain_all(made):
         return Left(np.array([left]), np.zeros(channels), np.array([left]))
 
     noise = likelihood.judge(after(0.0)).log
-    assert reachable(likelihood, before, after(1.9e3)) == pytest.approx(noise)
+    assert reachable_likelihood(likelihood, before, after(1.9e3)) == pytest.approx(noise)
     little = after(9.9e3)
     expected = likelihood.judge(after(9.9e3 - 25.0)).log
-    assert reachable(likelihood, before, little) == pytest.approx(expected)
+    assert reachable_likelihood(likelihood, before, little) == pytest.approx(expected)
     assert expected < noise - 3.0
 
 
@@ -259,22 +259,22 @@ def test_first_order_takes_a_law_to_its_edge_of_stability_and_no_further(beyond,
     margins = {"type": "ineq", "fun": lambda s: edge.margins(x + s / size)}
     exact = minimize(cost, np.zeros(len(x)), jac=True, method="SLSQP", constraints=[margins])
     assert exact.success
-    found = beside._solved(())[0]
+    found = beside._solve_amplitudes(())[0]
     cuts = beside.edge.cuts.after(beside._tangent.values - beyond.fitted.x)
     held = beside._tangent.active(cuts, np.zeros(len(misfit)))
     optimum = beside._tangent.within(cuts.only(held)).optimum(np.zeros(len(misfit)))
     assert edge.margins(optimum).min() > -0.02
     rest = np.concatenate(
         [
-            f.whitened(left, v)
+            f.whiten(left, v)
             for f, left, v in zip(found.likelihood.features, found.misfit, beside.variances, strict=True)
         ]
     )
     assert 0.5 * rest @ rest == pytest.approx(exact.fun, rel=0.01)
     # Without the edge, first order promises what no fit can reach.
-    reached = beside.own
+    reached = beside.own_likelihood
     monkeypatch.setattr(LawEdge, "cut_off", lambda self, x: False)
-    assert Beside(beyond, ()).own > reached + 5.0
+    assert Beside(beyond, ()).own_likelihood > reached + 5.0
 
 
 def test_what_only_another_law_could_reach_is_hoped_for(beyond, made, monkeypatch):
@@ -293,11 +293,11 @@ def test_a_fit_far_from_the_edge_is_not_held_back(made):
         [-9.0 if name == "C20" else value for name, value in zip(made.state.fitted.names, x, strict=True)]
     )
     assert edge.margins(unstable).min() < 0.0 < edge.margins(x).min()
-    assert not edge.holds
+    assert not edge.is_active
     assert not edge.cut_off(unstable)
 
 
 def test_a_law_of_one_parameter_has_no_edge(coupon):
     state = coupon().state
-    assert not LawEdge(state).holds
+    assert not LawEdge(state).is_active
     assert not LawEdge(state).cut_off(-state.fitted.x)

@@ -19,7 +19,7 @@ A, B, C = frozenset({"with a"}), frozenset({"with b"}), frozenset({"with c", "wi
 
 
 def test_before_any_fit_no_error_is_expected() -> None:
-    assert PredictionErrors().expected(A) == NONE
+    assert PredictionErrors().expected_error(A) == NONE
 
 
 def test_alike_predictions_err_alike() -> None:
@@ -27,7 +27,7 @@ def test_alike_predictions_err_alike() -> None:
     errors = PredictionErrors()
     for _ in range(3):
         errors.add(A, -18.0, 20.0)
-    same, other = errors.expected(A), errors.expected(B)
+    same, other = errors.expected_error(A), errors.expected_error(B)
     assert same.mean == pytest.approx(-0.9, abs=0.4)
     assert same.mean < 1.5 * other.mean < 0.0
 
@@ -36,7 +36,7 @@ def test_accurate_predictions_make_all_slacks_small() -> None:
     errors, spreads = PredictionErrors(), []
     for i in range(8):
         errors.add(frozenset({f"with {i}"}), 0.2 * (-1.0) ** i, 10.0)
-        spreads.append(errors.expected(A).spread)
+        spreads.append(errors.expected_error(A).spread)
     assert spreads == sorted(spreads, reverse=True)
     assert spreads[-1] < 0.5
 
@@ -44,11 +44,11 @@ def test_accurate_predictions_make_all_slacks_small() -> None:
 def test_no_slack_grows() -> None:
     errors = PredictionErrors()
     errors.add(A, 60.0, 10.0)
-    assert errors.expected(B).spread == 1.0
+    assert errors.expected_error(B).spread == 1.0
     # Errors beyond `MOST` count as `MOST`.
     other = PredictionErrors()
     other.add(A, 10.0 * prediction_errors.MOST, 10.0)
-    assert errors.expected(A) == other.expected(A)
+    assert errors.expected_error(A) == other.expected_error(A)
 
 
 def test_bounds_and_exact_predictions_say_nothing() -> None:
@@ -56,7 +56,7 @@ def test_bounds_and_exact_predictions_say_nothing() -> None:
     errors.add(frozenset(), -50.0, 10.0)
     errors.add(A, 0.1, 0.0)
     errors.add(A, math.nan, 1.0)
-    assert errors.expected(A) == NONE
+    assert errors.expected_error(A) == NONE
 
 
 def test_it_is_the_conditional_distribution_of_the_stated_one() -> None:
@@ -76,13 +76,13 @@ def test_it_is_the_conditional_distribution_of_the_stated_one() -> None:
     joint = multivariate_normal(np.zeros(4), covariance)
     grid = np.linspace(-1.0, 1.0, 20001)
     density = joint.logpdf(np.column_stack([np.tile(sizes, (len(grid), 1)), grid]))
-    assert errors.expected(C).mean == pytest.approx(grid[np.argmax(density)], abs=2e-4)
+    assert errors.expected_error(C).mean == pytest.approx(grid[np.argmax(density)], abs=2e-4)
     # The scale: from the curvature of the density, and the share of the squares of the errors per degree of freedom.
     variance = -1.0 / np.polyfit(grid, density, 2)[0] / 2.0
     square = np.array(sizes) @ np.linalg.solve(covariance[:3, :3], sizes)
     scale = (prediction_errors.FREEDOM + square) / (prediction_errors.FREEDOM + 3)
     expected = math.sqrt(variance / covariance[3, 3] * scale)
-    assert errors.expected(C).spread == pytest.approx(min(expected, 1.0), rel=1e-3)
+    assert errors.expected_error(C).spread == pytest.approx(min(expected, 1.0), rel=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -94,4 +94,4 @@ def test_fits_of_others_say_nothing_of_a_single_effect_far_from_the_plain_law(sl
     errors.add(B, -5.0, 20.0)
     model = Model("neo_hookean", {}, effects=tuple(ActiveEffect(effect(name), {}) for name in names))
     one = Queued(model, None, 0.0, slack=slack, changes=A)
-    assert (one.expecting(errors).error != NONE) is learns
+    assert (one.with_expected_error(errors).error != NONE) is learns

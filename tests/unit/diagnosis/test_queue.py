@@ -12,7 +12,7 @@ import pytest
 
 from bushcli.diagnosis import answer
 from bushcli.diagnosis.posterior import posterior, probabilities
-from bushcli.diagnosis.words import could_shift
+from bushcli.diagnosis.words import possible_shift
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
 from bushcli.runtime.workers import Workers
@@ -49,7 +49,7 @@ def test_the_best_waits_least(world, monkeypatch):
         before = set(waiting)
         whole(self)
         taken = before - set(self.waiting)
-        best = sorted(waiting, key=lambda key: (-waiting[key].uncertain, key))[:1]
+        best = sorted(waiting, key=lambda key: (-waiting[key].uncertain_weight, key))[:1]
         order.append(taken >= set(best))
 
     monkeypatch.setattr(Search, "_fit_next", spied)
@@ -78,24 +78,24 @@ def test_of_two_predictions_the_surer_one_counts(world, monkeypatch):
 
 def test_what_is_surely_predicted_counts(world, monkeypatch):
     found = world.search(monkeypatch)
-    assert found.counted
+    assert found.counted_models
     models = posterior(found)
     assert sum(one.probability for one in models) == pytest.approx(1.0, abs=1e-9)
     assert any(one.predicted for one in models)
     # The most probable model has been fitted.
     assert models[0].predicted is None
     most = max(max(found.weights(one)) for one in found.states.values())
-    assert all(one.predicted < most and one.slack <= queued.SURE for one in found.counted)
+    assert all(one.predicted_weight < most and one.slack <= queued.SURE for one in found.counted_models)
 
 
 def test_it_ends_when_what_is_left_is_next_to_nothing(world, monkeypatch):
     found = world.search(monkeypatch)
     assert world.ended == "nothing left"
-    assert found.left < LEFT
+    assert found.share_left < LEFT
     # It ends before all are fitted: with seven effects there are 63 sets of up to three.
     assert found.waiting
     assert len(world.asked) < 40
-    said = answer.searched(found, world.ended, {}, {})
+    said = answer.search_extent(found, world.ended, {}, {})
     assert said.complete
     models = posterior(found)
     assert set(models[0].effects) == {"drift", "permanent_set"}
@@ -108,14 +108,14 @@ def test_a_budget_ends_it_and_says_so(world, monkeypatch):
     assert world.ended == "budget"
     assert world.asked == []
     # The plain law's neighbours are known only by their predictions.
-    assert found.left > 0.5
-    said = answer.searched(found, world.ended, {}, {})
+    assert found.share_left > 0.5
+    said = answer.search_extent(found, world.ended, {}, {})
     assert not said.complete
-    assert said.left == pytest.approx(found.left)
+    assert said.left == pytest.approx(found.share_left)
     (best, *_) = posterior(found)
     doubts = answer.doubts(world.one.case, (), best, found.problem, said)
     (condition,) = [one for one in doubts if one.name == "budget"]
-    assert could_shift(found.left) in condition.message
+    assert possible_shift(found.share_left) in condition.message
 
 
 def test_the_answer_does_not_depend_on_the_number_of_workers(coupon, monkeypatch):
@@ -127,7 +127,7 @@ def test_the_answer_does_not_depend_on_the_number_of_workers(coupon, monkeypatch
         else:
             with ThreadPoolExecutor(count) as pool:
                 found = world.search(monkeypatch, Workers(1, None, pool))
-        answers.append((sizes(found), [row.effects for row in found.rows], round(found.left, 12)))
+        answers.append((sizes(found), [row.effects for row in found.rows], round(found.share_left, 12)))
     assert answers[0] == answers[1]
 
 
@@ -138,7 +138,7 @@ def test_a_lost_model_is_said_and_has_no_probability(world, monkeypatch):
     assert any("drift" in name for name in found.lost)
     assert all("drift" not in state.model.identities for state in found.states.values())
     assert any("drift" in what and text.startswith("cannot be solved") for _, what, text in heard)
-    said = answer.searched(found, world.ended, {}, {})
+    said = answer.search_extent(found, world.ended, {}, {})
     assert said.lost == tuple(found.lost)
     rows = [one for one in said.trials if "drift" in one.effects]
     assert rows
@@ -191,7 +191,7 @@ def test_a_model_with_effects_exchanged_is_predicted_beside_a_fitted_one(world, 
         if one.model.identities == ("permanent_set", "time_lag") and one.model.law == truth.model.law
     ]
     fitted = State(world.problem, world.fit(world.one.case, other.model, None))
-    assert found.weights(fitted)[0] == pytest.approx(other.predicted, abs=1.0)
+    assert found.weights(fitted)[0] == pytest.approx(other.predicted_weight, abs=1.0)
 
 
 def test_an_effect_that_nothing_responds_to_is_untestable(world, monkeypatch):
@@ -267,7 +267,7 @@ def test_a_search_that_is_stopped_at_its_first_derivatives_has_looked_at_nothing
     monkeypatch.setattr(queue.Search, "run", lambda self: (searches.append(self), started(self)))
     with pytest.raises(KeyboardInterrupt):
         world.search(monkeypatch)
-    assert searches[0].left == 1.0
+    assert searches[0].share_left == 1.0
 
 
 def test_a_fit_that_was_finished_before_an_interruption_counts(world, monkeypatch):
@@ -292,7 +292,7 @@ def test_a_fit_that_was_finished_before_an_interruption_counts(world, monkeypatc
     assert found.solves > found.plain.fitted.solves
     assert asked[0] in found.states
     assert asked[1] in found.waiting
-    assert found.left > 1e-6
+    assert found.share_left > 1e-6
 
 
 def test_no_second_fit_begins_when_the_time_is_over(world, monkeypatch):
@@ -311,7 +311,7 @@ def test_no_second_fit_begins_when_the_time_is_over(world, monkeypatch):
     assert len(asked) == 1
     assert world.ended == "budget"
     assert len(found.states) == 2
-    assert found.left > 1e-6
+    assert found.share_left > 1e-6
 
 
 def test_errors_of_fits_shift_only_what_has_a_slack(world, monkeypatch):
@@ -321,8 +321,10 @@ def test_errors_of_fits_shift_only_what_has_a_slack(world, monkeypatch):
     changed = frozenset({"with drift"})
     base = queued.Queued(one.model, one.base, 5.0, hope=300.0, changes=changed)
     found.waiting.errors.add(changed, 4.0, 5.0)
-    silent, unsure = (replace(base, slack=slack).expecting(found.waiting.errors) for slack in (0.0, 10.0))
-    assert silent.predicted == 5.0
-    assert silent.optimistic == 305.0
-    assert 5.0 < unsure.predicted < 9.0
-    assert unsure.optimistic > 305.0
+    silent, unsure = (
+        replace(base, slack=slack).with_expected_error(found.waiting.errors) for slack in (0.0, 10.0)
+    )
+    assert silent.predicted_weight == 5.0
+    assert silent.optimistic_weight == 305.0
+    assert 5.0 < unsure.predicted_weight < 9.0
+    assert unsure.optimistic_weight > 305.0

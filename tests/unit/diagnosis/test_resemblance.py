@@ -10,8 +10,8 @@ import pytest
 from scipy.stats import lognorm
 
 from bushcli.diagnosis import resemblance
-from bushcli.diagnosis.posterior import posterior, probabilities, run_with_shown, unfitted
-from bushcli.diagnosis.resemblance import Size, resembling
+from bushcli.diagnosis.posterior import posterior, probabilities, run_with_shown, unfitted_model
+from bushcli.diagnosis.resemblance import Size, resemblances
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect, effects, effects_on
 from bushcli.effects.rig import Travel, elastic_response
@@ -67,9 +67,11 @@ def test_it_follows_the_closed_form(coupon, monkeypatch, smaller):
     held = whole_size(state, name) / whole_size(state, "drift.rate")
     share = {"fitted": 0.5 * held, "held": 2.0 * held}[smaller]
     likelihood = state.problem.likelihood
-    monkeypatch.setitem(likelihood.__dict__, "explained", np.array([(own_size(state, name) / share) ** 2]))
+    monkeypatch.setitem(
+        likelihood.__dict__, "explained_squares", np.array([(own_size(state, name) / share) ** 2])
+    )
     one = expected(state, name, min(share, held), PHI, PHI_SPREAD, PHI_MOST)
-    assert math.exp(dict(resembling(state))["permanent_set",]) == pytest.approx(one, rel=1e-6)
+    assert math.exp(dict(resemblances(state))["permanent_set",]) == pytest.approx(one, rel=1e-6)
 
 
 @pytest.mark.parametrize("leading", ["g1", "g2"])
@@ -84,10 +86,10 @@ def test_of_several_amplitudes_the_one_that_changes_most_counts(coupon, leading)
     size = Size.of(state, active["viscoelasticity"], ())
     share = size.relative_to(
         [Size.of(state, active["drift"], [active["viscoelasticity"]])],
-        math.sqrt(float(state.problem.likelihood.explained.sum())),
+        math.sqrt(float(state.problem.likelihood.explained_squares.sum())),
     )
     one = expected(state, f"viscoelasticity.{leading}", share, PHI, PHI_SPREAD, PHI_MOST)
-    assert math.exp(dict(resembling(state))["viscoelasticity",]) == pytest.approx(one, rel=1e-6)
+    assert math.exp(dict(resemblances(state))["viscoelasticity",]) == pytest.approx(one, rel=1e-6)
 
 
 @pytest.mark.parametrize("times", [0.3, 0.999, 1.001, 20.0])
@@ -109,7 +111,7 @@ def test_it_resembles_no_effect_that_is_larger_than_its_prior_admits(coupon, tim
 def test_the_error_of_a_law_resembles_effects_without_memory_only(coupon, monkeypatch):
     state = pair(coupon, 0.2, 0.1)
     both = "drift", "permanent_set"
-    assert both not in dict(resembling(state))
+    assert both not in dict(resemblances(state))
     # Taken to be without memory, both are errors of the law, as large as a share of the force.
     for one in state.model.effects:
         monkeypatch.setitem(one.effect.__dict__, "has_memory", False)
@@ -118,24 +120,24 @@ def test_the_error_of_a_law_resembles_effects_without_memory_only(coupon, monkey
     ratio = math.prod(
         expected(state, name, own_size(state, name, names), LAMBDA * signal, LAMBDA_SPREAD) for name in names
     )
-    assert math.exp(dict(resembling(state))[both]) == pytest.approx(ratio, rel=1e-6)
+    assert math.exp(dict(resemblances(state))[both]) == pytest.approx(ratio, rel=1e-6)
 
 
 def test_the_error_of_an_effect_without_memory_resembles_none_that_has_one(coupon, monkeypatch):
     state = pair(coupon, 3.0, 0.5)
-    assert ("permanent_set",) in dict(resembling(state))
+    assert ("permanent_set",) in dict(resemblances(state))
     drift = next(one for one in state.model.effects if one.effect.name == "drift")
     monkeypatch.setitem(drift.effect.__dict__, "has_memory", False)
-    assert ("permanent_set",) not in dict(resembling(state))
+    assert ("permanent_set",) not in dict(resemblances(state))
 
 
 def test_the_error_of_a_rig_is_not_in_the_channel_of_another(coupon, monkeypatch):
     """Effects of two rigs: neither is the error of the other, whatever their sizes."""
     state = pair(coupon, 3.0, 0.5)
-    assert ("permanent_set",) in dict(resembling(state))
+    assert ("permanent_set",) in dict(resemblances(state))
     for one, channel in zip(state.model.effects, ("axial", "radial"), strict=True):
         monkeypatch.setitem(one.__dict__, "channels", (channel,))
-    assert dict(resembling(state)) == {}
+    assert dict(resemblances(state)) == {}
 
 
 def test_a_fit_without_the_effects_says_what_the_rest_cannot_imitate(coupon):
@@ -143,9 +145,9 @@ def test_a_fit_without_the_effects_says_what_the_rest_cannot_imitate(coupon):
     state = pair(coupon, 3.0, 0.5)
     gone = ("permanent_set",)
     less = state.without(gone)
-    before = dict(resembling(state))[gone]
+    before = dict(resemblances(state))[gone]
     as_good = State(state.problem, replace(less.fitted, simulated=state.fitted.simulated))
-    assert dict(resembling(state, fits={less.model.structure: as_good}))[gone] == pytest.approx(before)
+    assert dict(resemblances(state, fits={less.model.structure: as_good}))[gone] == pytest.approx(before)
     # The same model, with a misfit as large as what the drift explains.
     fitted = replace(
         less.fitted, simulated=tuple(np.zeros_like(force) for force in less.fitted.simulated), converged=True
@@ -154,16 +156,16 @@ def test_a_fit_without_the_effects_says_what_the_rest_cannot_imitate(coupon):
     # What remains is the limit by the change with all other parameters held.
     held = whole_size(state, "permanent_set.set") / whole_size(state, "drift.rate")
     most = expected(state, "permanent_set.set", held, PHI, PHI_SPREAD, PHI_MOST)
-    found = math.exp(dict(resembling(state, fits={less.model.structure: far}))[gone])
+    found = math.exp(dict(resemblances(state, fits={less.model.structure: far}))[gone])
     assert found == pytest.approx(most, rel=1e-6)
     assert found != pytest.approx(math.exp(before), rel=0.1)
     # A fit that was given up says nothing.
     abandoned = State(state.problem, replace(fitted, converged=False))
-    assert dict(resembling(state, fits={less.model.structure: abandoned}))[gone] == pytest.approx(before)
+    assert dict(resemblances(state, fits={less.model.structure: abandoned}))[gone] == pytest.approx(before)
 
 
 def test_an_effect_as_large_as_all_others_is_no_error_of_form(coupon):
-    found = dict(resembling(pair(coupon, 3.0, 3.0)))
+    found = dict(resemblances(pair(coupon, 3.0, 3.0)))
     assert ("permanent_set",) not in found
     assert ("drift",) not in found
 
@@ -194,13 +196,13 @@ def test_the_most_probable_model_is_fitted_even_if_the_search_gave_it_up(coupon,
     weights = [one.log_evidence + found.odds(one.model, unknown=one.unknown) for one in rows]
     shares = [math.log(one.probability) for one in rows]
     assert np.subtract(weights, shares) == pytest.approx(np.full(len(rows), weights[0] - shares[0]))
-    asked = unfitted(models)
+    asked = unfitted_model(models)
     assert asked is not None
     assert asked.model.identities == ("drift",)
     world.always = True
     found.fit_anyway(asked)
     again = posterior(found)
-    assert unfitted(again) is None
+    assert unfitted_model(again) is None
     assert again[0].effects == ("drift",)
     assert again[0].predicted is None
     assert sum(one.probability for one in again) == pytest.approx(1.0, abs=1e-9)
@@ -212,7 +214,7 @@ def test_the_search_goes_on_if_a_model_that_the_report_shows_predicts_others_tha
     found = world.search(monkeypatch)
     key, other = list(found.waiting)[:2]
     shown = [found.waiting[key], None]
-    monkeypatch.setattr("bushcli.diagnosis.posterior.unfitted", lambda models, tried: shown.pop(0))
+    monkeypatch.setattr("bushcli.diagnosis.posterior.unfitted_model", lambda models, tried: shown.pop(0))
     fit_anyway = found.fit_anyway
 
     def opened(one):
@@ -220,12 +222,12 @@ def test_the_search_goes_on_if_a_model_that_the_report_shows_predicts_others_tha
         fit_anyway(one)
         world.always = False
         found.waiting[other] = replace(found.waiting[other], slack=1000.0, limit=math.inf)
-        assert found.left > 0.99
+        assert found.share_left > 0.99
 
     monkeypatch.setattr(found, "fit_anyway", opened)
     assert run_with_shown(found) == "nothing left"
     assert {key, other} <= found.states.keys()
-    assert found.left < LEFT
+    assert found.share_left < LEFT
     assert not shown
 
 

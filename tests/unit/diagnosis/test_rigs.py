@@ -114,7 +114,7 @@ def test_the_derivative_by_one_of_a_channel_is_a_part_of_that_by_one_in_all(made
         problem=problem,
         fitted=replace(fitted, simulated=fitted.simulated * 2, jacobians=fitted.jacobians * 2),
     )
-    found = Derivatives(problem, Workers(1), [LAG], lambda *text: None, 1.0).beside(state, True)
+    found = Derivatives(problem, Workers(1), [LAG], lambda *text: None, 1.0).additions_beside(state, True)
     assert asked == ["time_lag"]
     slopes = {one.trial.active.identity: one.slopes for one in found}
     both, nothing = slopes["time_lag"], np.zeros_like(slopes["time_lag"][0])
@@ -132,7 +132,7 @@ def test_derivatives_beside_a_stiffer_law_are_those_beside_the_first(coupon):
     stiffer = replace(
         made.state, fitted=replace(made.state.fitted, model=replace(made.state.model, start=start))
     )
-    first, second = found.beside(made.state), found.beside(stiffer)
+    first, second = found.additions_beside(made.state), found.additions_beside(stiffer)
     assert len(asked) == len(first) > 1
     assert [one.trial for one in first] == [one.trial for one in second]
 
@@ -143,6 +143,6 @@ def test_a_spike_sets_no_scale_of_a_prior(coupon):
     force, mask = recording.force.copy(), used.copy()
     force[7], mask[7] = 20.0 * np.abs(force).max(), False
     spiked = replace(problem, recordings=(replace(recording, force=force),), used=(mask,))
-    clean, found = (scales_of(one.case, 1.0, one.sound) for one in (problem, spiked))
+    clean, found = (scales_of(one.case, 1.0, one.sound_recordings) for one in (problem, spiked))
     assert found["compliance"] == pytest.approx(clean["compliance"], rel=0.02)
     assert found["force"] == pytest.approx(clean["force"], rel=0.02)

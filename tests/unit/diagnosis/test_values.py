@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from bushcli.diagnosis.result import Quantity
-from bushcli.diagnosis.values import _said
+from bushcli.diagnosis.values import _title_and_summary
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effects
 
@@ -31,6 +31,6 @@ def test_a_gain_that_the_mesh_may_have_made_blames_no_load_cell(error, mode, sai
     search = SimpleNamespace(problem=SimpleNamespace(recordings=recordings))
     gain = ActiveEffect(effects()["gain"], {"error": error}, ("own",))
     value = Quantity(error, 0.001, "1", "relative error of the force", error - 0.002, error + 0.002)
-    title, summary = _said(gain, {"error": value}, search)
+    title, summary = _title_and_summary(gain, {"error": value}, search)
     assert summary.startswith(said)
     assert ("Gain error" in title) == (abs(error) > 0.01)

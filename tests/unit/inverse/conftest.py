@@ -44,7 +44,7 @@ class Linear:
 
     parameters = law_parameters
 
-    def reached(self, x):
+    def reached_stretches(self, x):
         return np.zeros((0, 3))
 
     def watch(self, states, best=None):

@@ -10,7 +10,7 @@ from scipy.linalg import toeplitz
 
 from benchmarks.coverage import drawn
 from bushcli.curve.misfit import correlation_time
-from bushcli.inverse.autoregression import correlated, errors_of
+from bushcli.inverse.autoregression import apply_correlation, errors_of
 from bushcli.inverse.certainty import uncertainty
 
 
@@ -23,7 +23,9 @@ def rows_of(n: int) -> np.ndarray:
 @pytest.mark.parametrize("rho", [0.0, 0.3, 0.95])
 def test_product_with_the_correlation_matrix_in_closed_form(rho):
     rows = rows_of(40)
-    np.testing.assert_allclose(correlated(rho, rows), toeplitz(rho ** np.arange(40)) @ rows, atol=1e-12)
+    np.testing.assert_allclose(
+        apply_correlation(rho, rows), toeplitz(rho ** np.arange(40)) @ rows, atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.5, 0.8])

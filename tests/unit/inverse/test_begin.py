@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bushcli.inverse.problem import Bounds
-from bushcli.inverse.start_values import SOLVED, first_point, is_stable, own_start, scaled, sized
+from bushcli.inverse.start_values import SOLVED, first_point, fit_scale, fit_sizes, is_stable, own_start
 from forms.law import law
 
 LOWER, UPPER = np.array([1e-6, -100.0, -100.0]), np.array([1e3, 100.0, 100.0])
@@ -67,13 +67,13 @@ def test_a_common_factor_is_taken_out_at_once(factor):
 
 def test_in_a_bushing_the_ratios_stay_in_a_coupon_they_are_found():
     start = np.array([5.0, -0.4, 0.5])
-    shaped = scaled(Problem(), start)
+    shaped = fit_scale(Problem(), start)
     assert shaped / shaped[0] == pytest.approx(start / start[0])
     # Least squares of one factor, by hand.
     channel = Channel(False)
     force = channel.slope @ start
     assert shaped[0] / start[0] == pytest.approx(force @ channel.measured / (force @ force))
-    assert scaled(Problem(coupon=True), start) == pytest.approx(TRUTH, rel=1e-6)
+    assert fit_scale(Problem(coupon=True), start) == pytest.approx(TRUTH, rel=1e-6)
 
 
 def test_an_unstable_start_is_not_solved_but_mixed_with_the_laws_own():
@@ -126,7 +126,7 @@ def test_with_a_fixed_coefficient_there_is_no_scale_to_take_out():
 
     problem = Two(fixed={"C30": 0.007})
     start = np.array([5.0, -0.4])
-    assert scaled(problem, start) == pytest.approx(start)
+    assert fit_scale(problem, start) == pytest.approx(start)
 
 
 def test_locking_laws_get_room_to_stretch():
@@ -183,10 +183,10 @@ class WithEffect(Problem):
 def test_an_effect_finds_its_size_while_the_law_keeps_its_shape():
     start = np.append(0.5 * WithEffect.truth[:3], 0.01)
     problem = WithEffect()
-    assert sized(problem, start, 1e-3) == pytest.approx(problem.truth, rel=1e-4)
+    assert fit_sizes(problem, start, 1e-3) == pytest.approx(problem.truth, rel=1e-4)
     # The shape is kept where another would fit better, too.
     shaped = np.array([0.5, -0.01, 0.03, 0.01])
-    found = sized(problem, shaped)
+    found = fit_sizes(problem, shaped)
     assert found[:3] / found[0] == pytest.approx(shaped[:3] / shaped[0])
     assert problem.cost(found) < 0.1 * problem.cost(shaped)
 
@@ -194,11 +194,11 @@ def test_an_effect_finds_its_size_while_the_law_keeps_its_shape():
 def test_what_cannot_be_solved_is_not_returned():
     start = np.append(WithEffect.truth[:3], 0.01)
     problem = WithEffect(unsolvable=lambda x: x[3] > 0.2)
-    found = sized(problem, start)
+    found = fit_sizes(problem, start)
     assert 0.01 < found[3] <= 0.2
     assert problem.cost(found) < problem.cost(start)
     nowhere = WithEffect(unsolvable=lambda x: x[3] > 0.0101)
-    assert sized(nowhere, start) == pytest.approx(start)
+    assert fit_sizes(nowhere, start) == pytest.approx(start)
 
 
 def test_a_shortened_step_that_gains_little_is_the_last():
@@ -213,12 +213,12 @@ def test_a_shortened_step_that_gains_little_is_the_last():
 
     problem = Overshoots()
     start = np.append(WithEffect.truth[:3], 0.01)
-    found = sized(problem, start)
+    found = fit_sizes(problem, start)
     assert found[3] == pytest.approx(0.01 + 0.25 * 0.99)
     assert len(problem.asked) == 1
 
 
 def test_a_best_size_stays():
     problem = WithEffect()
-    assert sized(problem, problem.truth) == pytest.approx(problem.truth, rel=1e-12)
+    assert fit_sizes(problem, problem.truth) == pytest.approx(problem.truth, rel=1e-12)
     assert len(problem.asked) == 1

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bushcli.inverse.certainty import autocorrelation_time, inverted, leverage
+from bushcli.inverse.certainty import autocorrelation_time, invert_information, leverage
 from bushcli.inverse.result import NORMAL, Estimate
 
 
@@ -79,18 +79,18 @@ def test_parameters_in_very_different_units_are_inverted_as_well_as_equal_ones()
     """A force offset in N beside a compliance in mm/N: information from 1e-6 to 1e12, correlated by 0.99."""
     correlation = np.array([[1.0, 0.99, 0.1], [0.99, 1.0, 0.1], [0.1, 0.1, 1.0]])
     size = np.array([1e-3, 1.0, 1e6])
-    found, is_open = inverted(correlation * np.outer(size, size))
+    found, is_open = invert_information(correlation * np.outer(size, size))
     np.testing.assert_allclose(found * np.outer(size, size), np.linalg.inv(correlation), rtol=1e-9)
     assert not is_open.any()
 
 
 def test_parameters_without_information_are_open_and_the_others_are_not():
     information = np.diag([4.0, 0.0, 9e12])
-    found, is_open = inverted(information)
+    found, is_open = invert_information(information)
     assert list(is_open) == [False, True, False]
     assert np.diag(found)[[0, 2]] == pytest.approx([1 / 4, 1 / 9e12])
     # Two parameters with one and the same influence.
-    _, is_open = inverted(np.array([[1.0, 1e3, 0.0], [1e3, 1e6, 0.0], [0.0, 0.0, 1.0]]))
+    _, is_open = invert_information(np.array([[1.0, 1e3, 0.0], [1e3, 1e6, 0.0], [0.0, 0.0, 1.0]]))
     assert list(is_open) == [True, True, False]
 
 

@@ -39,7 +39,7 @@ class Relaxation:
     def at_samples(self, answer):
         return answer.force, answer.slope
 
-    def reached(self, parameters, answer, limit):
+    def reached_stretches(self, parameters, answer, limit):
         return np.zeros((0, 3))
 
 

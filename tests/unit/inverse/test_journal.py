@@ -128,7 +128,7 @@ def test_an_evaluation_that_is_a_link_or_a_pipe_is_calculated_again(tmp_path):
     os.mkfifo(pipe)
     again = Journal(journal.folder, {}, resume=True)
     assert [again.find(x) for x in (X, X + 1)] == [None, None]
-    assert again.damaged == 2
+    assert again.damaged_entries == 2
 
 
 @pytest.mark.parametrize("keep", [0.0, 0.3, 0.95])

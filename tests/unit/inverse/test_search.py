@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bushcli.evidence.stopping_rule import StoppingRule
-from bushcli.inverse.edge import along_the_edge
+from bushcli.inverse.edge import minimise_at_edge
 from bushcli.inverse.local import minimise, predicted_decrease
 from bushcli.inverse.minimum_search import search
 from bushcli.inverse.problem import Bounds, Stopping, differences
@@ -128,7 +128,7 @@ def test_an_end_on_the_edge_without_a_lower_misfit_along_it_stays(linear):
     problem.margin = lambda p: normal @ p - level
     problem.edge = lambda p: 1e5 * max(-problem.margin(p), 0.0)
     ended = minimise(problem, best_on(problem, normal, level))
-    assert along_the_edge(problem, ended) is ended
+    assert minimise_at_edge(problem, ended) is ended
 
 
 def test_steps_along_the_edge_that_promise_next_to_nothing_end_in_a_minimum(linear, monkeypatch):
@@ -142,7 +142,7 @@ def test_steps_along_the_edge_that_promise_next_to_nothing_end_in_a_minimum(line
         "bushcli.inverse.edge.LinearisedProblem.step", lambda at, *_: (next(steps), next(left))
     )
     ended = minimise(problem, away, most_in_row=1)
-    found = along_the_edge(problem, replace(ended, x=away, cost=problem.cost(away), converged=False))
+    found = minimise_at_edge(problem, replace(ended, x=away, cost=problem.cost(away), converged=False))
     assert found.cost == pytest.approx(problem.cost(least))
     assert found.converged, found.message
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bushcli.inverse.spectrum import Spectrum, _Problem, fit_spectrum, relaxed
+from bushcli.inverse.spectrum import Spectrum, _Problem, fit_spectrum, relaxation_spectrum
 from bushcli.recording.dynamic.table import DynamicTable
 
 #: A rubber with a broad spectrum: E_inf in MPa, and eight terms.
@@ -40,7 +40,9 @@ def test_a_sweep_is_described_and_its_relaxation_follows():
     time = np.geomspace(0.005, 0.5, 20)
     np.testing.assert_allclose(found.spectrum.relaxation(time), RUBBER.relaxation(time), rtol=0.01)
     assert (found.spectrum.moduli > 0.0).all()
-    np.testing.assert_allclose(found.spectrum.relative * found.spectrum.equilibrium, found.spectrum.moduli)
+    np.testing.assert_allclose(
+        found.spectrum.relative_moduli * found.spectrum.equilibrium, found.spectrum.moduli
+    )
 
 
 def test_noise_is_not_described():
@@ -66,7 +68,7 @@ def test_frequency_to_relaxation_and_back():
     found = fit_spectrum(table(FREQUENCIES)).spectrum
     time = np.geomspace(found.times.min(), found.times.max(), 200)
     omega = 2.0 * np.pi * FREQUENCIES
-    back = relaxed(time, found.relaxation(time)).at(omega)
+    back = relaxation_spectrum(time, found.relaxation(time)).at(omega)
     np.testing.assert_allclose(back.real, RUBBER.at(omega).real, rtol=0.01)
     np.testing.assert_allclose(back.imag, RUBBER.at(omega).imag, rtol=0.03)
 

@@ -9,7 +9,7 @@ from bushcli.recording import read_recording
 from bushcli.report.json.check import check_json
 from bushcli.report.json.direct import direct_json
 from bushcli.report.json.fit import fit_json
-from bushcli.report.results import Checked, FitResult
+from bushcli.report.results import CheckResult, FitResult
 from bushcli.simulate.strains import Strains
 from bushcli.standards.protocol import protocol
 from bushcli.study.answers import RESULT_KEYS
@@ -126,7 +126,7 @@ def test_a_law_fitted_on_the_way_is_in_the_direct_result(direct, fit):
 def test_a_checked_case_says_what_its_recordings_hold(case):
     used = case()
     curves = [read_recording(source) for source in used.recordings]
-    result = strict(check_json(Checked(used, curves, [], protocol(used, curves, []))))
+    result = strict(check_json(CheckResult(used, curves, [], protocol(used, curves, []))))
     (measured,) = result["recordings"]
     assert (measured["name"], measured["samples"], measured["cycles"]) == ("measured", 6, 1)
     assert measured["displacement"] == [0.0, 5.0]

@@ -120,7 +120,7 @@ def test_a_hardness_outside_of_the_relation_is_refused():
 
 def test_mean_and_yield_of_a_saltelli_design_are_those_of_the_designs_that_were_drawn():
     chosen = plan([variable("a=0:1"), variable("b=0:1")], "saltelli", 4096)
-    drawn = np.flatnonzero(chosen.independent)
+    drawn = np.flatnonzero(chosen.is_independent)
     assert len(drawn) == 2 * len(chosen.rows) // 4
     # Drawn designs have no value in common; mixed designs take their values from them.
     assert len({row[0] for row in np.array(chosen.rows)[drawn]}) == len(drawn)

@@ -6,7 +6,7 @@ import math
 
 from bushcli.diagnosis.result import Diagnosis
 from bushcli.effects.titles import NOTHING
-from bushcli.report.quantity import listed, percent
+from bushcli.report.quantity import join_names, percent
 from bushcli.report.verdict import fault_lines
 from bushcli.report.views.diagnosis import words
 from bushcli.report.views.diagnosis.values import parameters_text
@@ -33,7 +33,7 @@ def short_paragraphs(diagnosis: Diagnosis) -> list[str]:
     explained, unexplained = diagnosis.verdict == "explained", diagnosis.verdict == "unexplained"
     missing = words.as_sentences(words.missing_lines(diagnosis))
     parts = [
-        [_opening(diagnosis), *(missing[1:] if unexplained and not diagnosis.unsearched else [])],
+        [_opening(diagnosis), *(missing[1:] if unexplained and not diagnosis.is_unsearched else [])],
         [] if explained else words.as_sentences(diagnosis.places[:2]),
         _effects(diagnosis) if diagnosis.effects else [],
         [] if explained else [_gain(diagnosis), *words.as_sentences([words.form_error_line(diagnosis)])],
@@ -48,10 +48,10 @@ def short_paragraphs(diagnosis: Diagnosis) -> list[str]:
 
 def _opening(diagnosis: Diagnosis) -> str:
     law = words.law_title(diagnosis.plain.law)
-    fitted = [channel for channel in diagnosis.measured if not channel.held_out]
+    fitted = [channel for channel in diagnosis.measured_channels if not channel.held_out]
     kind = "table" if all(channel.kind == "dynamic" for channel in fitted) else "recording"
     plural = "s" if len(fitted) > 1 else ""
-    channels = f"{listed([channel.name for channel in fitted])} {kind}{plural}"
+    channels = f"{join_names([channel.name for channel in fitted])} {kind}{plural}"
     origin = {
         "recordings": f"The {law} law alone, fitted to the {channels}",
         "coupons": f"The {law} law, fitted to the coupon tests and compared with the {channels}",
@@ -68,7 +68,7 @@ def _opening(diagnosis: Diagnosis) -> str:
                 if above_noise
                 else f"{better_law} describes the same rubber without any further physics{best}."
             )
-        case "unexplained" if diagnosis.unsearched:
+        case "unexplained" if diagnosis.is_unsearched:
             return (
                 f"{origin}, may lack something. The search ended before it could tell which effects are probable: "
                 f"none of them is ruled out.{_so_far(diagnosis)}"
@@ -91,8 +91,10 @@ def _opening(diagnosis: Diagnosis) -> str:
                     if none >= _DOUBT
                     else "leaves something out"
                 )
-                return f"{origin}, {leaves}: most probably {listed(words.effects_with_chance(diagnosis))}."
-            return f"{origin}, leaves something out: {listed(words.effects_with_chance(diagnosis))}."
+                return (
+                    f"{origin}, {leaves}: most probably {join_names(words.effects_with_chance(diagnosis))}."
+                )
+            return f"{origin}, leaves something out: {join_names(words.effects_with_chance(diagnosis))}."
 
 
 def _nothing_missing(diagnosis: Diagnosis) -> str:
@@ -100,13 +102,13 @@ def _nothing_missing(diagnosis: Diagnosis) -> str:
     statement = "nothing is missing that these recordings could show"
     if words.shows_nothing(diagnosis):
         statement += ", and they can show none of the effects considered"
-    noise = {channel.name: channel.noise_percent for channel in diagnosis.measured}
+    noise = {channel.name: channel.noise_percent for channel in diagnosis.measured_channels}
     errors = {
         name: size for name, size in diagnosis.form_error.percent.items() if size > NOTABLE * noise[name]
     }
     if not errors:
         return statement
-    sizes = listed([f"{percent(size)} in {name}" for name, size in errors.items()])
+    sizes = join_names([f"{percent(size)} in {name}" for name, size in errors.items()])
     return f"{statement}, if the formula of the law may err by {sizes} (rms, {words.relative_to(diagnosis)})"
 
 
@@ -124,7 +126,7 @@ def _effects(diagnosis: Diagnosis) -> list[str]:
     """Return sentences on the effects of the most probable model, and on its law if that is not the plain one."""
     parts: list[str] = []
     for effect in diagnosis.effects:
-        values = parameters_text(effect, diagnosis.measured)
+        values = parameters_text(effect, diagnosis.measured_channels)
         chance = "" if effect.probability >= _SURE else f", {words.chance(effect.probability)}"
         parts.append(f"{effect.summary.rstrip('.')} ({effect.label}{chance}: {values}).")
         if not effect.plausible:
@@ -146,7 +148,7 @@ def _effects(diagnosis: Diagnosis) -> list[str]:
 
 def _gain(diagnosis: Diagnosis) -> str:
     parts: list[str] = []
-    for channel in diagnosis.measured:
+    for channel in diagnosis.measured_channels:
         if f"{channel.before_percent:.2g}" == f"{channel.after_percent:.2g}":
             continue
         held_out = ", held out," if channel.held_out else ""
@@ -159,7 +161,7 @@ def _gain(diagnosis: Diagnosis) -> str:
     what = "With it" if len(diagnosis.effects) == 1 else "With them" if diagnosis.effects else ""
     if not what and diagnosis.material.law != diagnosis.plain.law:
         what = f"With the {words.law_title(diagnosis.material.law)} law"
-    falls = all(channel.after_percent <= channel.before_percent for channel in diagnosis.measured)
+    falls = all(channel.after_percent <= channel.before_percent for channel in diagnosis.measured_channels)
     change = "the misfit falls" if falls else "the misfit changes"
     return f"{what} {change}: {', '.join(parts)}." if what else f"{change.capitalize()}: {', '.join(parts)}."
 

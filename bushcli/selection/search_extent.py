@@ -42,7 +42,7 @@ class TriedModel:
 
 
 @dataclass(frozen=True)
-class Searched:
+class SearchExtent:
     """Extent of the search.
 
     Attributes
