@@ -47,10 +47,7 @@ def source_json(source: Source, folder: Path) -> dict[str, Any]:
         "conditioning": source.conditioning or None,
         "standard": source.standard,
         "temperature": source.temperature,
-        "gauge_length": source.specimen.gauge_length,
-        "area": source.specimen.area,
-        "stress": source.specimen.stress,
-        "strain": source.specimen.strain,
+        **vars(source.specimen),
         "path": six and {"motions": dict(six.motions), "free": [MOTIONS[k] for k in six.free]},
     }
     columns: dict[Any, Any] = dict(source.columns)

@@ -14,7 +14,17 @@ from pydantic import ValidationError
 from bushcli.case import checks, motion_path
 from bushcli.case.case import DENSITY, Case, Material, MeshOptions
 from bushcli.case.dynamic import KIND, DynamicRecordingTable, sources
-from bushcli.case.finding import Finding, Keys, dotted_key, explain, toml_text, unknown_key, unknown_name
+from bushcli.case.finding import (
+    Finding,
+    Keys,
+    dotted_key,
+    explain,
+    toml_text,
+    unknown_key,
+    unknown_name,
+    wrong_key,
+    wrong_value,
+)
 from bushcli.case.hardness import from_hardness
 from bushcli.case.limits import MOST_ENTRIES, mesh_size
 from bushcli.case.loads import DynamicTest, Load, LoadCase, with_channel_names
@@ -130,8 +140,7 @@ class Builder:
 
     def _validate(self, raw: Any, keys: Keys, model: type[T], section: str) -> T | None:
         if not isinstance(raw, dict):
-            what = f"{dotted_key(keys)} = {toml_text(raw)} is not a table of keys"
-            self.findings.append(Finding(keys, what, expected=f"write {section}"))
+            self.findings.append(wrong_value(keys, raw, "is not a table of keys", f"write {section}"))
             return None
         try:
             return model.model_validate(raw)
@@ -247,10 +256,9 @@ class Builder:
             return None
         key, by_force = (*keys, programs[0]), programs[0].startswith("force")
         if by_force and (modes()[table.mode].specimen == "coupon" or modes()[table.mode].follow is not None):
-            what = f"{dotted_key(key)}: mode {toml_text(table.mode)} is loaded by a displacement"
-            self.findings.append(
-                Finding(key, what, expected="amplitude, path or file; a force loads a bushing in one mode")
-            )
+            what = f": mode {toml_text(table.mode)} is loaded by a displacement"
+            expected = "amplitude, path or file; a force loads a bushing in one mode"
+            self.findings.append(wrong_key(key, what, expected))
             return None
         if motion_path.is_meant(table):
             path_case, findings = motion_path.load_case(table, keys, shape, self._validate)
@@ -259,8 +267,7 @@ class Builder:
         name = table.force_file if by_force else table.file
         if name is not None:
             if table.rate is not None:
-                what = f"{dotted_key((*keys, 'rate'))} has no meaning: the file gives the times"
-                self.findings.append(Finding((*keys, "rate"), what))
+                self.findings.append(wrong_key((*keys, "rate"), "has no meaning: the file gives the times"))
             file = find_file(self.folder, key, name, self.findings)
             if file is None:
                 return None
@@ -268,8 +275,7 @@ class Builder:
             self.findings += wrong_units(keys, source)
             return LoadCase(table.mode, steps=table.steps, source=source, by_force=by_force)
         for name in sorted(FileTable.model_fields.keys() & table.model_fields_set):
-            what = f"{dotted_key((*keys, name))} has no meaning without a file"
-            self.findings.append(Finding((*keys, name), what))
+            self.findings.append(wrong_key((*keys, name), "has no meaning without a file"))
         unit = math.radians(1.0) if modes()[table.mode].rotational and not by_force else 1.0
         listed, largest = (table.force_path, table.force) if by_force else (table.path, table.amplitude)
         points = listed if listed is not None else [0.0, float(largest or 0.0)]
@@ -277,12 +283,9 @@ class Builder:
         rate = None if table.rate is None else unit * table.rate
         load_case = LoadCase(table.mode, path, rate, by_force=by_force, steps=table.steps)
         if any(a == b for a, b in pairwise(path)):
-            what = f"{dotted_key(key)} = {toml_text(getattr(table, programs[0]))} stands still"
-            self.findings.append(
-                Finding(
-                    key, what, expected="consecutive points must differ; write a hold as a file with times"
-                )
-            )
+            what = "stands still"
+            expected = "consecutive points must differ; write a hold as a file with times"
+            self.findings.append(wrong_value(key, getattr(table, programs[0]), what, expected))
         if shape is not None and not by_force:
             self.findings += checks.travel(key, table.mode, path, shape)
         return load_case
@@ -441,11 +444,8 @@ def _impossible_values(value: Any, keys: Keys = ()) -> Iterator[Finding]:
         # "runs\\radial.csv" between quotation marks: the file is looked for with slashes.
         if str(keys[-1]).endswith("file") and printable(value.translate(ESCAPED)) == value.translate(ESCAPED):
             return
-        yield Finding(
-            keys,
-            f"{dotted_key(keys)} = {toml_text(value)} has a control character, which would act on a terminal",
-        )
+        yield wrong_value(keys, value, "has a control character, which would act on a terminal")
     elif isinstance(value, (int, float)) and not isinstance(value, bool):
         infinite = keys == ("material", "bulk_modulus") and value == math.inf
         if not infinite and value != 0 and not 1.0 / _LARGEST <= abs(value) <= _LARGEST:
-            yield Finding(keys, f"{dotted_key(keys)} = {toml_text(value)} is not a usable number")
+            yield wrong_value(keys, value, "is not a usable number")

@@ -207,26 +207,19 @@ def case_json(case: Case) -> dict[str, Any]:
     tables: dict[str, list[dict[str, Any]]] = {"bushing": [], "coupon": []}
     for table in case.dynamic:
         tables[modes()[table.mode].specimen].append(dynamic_source_json(table))
+    material = case.material
+    shown_material = {
+        "bulk_modulus": material.bulk_modulus if math.isfinite(material.bulk_modulus) else "inf",
+        "parameters": dict(material.parameters),
+        "density": twelve_digits(material.density / DENSITY),
+    }
     shown: dict[str, Any] = {
         "title": case.title,
         "tolerance": {"percent": case.tolerance.percent, "class": case.tolerance.name or None},
         "path": str(case.path),
         "geometry": geometry,
-        "mesh": {
-            "elements_across": case.mesh.elements_across,
-            "elements_along": case.mesh.elements_along,
-            "elements_around": case.mesh.elements_around,
-        },
-        "material": {
-            "law": case.material.law,
-            "bulk_modulus": case.material.bulk_modulus
-            if math.isfinite(case.material.bulk_modulus)
-            else "inf",
-            "parameters": dict(case.material.parameters),
-            "terms": case.material.terms,
-            "density": twelve_digits(case.material.density / DENSITY),
-            "hardness": case.material.hardness,
-        },
+        "mesh": dict(vars(case.mesh)),
+        "material": vars(material) | shown_material,
         "load_cases": [load.as_json(folder) for load in (*case.load_cases, *case.vibrations)],
         "recordings": [source_json(source, folder) for source in case.recordings] + tables["bushing"],
         "coupons": [source_json(source, folder) for source in case.coupons] + tables["coupon"],

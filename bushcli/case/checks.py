@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from annotated_types import Ge, Gt
 
 from bushcli.case.case import Material, parameter_terms
-from bushcli.case.finding import Finding, Keys, dotted_key, toml_text, unknown_name
+from bushcli.case.finding import Finding, Keys, dotted_key, toml_text, unknown_name, wrong_key, wrong_value
 from bushcli.case.hardness import HIGHEST, LOWEST
 from bushcli.case.limits import MOST_SHEAR
 from bushcli.case.typical import SHEAR_WORDS
@@ -61,20 +61,18 @@ def parameters(material: Material) -> Iterator[Finding]:
         if parameter is None:
             sound = False
             names = [p.name for p in law.parameters]
-            what = f"{dotted_key((*_PARAMETERS, name))} is not a parameter of {law.name}"
-            yield Finding((*_PARAMETERS, name), what, nearest(name, names), ", ".join(names))
+            what = f"is not a parameter of {law.name}"
+            yield wrong_key((*_PARAMETERS, name), what, ", ".join(names), suggested=nearest(name, names))
         elif not parameter.admits(value):
             sound = False
-            what = f"{dotted_key((*_PARAMETERS, name))} = {toml_text(value)} is out of bounds"
-            yield Finding((*_PARAMETERS, name), what, expected=_bounds(parameter))
+            yield wrong_value((*_PARAMETERS, name), value, "is out of bounds", _bounds(parameter))
     # Required ones, and the rest of each term of which one is given.
     started = [group for group in terms[1:] if any(name in material.parameters for name in group)]
     for name in (name for group in (terms[0], *started) for name in group if name not in material.parameters):
         sound = False
         parameter = law.parameter(name)
-        what = f"{dotted_key((*_PARAMETERS, name))} is missing"
-        yield Finding(
-            (*_PARAMETERS, name), what, expected=f"{law.name}: {parameter.meaning}, {_bounds(parameter)}"
+        yield wrong_key(
+            (*_PARAMETERS, name), "is missing", f"{law.name}: {parameter.meaning}, {_bounds(parameter)}"
         )
     if sound:
         yield from moduli(material)
@@ -205,8 +203,9 @@ def mode(
         and math.isinf(bulk_modulus)
         and keys[0] != "coupons"  # from which it is identified
     ):
-        what = f"{dotted_key((*keys, 'mode'))} = {toml_text(name)} needs a finite material.bulk_modulus"
-        yield Finding((*keys, "mode"), what, expected="e.g. bulk_modulus = 2000.0, MPa")
+        yield wrong_value(
+            (*keys, "mode"), name, "needs a finite material.bulk_modulus", "e.g. bulk_modulus = 2000.0, MPa"
+        )
 
 
 def travel(keys: Keys, mode: str, path: Sequence[float], shape: Shape) -> Iterator[Finding]:
@@ -227,13 +226,13 @@ def travel(keys: Keys, mode: str, path: Sequence[float], shape: Shape) -> Iterat
     if 0.0 < amplitude < SMALLEST_TRAVEL:
         unit = "rad" if kind.rotational else "mm"
         unit = {True: "of shear", False: "of stretch"}[kind.sheared] if kind.specimen == "coupon" else unit
-        what = f"{dotted_key(keys)}: a travel of {amplitude:g} {unit} is too small to simulate"
-        yield Finding(
-            keys, what, expected=f"at least {SMALLEST_TRAVEL:g} {unit}, enough for the initial stiffness"
-        )
+        what = f": a travel of {amplitude:g} {unit} is too small to simulate"
+        expected = f"at least {SMALLEST_TRAVEL:g} {unit}, enough for the initial stiffness"
+        yield wrong_key(keys, what, expected)
     if kind.specimen == "coupon" and not kind.sheared and min(path, default=0.0) <= -1.0:
-        what = f"{dotted_key(keys)} = {min(path):g} compresses the specimen to zero length"
-        yield Finding(keys, what, expected="stretch - 1, above -1")
+        yield wrong_key(
+            keys, f"= {min(path):g} compresses the specimen to zero length", "stretch - 1, above -1"
+        )
     if kind.specimen == "bushing":
         along, angle = (0.0, amplitude) if kind.rotational else (amplitude, 0.0)
         yield from too_far(keys, shape, kind.sideways * amplitude, along, angle)
@@ -254,14 +253,15 @@ def too_far(keys: Keys, shape: Shape | None, across: float, along: float, angle:
         return
     annulus = shape.annulus
     if shape.gap is not None and across >= shape.gap:
-        what = f"{dotted_key(keys)} = {across:g} closes the gap between the sleeves"
-        yield Finding(keys, what, expected=f"a displacement below the rubber's thickness, {shape.gap:g} mm")
+        what = f"= {across:g} closes the gap between the sleeves"
+        expected = f"a displacement below the rubber's thickness, {shape.gap:g} mm"
+        yield wrong_key(keys, what, expected)
     elif annulus is not None and along > MOST_SHEAR * annulus.thickness:
-        what = (
-            f"{dotted_key(keys)} = {along:g} is {along / annulus.thickness:.0f} times the rubber's thickness"
-        )
         most = MOST_SHEAR * annulus.thickness
-        yield Finding(keys, what, expected=f"at most {most:g} mm: beyond that rubber tears")
+        what = f"= {along:g} is {along / annulus.thickness:.0f} times the rubber's thickness"
+        expected = f"at most {most:g} mm: beyond that rubber tears"
+        yield wrong_key(keys, what, expected)
     elif angle > math.pi:
-        what = f"{dotted_key(keys)} = {math.degrees(angle):g} turns the sleeve by more than 180 degrees"
-        yield Finding(keys, what, expected="an angle in degrees, at most 180")
+        what = f"= {math.degrees(angle):g} turns the sleeve by more than 180 degrees"
+        expected = "an angle in degrees, at most 180"
+        yield wrong_key(keys, what, expected)

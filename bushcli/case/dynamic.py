@@ -10,7 +10,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from bushcli.case.as_json import in_degrees
-from bushcli.case.finding import Finding, Keys, dotted_key, toml_text
+from bushcli.case.finding import Finding, Keys, wrong_key, wrong_value
 from bushcli.case.schema import DELIMITERS, CaseTable, ColumnKey, Delimiter, Name
 from bushcli.errors import nearest
 from bushcli.recording.dynamic.source import COLUMNS, LOOP_COLUMNS, DynamicSource
@@ -76,8 +76,7 @@ def sources(
     for table, keys in tables:
         names = [*taken, *(source.label for source in dynamic_sources)]
         if table.name in names:
-            what = f"{dotted_key((*keys, 'name'))} = {toml_text(table.name)} is the name of another channel"
-            findings.append(Finding((*keys, "name"), what))
+            findings.append(wrong_value((*keys, "name"), table.name, "is the name of another channel"))
         paths, _ = files((*keys, "file"), table.file)
         if not known((*keys, "mode"), table.mode):
             continue
@@ -120,20 +119,22 @@ def _columns(table: DynamicRecordingTable, keys: Keys) -> list[Finding]:
         for key in getattr(table, section) or {}:
             if key not in column_names:
                 at = (*keys, section, key)
-                what = f"{dotted_key(at)} is not a column of a dynamic table"
-                findings.append(Finding(at, what, nearest(key, column_names), ", ".join(column_names)))
+                what = "is not a column of a dynamic table"
+                findings.append(
+                    wrong_key(at, what, ", ".join(column_names), suggested=nearest(key, column_names))
+                )
     for key, text in (table.units or {}).items():
         unit = read_unit(text)
         if key in COLUMNS and (unit is None or unit.kind not in suited_kinds(key, mode)):
             at = (*keys, "units", key)
             kinds = " or ".join(sorted(suited_kinds(key, mode)))
-            what = f"{dotted_key(at)} = {toml_text(text)} is not a unit of a {kinds}"
-            findings.append(Finding(at, what, "", f"the {key.replace('_', ' ')} in mode {mode.name} is one"))
+            what = f"is not a unit of a {kinds}"
+            expected = f"the {key.replace('_', ' ')} in mode {mode.name} is one"
+            findings.append(wrong_value(at, text, what, expected))
     if table.quantity is not None and mode.specimen != "coupon":
-        what = (
-            f"{dotted_key((*keys, 'quantity'))} belongs to a material test, but mode {mode.name} to a bushing"
+        findings.append(
+            wrong_key((*keys, "quantity"), f"belongs to a material test, but mode {mode.name} to a bushing")
         )
-        findings.append(Finding((*keys, "quantity"), what))
     return findings
 
 

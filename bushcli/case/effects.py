@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from bushcli.case.finding import Finding, Keys, dotted_key, toml_text, unknown_name
+from bushcli.case.finding import Finding, Keys, dotted_key, toml_text, unknown_name, wrong_key, wrong_value
 from bushcli.case.schema import EffectTable
 from bushcli.case.unit import case_file_number, case_file_unit, internal_value
 from bushcli.effects.active import ActiveEffect, uniquely_named
@@ -64,13 +64,12 @@ def build(
         occupied = {name for other in twins for name in other.channels or ()}
         apart = effect.of_rig and names and all(other.channels is not None for other in twins)
         if twins and not (apart and not set(names or ()) & occupied):
-            what = f"{dotted_key((*keys, 'name'))} = {toml_text(effect.name)} is given twice"
             expected_modes = (
                 "list different channels in the two entries: channels = [...]"
                 if effect.of_rig
                 else "list each effect once; channels = [...] says which channels have it"
             )
-            findings.append(Finding((*keys, "name"), what, expected=expected_modes))
+            findings.append(wrong_value((*keys, "name"), effect.name, "is given twice", expected_modes))
             continue
         findings += _channels(effect, table, keys, channels)
         temperatures = {
@@ -90,9 +89,7 @@ def build(
         other_names = [name for other, _ in tables if (name := other.name) != effect.name]
         for what, expected in () if shape is None else reasons_against(effect, shape, other_names, values):
             at = (*keys, "name")
-            findings.append(
-                Finding(at, f"{dotted_key(at)} = {toml_text(effect.name)}: {what}", expected=expected)
-            )
+            findings.append(wrong_value(at, effect.name, f": {what}", expected))
         active.append(replace(without_values, values=values))
     return list(uniquely_named(active)), findings
 
@@ -117,8 +114,7 @@ def _channels(
                 if by_name[name].mode not in acts
                 else _OF_KIND[by_name[name].kind]
             )
-            what = f"{dotted_key(at)} = {toml_text(name)}: {effect.name} does not act on {on_what}"
-            yield Finding(at, what, expected=expected)
+            yield wrong_value(at, name, f": {effect.name} does not act on {on_what}", expected)
     channels_of_effect = [channel for channel in acting if channel.name in (table.channels or [])]
     if table.channels is None:
         channels_of_effect = [channel for channel in acting if not channel.coupon] or acting
@@ -141,8 +137,9 @@ def _channels(
     for channel in channels_of_effect if effect.needs_time else []:
         if channel.untimed:
             at = (*keys, "name")
-            what = f"{dotted_key(at)} = {toml_text(effect.name)} needs time, but {dotted_key(channel.untimed)} has none"
-            yield Finding(at, what, expected="give it a rate, or leave it out of channels = [...]")
+            what = f"needs time, but {dotted_key(channel.untimed)} has none"
+            expected = "give it a rate, or leave it out of channels = [...]"
+            yield wrong_value(at, effect.name, what, expected)
     lacking = [
         channel.name
         for channel in channels_of_effect
@@ -173,23 +170,25 @@ def _values(
         at = (*keys, "parameters", name)
         parameter = by_name.get(name) or reciprocal.get(name)
         if parameter is None:
-            what = f"{dotted_key(at)} is not a parameter of {effect.name}"
-            findings.append(Finding(at, what, nearest(name, parameter_names), ", ".join(parameter_names)))
+            what = f"is not a parameter of {effect.name}"
+            expected = ", ".join(parameter_names)
+            findings.append(wrong_key(at, what, expected, suggested=nearest(name, parameter_names)))
         elif not _is_used(parameter, effect, table):
             words = " or ".join(p.name for p in effect.parameters if p.choices)
-            what = f"{dotted_key(at)} has no meaning with this {words}"
             expected = ", ".join(p.name for p in effect.parameters if _is_used(p, effect, table))
-            findings.append(Finding(at, what, expected=f'{expected}; or {words} = "{parameter.under}"'))
+            what = f"has no meaning with this {words}"
+            expected = f'{expected}; or {words} = "{parameter.under}"'
+            findings.append(wrong_key(at, what, expected))
         elif parameter.choices:
             if raw in parameter.choices:
                 chosen[name] = float(parameter.choices.index(str(raw)))
             else:
                 findings.append(unknown_name(at, raw, parameter.choices, f"choice of {name}"))
         elif isinstance(raw, str):
-            findings.append(Finding(at, f"{dotted_key(at)} = {toml_text(raw)} is not a number"))
+            findings.append(wrong_value(at, raw, "is not a number"))
         elif parameter.name in values:
-            what = f"{dotted_key(at)} is given twice: {parameter.name} is 1/{parameter.reciprocal[0]}"  # type: ignore[index]
-            findings.append(Finding(at, what, expected="give one of them"))
+            what = f"is given twice: {parameter.name} is 1/{parameter.reciprocal[0]}"  # type: ignore[index]
+            findings.append(wrong_key(at, what, "give one of them"))
         else:
             inverted = name not in by_name
             value = (
@@ -198,8 +197,9 @@ def _values(
             values[parameter.name] = value
             low, high = parameter.bounds(shape)
             if not parameter.admits(value) or not low <= value <= high:
-                what = f"{dotted_key(at)} = {toml_text(raw)} is out of bounds"
-                findings.append(Finding(at, what, expected=_bounds(parameter, inverted, rotational, shape)))
+                findings.append(
+                    wrong_value(at, raw, "is out of bounds", _bounds(parameter, inverted, rotational, shape))
+                )
     return chosen | values, findings
 
 

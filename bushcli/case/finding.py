@@ -59,6 +59,19 @@ def toml_text(value: object) -> str:
     return text if len(text) <= 60 else text[:56] + " ..."
 
 
+def wrong_key(keys: Keys, what: str, expected: str = "", suggested: str = "") -> Finding:
+    """Return the finding ``KEY what``, such as ``load_cases[0].rate has no meaning``, or ``KEY: what``."""
+    return Finding(
+        keys, f"{dotted_key(keys)}{what if what.startswith(':') else f' {what}'}", suggested, expected
+    )
+
+
+def wrong_value(keys: Keys, value: object, what: str, expected: str = "", suggested: str = "") -> Finding:
+    """Return the finding ``KEY = VALUE what``, for instance ``material.density = -1.0 is out of bounds``."""
+    space = " " if what and not what.startswith(":") else ""
+    return wrong_key(keys, f"= {toml_text(value)}{space}{what}", expected, suggested)
+
+
 def unknown_key(keys: Keys, known: Iterable[str], section: str) -> Finding:
     """Return the finding for a key that a section does not have."""
     known, key = tuple(known), str(keys[-1])
@@ -77,11 +90,12 @@ def unknown_key(keys: Keys, known: Iterable[str], section: str) -> Finding:
 def unknown_name(keys: Keys, name: object, known: Iterable[str], kind: str) -> Finding:
     """Return the finding for a name that is not in a registry: ``material.law = "yeho" is not a law``."""
     known = tuple(known)
-    return Finding(
+    return wrong_value(
         keys,
-        f"{dotted_key(keys)} = {toml_text(name)} is not {'an' if kind[0] in 'aeio' else 'a'} {kind}",
-        nearest(name, known, cutoff=0.5) if isinstance(name, str) else "",
+        name,
+        f"is not {'an' if kind[0] in 'aeio' else 'a'} {kind}",
         ", ".join(known),
+        suggested=nearest(name, known, cutoff=0.5) if isinstance(name, str) else "",
     )
 
 

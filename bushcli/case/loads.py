@@ -101,7 +101,7 @@ class LoadCase(Load):
     @property
     def by_travel(self) -> bool:
         """Whether the travel of one motion is prescribed: effects of a rig act along it."""
-        return not self.by_force
+        return not self.by_force and self.six is None
 
     def program(self, tables: TableCache) -> Program:
         """Return the targets of the march: mm, rad or stretch - 1; forces in N or N mm; s along six motions."""
@@ -131,11 +131,6 @@ class LoadCase(Load):
 @dataclass(frozen=True)
 class PathLoadCase(LoadAlongPath, LoadCase):
     """A load case that prescribes a path of six motions."""
-
-    @property
-    @override
-    def by_travel(self) -> bool:
-        return False
 
     @override
     def program(self, tables: TableCache) -> Program:

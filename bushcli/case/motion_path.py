@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import checks
-from bushcli.case.finding import Finding, Keys, dotted_key, toml_text, unknown_name
+from bushcli.case.finding import Finding, Keys, dotted_key, toml_text, unknown_name, wrong_key
 from bushcli.case.loads import PathLoadCase
 from bushcli.case.schema import LoadCaseTable, PathTable
 from bushcli.errors import RecordingError
@@ -50,8 +50,9 @@ def load_case(
         return None, [Finding(at if raw is not None else keys, what, expected=expected)]
     earlier = []
     if table.rate is not None:
-        what = f"{dotted_key((*keys, 'rate'))} has no meaning: {dotted_key((*at, 'time'))} gives the times"
-        earlier.append(Finding((*keys, "rate"), what))
+        earlier.append(
+            wrong_key((*keys, "rate"), f"has no meaning: {dotted_key((*at, 'time'))} gives the times")
+        )
     path = validated(raw, at, PathTable, "[load_cases.path]")
     if path is None:
         return None, earlier
@@ -83,13 +84,12 @@ def prescribed_path(
     free = tuple(k for k in range(6) if MOTIONS[k] in free_names or REACTIONS[k] in columns)
     if np.any(np.diff(time) <= 0.0) or time[0] != 0.0:
         at, what = (*keys, "time"), "does not begin at 0" if time[0] != 0.0 else "does not increase"
-        findings.append(Finding(at, f"{dotted_key(at)} {what}", expected="increasing times in s, from 0"))
+        findings.append(wrong_key(at, what, "increasing times in s, from 0"))
     if findings:
         return None, findings
     if np.abs(motion).max() < SMALLEST and not load.any():
-        what = f"{dotted_key(keys)} moves nothing"
         possible = ", ".join((*MOTIONS, *REACTIONS))
-        return None, [Finding(keys, what, expected=f"give values of at least one of {possible}")]
+        return None, [wrong_key(keys, "moves nothing", f"give values of at least one of {possible}")]
     for number, part in enumerate((slice(0, 2), slice(2, 3), slice(3, 6))):
         # Across the axis, along it, and about: named by the motion that goes furthest.
         size = float(np.linalg.norm(motion[:, part], axis=1).max())
@@ -105,12 +105,12 @@ def _at_knots(
     if values is None:
         return np.zeros(count)
     if len(values) != count:
-        what = f"{dotted_key(at)} has {len(values)} values, {dotted_key((*at[:-1], 'time'))} has {count}"
-        findings.append(Finding(at, what, expected="give a value for each time"))
+        what = f"has {len(values)} values, {dotted_key((*at[:-1], 'time'))} has {count}"
+        expected = "give a value for each time"
+        findings.append(wrong_key(at, what, expected))
         return np.zeros(count)
     if values[0] != 0.0:
-        what = f"{dotted_key(at)} begins at {values[0]:g}"
-        findings.append(Finding(at, what, expected="0 at the first time, the rest position"))
+        findings.append(wrong_key(at, f"begins at {values[0]:g}", "0 at the first time, the rest position"))
     return np.array(values)
 
 
@@ -124,8 +124,9 @@ def channels(
     only = [key for key in ("motions", "forces", "free") if getattr(table, key) is not None]
     if modes()[source.mode].follow is None:
         at = (*keys, only[0] if only else "mode")
-        what = f"{dotted_key(at)} has no meaning for mode {source.mode}"
-        return [source], [Finding(at, what, expected='mode = "path"')] if only else []
+        return [source], [
+            wrong_key(at, f"has no meaning for mode {source.mode}", 'mode = "path"')
+        ] if only else []
     refused = _meaningless_keys(table, keys)
     if refused:
         return [], refused
@@ -153,7 +154,7 @@ def channels(
         name = f"{source.label}.{REACTIONS[k]}"
         if name in taken:
             at = (*keys, "name")
-            return [], [Finding(at, f"{dotted_key(at)}: {name} is the name of another channel")]
+            return [], [wrong_key(at, f": {name} is the name of another channel")]
         columns = {"displacement": motions[MOTIONS[k]], "force": forces[REACTIONS[k]]}
         if "time" in source.columns:
             columns["time"] = source.columns["time"]
@@ -171,12 +172,10 @@ def _meaningless_keys(table: RecordingTable, keys: Keys) -> list[Finding]:
                 expected = (
                     "motions = {ux = ...} and forces = {fx = ...}, with units in the header: ux_mm, mz_Nmm"
                 )
-                findings.append(
-                    Finding(at, f"{dotted_key(at)} has no meaning for mode path", expected=expected)
-                )
+                findings.append(wrong_key(at, "has no meaning for mode path", expected))
     for key in ("reverse", "cycles"):
         if getattr(table, key) is not None:
-            findings.append(Finding((*keys, key), f"{dotted_key((*keys, key))} has no meaning for mode path"))
+            findings.append(wrong_key((*keys, key), "has no meaning for mode path"))
     named_sections: tuple[tuple[str, Mapping[str, object] | None, tuple[str, ...]], ...] = (
         ("motions", table.motions, MOTIONS),
         ("forces", table.forces, REACTIONS),

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bushcli.case import motion_path
-from bushcli.case.finding import Finding, Keys, dotted_key, toml_text, unknown_name
+from bushcli.case.finding import Finding, Keys, dotted_key, toml_text, unknown_name, wrong_key, wrong_value
 from bushcli.case.limits import MOST_ENTRIES
 from bushcli.case.schema import DELIMITERS, FileTable
 from bushcli.errors import nearest
@@ -107,10 +107,9 @@ class SourceBuilder:
         for table, keys, files, pattern in listed:
             taken = [source.name for source in sources]
             if table.name in taken:
-                what = (
-                    f"{dotted_key((*keys, 'name'))} = {toml_text(table.name)} is the name of another channel"
+                self.findings.append(
+                    wrong_value((*keys, "name"), table.name, "is the name of another channel")
                 )
-                self.findings.append(Finding((*keys, "name"), what))
             if pattern:
                 files = [
                     file
@@ -119,14 +118,9 @@ class SourceBuilder:
                 ]
             if pattern and table.name is not None and len(files) > 1:
                 matches = f"{toml_text(table.file)} matches {len(files)} files"
-                what = f"{dotted_key((*keys, 'name'))} is one name, but {matches}"
-                self.findings.append(
-                    Finding(
-                        (*keys, "name"),
-                        what,
-                        expected="leave it out: each channel is then named after its file",
-                    )
-                )
+                what = f"is one name, but {matches}"
+                expected = "leave it out: each channel is then named after its file"
+                self.findings.append(wrong_key((*keys, "name"), what, expected))
             for file in files:
                 taken = [source.name for source in sources]
                 mode = self._mode(keys, table, file, usual)
@@ -171,8 +165,9 @@ class SourceBuilder:
             names = ", ".join(mode.name for mode in modes().values() if mode.specimen == usual)
             possible = modes_of_name(file.stem, usual)
             says = f"may mean {' or '.join(possible)}" if possible else "does not contain a mode"
-            what = f"{dotted_key((*keys, 'mode'))} is missing, and the name {toml_text(file.name)} {says}"
-            self.findings.append(Finding((*keys, "mode"), what, expected=", ".join(possible) or names))
+            what = f"is missing, and the name {toml_text(file.name)} {says}"
+            expected = ", ".join(possible) or names
+            self.findings.append(wrong_key((*keys, "mode"), what, expected))
         return mode_name
 
     def _source(
@@ -192,8 +187,9 @@ class SourceBuilder:
             specimen=self._specimen(keys, table, mode if known else ""),
         )
         if table.rate is not None and table.sample_rate is not None:
-            what = f"{dotted_key((*keys, 'rate'))} and sample_rate both give the time"
-            self.findings.append(Finding((*keys, "rate"), what, expected="give one of them"))
+            self.findings.append(
+                wrong_key((*keys, "rate"), "and sample_rate both give the time", "give one of them")
+            )
         if known:
             self.findings += wrong_units(keys, source)
         return source
@@ -203,10 +199,9 @@ class SourceBuilder:
         keys_of_specimen = [key for key in _OF_SPECIMEN if getattr(table, key) is not None]
         if keys_of_specimen and mode and modes()[mode].specimen != "coupon":
             at: Keys = (*keys, keys_of_specimen[0])
-            what = (
-                f"{dotted_key(at)} belongs to a material test, but mode {mode} to a {modes()[mode].specimen}"
+            self.findings.append(
+                wrong_key(at, f"belongs to a material test, but mode {mode} to a {modes()[mode].specimen}")
             )
-            self.findings.append(Finding(at, what))
             return Specimen()
         area = table.area
         sizes = [key for key in ("area", "diameter") if getattr(table, key) is not None]
@@ -216,8 +211,9 @@ class SourceBuilder:
             self.findings.append(Finding((*keys, "area"), what, expected="give the cross-section once"))
         if (table.width is None) != (table.thickness is None):
             lacking = "thickness" if table.thickness is None else "width"
-            what = f"{dotted_key((*keys, lacking))} is missing: the cross-section is width times thickness"
-            self.findings.append(Finding((*keys, lacking), what, expected="mm"))
+            self.findings.append(
+                wrong_key((*keys, lacking), "is missing: the cross-section is width times thickness", "mm")
+            )
         elif table.width is not None and table.thickness is not None:
             area = table.width * table.thickness
         elif table.diameter is not None:
@@ -239,9 +235,7 @@ class SourceBuilder:
                 expected = " or ".join(
                     f'"{value}"' for value in (possible if size is None else ("engineering",))
                 )
-                finding = Finding(
-                    (*keys, key), f'{dotted_key((*keys, key))} = "{value}" {what}', expected=expected
-                )
+                finding = wrong_key((*keys, key), f'= "{value}" {what}', expected)
                 self.findings.append(finding)
         return Specimen(table.gauge_length, area, table.stress, table.strain)
 
@@ -254,10 +248,9 @@ class SourceBuilder:
             match = find_file(self.folder, keys, name, self.findings)
             return [match or Path(name)], False
         if "**" in name or Path(name).is_absolute():
-            what = f"{dotted_key(keys)} = {toml_text(name)} is not a supported pattern"
-            self.findings.append(
-                Finding(keys, what, expected='a pattern relative to the case file, without **: "runs/*.csv"')
-            )
+            what = "is not a supported pattern"
+            expected = 'a pattern relative to the case file, without **: "runs/*.csv"'
+            self.findings.append(wrong_value(keys, name, what, expected))
             return [], True
         try:
             hits = sorted(
@@ -272,8 +265,9 @@ class SourceBuilder:
             hits = []
         if not hits or len(hits) > MOST_ENTRIES:
             many = f"matches more than {MOST_ENTRIES} files"
-            what = f"{dotted_key(keys)} = {toml_text(name)} {many if hits else 'matches no file'}"
-            self.findings.append(Finding(keys, what, "", f"looked in {self.folder}"))
+            self.findings.append(
+                wrong_value(keys, name, many if hits else "matches no file", f"looked in {self.folder}")
+            )
             return [], True
         return hits, True
 
@@ -322,5 +316,5 @@ def find_file(folder: Path, keys: Keys, name: str, findings: list[Finding]) -> P
         file_names, reason = [], "is not a file name"
     nearest_name = nearest(file.name, file_names)
     place = f"looked in {file.parent}" if reason == "does not exist" else ""
-    findings.append(Finding(keys, f"{dotted_key(keys)} = {toml_text(name)} {reason}", nearest_name, place))
+    findings.append(wrong_value(keys, name, reason, place, suggested=nearest_name))
     return None

@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from bushcli.case import checks, motion_path
-from bushcli.case.finding import Finding, Keys, dotted_key, toml_text
+from bushcli.case.finding import Finding, Keys, dotted_key, wrong_key, wrong_value
 from bushcli.case.loads import DynamicTest, PosedTest
 from bushcli.case.schema import FrequenciesTable, LoadCaseTable
 from bushcli.recording.dynamic.source import HIGHEST
@@ -38,12 +38,9 @@ def dynamic_test(
             # The one that goes furthest, a degree counted as a mm.
             motion = int(np.argmax(np.abs(path.motion[-1]) * np.repeat([1.0, math.degrees(1.0)], 3)))
         if path is not None and motion in path.free:
-            what = f"{dotted_key((*keys_of_dynamic, 'motion'))}: {MOTIONS[motion]} is free of force"
-            findings.append(
-                Finding(
-                    (*keys_of_dynamic, "motion"), what, expected="one of the motions that the path prescribes"
-                )
-            )
+            what = f": {MOTIONS[motion]} is free of force"
+            expected = "one of the motions that the path prescribes"
+            findings.append(wrong_key((*keys_of_dynamic, "motion"), what, expected))
     rotational = motion >= 3 if posed else modes()[table.mode].rotational
     unit = math.radians(1.0) if rotational else 1.0
     name = "preload" if dynamic.preload_force is None else "preload_force"
@@ -53,13 +50,13 @@ def dynamic_test(
         what = f"{dotted_key(keys_of_dynamic)} has preload and preload_force"
         findings.append(Finding((*keys_of_dynamic, name), what, expected="give one of the two"))
     if len(set(preload)) < len(preload):
-        what = f"{dotted_key((*keys_of_dynamic, name))} = {toml_text(list(values))} has a value twice"
-        findings.append(Finding((*keys_of_dynamic, name), what, expected="each preload once"))
+        findings.append(
+            wrong_value((*keys_of_dynamic, name), list(values), "has a value twice", "each preload once")
+        )
     amplitude = dynamic.amplitude or ()
     if len(set(amplitude)) < len(amplitude) or any(value <= 0.0 for value in amplitude):
-        what = f"{dotted_key((*keys_of_dynamic, 'amplitude'))} = {toml_text(list(amplitude))}"
         expected = "peaks above 0, each once; without amplitude the vibration is small"
-        findings.append(Finding((*keys_of_dynamic, "amplitude"), what, expected=expected))
+        findings.append(wrong_value((*keys_of_dynamic, "amplitude"), list(amplitude), "", expected))
     for q in preload if dynamic.preload_force is None else ():
         if shape is not None and q:
             findings += checks.travel((*keys_of_dynamic, "preload"), table.mode, (0.0, q), shape)
@@ -83,9 +80,7 @@ def _meaningless_keys(table: LoadCaseTable, keys: Keys, posed: bool) -> list[Fin
     unused -= {"path"} if posed else set()
     expected = "the vibration and its preload are in [load_cases.dynamic]: frequency, amplitude, preload"
     findings = [
-        Finding(
-            (*keys, name), f"{dotted_key((*keys, name))} has no meaning in a dynamic test", expected=expected
-        )
+        wrong_key((*keys, name), "has no meaning in a dynamic test", expected)
         for name in sorted(unused & table.model_fields_set)
     ]
     for name in ("preload", "preload_force") if posed else ("motion",):
@@ -94,9 +89,7 @@ def _meaningless_keys(table: LoadCaseTable, keys: Keys, posed: bool) -> list[Fin
             meaning = (
                 "the end of [load_cases.path] is the preload" if posed else "only mode path has six motions"
             )
-            findings.append(
-                Finding(at, f"{dotted_key(at)} has no meaning for mode {table.mode}", expected=meaning)
-            )
+            findings.append(wrong_key(at, f"has no meaning for mode {table.mode}", meaning))
     return findings
 
 
@@ -117,12 +110,9 @@ def _frequencies(
         values = cast(tuple[float, ...], raw)
     for value in values:
         if not 0.0 < value <= HIGHEST:
-            what = f"{dotted_key(keys)} has {value:g} Hz"
             expected = f"frequencies above 0, at most {HIGHEST:g} Hz; the static rate is in `bushcli direct`"
-            findings.append(Finding(keys, what, expected=expected))
+            findings.append(wrong_key(keys, f"has {value:g} Hz", expected))
             break
     if len(set(values)) < len(values):
-        findings.append(
-            Finding(keys, f"{dotted_key(keys)} has a frequency twice", expected="each frequency once")
-        )
+        findings.append(wrong_key(keys, "has a frequency twice", "each frequency once"))
     return values

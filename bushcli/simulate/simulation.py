@@ -9,8 +9,10 @@ assembly or of the rig, has its exact derivative.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from mpi4py import MPI
@@ -249,6 +251,14 @@ def logged_force(
     return rig.reading_at_samples(active, steps.interpolation, clock, total, names)
 
 
+class _Options(NamedTuple):
+    """How a simulation is solved, as in `FollowedPath.solve`."""
+
+    keep_states: bool
+    progress: Steps | None
+    failure_limit: int | None
+
+
 class Simulation(FollowedPath):
     """A channel of one motion that can be solved for any values of its parameters.
 
@@ -358,9 +368,8 @@ class Simulation(FollowedPath):
         failure_limit: int | None = None,
     ) -> Answer:
         active = with_values(self.model, self.active, parameters)
-        if self.path_dependent:
-            return self._answer_by_march(active, tuple(names), keep_states, progress, failure_limit)
-        return self._answer_by_sweep(active, tuple(names), keep_states, progress, failure_limit)
+        answer = self._answer_by_march if self.path_dependent else self._answer_by_sweep
+        return answer(active, tuple(names), _Options(keep_states, progress, failure_limit))
 
     @override
     def stretches_at_ends(self, failure_limit: int | None = None) -> list[Array]:
@@ -382,12 +391,7 @@ class Simulation(FollowedPath):
         return steps.interpolation(self._clock) @ march.slope, march.cells
 
     def _answer_by_sweep(
-        self,
-        active: Sequence[ActiveEffect],
-        names: tuple[str, ...],
-        keep_states: bool,
-        progress: Steps | None,
-        failure_limit: int | None,
+        self, active: Sequence[ActiveEffect], names: tuple[str, ...], options: _Options
     ) -> Answer:
         travel = rig.Travel(self.path, self.time)
         before_test = [[0.0]] if rig.is_zeroed(active) else []
@@ -399,44 +403,14 @@ class Simulation(FollowedPath):
             raise rig.NoEquilibrium(STANDS_STILL)
         inner = tuple(name for name in names if name in self.model.constants)
         targets = even_targets(low, high, self._count)
-        history = self._sweep(targets, inner, keep_states, progress, failure_limit)
+        solve = partial(sweep, self.model, targets, sensitivity=inner)
+        history = self._history(solve, (targets.tobytes(), inner), options)
         response = elastic_curve(history, self.odd, inner, names)
         read = rig.elastic_response(active, travel, response, names)
         return Answer(read.value, read.slope, history)
 
-    def _sweep(
-        self,
-        targets: Array,
-        inner: tuple[str, ...],
-        keep_states: bool,
-        progress: Steps | None,
-        failure_limit: int | None,
-    ) -> History:
-        """Return the curve of the body; one of the last two is reused if only the rig has changed since."""
-        key = (self._shape, self._values(), targets.tobytes(), inner, self._tolerance)
-        stored: History | None = self.model.curves.get(key)
-        if stored is not None and not keep_states and progress is None:
-            return stored
-        history = sweep(
-            self.model,
-            targets,
-            tolerance=self._tolerance,
-            keep_states=keep_states,
-            sensitivity=inner,
-            progress=progress,
-            failure_limit=failure_limit,
-        )
-        if not keep_states:
-            self.model.curves.put(key, history)
-        return history
-
     def _answer_by_march(
-        self,
-        active: Sequence[ActiveEffect],
-        names: tuple[str, ...],
-        keep_states: bool,
-        progress: Steps | None,
-        failure_limit: int | None,
+        self, active: Sequence[ActiveEffect], names: tuple[str, ...], options: _Options
     ) -> Answer:
         steps, times, lead = self.steps, self.steps.time, 0
         if rig.is_zeroed(active):
@@ -464,7 +438,27 @@ class Simulation(FollowedPath):
         if self.temperature is not None and self.time is not None:
             temperature = np.interp(times, self.time, self.temperature)
         program = Program(displacement.value, times if steps.timed else None, temperature=temperature)
-        history = self._march(program, inner, path_rates, series, keep_states, progress, failure_limit)
+        is_plain = series is None and program.temperature is None and not path_rates
+        is_force_alone = not options.keep_states and options.progress is None
+        if is_plain and is_force_alone and acts_through_branches_off(self.model, inner):
+            history = along_elastic_path(
+                self.model,
+                program,
+                self._count,
+                tolerance=self._tolerance,
+                sensitivity=inner,
+                failure_limit=options.failure_limit,
+            )
+        else:
+            solve = partial(
+                march, self.model, program, sensitivity=inner, path_rates=path_rates, drive=series
+            )
+            rates = tuple((name, rate.tobytes()) for name, rate in path_rates.items())
+            points = (
+                program.displacement.tobytes(),
+                None if program.time is None else program.time.tobytes(),
+            )
+            history = self._history(solve, (*points, inner, rates) if series is None else None, options)
         q = Signal(history.displacement, columns(history.path_sensitivity, inner, names, len(history.force)))
         force = Signal(history.force, columns(history.sensitivity, inner, names, len(history.force)))
         if lead:
@@ -472,58 +466,18 @@ class Simulation(FollowedPath):
         read = logged_force(active, steps, self._clock, q, force, names)
         return Answer(read.value, read.slope, history)
 
-    def _march(
-        self,
-        program: Program,
-        inner: tuple[str, ...],
-        path_rates: Mapping[str, Array],
-        series: SeriesSpring | None,
-        keep_states: bool,
-        progress: Steps | None,
-        failure_limit: int | None,
+    def _history(
+        self, solve: Callable[..., History], task: tuple[Hashable, ...] | None, options: _Options
     ) -> History:
-        """Return the body's response to a path; one of the last two is reused if only the rig has changed since."""
-        rates = tuple((name, rate.tobytes()) for name, rate in path_rates.items())
-        times = None if program.time is None else program.time.tobytes()
-        path = (program.displacement.tobytes(), times)
-        key = (self._shape, self._values(), *path, inner, rates, self._tolerance)
-        can_be_reused = not keep_states and progress is None and series is None
-        stored: History | None = self.model.curves.get(key)
-        if stored is not None and can_be_reused:
+        """Return the body's response; one of the last two to a task is reused if only the rig has changed since."""
+        # A model may have been moved to another shape since (`bushcli.simulate.bodies`).
+        values = tuple(float(constant.value) for constant in self.model.constants.values())
+        key = (self.model.mesh.shape, values, task, self._tolerance)
+        is_kept = task is not None and not options.keep_states
+        stored: History | None = self.model.curves.get(key) if is_kept and options.progress is None else None
+        if stored is not None:
             return stored
-        if (
-            can_be_reused
-            and not path_rates
-            and program.temperature is None
-            and acts_through_branches_off(self.model, inner)
-        ):
-            return along_elastic_path(
-                self.model,
-                program,
-                self._count,
-                tolerance=self._tolerance,
-                sensitivity=inner,
-                failure_limit=failure_limit,
-            )
-        history = march(
-            self.model,
-            program,
-            tolerance=self._tolerance,
-            keep_states=keep_states,
-            sensitivity=inner,
-            path_rates=path_rates,
-            drive=series,
-            progress=progress,
-            failure_limit=failure_limit,
-        )
-        if can_be_reused:
+        history = solve(tolerance=self._tolerance, **options._asdict())
+        if is_kept:
             self.model.curves.put(key, history)
         return history
-
-    def _values(self) -> tuple[float, ...]:
-        return tuple(float(constant.value) for constant in self.model.constants.values())
-
-    @property
-    def _shape(self) -> Shape:
-        # A model may have been moved to another shape since (`bushcli.simulate.bodies`).
-        return self.model.mesh.shape
