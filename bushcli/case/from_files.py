@@ -19,7 +19,7 @@ from bushcli.errors import CaseError, InputError, Problem, RecordingError, print
 from bushcli.recording import Recording, read_recording
 from bushcli.recording.find_table import format_of
 from bushcli.recording.guess import modes_of_name
-from bushcli.recording.header.match import WantedColumn, by_unit, candidates, has_columns
+from bushcli.recording.header.match import WantedColumn, candidates, columns_by_unit, has_columns
 from bushcli.recording.header.meaning import says_compression
 from bushcli.recording.reader import readers, unique_names
 from bushcli.recording.six import columns_of
@@ -278,7 +278,7 @@ def _with_choices(source: Source, tables: TableCache) -> tuple[Source, tuple[str
     several_times = len(clock_columns(table, source, mode)) > 1
     for quantity in _QUANTITIES[1:] if several_times else _QUANTITIES:
         column = WantedColumn.of(source, mode, quantity)
-        indices = candidates(table, column) or by_unit(table, column)
+        indices = candidates(table, column) or columns_by_unit(table, column)
         if len(indices) > 1:
             columns[quantity] = indices[0] + 1
             for i in indices:

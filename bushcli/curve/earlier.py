@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.curve.recorded import Recording
+from bushcli.curve.recording import Recording
 from bushcli.curve.signals import displacement_noise, force_noise
 from bushcli.runtime.condition import Condition
 

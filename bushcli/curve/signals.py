@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.curve.curve import Curve
-from bushcli.curve.recorded import Recording
+from bushcli.curve.recording import Recording
 from bushcli.curve.segment import Segment
 from bushcli.errors import Problem, RecordingError
 

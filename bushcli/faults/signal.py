@@ -39,7 +39,7 @@ def slope(x: Array, y: Array) -> float:
     return float(x @ (y - y.mean())) / power if power > 0 else 0.0
 
 
-def moving(recording: Recording) -> NDArray[np.bool_]:
+def moving_samples(recording: Recording) -> NDArray[np.bool_]:
     """Return which samples (n,) belong to a motion, the first sample of a hold included.
 
     In a hold the force relaxes while the displacement rests: it tells nothing of stiffness or sign.

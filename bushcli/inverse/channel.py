@@ -20,7 +20,7 @@ from typing_extensions import override
 from bushcli.curve.curve import Curve
 from bushcli.curve.earlier import Earlier
 from bushcli.curve.misfit import NOISE_FLOOR
-from bushcli.curve.odd import both_halves, swept_range
+from bushcli.curve.symmetry import both_halves, swept_range
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.inverse.result import Weighting

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.spatial import KDTree
 
-from bushcli.curve.odd import both_halves
+from bushcli.curve.symmetry import both_halves
 from bushcli.inverse.channel import Channel
 from bushcli.likelihood import calibration
 from bushcli.likelihood.linearisation import linearise, weigh

@@ -10,7 +10,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from bushcli.curve.recorded import RecordedPath, RecordedProgram, Recording, Repair
+from bushcli.curve.recording import RecordedPath, RecordedProgram, Recording, Repair
 from bushcli.curve.segment import Segment
 from bushcli.curve.signals import (
     branches,

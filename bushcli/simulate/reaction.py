@@ -11,7 +11,7 @@ from typing_extensions import override
 
 from bushcli.case import Case
 from bushcli.curve.earlier import earlier
-from bushcli.curve.recorded import RecordedPath, Recording
+from bushcli.curve.recording import RecordedPath, Recording
 from bushcli.curve.signals import displacement_noise
 from bushcli.effects.active import ActiveEffect, acting, require_time
 from bushcli.effects.assembly import features_of

@@ -36,7 +36,7 @@ from bushcli.recording.write import write_curve_csv
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.predict import predict
 from bushcli.study.causes import Cause, effect_cause, travel_cause
-from bushcli.study.outliers import FALSE_ALARM, FEWEST, find_outliers, foreign, tolerance_factor
+from bushcli.study.outliers import FALSE_ALARM, FEWEST, find_outliers, is_foreign, tolerance_factor
 
 Array = NDArray[np.float64]
 
@@ -364,13 +364,12 @@ def _simulate_others(
         part = replace(_batch_part(recording, simulated), simulated=True)
         inliers = [other for other in parts if other.mode == recording.mode and not other.outlier]
         factors = np.log([other.factor for other in inliers])
-        is_foreign = part.factor <= 0.0 or foreign(
-            float(np.log(part.factor)), factors, len(others), FALSE_ALARM / 2.0
-        )
+        alarm = FALSE_ALARM / 2.0
+        outside = part.factor <= 0.0 or is_foreign(float(np.log(part.factor)), factors, len(others), alarm)
         spread = float(np.std(factors, ddof=1)) if len(factors) > 1 else 0.0
         deviation = float(np.log(max(part.factor, 1e-9)) - factors.mean()) / spread if spread > 0.0 else 0.0
         faulty = any(fault.fatal and fault.channel == recording.name for fault in response.faults)
-        out = ("data",) * faulty + ("stiffness",) * is_foreign
+        out = ("data",) * faulty + ("stiffness",) * outside
         results.append(replace(part, deviation=deviation, outlier=out))
     return results
 

@@ -19,7 +19,7 @@ from bushcli.recording.dynamic.names import (
     Stated,
     condition_of,
     meaning,
-    stated,
+    stated_condition,
 )
 from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.header.columns import chosen_index
@@ -271,17 +271,19 @@ def numbers(
     return unit.factor * values + unit.zero, remark
 
 
-def above(table: Table) -> dict[str, Stated]:
+def conditions_above(table: Table) -> dict[str, Stated]:
     """Return the conditions that the lines above a table state for all its rows, by quantity."""
     conditions = [
-        condition for _, text in table.preamble if (condition := stated(text, table.decimal)) is not None
+        condition
+        for _, text in table.preamble
+        if (condition := stated_condition(text, table.decimal)) is not None
     ]
     return {condition.quantity: condition for condition in conditions}
 
 
-def between(table: Table, quantity: str) -> list[tuple[int, Stated]]:
+def conditions_between_rows(table: Table, quantity: str) -> list[tuple[int, Stated]]:
     """Return the conditions of a quantity that lines between the rows state for the rows below, with their lines."""
-    conditions = ((line, stated(text, table.decimal)) for line, text in table.between)
+    conditions = ((line, stated_condition(text, table.decimal)) for line, text in table.between)
     return [
         (line, condition)
         for line, condition in conditions

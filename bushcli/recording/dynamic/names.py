@@ -223,7 +223,7 @@ def meaning(name: str, unit: str = "") -> ColumnName:
     return ColumnName(quantity, unit_of_name, written, peak, modulus, conditions)
 
 
-def stated(line: str, decimal: str = "") -> Stated | None:
+def stated_condition(line: str, decimal: str = "") -> Stated | None:
     """Return the condition that a line above a table states, ``Preload: 500 N``, ``Frequency;10;Hz``; or None."""
     match = _STATED.match(line)
     if match is None:

@@ -16,8 +16,8 @@ from bushcli.recording.dynamic.columns import (
     ERRORS,
     MEASURED,
     ColumnGroup,
-    above,
-    between,
+    conditions_above,
+    conditions_between_rows,
     groups,
     is_dynamic,
     numbers,
@@ -163,7 +163,7 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
             remarks += [remark] if remark else []
         except RecordingError as error:
             asked += error.problems
-    stated = above(table) | dict(group.conditions)
+    stated = conditions_above(table) | dict(group.conditions)
     peak: Peak = ""
     try:
         peak = _peak(table, group, stated, source)
@@ -174,7 +174,9 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
     for quantity in CONDITIONS:
         if quantity not in arrays:
             arrays[quantity] = np.full(len(table), _stated_value(table, quantity, stated, source, mode))
-            for line, condition in between(table, quantity) if quantity not in group.conditions else ():
+            for line, condition in (
+                conditions_between_rows(table, quantity) if quantity not in group.conditions else ()
+            ):
                 below = np.array([table.line(row) > line for row in range(len(table))])
                 arrays[quantity][below] = _stated_value(table, quantity, {quantity: condition}, source, mode)
     arrays["amplitude"] = np.abs(arrays["amplitude"]) * (0.5 if peak == "double" else 1.0)

@@ -18,10 +18,10 @@ from bushcli.recording.header.match import (
     TRUE,
     NamedColumn,
     WantedColumn,
-    by_unit,
+    are_identical,
     candidates,
     columns_as,
-    identical,
+    columns_by_unit,
 )
 from bushcli.recording.header.meaning import (
     meaning_of,
@@ -154,11 +154,11 @@ def _index_of(
     if not best and wanted.given and len(doubtful) == 1:
         best = [doubtful[0].index]
     elif not best and not doubtful:
-        best = by_unit(table, wanted)
+        best = columns_by_unit(table, wanted)
         remarks = tuple(
             f"{table.label(i)} is read as the {wanted.quantity} because of its unit" for i in best
         )
-    if len(best) > 1 and identical(table, best, wanted):
+    if len(best) > 1 and are_identical(table, best, wanted):
         remarks = (f"{' and '.join(map(table.label, best))} are identical; one of them is used",)
     elif len(best) > 1:
         expected = f"name one, or give its number: columns = {{{wanted.quantity} = ...}} in the case file"

@@ -304,7 +304,7 @@ def find_unit(text: str, measured: str) -> Unit | None:
         elif unit is None and bare in _FOREIGN:
             unit = Unit(OTHER, bare, 0.0)
         elif unit is None and bare.lower() not in AMBIGUOUS:
-            unit = _foreign(bare) or (_foreign(bare.lower()) if bare.isupper() else None)
+            unit = _unit_by_pint(bare) or (_unit_by_pint(bare.lower()) if bare.isupper() else None)
     return unit
 
 
@@ -438,7 +438,7 @@ def _single(word: str, measured: str) -> _Size | None:
     return size
 
 
-def _foreign(bare: str) -> Unit | None:
+def _unit_by_pint(bare: str) -> Unit | None:
     """Return what pint takes a text for: a unit of another quantity, or one without a prefix; None for other texts.
 
     The grammar has the prefixes that are in use: pint's "Ms" and "EN" are slips.

@@ -10,7 +10,7 @@ from bushcli.cli import main
 from bushcli.curve.earlier import earlier
 from bushcli.recording import Recording, branches, read_recording
 from bushcli.recording.source import Source
-from bushcli.standards.observed import observe
+from bushcli.standards.observation import observe
 
 NUMBER = 5
 T = np.linspace(0.0, NUMBER, 100 * NUMBER + 1)
@@ -99,7 +99,7 @@ def test_standards_see_the_amplitudes_of_the_whole_record(tmp_path):
     seen = observe(read(tmp_path, grown, COUNT + 1, "Zyklus", conditioning=3))
     assert seen.amplitudes == pytest.approx((1.0, 1.0, 2.0, 2.0, 2.0), abs=0.01)
     # The conditioning has one cycle of the largest travel, not three.
-    assert seen.alike == 3
+    assert seen.largest_cycles == 3
     assert seen.rates == pytest.approx((4.0, 8.0), rel=0.1)
 
 

@@ -69,7 +69,7 @@ class Observed:
     unloads: bool
 
     @property
-    def alike(self) -> int:
+    def largest_cycles(self) -> int:
         """Number of cycles as large as the largest, those of the conditioning included."""
         largest = max(self.amplitudes, default=0.0)
         return sum(a >= (1.0 - ALIKE) * largest for a in self.amplitudes)
