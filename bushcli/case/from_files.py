@@ -144,6 +144,7 @@ def _entry(file: Path, tables: TableCache) -> _Entry:
         return path
     errors: list[tuple[bool, RecordingError]] = []
     for kind, machine in _kinds_in_order(file):
+        tried = len(errors)
         modes_in_name = modes_of_name(file.stem, modes()[kind[0]].specimen)
         guessed = next((mode for mode in modes_in_name if mode in kind), None)
         for source, remarks in _ways(Source(guessed or kind[0], file), machine, tables):
@@ -171,6 +172,10 @@ def _entry(file: Path, tables: TableCache) -> _Entry:
             if guessed is None or other_modes:
                 remarks = (what, *remarks)
             return _Entry(source, recording, remarks)
+        # With its columns in the file, the mode that the name states is the right one: no other is tried.
+        own = [error for lacks_columns, error in errors[tried:] if not lacks_columns]
+        if guessed is not None and own:
+            raise own[0]
     raise min(errors, key=lambda error: error[0])[1]
 
 
