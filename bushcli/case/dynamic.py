@@ -124,7 +124,7 @@ def _columns(table: DynamicRecordingTable, keys: Keys) -> list[Finding]:
                 findings.append(Finding(at, what, nearest(key, column_names), ", ".join(column_names)))
     for key, text in (table.units or {}).items():
         unit = read_unit(text)
-        if key in COLUMNS and (unit is None or unit.kind not in suited_kinds(key, mode)):
+        if key in COLUMNS and (unit is None or unit.measured not in suited_kinds(key, mode)):
             at = (*keys, "units", key)
             kinds = " or ".join(sorted(suited_kinds(key, mode)))
             what = f"{dotted(at)} = {shown(text)} is not a unit of a {kinds}"

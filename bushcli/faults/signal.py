@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording import Recording, branches
+from bushcli.recording import Recording
 
 Array = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ def moving_samples(recording: Recording) -> NDArray[np.bool_]:
     In a hold the force relaxes while the displacement rests: it tells nothing of stiffness or sign.
     """
     mask = np.zeros(len(recording.force), dtype=bool)
-    for branch in branches(recording):
+    for branch in recording.branches:
         if branch.kind != "hold":
             mask[branch.start : branch.stop + 1] = True
     return mask

@@ -13,11 +13,8 @@ from typing import TYPE_CHECKING, Any
 from bushcli.curve.recording import RecordedPath, RecordedProgram, Recording, Repair
 from bushcli.curve.segment import Segment
 from bushcli.curve.signals import (
-    branches,
     cycle_mask,
     departure,
-    displacement_noise,
-    force_noise,
     on_branch,
     select_cycles,
 )
@@ -32,11 +29,8 @@ __all__ = [
     "Recording",
     "Repair",
     "Segment",
-    "branches",
     "cycle_mask",
     "departure",
-    "displacement_noise",
-    "force_noise",
     "on_branch",
     "read_coupon",
     "read_program",

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bushcli.curve.recording import ReadColumn, RecordedProgram, Recording, Repair
 from bushcli.curve.segment import turning_points
-from bushcli.curve.signals import branches, select_cycles
+from bushcli.curve.signals import select_cycles
 from bushcli.recording.find_table import open_table
 from bushcli.recording.header.above import factor_remarks, rate_remarks
 from bushcli.recording.header.columns import Column, chosen_index, column, untaken_time
@@ -129,7 +129,7 @@ def _temperature_of(table: Table, source: Source, rows: NDArray[np.int_]) -> Arr
     name = heading(table.names[index])
     given = (source.temperature_unit, table.units[index], *name.written, name.at_end)
     texts = [text for text in given if text] or ["degC"]
-    units = [unit for text in texts if (unit := read_unit(text)) and unit.kind == "temperature"]
+    units = [unit for text in texts if (unit := read_unit(text)) and unit.measured == "temperature"]
     if not units:
         what = f"{table.label(index)}: {texts[0].strip('[]() ')} is no unit of a temperature"
         raise table.refusal(what, 'units = {temperature = "degC"}, "K" or "degF"')
@@ -165,7 +165,7 @@ def _used_cycles(recording: Recording, source: Source) -> Recording:
     """Return the cycles that are compared: the ones that the case names, without the conditioning cycles."""
     cycles = source.cycles
     if source.conditioning:
-        last = max(branch.cycle for branch in branches(recording))
+        last = max(branch.cycle for branch in recording.branches)
         if source.conditioning >= last:
             what = f"conditioning = {source.conditioning}, but the recording has {last} cycle{'s' if last > 1 else ''}"
             raise source.refusal(what, "leave at least one cycle to compare")

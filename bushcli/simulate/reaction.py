@@ -12,7 +12,6 @@ from typing_extensions import override
 from bushcli.case import Case
 from bushcli.curve.earlier import earlier
 from bushcli.curve.recording import RecordedPath, Recording
-from bushcli.curve.signals import displacement_noise
 from bushcli.effects.active import ActiveEffect, acting, require_time
 from bushcli.effects.assembly import features_of
 from bushcli.effects.change import Signal
@@ -242,7 +241,7 @@ def followed(
         active,
         record.time,
         record.displacement,
-        displacement_noise(record),
+        record.displacement_noise,
         comm,
         prepared,
         earlier(record),

@@ -29,7 +29,7 @@ from bushcli.faults import DataFault, find_faults
 from bushcli.faults import condition as fault_condition
 from bushcli.inverse import Fit, Task, identify
 from bushcli.inverse.problem import Progress
-from bushcli.recording import Recording, force_noise, read_recording
+from bushcli.recording import Recording, read_recording
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.write import write_curve_csv
@@ -334,7 +334,7 @@ def _batch_part(recording: Recording, of_batch: Array) -> BatchPart:
     factor = float(recording.force @ of_batch) / float(of_batch @ of_batch)
     residual = recording.force - factor * of_batch
     size = float(np.ptp(recording.force))
-    noise = force_noise(recording)
+    noise = recording.force_noise
     return BatchPart(
         recording.name,
         recording.mode,

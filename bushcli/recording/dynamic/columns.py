@@ -213,7 +213,7 @@ def _unique(
         among = [i for i in columns if names[i].quantity == quantity]
         if count > 1:
             kinds = suited_kinds(quantity, mode)
-            suited = [i for i in among if (unit := names[i].unit) is None or unit.kind in kinds]
+            suited = [i for i in among if (unit := names[i].unit) is None or unit.measured in kinds]
             words = {i: set(re.split(r"[\W_]+", table.names[i].lower())) - _OWN_WORDS for i in among}
             measured = [i for i in suited or among if not any(map(is_foreign, words[i]))]
             among = measured or suited or among
@@ -260,12 +260,12 @@ def numbers(
     if unit is None:
         what = f"{table.label(index)} is the {quantity.replace('_', ' ')}, and neither it nor the case file has a unit"
         raise table.refusal(what, remedy)
-    if unit.kind not in kinds:
-        article = "an" if unit.kind[0] in "aeiou" else "a"
-        where = f"{table.label(index)}: {column.written or given} is a unit of {article} {unit.kind}"
+    if unit.measured not in kinds:
+        article = "an" if unit.measured[0] in "aeiou" else "a"
+        where = f"{table.label(index)}: {column.written or given} is a unit of {article} {unit.measured}"
         what = f"{where}, and the {quantity.replace('_', ' ')} in mode {mode.name} is not one"
         expected = f"columns = {{{key} = ...}}, if another column is meant"
-        if unit.kind == "stress":
+        if unit.measured == "stress":
             expected = 'a modulus is that of a coupon: [[coupons]] with mode = "uniaxial", for example'
         raise table.refusal(what, expected)
     return unit.factor * values + unit.zero, remark

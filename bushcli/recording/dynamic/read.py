@@ -222,8 +222,8 @@ def _stated_value(
     """Return a condition of all rows, as the case file or else the file states it, in internal units; or nan."""
     given = getattr(source, quantity)
     condition = stated.get(quantity) if given is None else None
-    if condition is not None and condition.unit.kind not in suited_kinds(quantity, mode):
-        unit = f"a unit of a {condition.unit.kind}, which mode {mode.name} has not"
+    if condition is not None and condition.unit.measured not in suited_kinds(quantity, mode):
+        unit = f"a unit of a {condition.unit.measured}, which mode {mode.name} has not"
         what = f"states a {quantity.replace('_', ' ')} in {unit}"
         raise table.refusal(what, f"{quantity} = ... in the recording's table of the case file")
     return condition.value if condition is not None else math.nan if given is None else float(given)
