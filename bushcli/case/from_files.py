@@ -153,7 +153,7 @@ def _entry(file: Path, tables: TableCache) -> _Entry:
             except RecordingError as error:
                 fitting: Sequence[Table] = ()
                 with suppress(RecordingError):
-                    fitting = _fitting(source, tables)
+                    fitting = _suitable_tables(source, tables)
                 errors.append((not fitting, error))
                 continue
             mode_of_file = modes()[kind[0]]
@@ -261,7 +261,7 @@ def _ways(source: Source, machine: bool, tables: TableCache) -> Iterator[tuple[S
         yield replace(chosen, units=units), (*remarks, *choices, what)
 
 
-def _fitting(source: Source, tables: TableCache) -> list[Table]:
+def _suitable_tables(source: Source, tables: TableCache) -> list[Table]:
     """Return the tables of a file that have a displacement and a force of the mode."""
     name = format_of(source.file)
     candidates = list(tables.tables(source.file, name, ()).tables) if name else [read_table(source.file)]
@@ -271,7 +271,7 @@ def _fitting(source: Source, tables: TableCache) -> list[Table]:
 def _with_choices(source: Source, tables: TableCache) -> tuple[Source, tuple[str, ...]]:
     """Return a source with the first possible group and columns, and remarks that list the others."""
     mode, remarks = modes()[source.mode], []
-    fitting = _fitting(source, tables)
+    fitting = _suitable_tables(source, tables)
     if not fitting:
         return source, ()
     table = fitting[0]

@@ -27,10 +27,12 @@ from bushcli.inverse.result import Weighting
 from bushcli.recording import (
     Recording,
 )
+from bushcli.simulate.derivatives import local_slopes
 from bushcli.simulate.extent import Extent, of_path
 from bushcli.simulate.simulation import FollowedPath
 from bushcli.simulate.steps import IDENTIFIED
 from cases.equilibrium import Equilibrium
+from cases.local import Cells
 from cases.march import History, failure_at_start
 from cases.mode import modes
 from cases.model import FiniteElementModel
@@ -245,6 +247,20 @@ class Channel(FitChannel):
         """
 
     @abstractmethod
+    def local_slopes(self, parameters: Mapping[str, float]) -> tuple[Array, Cells]:
+        """Return derivatives (n, cells) of the force at the samples by the stiffness of each cell, and the cells.
+
+        Parameters
+        ----------
+        parameters : mapping of str to float
+            As in `solve`.
+
+        Raises
+        ------
+        NotConverged
+        """
+
+    @abstractmethod
     def curve(self, answer: ChannelForces) -> Curve:
         """Return the solved curve over the recorded range, smooth enough to be drawn; with effects, along the path."""
 
@@ -301,6 +317,11 @@ class SweptChannel(Channel):
         )
 
     @override
+    def local_slopes(self, parameters: Mapping[str, float]) -> tuple[Array, Cells]:
+        self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
+        return local_slopes(self.model, self.recording.displacement, self.odd)
+
+    @override
     def curve(self, answer: ChannelForces) -> Curve:
         q = self.recording.displacement
         fine = np.linspace(q.min(), q.max(), 101)
@@ -339,7 +360,7 @@ class FollowedChannel(Channel):
         corrected: Corrected | None = None,
     ) -> None:
         super().__init__(recording, simulation.model, recording.force_noise, weighting, faulty, branch)
-        self.simulation, self.active, self.before = simulation, simulation.active, simulation.remembered
+        self.simulation, self.active, self.before = simulation, simulation.active, simulation.path_before
         self._correction = None if corrected is None else corrected(recording.name, self.model)
 
     @override
@@ -366,7 +387,13 @@ class FollowedChannel(Channel):
         if self.coupon:
             return np.zeros((0, 3))
         self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
-        return isochoric_sample(self.comm, self.simulation.reached(limit.given))
+        return isochoric_sample(self.comm, self.simulation.stretches_at_ends(limit.given))
+
+    @override
+    def local_slopes(self, parameters: Mapping[str, float]) -> tuple[Array, Cells]:
+        self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
+        slope, cells = self.simulation.local_slopes()
+        return slope[self.recording.places], cells
 
     @override
     def curve(self, answer: ChannelForces) -> Curve:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case.tolerance import DEFAULT
-from bushcli.case.toleranced import toleranced
+from bushcli.case.toleranced import toleranced_number
 from bushcli.errors import InputError, Problem
 from bushcli.study.plan import Plan, problem
 from bushcli.study.rows import Rows
@@ -269,7 +269,7 @@ def limits_of(text: str, percent: float = DEFAULT.percent) -> tuple[str, Limits]
         The text has none of these forms.
     """
     name, equals, spec = text.rpartition("=")
-    tolerance = toleranced(spec)
+    tolerance = toleranced_number(spec)
     if equals and name.strip() and tolerance is not None:
         return name.strip(), Limits(tolerance.low, tolerance.high)
     try:

@@ -18,9 +18,9 @@ from bushcli.case.toleranced import Toleranced
 from bushcli.errors import InputError, Problem
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition
-from bushcli.runtime.digits import significant
+from bushcli.runtime.digits import with_digits
 from bushcli.runtime.executor import Pool
-from bushcli.simulate.measured import Measured
+from bushcli.simulate.recording_cache import RecordingCache
 from bushcli.study.rate_search import MOST_EVALUATIONS, End, search
 from bushcli.study.rates import rates
 from bushcli.study.target import Target
@@ -201,7 +201,7 @@ def design(
 
         unit = qmc.LatinHypercube(len(low), rng=np.random.default_rng(seed)).random(starts - 1)
         points += list(low + unit * (high - low))
-    cache = DesignCache(measured=Measured(tables))
+    cache = DesignCache(measured=RecordingCache(tables))
     ends: list[End] = []
     failed, reason = 0, ""
     questions = [(task, tuple(targets), point, low, high) for point in points]
@@ -281,7 +281,7 @@ def _conditions(
     bound = [key for key, dimension in keys.items() if dimension.at_bound]
     if missed:
         names = ", ".join(
-            f"{rate.target.name} by {'+' * (rate.deviation > 0.0)}{significant(off, -limit, limit)} %"
+            f"{rate.target.name} by {'+' * (rate.deviation > 0.0)}{with_digits(off, -limit, limit)} %"
             for rate in missed
             for off, limit in [(100 * rate.deviation, 100 * rate.tolerance)]
         )

@@ -7,7 +7,7 @@ import math
 from bushcli.report.conditions import conditions
 from bushcli.report.document import Columns, Document, Paragraph, Row, Section, Table, note, table_of
 from bushcli.report.quantity import number
-from bushcli.runtime.digits import beside
+from bushcli.runtime.digits import with_decimals
 from bushcli.study.design import Design, Dimension, Reached
 
 _SPREAD = "Effect of the tolerances: change at the upper limit of each"
@@ -60,7 +60,7 @@ def design_headline(design: Design) -> str:
 def _deviation(goal: Reached) -> str:
     """Return the deviation with the digits that show whether it is within what is allowed."""
     limit = 100 * goal.tolerance
-    text = beside(round(100 * goal.deviation, 9), -limit, limit, decimals=3)
+    text = with_decimals(round(100 * goal.deviation, 9), -limit, limit, decimals=3)
     return f"{'' if text.startswith('-') else '+'}{text} %".replace("-0.000 %", "+0.000 %")
 
 
