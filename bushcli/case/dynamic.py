@@ -125,7 +125,7 @@ def _columns(table: DynamicRecordingTable, keys: Keys) -> list[Finding]:
                 )
     for key, text in (table.units or {}).items():
         unit = read_unit(text)
-        if key in COLUMNS and (unit is None or unit.kind not in suited_kinds(key, mode)):
+        if key in COLUMNS and (unit is None or unit.measured not in suited_kinds(key, mode)):
             at = (*keys, "units", key)
             kinds = " or ".join(sorted(suited_kinds(key, mode)))
             what = f"is not a unit of a {kinds}"

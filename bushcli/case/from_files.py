@@ -19,7 +19,7 @@ from bushcli.errors import CaseError, InputError, Problem, RecordingError, print
 from bushcli.recording import Recording, read_recording
 from bushcli.recording.find_table import format_of
 from bushcli.recording.guess import modes_of_name
-from bushcli.recording.header.match import WantedColumn, by_unit, candidates, has_columns
+from bushcli.recording.header.match import WantedColumn, candidates, columns_by_unit, has_columns
 from bushcli.recording.header.meaning import says_compression
 from bushcli.recording.reader import readers, unique_names
 from bushcli.recording.six import columns_of
@@ -144,6 +144,7 @@ def _entry(file: Path, tables: TableCache) -> _Entry:
         return path
     errors: list[tuple[bool, RecordingError]] = []
     for kind, machine in _kinds_in_order(file):
+        tried = len(errors)
         modes_in_name = modes_of_name(file.stem, modes()[kind[0]].specimen)
         guessed = next((mode for mode in modes_in_name if mode in kind), None)
         for source, remarks in _ways(Source(guessed or kind[0], file), machine, tables):
@@ -171,6 +172,10 @@ def _entry(file: Path, tables: TableCache) -> _Entry:
             if guessed is None or other_modes:
                 remarks = (what, *remarks)
             return _Entry(source, recording, remarks)
+        # With its columns in the file, the mode that the name states is the right one: no other is tried.
+        own = [error for lacks_columns, error in errors[tried:] if not lacks_columns]
+        if guessed is not None and own:
+            raise own[0]
     raise min(errors, key=lambda error: error[0])[1]
 
 
@@ -278,7 +283,7 @@ def _with_choices(source: Source, tables: TableCache) -> tuple[Source, tuple[str
     several_times = len(clock_columns(table, source, mode)) > 1
     for quantity in _QUANTITIES[1:] if several_times else _QUANTITIES:
         column = WantedColumn.of(source, mode, quantity)
-        indices = candidates(table, column) or by_unit(table, column)
+        indices = candidates(table, column) or columns_by_unit(table, column)
         if len(indices) > 1:
             columns[quantity] = indices[0] + 1
             for i in indices:

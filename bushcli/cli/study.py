@@ -174,7 +174,7 @@ def _task(run: Run, case: Case, plan: Plan, questions: tuple[str, ...], curves: 
     answers = tuple(answer(case, text) for text in questions) or default_answers(case)
     material = fit_to_coupons(run, case).material if case.needs_fit else None
     hardness = next((variable for variable in plan.variables if variable.key == HARDNESS), None)
-    if hardness is not None and not hardness.numeric:
+    if hardness is not None and not hardness.is_numeric:
         raise InputError(
             Problem(f"--vary hardness={hardness.spec}", "is not a Shore A hardness", "", '"60 +- 5"')
         )

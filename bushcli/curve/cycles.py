@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from bushcli.curve.curve import Curve
 from bushcli.curve.segment import AT_THE_TURN, OVERSHOOT, TURN, Segment
-from bushcli.curve.signals import branches, departure, displacement_noise, force_noise
+from bushcli.curve.signals import departure
 
 Array = NDArray[np.float64]
 
@@ -93,7 +93,7 @@ class Cycle:
 
 def noise_of(curve: Curve) -> Noise:
     """Return the noise of a recorded curve, estimated from the curve itself."""
-    return Noise(force_noise(curve), displacement_noise(curve))
+    return Noise(curve.force_noise, curve.displacement_noise)
 
 
 def cycles(curve: Curve, noise: Noise = NO_NOISE) -> tuple[Cycle, ...]:
@@ -122,9 +122,9 @@ def cycles_along(
     tuple
         One entry per cycle of the path; None where the force is not known throughout the cycle, or nothing moves.
     """
-    segments = branches(path) if segments is None else segments
+    segments = path.branches if segments is None else segments
     parts = [list(part) for _, part in groupby(enumerate(segments), lambda item: item[1].cycle)]
-    slack = TURN * displacement_noise(path)
+    slack = TURN * path.displacement_noise
     return tuple(
         _cycle([branch for _, branch in part], departure(segments, part[0][0]), path, force, noise, slack)
         if np.isfinite(force[departure(segments, part[0][0]) : part[-1][1].stop]).all()

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.curve.recorded import Recording
-from bushcli.curve.signals import displacement_noise, force_noise
+from bushcli.curve.recording import Recording
 from bushcli.runtime.condition import Condition
 
 Array = NDArray[np.float64]
@@ -140,7 +139,7 @@ def _first_cycle(recording: Recording) -> int | None:
     # Distance from the beginning, in the sense of the first motion.
     x = np.sign(q[away[0]] - q[0]) * (q - q[0])
     # The last sample of a loop may lie one step before the first one of the next.
-    near = max(3.0 * displacement_noise(recording), 1.5 * float(np.median(np.abs(np.diff(q)))))
+    near = max(3.0 * recording.displacement_noise, 1.5 * float(np.median(np.abs(np.diff(q)))))
     back = _next(x <= near, int(away[0]))
     if back is None:
         return None
@@ -161,7 +160,7 @@ def _first_cycle(recording: Recording) -> int | None:
     other = float(np.interp(0.0, -x[inside], force[inside]))
     width = abs(other - force[0])
     end = rising + int(np.argmin(np.abs(x[rising : rising + 3])))
-    closed = abs(force[end] - force[0]) <= CLOSED * width and width > SURE * force_noise(recording)
+    closed = abs(force[end] - force[0]) <= CLOSED * width and width > SURE * recording.force_noise
     amid = force[0] * other < 0.0 and min(abs(force[0]), abs(other)) >= AMID * width
     further = -float(x[beyond:rising].min()) >= FURTHER * float(x[:back].max())
     return end if closed and (amid or further or abs(q[0]) > OFF * reach) else None

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from bushcli.curve.curve import Curve
 from bushcli.curve.cycles import NO_NOISE, Noise, Uncertain
 from bushcli.curve.segment import Segment
-from bushcli.curve.signals import branches
 
 Array = NDArray[np.float64]
 
@@ -99,7 +98,7 @@ def holds_along(
     tuple
         One entry per hold of the path; None where the force is not known throughout the hold.
     """
-    segments = branches(path) if segments is None else segments
+    segments = path.branches if segments is None else segments
     sigma = noise.force
     least = max(least_force, _HELD * sigma)
     holds: list[Hold | None] = []

@@ -49,7 +49,7 @@ _LONGEST, _PIECE = 2_048, 16_384
 OVERSHOOT = 0.05
 AT_THE_TURN = 0.9
 # Excursions are alike if they differ by less than this share of the larger one, as amplitudes of cycles are
-# (`bushcli.standards.observed`).
+# (`bushcli.standards.observation`).
 _ALIKE = 0.1
 
 
@@ -122,11 +122,11 @@ def segment(
         groups.append(pending[:size])
         pending = pending[size:]
     # A dip before the first cycle, and the way back to rest or to a preload after the last one, are no cycles.
-    if len(groups) > 1 and len(groups[0]) == 1 and not groups[0][0].whole:
+    if len(groups) > 1 and len(groups[0]) == 1 and not groups[0][0].is_cycle:
         excursion, after = groups[0][0], groups[1]
         if excursion.height < OVERSHOOT * after[0].height or _at_preload(excursion, after, after[0].begin):
             groups[:2] = [[excursion, *after]]
-    if len(groups) > 1 and len(groups[-1]) == 1 and not groups[-1][0].whole:
+    if len(groups) > 1 and len(groups[-1]) == 1 and not groups[-1][0].is_cycle:
         before, excursion = groups[-2], groups[-1][0]
         # A last loading as far as before is half a cycle more; a mere return to rest is not.
         least = AT_THE_TURN * max(abs(each.furthest) for each in before)
@@ -218,7 +218,7 @@ def _holds(q: Array, x: Array, sigma: float) -> list[tuple[int, int]]:
                 out = np.maximum.accumulate(part) - np.minimum.accumulate(part) > band
             stop = start + (int(np.argmax(out)) if out.any() else len(out))
         long = stop - start >= _SHORTEST_HOLD and _is_abrupt(values, times, start, stop, band)
-        if long and _still(q[start:stop], x[start:stop], sigma):
+        if long and _is_still(q[start:stop], x[start:stop], sigma):
             holds.append((start, stop))
             start = stop
         else:
@@ -271,7 +271,7 @@ def _is_abrupt(q: Sequence[float], x: Sequence[float], start: int, stop: int, ba
     return came and (stop == len(q) or (bool(after) and (max(after) > high or min(after) < low)))
 
 
-def _still(q: Array, x: Array, sigma: float) -> bool:
+def _is_still(q: Array, x: Array, sigma: float) -> bool:
     """Whether a stretch shows noise but neither a trend nor the arch of a slow reversal."""
     n = len(q)
     third = max(1, n // 3)
@@ -333,7 +333,7 @@ class _Excursion:
         return abs(self.furthest - self.begin)
 
     @property
-    def whole(self) -> bool:
+    def is_cycle(self) -> bool:
         """Whether it is a cycle of its own."""
         return self.loop and self.reverses
 
@@ -348,9 +348,11 @@ def _reverse(excursions: Sequence[_Excursion], before: Sequence[_Excursion]) -> 
         return True
     if _repeat(a, a[2:]) or (len(a) == 3 and _at_preload(excursions[2], excursions[:2], 0.0)):
         return True
-    ramp = not _alike(a[0], a[1]) and not _alike(a[0], a[2])
+    ramp = not _are_alike(a[0], a[1]) and not _are_alike(a[0], a[2])
     later = len(a) > 3 and _repeat(a[1:], a[3:])
-    return not (later or (ramp and _alike(a[1], a[2])) or _at_preload(excursions[0], excursions[1:3], 0.0))
+    return not (
+        later or (ramp and _are_alike(a[1], a[2])) or _at_preload(excursions[0], excursions[1:3], 0.0)
+    )
 
 
 def _same_side(first: _Excursion, second: _Excursion) -> bool:
@@ -360,7 +362,7 @@ def _same_side(first: _Excursion, second: _Excursion) -> bool:
 
 def _repeat(halves: Sequence[float], later: Sequence[float]) -> bool:
     """Whether both halves of a cycle are as large as those of a later cycle, if there is one."""
-    return all(_alike(a, b) for a, b in zip(halves[:2], later[:2], strict=False))
+    return all(_are_alike(a, b) for a, b in zip(halves[:2], later[:2], strict=False))
 
 
 def _at_preload(excursion: _Excursion, cycle: Sequence[_Excursion], turn: float) -> bool:
@@ -375,7 +377,7 @@ def _at_preload(excursion: _Excursion, cycle: Sequence[_Excursion], turn: float)
     return abs(preload) > OVERSHOOT * largest and abs(excursion.furthest - preload) <= _ALIKE * span
 
 
-def _alike(a: float, b: float) -> bool:
+def _are_alike(a: float, b: float) -> bool:
     return abs(a - b) <= _ALIKE * max(a, b)
 
 

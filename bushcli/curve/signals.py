@@ -1,4 +1,4 @@
-"""Branches, cycles and noise of a curve; no file is read here."""
+"""Samples of some branches or cycles of a curve."""
 
 from __future__ import annotations
 
@@ -10,21 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.curve.curve import Curve
-from bushcli.curve.recorded import Recording
+from bushcli.curve.recording import Recording
 from bushcli.curve.segment import Segment
 from bushcli.errors import Problem, RecordingError
 
 # Points of the cycles that are selected, as of a coupon: fewer are no curve.
 _FEWEST = 3
-
-
-def branches(recording: Curve) -> tuple[Segment, ...]:
-    """Return the loading, unloading and hold branches with their cycles; `bushcli.curve.segment` has the rules.
-
-    Where the rig counts the cycles, or some of them were selected, they have those numbers; a branch in which a cycle
-    ends is cut there.
-    """
-    return recording.branches
 
 
 def departure(segments: Sequence[Segment], i: int) -> int:
@@ -41,16 +32,6 @@ def departure(segments: Sequence[Segment], i: int) -> int:
     return first - 1 if i > 0 and segments[i].cycle - segments[i - 1].cycle <= 1 else first
 
 
-def force_noise(recording: Curve) -> float:
-    """Return the standard deviation of the noise of the force, in its unit; see `bushcli.curve.curve.Curve`."""
-    return recording.force_noise
-
-
-def displacement_noise(recording: Curve) -> float:
-    """Return the standard deviation of the noise of the displacement, in mm or rad."""
-    return recording.displacement_noise
-
-
 def cycle_mask(recording: Curve, cycles: Iterable[int]) -> NDArray[np.bool_]:
     """Return which samples (n,) belong to the given cycles, counted from 1.
 
@@ -65,7 +46,7 @@ def cycle_mask(recording: Curve, cycles: Iterable[int]) -> NDArray[np.bool_]:
     RecordingError
         When the recording has no such cycle.
     """
-    wanted, segments = set(cycles), branches(recording)
+    wanted, segments = set(cycles), recording.branches
     last = max(branch.cycle for branch in segments)
     absent = sorted(cycle for cycle in wanted if not 1 <= cycle <= last)
     if absent:
@@ -91,7 +72,7 @@ def on_branch(recording: Recording, kind: Literal["loading", "unloading"]) -> ND
         Away from zero displacement, or towards it.
     """
     mask = np.zeros(len(recording.displacement), dtype=bool)
-    for branch in branches(recording):
+    for branch in recording.branches:
         mask[branch.start : branch.stop] = branch.kind == kind
     return mask
 
@@ -123,7 +104,7 @@ def select_cycles(recording: Recording, cycles: Iterable[int]) -> Recording:
         what = f"cycles {', '.join(map(str, cycles))}: the force is {recording.force[mask][0]:g} throughout"
         raise RecordingError(Problem(str(recording.source or recording.mode), what))
     numbers = np.zeros(len(mask), dtype=np.int_)
-    for branch in branches(recording):
+    for branch in recording.branches:
         numbers[branch.start : branch.stop] = branch.cycle
     numbers[first] = numbers[first + 1]
     time = None if recording.time is None else recording.time[mask]

@@ -23,7 +23,7 @@ from bushcli.effects.names import readable_name
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.noise import Compared, noise_model
 from bushcli.mismatch.missing_force import describe_missing, missing_force
-from bushcli.recording import Recording, displacement_noise
+from bushcli.recording import Recording
 from bushcli.runtime.condition import Condition
 from bushcli.selection.model import Model
 from bushcli.selection.queue import Search
@@ -116,7 +116,7 @@ def diagnosed_channel(
     def percent(force: Array) -> float:
         return rms_percent((force - recording.force)[used], recording.force[used])
 
-    steps = schedule(recording.time, recording.displacement, displacement_noise(recording))
+    steps = schedule(recording.time, recording.displacement, recording.displacement_noise)
     clock = np.arange(len(recording.displacement), dtype=float) if recording.time is None else recording.time
     return DiagnosedChannel(
         recording.name or recording.mode,

@@ -15,7 +15,7 @@ from bushcli.faults.scale import scales
 from bushcli.faults.sense import extremes, magnitude, no_signal, positions, reversed_sign
 from bushcli.faults.signal import abscissa, slope
 from bushcli.faults.spikes import spikes
-from bushcli.recording import Recording, branches, displacement_noise, force_noise
+from bushcli.recording import Recording
 
 Array = NDArray[np.float64]
 
@@ -120,7 +120,7 @@ def sample_faults(recording: Recording) -> Iterator[DataFault]:
         if repair.kind != "columns":
             remedy = "the recording is repaired; find out why the logger writes it this way"
             yield DataFault(recording.name, repair.kind, repair.text, remedy, False)
-    noise = force_noise(recording)
+    noise = recording.force_noise
     clip = clipped_samples(recording.force, recording.displacement, noise)
     if clip.any():
         fatal = bool(clip.mean() > _MOST_CLIPPED)
@@ -136,7 +136,7 @@ def sample_faults(recording: Recording) -> Iterator[DataFault]:
             clip,
         )
     q, force = recording.displacement, recording.force
-    rows = stuck_rows(force, q, noise, displacement_noise(recording))
+    rows = stuck_rows(force, q, noise, recording.displacement_noise)
     held_force = stuck_force(force, q, slope(q, force), noise, clip) & ~rows
     held_displacement = stuck_displacement(q, force, abscissa(recording)) & ~rows
     for held, what in (
@@ -170,7 +170,7 @@ def _spikes(recording: Recording, excluded: Mask) -> Iterator[DataFault]:
     still = recording.displacement.copy()
     still[jumps] = np.interp(x[jumps], x[~jumps], still[~jumps])
     whole = Recording(recording.mode, still, recording.force, recording.time) if jumps.any() else recording
-    branch = np.concatenate([np.full(b.stop - b.start, i) for i, b in enumerate(branches(whole))])
+    branch = np.concatenate([np.full(b.stop - b.start, i) for i, b in enumerate(whole.branches)])
     # The range of the four steps around each sample: two before and two after it.
     steps = sliding_window_view(np.pad(np.diff(still[sound]), 2, mode="edge"), 4)
     explained = _BESIDE * abs(slope(still[sound], recording.force[sound])) * np.ptp(steps, axis=1)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from bushcli.case.typical import SHEAR, SHEAR_WORDS
 from bushcli.faults.fault import DataFault, Mask
-from bushcli.faults.signal import moving, slope
+from bushcli.faults.signal import moving_samples, slope
 from bushcli.recording import Recording
 from bushcli.recording.header.units import find_unit
 from bushcli.recording.source import UNITS, Quantity, dimension
@@ -97,7 +97,7 @@ class _Scale:
     def of(shape: Shape, recording: Recording, bad: Mask) -> _Scale | None:
         """Return that of a recording; None where no closed form or no motion gives it."""
         unit = unit_stiffness(shape, recording.mode)
-        used = ~bad & moving(recording)
+        used = ~bad & moving_samples(recording)
         q, force = recording.displacement[used], recording.force[used]
         if unit is None or len(q) < 3 or np.ptp(q) == 0:
             return None
@@ -124,19 +124,19 @@ class _Scale:
         """Quantity of the displacement: "length", "angle" or "strain"."""
         return _dimension(self.recording, "displacement")
 
-    def travels(self, factor: float = 1.0) -> bool:
+    def is_travel_of_test(self, factor: float = 1.0) -> bool:
         """Whether its travel, times a factor, is that of a test."""
         low, high = _TRAVEL[self.kind]
         return low <= self.travel * factor <= high
 
     @property
-    def plausible(self) -> bool:
+    def is_plausible(self) -> bool:
         """Whether most rubber may have its moduli, and a test its travel."""
         low, high = self.modulus
-        return high >= _RUBBER[0] and low <= _RUBBER[1] and self.travels()
+        return high >= _RUBBER[0] and low <= _RUBBER[1] and self.is_travel_of_test()
 
     @property
-    def exchanged(self) -> _Scale:
+    def with_columns_exchanged(self) -> _Scale:
         """What it is with the columns exchanged: that of the force in the default unit of a displacement."""
         low, high = self.stiffness
         unit = UNITS[self.kind]["deg" if self.kind == "angle" else "mm"]
@@ -213,10 +213,15 @@ def scales(shape: Shape, recordings: Sequence[Recording], bad: Sequence[Mask]) -
         rest = [
             other
             for other in known_scales
-            if other is not scale and other.recording.name not in swapped_names and other.plausible
+            if other is not scale and other.recording.name not in swapped_names and other.is_plausible
         ]
         possible = _IMPOSSIBLE[scale.kind][0] <= scale.travel <= _IMPOSSIBLE[scale.kind][1]
-        if scale.kind != "strain" and not possible and not scale.plausible and scale.exchanged.plausible:
+        if (
+            scale.kind != "strain"
+            and not possible
+            and not scale.is_plausible
+            and scale.with_columns_exchanged.is_plausible
+        ):
             yield DataFault(
                 scale.recording.name,
                 "swapped",
@@ -258,7 +263,7 @@ def _unit(scale: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
     for change in changes:
         factor = change.force / change.displacement
         changed = low * factor, high * factor
-        if not scale.travels(change.displacement):
+        if not scale.is_travel_of_test(change.displacement):
             continue
         if any(_apart(changed, other.modulus) > _TOGETHER for other in rest):
             continue

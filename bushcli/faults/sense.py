@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.faults.fault import DataFault, Mask
-from bushcli.faults.signal import moving, slope
+from bushcli.faults.signal import moving_samples, slope
 from bushcli.recording import Recording
 from bushcli.recording.source import dimension
 from cases.mode import modes
@@ -41,7 +41,7 @@ _FAR = 3.0
 
 def reversed_sign(recording: Recording, bad: Mask) -> Iterator[DataFault]:
     """Yield a fault where the force falls while the displacement rises, or has the other sign in a hold from rest."""
-    moved = moving(recording)
+    moved = moving_samples(recording)
     used = ~bad & (moved if moved.any() else True)
     q, force = recording.displacement[used], recording.force[used]
     reason = ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording import Recording, branches
+from bushcli.recording import Recording
 
 Array = NDArray[np.float64]
 
@@ -39,13 +39,13 @@ def slope(x: Array, y: Array) -> float:
     return float(x @ (y - y.mean())) / power if power > 0 else 0.0
 
 
-def moving(recording: Recording) -> NDArray[np.bool_]:
+def moving_samples(recording: Recording) -> NDArray[np.bool_]:
     """Return which samples (n,) belong to a motion, the first sample of a hold included.
 
     In a hold the force relaxes while the displacement rests: it tells nothing of stiffness or sign.
     """
     mask = np.zeros(len(recording.force), dtype=bool)
-    for branch in branches(recording):
+    for branch in recording.branches:
         if branch.kind != "hold":
             mask[branch.start : branch.stop + 1] = True
     return mask

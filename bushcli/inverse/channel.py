@@ -20,13 +20,12 @@ from typing_extensions import override
 from bushcli.curve.curve import Curve
 from bushcli.curve.earlier import Earlier
 from bushcli.curve.misfit import NOISE_FLOOR
-from bushcli.curve.odd import both_halves, swept_range
+from bushcli.curve.symmetry import both_halves, swept_range
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.inverse.result import Weighting
 from bushcli.recording import (
     Recording,
-    force_noise,
 )
 from bushcli.simulate.derivatives import local_slopes
 from bushcli.simulate.extent import Extent, of_path
@@ -272,7 +271,7 @@ class SweptChannel(Channel):
     ) -> None:
         # The noise of the displacement is converted by the mean stiffness.
         of_displacement = recording.noise_of_motion
-        noise = float(np.hypot(force_noise(recording), of_displacement))
+        noise = float(np.hypot(recording.force_noise, of_displacement))
         super().__init__(recording, model, noise, weighting, faulty, branch)
         # Solved curves by parameter values and names of the derivatives.
         self._solved: dict[tuple[object, ...], ChannelForces] = {}
@@ -353,7 +352,7 @@ class FollowedChannel(Channel):
         branch: str = "",
         corrected: Corrected | None = None,
     ) -> None:
-        super().__init__(recording, simulation.model, force_noise(recording), weighting, faulty, branch)
+        super().__init__(recording, simulation.model, recording.force_noise, weighting, faulty, branch)
         self.simulation, self.active, self.before = simulation, simulation.active, simulation.path_before
         self._correction = None if corrected is None else corrected(recording.name, self.model)
 

@@ -17,7 +17,7 @@ from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 
 from bushcli.likelihood.noise import NoiseModel, smooth_force
-from bushcli.recording import Recording, branches
+from bushcli.recording import Recording
 from bushcli.recording.dynamic.rows import RecordedTable
 
 Array = NDArray[np.float64]
@@ -225,7 +225,7 @@ def _pieces(recording: Recording, used: Mask) -> Iterator[tuple[NDArray[np.intp]
                 yield rows[counted] + count, x, degree
         return
     clock = np.arange(len(recording.force), dtype=float) if recording.time is None else recording.time
-    for branch in branches(recording):
+    for branch in recording.branches:
         indices = np.flatnonzero(used[branch.start : branch.stop]) + branch.start
         if len(indices):
             degree = int(np.clip(len(indices) // PER_COEFFICIENT - 1, 0, DEGREE))

@@ -35,7 +35,7 @@ from bushcli.likelihood.windows import (
     SignalNoise,
     noise_in_windows,
 )
-from bushcli.recording import Recording, branches, force_noise
+from bushcli.recording import Recording
 from bushcli.recording.dynamic.rows import RecordedTable
 
 Array = NDArray[np.float64]
@@ -178,7 +178,7 @@ def noise_model(
 
 def _signal_noise(recording: Recording, used: NDArray[np.bool_]) -> SignalNoise:
     """Return the noise from cubics in windows, in half as long ones if those miss the curve, else from differences."""
-    differences = force_noise(recording)
+    differences = recording.force_noise
     for size in (WINDOW, WINDOW // 2):
         signal_noise = noise_in_windows(recording, used, size)
         if (
@@ -227,7 +227,7 @@ def _polynomials(recording: Recording) -> tuple[Array, Array]:
     """
     x = np.arange(len(recording.force), dtype=float) if recording.time is None else recording.time
     fitted, leverage = np.full(len(x), np.nan), np.full(len(x), np.nan)
-    for branch in branches(recording):
+    for branch in recording.branches:
         samples = slice(branch.start, branch.stop)
         degree = min(_DEGREE, (branch.stop - branch.start) // _PER_COEFFICIENT - 1)
         if degree < 1:

@@ -28,7 +28,7 @@ from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from bushcli.recording import Recording, branches
+from bushcli.recording import Recording
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -140,7 +140,7 @@ def _windows(recording: Recording, used: Mask, size: int) -> Iterator[tuple[Arra
     """Orthonormal polynomials (w, DEGREE + 1) and force (w,) of each window."""
     n = len(recording.force)
     clock = np.arange(n, dtype=float) if recording.time is None else recording.time
-    for branch in branches(recording):
+    for branch in recording.branches:
         indices = np.flatnonzero(used[branch.start : branch.stop]) + branch.start
         if len(indices) < WINDOWS * LEAST:
             continue

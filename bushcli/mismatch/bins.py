@@ -12,7 +12,7 @@ from scipy.stats import f, t
 
 from bushcli.curve.segment import Segment
 from bushcli.likelihood.noise import Compared
-from bushcli.recording import Recording, branches, departure
+from bushcli.recording import Recording, departure
 from cases.mode import modes
 
 Array = NDArray[np.float64]
@@ -102,7 +102,7 @@ class Bin:
 
 def bins(recording: Recording) -> Bins:
     """Return the grid of a recording (n samples), and the place of each sample in it."""
-    segments = branches(recording)
+    segments = recording.branches
     q, n = recording.displacement, len(recording.displacement)
     # About `_BANDS` bands from 0 to the largest displacement, at round numbers of mm or degrees.
     unit = np.pi / 180 if modes()[recording.mode].rotational else 1.0

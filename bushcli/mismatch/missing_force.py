@@ -17,7 +17,7 @@ from bushcli.likelihood.calibration import UNREMARKABLE
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.noise import Compared
 from bushcli.mismatch.maps import Missing, MissingProfile
-from bushcli.recording import Recording, branches
+from bushcli.recording import Recording
 from cases.mode import modes
 
 Array = NDArray[np.float64]
@@ -122,7 +122,7 @@ def _profiles(channel: Compared, mean: Array) -> list[MissingProfile]:
 
     profiles: list[MissingProfile] = []
     by_kind: dict[str, list[Segment]] = {}
-    for branch in branches(recording):
+    for branch in recording.branches:
         by_kind.setdefault(branch.kind, []).append(branch)
     for kind, some in by_kind.items():
         index = np.concatenate([np.arange(b.start, b.stop) for b in some])
@@ -133,7 +133,7 @@ def _profiles(channel: Compared, mean: Array) -> list[MissingProfile]:
         profiles += profile("time", "", _bins(recording.time, everything, TIMES))
     cycles: dict[int, list[Index]] = {}
     rates: dict[float, list[Index]] = {}
-    for branch in branches(recording):
+    for branch in recording.branches:
         index = np.arange(branch.start, branch.stop)
         cycles.setdefault(branch.cycle, []).append(index)
         first, last = branch.start, branch.stop - 1
@@ -261,7 +261,7 @@ def _descriptions(recording: Recording) -> Iterator[tuple[Array, Words, bool]]:
 def _passes(recording: Recording) -> tuple[Array, Array]:
     """Sense of the motion (n,): the sign of q away from zero, its opposite towards zero, 0 in holds; and the cycle."""
     loading, cycle = np.zeros(len(recording.force)), np.zeros(len(recording.force))
-    for branch in branches(recording):
+    for branch in recording.branches:
         inside = slice(branch.start, branch.stop)
         sign = {"loading": 1.0, "unloading": -1.0}.get(branch.kind, 0.0)
         loading[inside] = sign * np.sign(recording.displacement[inside])

@@ -10,14 +10,11 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from bushcli.curve.recorded import RecordedPath, RecordedProgram, Recording, Repair
+from bushcli.curve.recording import RecordedPath, RecordedProgram, Recording, Repair
 from bushcli.curve.segment import Segment
 from bushcli.curve.signals import (
-    branches,
     cycle_mask,
     departure,
-    displacement_noise,
-    force_noise,
     on_branch,
     select_cycles,
 )
@@ -32,11 +29,8 @@ __all__ = [
     "Recording",
     "Repair",
     "Segment",
-    "branches",
     "cycle_mask",
     "departure",
-    "displacement_noise",
-    "force_noise",
     "on_branch",
     "read_coupon",
     "read_program",

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.curve.recorded import ReadColumn, RecordedProgram, Recording, Repair
+from bushcli.curve.recording import ReadColumn, RecordedProgram, Recording, Repair
 from bushcli.curve.segment import turning_points
-from bushcli.curve.signals import branches, select_cycles
+from bushcli.curve.signals import select_cycles
 from bushcli.recording.find_table import open_table
 from bushcli.recording.header.above import factor_remarks, rate_remarks
 from bushcli.recording.header.columns import Column, chosen_index, column, untaken_time
@@ -67,7 +67,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         table = six_table(source, source.six.chosen, tables)
     stamps = column(table, source, mode, "time")
     refuse_several(table, stamps)
-    moved = _enough(table, source, mode, fewest)
+    moved = _long_enough(table, source, mode, fewest)
     forced = column(table, source, mode, "force")
     assert forced is not None
     _refuse_still(table, moved, forced, stamps is not None or source.sample_rate is not None)
@@ -83,7 +83,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         if np.count_nonzero(within) < min(fewest, len(within)):
             what = f"has {np.count_nonzero(within)} points up to largest_stretch = {source.largest_stretch:g}"
             raise table.refusal(what, f"at least {fewest}")
-        displacement, force, samples = displacement[within], force[within], samples.only(within)
+        displacement, force, samples = displacement[within], force[within], samples.select(within)
     machine = mode.specimen == "coupon" and source.dimension("force", "coupon", mode.rotational) == "force"
     read_columns = {"displacement": moved, "force": forced} | ({"time": stamps} if stamps else {})
     path = None
@@ -109,7 +109,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         unused=unused,
         accepted_faults=source.accepted_faults,
         six=path,
-        temperature=_warm(table, source, samples.rows),
+        temperature=_temperature_of(table, source, samples.rows),
     )
     count = cycle_count(table, samples.rows, recording)
     if count is not None:
@@ -121,7 +121,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     return _used_cycles(recording, source)
 
 
-def _warm(table: Table, source: Source, rows: NDArray[np.int_]) -> Array | None:
+def _temperature_of(table: Table, source: Source, rows: NDArray[np.int_]) -> Array | None:
     """Return the temperature at some rows, degrees C; None where the case names no column of it."""
     if source.temperature_column is None:
         return None
@@ -129,7 +129,7 @@ def _warm(table: Table, source: Source, rows: NDArray[np.int_]) -> Array | None:
     name = heading(table.names[index])
     given = (source.temperature_unit, table.units[index], *name.written, name.at_end)
     texts = [text for text in given if text] or ["degC"]
-    units = [unit for text in texts if (unit := read_unit(text)) and unit.kind == "temperature"]
+    units = [unit for text in texts if (unit := read_unit(text)) and unit.measured == "temperature"]
     if not units:
         what = f"{table.label(index)}: {texts[0].strip('[]() ')} is no unit of a temperature"
         raise table.refusal(what, 'units = {temperature = "degC"}, "K" or "degF"')
@@ -165,7 +165,7 @@ def _used_cycles(recording: Recording, source: Source) -> Recording:
     """Return the cycles that are compared: the ones that the case names, without the conditioning cycles."""
     cycles = source.cycles
     if source.conditioning:
-        last = max(branch.cycle for branch in branches(recording))
+        last = max(branch.cycle for branch in recording.branches)
         if source.conditioning >= last:
             what = f"conditioning = {source.conditioning}, but the recording has {last} cycle{'s' if last > 1 else ''}"
             raise source.refusal(what, "leave at least one cycle to compare")
@@ -219,7 +219,7 @@ def read_program(
     mode = _mode(source)
     table = open_table(source, mode, (quantity,), TableCache() if tables is None else tables)
     stamps = column(table, source, mode, "time")
-    moved = _enough(table, source, mode, _FEWEST_PROGRAM, quantity)
+    moved = _long_enough(table, source, mode, _FEWEST_PROGRAM, quantity)
     _refuse_still(table, moved)
     time: Array | None = None
     if stamps is not None:
@@ -241,7 +241,7 @@ def _mode(source: Source) -> Mode:
     return mode
 
 
-def _enough(
+def _long_enough(
     table: Table, source: Source, mode: Mode, fewest: int, quantity: Quantity = "displacement"
 ) -> Column:
     """Return the column of a quantity, or refuse it if it has too few points."""

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.curve.recorded import RecordedPath
+from bushcli.curve.recording import RecordedPath
 from bushcli.recording.find_table import NeededColumns, only_table, quoted_names, tables_of_file
 from bushcli.recording.header.columns import Column, chosen_index, column
 from bushcli.recording.header.name import heading

@@ -336,8 +336,10 @@ def _dialect(path: Path, body: Sequence[Line], given: _Given) -> Dialect:
                 best, score = Dialect(sep, sign), points
     if best is None:
         what = "has no column of numbers" if given.single else "has no table with two columns of numbers"
-        if given.delimiter or given.decimal:
-            what += " for this delimiter and decimal sign"
         remedy = "e.g. displacement_mm, or time_s,displacement_mm" if given.single else _EXAMPLE
+        if any(named_columns(re.split(r"[;\t,|]", line.text)) >= 2 for line in body[-1:]):
+            what, remedy = "ends with the names of columns: no row of numbers follows", "export it again"
+        elif given.delimiter or given.decimal:
+            what += " for this delimiter and decimal sign"
         raise RecordingError(Problem(str(path), what, "", remedy))
     return best

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from bushcli.curve.cycles import NO_NOISE, Cycle, Uncertain, cycles_along, noise_of
 from bushcli.curve.holds import Hold, holds_along
-from bushcli.recording import branches
 from bushcli.report.quantity import Quantities, number, percent, quantities
 from bushcli.runtime.condition import Condition
 
@@ -120,7 +119,7 @@ def _where(part: Array, whole: Array) -> list[int]:
 def _history(
     name: str, path: Curve, simulated: Array, *, recorded: bool, held_out: bool = False
 ) -> ChannelHistory:
-    segments = branches(path)
+    segments = path.branches
     noise = noise_of(path) if recorded else NO_NOISE
     measured = path.force if recorded else np.full(len(path.force), np.nan)
     # A simulated energy within the solver's rounding is zero.

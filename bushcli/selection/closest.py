@@ -28,7 +28,7 @@ from bushcli.curve.misfit import NOISE_FLOOR
 from bushcli.evidence.prior import ParameterPrior, known_parameters
 from bushcli.inverse.minimum_search import search
 from bushcli.inverse.problem import LeastSquaresProblem, Stopping
-from bushcli.recording import Recording, branches, force_noise
+from bushcli.recording import Recording
 from bushcli.recording.dynamic.rows import RecordedTable
 from bushcli.selection.fit import with_fitted_values
 from bushcli.selection.model import Fitted, Model
@@ -234,7 +234,7 @@ def _parts(recordings: Sequence[Recording]) -> list[Mask]:
         if isinstance(recording, RecordedTable):
             names += [(i, number) for number in recording.parts()]
             continue
-        for j, branch in enumerate(branches(recording)):
+        for j, branch in enumerate(recording.branches):
             name = (i, -1, j) if branch.kind == "hold" else (i, branch.cycle)
             names += [name] * (branch.stop - branch.start)
     return [np.array([name == part for name in names]) for part in dict.fromkeys(names)]
@@ -253,7 +253,7 @@ def _weights(recordings: Sequence[Recording], used: Sequence[Mask]) -> list[Arra
     for recording, mask in zip(recordings, used, strict=True):
         unit = 1.0
         if recording.kind == "static":
-            unit = max(force_noise(recording), NOISE_FLOOR * float(np.ptp(recording.force[mask])))
+            unit = max(recording.force_noise, NOISE_FLOOR * float(np.ptp(recording.force[mask])))
         weights.append(np.where(mask, 1.0 / (unit * np.sqrt(np.count_nonzero(mask))), 0.0))
     return weights
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case
 from bushcli.curve.curve import Curve, ExactCurve
-from bushcli.curve.odd import both_halves
+from bushcli.curve.symmetry import both_halves
 from bushcli.simulate.channels import SimulatedChannel
 from bushcli.simulate.response import SixCurve
 from bushcli.simulate.simulation import Answer

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from bushcli.case.tolerance import DEFAULT, Tolerance
 from bushcli.curve.curve import Curve
 from bushcli.curve.misfit import peak_percent, rms_percent
-from bushcli.recording import force_noise
 
 if TYPE_CHECKING:
     from bushcli.simulate.response import Response, Simulated
@@ -146,7 +145,7 @@ def _misfit_of(
         force_range=force_range,
         rms_percent=rms_percent(difference, curve.force),
         peak_percent=peak_percent(difference, curve.force),
-        noise_percent=100 * force_noise(channel.recording) / force_range,
+        noise_percent=100 * channel.recording.force_noise / force_range,
         measured=stiffness(curve),
         predicted=stiffness(Curve(curve.mode, curve.displacement, simulated, curve.time)),
         compared=compared,

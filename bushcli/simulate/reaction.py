@@ -11,8 +11,7 @@ from typing_extensions import override
 
 from bushcli.case import Case
 from bushcli.curve.earlier import earlier
-from bushcli.curve.recorded import RecordedPath, Recording
-from bushcli.curve.signals import displacement_noise
+from bushcli.curve.recording import RecordedPath, Recording
 from bushcli.effects.active import ActiveEffect, effects_on_channel, require_time
 from bushcli.effects.assembly import features_of
 from bushcli.effects.change import Signal
@@ -235,7 +234,7 @@ def simulation_of_recording(
         active,
         record.time,
         record.displacement,
-        displacement_noise(record),
+        record.displacement_noise,
         comm,
         prepared,
         earlier(record),

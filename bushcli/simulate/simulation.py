@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from bushcli.curve.earlier import Earlier
-from bushcli.curve.odd import swept_range
+from bushcli.curve.symmetry import swept_range
 from bushcli.effects import rig
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.assembly import features_of

@@ -5,7 +5,7 @@ names the standard that a recording claims to follow. `questions` says which eff
 distinguish, and why.
 """
 
-from bushcli.standards.observed import Observed, observe
+from bushcli.standards.observation import Observed, observe
 from bushcli.standards.questions import Lack, open_questions
 from bushcli.standards.standard import Clause, Standard, clauses, standards
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from bushcli.case import Case
 from bushcli.recording import RecordedProgram, Recording
-from bushcli.standards.observed import Observed, observe
+from bushcli.standards.observation import Observed, observe
 from bushcli.standards.questions import Lack, open_questions
 from bushcli.standards.standard import Clause, clauses
 

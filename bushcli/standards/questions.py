@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from bushcli.standards.observed import ALIKE, DIFFERENT_RATE, Observed
+from bushcli.standards.observation import ALIKE, DIFFERENT_RATE, Observed
 from cases.mode import modes
 
 #: Shortest hold, s, that shows relaxation beyond that of the ramp before it.
@@ -75,7 +75,7 @@ def _of_cycles(recordings: Sequence[Observed]) -> Iterator[Lack]:
         recording.channel
         for recording in recordings
         if recording.unloads
-        and recording.alike < 2
+        and recording.largest_cycles < 2
         and max(recording.amplitudes, default=0.0) <= (1.0 + ALIKE) * (*recording.amplitudes, 0.0)[0]
     )
     if single:

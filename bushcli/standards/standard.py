@@ -10,7 +10,7 @@ from functools import cache
 
 from bushcli.recording.source import Source
 from bushcli.runtime.digits import with_digits
-from bushcli.standards.observed import Observed
+from bushcli.standards.observation import Observed
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ def cycles_clause(observed: Observed, least: int, text: str) -> Clause:
     marked = f", {observed.conditioning} of them marked as conditioning" if observed.conditioning else ""
     return Clause(
         text,
-        f"{observed.alike} cycle{'s' if observed.alike != 1 else ''} to the largest travel{marked}",
-        observed.alike >= least,
+        f"{observed.largest_cycles} cycle{'s' if observed.largest_cycles != 1 else ''} to the largest travel{marked}",
+        observed.largest_cycles >= least,
         practice=True,
     )

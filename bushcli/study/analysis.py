@@ -166,7 +166,7 @@ def summary(
     numbers = {
         variable.key: np.array(table.keys[variable.key], dtype=float)[has_answer]
         for variable in plan.variables
-        if variable.numeric
+        if variable.is_numeric
     }
     moving = {key: x for key, x in numbers.items() if np.ptp(x) > 0.0}
     if len(y) <= len(moving):
@@ -182,7 +182,7 @@ def summary(
         highest=_extreme(table, values, int(np.nanargmax(values))),
         influences=influences,
         linear=linear,
-        limits=None if limits is None else within(limits, y),
+        limits=None if limits is None else limits_with_share(limits, y),
     )
 
 
@@ -242,7 +242,7 @@ def _sobol(
     }
 
 
-def within(limits: Limits, y: Array) -> Limits:
+def limits_with_share(limits: Limits, y: Array) -> Limits:
     """Return the limits with the share of the answers within them."""
     from scipy.special import betaincinv
 

@@ -83,7 +83,7 @@ class Asked:
         at = travel_at(curve, self.travel, self.name) if self.at_load else self.travel * turn
         if self.kind == "travel":
             return at / turn
-        q, force = loading(curve, at, self.name)
+        q, force = monotonic_stretch(curve, at, self.name)
         from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
 
         spline = CubicSpline(q, force)
@@ -174,7 +174,7 @@ def answer_columns(
     }
 
 
-def loading(curve: Curve, travel: float, name: str) -> tuple[Array, Array]:
+def monotonic_stretch(curve: Curve, travel: float, name: str) -> tuple[Array, Array]:
     """Return the first stretch in one direction that contains a travel: displacements in rising order, and forces.
 
     Raises
@@ -215,7 +215,7 @@ def travel_at(curve: Curve, load: float, name: str) -> float:
     before, after = map(float, curve.displacement[step])
     if abs(force[step][1]) <= slack:
         return after
-    q, forces = loading(curve, 0.5 * (before + after), name)
+    q, forces = monotonic_stretch(curve, 0.5 * (before + after), name)
     roots = CubicSpline(q, forces - load).roots(extrapolate=False)
     return next(float(root) for root in roots if min(before, after) <= root <= max(before, after))
 

@@ -29,14 +29,14 @@ from bushcli.faults import DataFault, find_faults
 from bushcli.faults import condition as fault_condition
 from bushcli.inverse import Fit, Task, identify
 from bushcli.inverse.problem import Progress
-from bushcli.recording import Recording, force_noise, read_recording
+from bushcli.recording import Recording, read_recording
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.write import write_curve_csv
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.predict import predict
 from bushcli.study.causes import Cause, effect_cause, travel_cause
-from bushcli.study.outliers import FALSE_ALARM, FEWEST, find_outliers, foreign, tolerance_factor
+from bushcli.study.outliers import FALSE_ALARM, FEWEST, find_outliers, is_foreign, tolerance_factor
 
 Array = NDArray[np.float64]
 
@@ -334,7 +334,7 @@ def _batch_part(recording: Recording, of_batch: Array) -> BatchPart:
     factor = float(recording.force @ of_batch) / float(of_batch @ of_batch)
     residual = recording.force - factor * of_batch
     size = float(np.ptp(recording.force))
-    noise = force_noise(recording)
+    noise = recording.force_noise
     return BatchPart(
         recording.name,
         recording.mode,
@@ -364,13 +364,12 @@ def _simulate_others(
         part = replace(_batch_part(recording, simulated), simulated=True)
         inliers = [other for other in parts if other.mode == recording.mode and not other.outlier]
         factors = np.log([other.factor for other in inliers])
-        is_foreign = part.factor <= 0.0 or foreign(
-            float(np.log(part.factor)), factors, len(others), FALSE_ALARM / 2.0
-        )
+        alarm = FALSE_ALARM / 2.0
+        outside = part.factor <= 0.0 or is_foreign(float(np.log(part.factor)), factors, len(others), alarm)
         spread = float(np.std(factors, ddof=1)) if len(factors) > 1 else 0.0
         deviation = float(np.log(max(part.factor, 1e-9)) - factors.mean()) / spread if spread > 0.0 else 0.0
         faulty = any(fault.fatal and fault.channel == recording.name for fault in response.faults)
-        out = ("data",) * faulty + ("stiffness",) * is_foreign
+        out = ("data",) * faulty + ("stiffness",) * outside
         results.append(replace(part, deviation=deviation, outlier=out))
     return results
 

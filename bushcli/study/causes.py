@@ -135,6 +135,6 @@ def _columns(part: Recording, batch: Array) -> Iterator[tuple[str, str, Array]]:
         )
 
 
-def joined(causes: Sequence[Cause]) -> str:
+def join_causes(causes: Sequence[Cause]) -> str:
     """Return the texts of causes in one line."""
     return "; ".join(cause.text for cause in causes)

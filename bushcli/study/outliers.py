@@ -57,7 +57,7 @@ def find_outliers(values: Array, false_alarm: float = FALSE_ALARM) -> tuple[NDAr
     return is_outlier, (values - inliers.mean()) / spread if spread > 0.0 else np.zeros(n)
 
 
-def foreign(value: float, inliers: Array, others: int, false_alarm: float = FALSE_ALARM) -> bool:
+def is_foreign(value: float, inliers: Array, others: int, false_alarm: float = FALSE_ALARM) -> bool:
     """Whether a further value does not belong to like ones: outside the prediction interval of a single value."""
     from scipy.stats import t
 

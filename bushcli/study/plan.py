@@ -155,7 +155,7 @@ def plan(
             )
         rows = list(itertools.product(*(variable.values for variable in variables)))
     elif chosen == "corners":
-        texts = next((variable for variable in variables if not variable.numeric), None)
+        texts = next((variable for variable in variables if not variable.is_numeric), None)
         if texts is not None or len(variables) > 16:
             what = (
                 f"{texts.key} has words"

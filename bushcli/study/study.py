@@ -151,7 +151,7 @@ def study(
         raise InputError(Problem(f"--limits {name}", what, nearest(name, names), ", ".join(names)))
     cache = DesignCache(measured=RecordingCache(tables))
     first_case, values = first_valid_design(cache, task, plan)
-    keys = {variable.key: variable.numeric for variable in plan.variables}
+    keys = {variable.key: variable.is_numeric for variable in plan.variables}
     kinds = columns_of(keys, names, curve_columns(first_case) if task.curves else ())
     defined = definition(task, plan, case)
     place, used = history_of(folder, lambda path: is_defined(path, defined), resume)

@@ -64,7 +64,7 @@ class Variable:
         return self.origin or f"--vary {self.key}={self.spec}"
 
     @property
-    def numeric(self) -> bool:
+    def is_numeric(self) -> bool:
         """Whether all values are numbers."""
         return self.ppf is not None or not any(isinstance(value, str) for value in self.values)
 

@@ -11,7 +11,7 @@ from click.testing import CliRunner, Result
 
 from bushcli.cli import main
 from bushcli.curve.curve import Curve
-from bushcli.study.answers import NoAnswer, loading
+from bushcli.study.answers import NoAnswer, monotonic_stretch
 from bushcli.study.target import place_of
 from tests.cli.test_six import CASE
 
@@ -162,6 +162,6 @@ def test_a_travel_or_a_load_may_have_its_unit(place: str, mode: str, expected: t
 def test_a_load_without_unit_is_a_travel_that_no_curve_reaches() -> None:
     curve = Curve("axial", [0.0, 1.0, 2.0], [0.0, 300.0, 600.0])
     with pytest.raises(NoAnswer, match="from 0 to 2 mm; a load has its unit, @500N"):
-        loading(curve, 500.0, "axial.secant@500")
+        monotonic_stretch(curve, 500.0, "axial.secant@500")
     with pytest.raises(NoAnswer, match=r"from 0 to 2 mm$"):
-        loading(curve, 3.0, "axial.secant@3")
+        monotonic_stretch(curve, 3.0, "axial.secant@3")

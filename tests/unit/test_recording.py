@@ -10,7 +10,6 @@ import pytest
 
 from bushcli.errors import RecordingError
 from bushcli.recording import (
-    branches,
     cycle_mask,
     read_coupon,
     read_program,
@@ -204,7 +203,9 @@ def bad(row: int, old: str, new: str) -> str:
         (b" \n\n", "is empty"),
         (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0", "is not a text file"),
         ("just words\nand more words\n", "has no table with two columns of numbers"),
-        (HEAD, "has no table"),
+        (HEAD, "ends with the names of columns: no row of numbers follows"),
+        (HEAD + table(decimal=","), "decimal sign, too.*with decimal points, or with semicolons"),
+        (HEAD + 2 * "0,nan,0\n" + table((T + 1, Q, F)), r"rig.csv:2: .*nan is not.*likewise in 1 more row"),
         ("time_s,rotation_deg,moment_Nmm\n" + table(), "no column displacement_mm.*torsional or conical"),
         ("stretch,nominal_stress_MPa\n" + table((1 + Q, F)), "no column displacement_mm.*is this.*uniaxial"),
         (
@@ -228,7 +229,7 @@ def test_refuses_with_place_and_reason(tmp_path, content, message):
 @pytest.mark.parametrize("force", [100.0 + 50.0 * 0.8 ** np.arange(6), -100.0 - 50.0 * 0.8 ** np.arange(6)])
 def test_a_hold_from_its_full_displacement_on_is_read(tmp_path, force):
     recording = read_recording(source(tmp_path, HEAD + table((T, 0 * Q + 3, force))))
-    assert [branch.kind for branch in branches(recording)] == ["hold"]
+    assert [branch.kind for branch in recording.branches] == ["hold"]
     with pytest.raises(RecordingError, match=r"nothing moves .*and the file has the times"):
         read_recording(source(tmp_path, "displacement_mm,force_N\n" + table((0 * Q + 3, force))))
 
@@ -317,7 +318,7 @@ def test_cycles_are_selected(tmp_path):
     mask = cycle_mask(whole, [1, 3])
     # The sample between two cycles ends the one and begins the other.
     assert mask.sum() == len(q) - len(part.force) + 1
-    assert [b.cycle for b in branches(whole)] == [1, 1, 2, 2, 3, 3, 3, 3]
+    assert [b.cycle for b in whole.branches] == [1, 1, 2, 2, 3, 3, 3, 3]
     with pytest.raises(RecordingError, match=r"there is no cycle 4 \(the recording has 3"):
         select_cycles(whole, [4])
     with pytest.raises(RecordingError, match="cycles 2: the force is 0 throughout"):

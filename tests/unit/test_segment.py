@@ -9,7 +9,6 @@ from bushcli.curve.curve import Curve
 from bushcli.curve.noise import noise
 from bushcli.curve.segment import displacement_noise as noise_of
 from bushcli.curve.segment import excursions, segment
-from bushcli.recording import displacement_noise, force_noise
 
 
 def program(*legs, dt=0.25):
@@ -107,8 +106,8 @@ def test_noise_of_force_and_displacement_is_found(sigma):
         rng = np.random.default_rng(seed)
         force = 300 * q + 5 * q**3 + 40 * np.sign(np.gradient(q)) + sigma * rng.normal(size=len(q))
         curve = Curve("axial", q + 3e-3 * rng.normal(size=len(q)), force, t)
-        assert force_noise(curve) == pytest.approx(sigma, rel=0.25)
-        assert displacement_noise(curve) == pytest.approx(3e-3, rel=0.25)
+        assert curve.force_noise == pytest.approx(sigma, rel=0.25)
+        assert curve.displacement_noise == pytest.approx(3e-3, rel=0.25)
 
 
 def test_noise_is_independent_of_the_spacing():

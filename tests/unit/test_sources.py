@@ -120,6 +120,12 @@ def test_a_file_named_compression_becomes_a_compressed_coupon(tmp_path):
     assert "<-- reverse" in text
 
 
+def test_a_file_named_axial_with_too_few_points_is_no_coupon(tmp_path):
+    (tmp_path / "axial.csv").write_text("displacement_mm,force_N\n0,0\n1,300\n2,600\n")
+    with pytest.raises(CaseError, match=r"has only 3 points \(at least 5\)"):
+        case_from_files([tmp_path / "axial.csv"], tmp_path)
+
+
 @pytest.mark.parametrize(
     ("name", "mode", "others"),
     [

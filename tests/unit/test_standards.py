@@ -50,7 +50,7 @@ def test_cycles_rates_and_holds_are_counted():
     assert seen.rates == pytest.approx((0.5, 5.0))
     # A rig needs a few samples to stop; they belong to the ramp.
     assert seen.holds == pytest.approx((60.0,), rel=0.05)
-    assert (seen.timed, seen.from_rest, seen.unloads, seen.alike) == (True, True, True, 3)
+    assert (seen.timed, seen.from_rest, seen.unloads, seen.largest_cycles) == (True, True, True, 3)
 
 
 def test_a_pause_of_the_logger_is_no_second_rate():

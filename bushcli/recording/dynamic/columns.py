@@ -19,7 +19,7 @@ from bushcli.recording.dynamic.names import (
     Stated,
     condition_of,
     meaning,
-    stated,
+    stated_condition,
 )
 from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.header.columns import chosen_index
@@ -213,7 +213,7 @@ def _unique(
         among = [i for i in columns if names[i].quantity == quantity]
         if count > 1:
             kinds = suited_kinds(quantity, mode)
-            suited = [i for i in among if (unit := names[i].unit) is None or unit.kind in kinds]
+            suited = [i for i in among if (unit := names[i].unit) is None or unit.measured in kinds]
             words = {i: set(re.split(r"[\W_]+", table.names[i].lower())) - _OWN_WORDS for i in among}
             measured = [i for i in suited or among if not any(map(is_foreign, words[i]))]
             among = measured or suited or among
@@ -260,28 +260,30 @@ def numbers(
     if unit is None:
         what = f"{table.label(index)} is the {quantity.replace('_', ' ')}, and neither it nor the case file has a unit"
         raise table.refusal(what, remedy)
-    if unit.kind not in kinds:
-        article = "an" if unit.kind[0] in "aeiou" else "a"
-        where = f"{table.label(index)}: {column.written or given} is a unit of {article} {unit.kind}"
+    if unit.measured not in kinds:
+        article = "an" if unit.measured[0] in "aeiou" else "a"
+        where = f"{table.label(index)}: {column.written or given} is a unit of {article} {unit.measured}"
         what = f"{where}, and the {quantity.replace('_', ' ')} in mode {mode.name} is not one"
         expected = f"columns = {{{key} = ...}}, if another column is meant"
-        if unit.kind == "stress":
+        if unit.measured == "stress":
             expected = 'a modulus is that of a coupon: [[coupons]] with mode = "uniaxial", for example'
         raise table.refusal(what, expected)
     return unit.factor * values + unit.zero, remark
 
 
-def above(table: Table) -> dict[str, Stated]:
+def conditions_above(table: Table) -> dict[str, Stated]:
     """Return the conditions that the lines above a table state for all its rows, by quantity."""
     conditions = [
-        condition for _, text in table.preamble if (condition := stated(text, table.decimal)) is not None
+        condition
+        for _, text in table.preamble
+        if (condition := stated_condition(text, table.decimal)) is not None
     ]
     return {condition.quantity: condition for condition in conditions}
 
 
-def between(table: Table, quantity: str) -> list[tuple[int, Stated]]:
+def conditions_between_rows(table: Table, quantity: str) -> list[tuple[int, Stated]]:
     """Return the conditions of a quantity that lines between the rows state for the rows below, with their lines."""
-    conditions = ((line, stated(text, table.decimal)) for line, text in table.between)
+    conditions = ((line, stated_condition(text, table.decimal)) for line, text in table.between)
     return [
         (line, condition)
         for line, condition in conditions

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from bushcli.errors import RecordingError
-from bushcli.recording.dynamic.columns import above
+from bushcli.recording.dynamic.columns import conditions_above
 from bushcli.recording.dynamic.harmonics import LARGEST_THIRD, bursts, harmonics
 from bushcli.recording.dynamic.source import LOOP_COLUMNS, DynamicSource
 from bushcli.recording.dynamic.table import TablePart, refuse_rows
@@ -60,7 +60,7 @@ def read_loops(source: DynamicSource, plain: Source, tables: TableCache) -> list
     temperature = source.temperature
     if temperature is None:
         table = tables_of_file(plain, list(columns.values()), tables)
-        stated = above(table).get("temperature") if isinstance(table, Table) else None
+        stated = conditions_above(table).get("temperature") if isinstance(table, Table) else None
         temperature = np.nan if stated is None else stated.value
     complex_ = np.array([sine.stiffness for sine in sines])
     arrays = {

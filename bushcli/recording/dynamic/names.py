@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from bushcli.recording.header.units import DynamicUnit, read_unit
+from bushcli.recording.header.units import Unit, read_unit
 from bushcli.recording.header.vocabulary import plain_name
 from bushcli.recording.text.fields import is_thousands
 
@@ -149,7 +149,7 @@ class Stated:
 
     quantity: str
     number: float
-    unit: DynamicUnit
+    unit: Unit
     peak: Peak = ""
 
     @property
@@ -166,7 +166,7 @@ class ColumnName:
     ----------
     quantity : str
         A key of `KINDS`, or empty.
-    unit : DynamicUnit, optional
+    unit : Unit, optional
         None where the name has no unit.
     written : str
         The unit as written.
@@ -178,7 +178,7 @@ class ColumnName:
     """
 
     quantity: str
-    unit: DynamicUnit | None = None
+    unit: Unit | None = None
     written: str = ""
     peak: Peak = ""
     modulus: Literal["E", "G", ""] = ""
@@ -208,22 +208,22 @@ def meaning(name: str, unit: str = "") -> ColumnName:
     if not quantity and unit_of_name is not None:
         # The unit of these is enough, whatever the name of the column.
         sure = ("frequency", "temperature", "damping")
-        quantity = next((candidate for candidate in sure if unit_of_name.kind in KINDS[candidate]), "")
+        quantity = next((candidate for candidate in sure if unit_of_name.measured in KINDS[candidate]), "")
     if quantity in ("storage", "loss") and _ERRORS.search(words):
         quantity += "_error"
     elif quantity and _ERRORS.search(words):
         quantity = ""
-    if unit_of_name is not None and quantity and unit_of_name.kind not in KINDS[quantity]:
+    if unit_of_name is not None and quantity and unit_of_name.measured not in KINDS[quantity]:
         # A preload in N is one of force.
-        if unit_of_name.kind in KINDS["preload_force"]:
+        if unit_of_name.measured in KINDS["preload_force"]:
             quantity = {"preload": "preload_force", "amplitude": ""}.get(quantity, quantity)
-        elif quantity == "modulus" and unit_of_name.kind in KINDS["damping"]:
+        elif quantity == "modulus" and unit_of_name.measured in KINDS["damping"]:
             quantity = "damping"
     peak = _peak(words) if quantity == "amplitude" else ""
     return ColumnName(quantity, unit_of_name, written, peak, modulus, conditions)
 
 
-def stated(line: str, decimal: str = "") -> Stated | None:
+def stated_condition(line: str, decimal: str = "") -> Stated | None:
     """Return the condition that a line above a table states, ``Preload: 500 N``, ``Frequency;10;Hz``; or None."""
     match = _STATED.match(line)
     if match is None:
@@ -285,12 +285,12 @@ def _condition(match: re.Match[str]) -> Stated:
     sure = [
         candidate
         for candidate in ("frequency", "temperature", "preload_force")
-        if unit.kind in KINDS[candidate]
+        if unit.measured in KINDS[candidate]
     ]
     return Stated(sure[0], number, unit) if sure else Stated(quantity, number, unit, peak)
 
 
-def _apart(text: str) -> Iterator[tuple[str, str, DynamicUnit | None]]:
+def _apart(text: str) -> Iterator[tuple[str, str, Unit | None]]:
     """Yield the ways to split a name into what is no unit, the unit as written, and the unit, the surest first.
 
     The last one has no unit.
@@ -312,7 +312,7 @@ def _apart(text: str) -> Iterator[tuple[str, str, DynamicUnit | None]]:
     yield bare, "", None
 
 
-def _quantity(words: str, unit: DynamicUnit | None) -> str:
+def _quantity(words: str, unit: Unit | None) -> str:
     """Return the quantity of the longest phrase found in a name; between equally long ones the unit decides."""
     best, longest = "", (0, False)
     for quantity, phrases in _WORDS.items():
@@ -320,7 +320,7 @@ def _quantity(words: str, unit: DynamicUnit | None) -> str:
             whole = phrase == words
             if not whole and (len(phrase) == 1 or f" {phrase} " not in f" {words} "):
                 continue
-            fits = unit is None or not quantity or unit.kind in KINDS[quantity]
+            fits = unit is None or not quantity or unit.measured in KINDS[quantity]
             # "T" and "K" are quantities if they are all of a name, and "f" in Hz is no force.
             score = (len(phrase), fits)
             if score > longest:

@@ -16,8 +16,8 @@ from bushcli.recording.dynamic.columns import (
     ERRORS,
     MEASURED,
     ColumnGroup,
-    above,
-    between,
+    conditions_above,
+    conditions_between_rows,
     groups,
     is_dynamic,
     numbers,
@@ -163,7 +163,7 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
             remarks += [remark] if remark else []
         except RecordingError as error:
             asked += error.problems
-    stated = above(table) | dict(group.conditions)
+    stated = conditions_above(table) | dict(group.conditions)
     peak: Peak = ""
     try:
         peak = _peak(table, group, stated, source)
@@ -174,7 +174,9 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
     for quantity in CONDITIONS:
         if quantity not in arrays:
             arrays[quantity] = np.full(len(table), _stated_value(table, quantity, stated, source, mode))
-            for line, condition in between(table, quantity) if quantity not in group.conditions else ():
+            for line, condition in (
+                conditions_between_rows(table, quantity) if quantity not in group.conditions else ()
+            ):
                 below = np.array([table.line(row) > line for row in range(len(table))])
                 arrays[quantity][below] = _stated_value(table, quantity, {quantity: condition}, source, mode)
     arrays["amplitude"] = np.abs(arrays["amplitude"]) * (0.5 if peak == "double" else 1.0)
@@ -220,8 +222,8 @@ def _stated_value(
     """Return a condition of all rows, as the case file or else the file states it, in internal units; or nan."""
     given = getattr(source, quantity)
     condition = stated.get(quantity) if given is None else None
-    if condition is not None and condition.unit.kind not in suited_kinds(quantity, mode):
-        unit = f"a unit of a {condition.unit.kind}, which mode {mode.name} has not"
+    if condition is not None and condition.unit.measured not in suited_kinds(quantity, mode):
+        unit = f"a unit of a {condition.unit.measured}, which mode {mode.name} has not"
         what = f"states a {quantity.replace('_', ' ')} in {unit}"
         raise table.refusal(what, f"{quantity} = ... in the recording's table of the case file")
     return condition.value if condition is not None else math.nan if given is None else float(given)

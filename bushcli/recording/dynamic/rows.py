@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.curve.recorded import Recording
+from bushcli.curve.recording import Recording
 from bushcli.recording.dynamic.table import DynamicTable
 
 Array = NDArray[np.float64]

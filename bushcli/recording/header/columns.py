@@ -18,10 +18,10 @@ from bushcli.recording.header.match import (
     TRUE,
     NamedColumn,
     WantedColumn,
-    by_unit,
+    are_identical,
     candidates,
     columns_as,
-    identical,
+    columns_by_unit,
 )
 from bushcli.recording.header.meaning import (
     meaning_of,
@@ -154,11 +154,11 @@ def _index_of(
     if not best and wanted.given and len(doubtful) == 1:
         best = [doubtful[0].index]
     elif not best and not doubtful:
-        best = by_unit(table, wanted)
+        best = columns_by_unit(table, wanted)
         remarks = tuple(
             f"{table.label(i)} is read as the {wanted.quantity} because of its unit" for i in best
         )
-    if len(best) > 1 and identical(table, best, wanted):
+    if len(best) > 1 and are_identical(table, best, wanted):
         remarks = (f"{' and '.join(map(table.label, best))} are identical; one of them is used",)
     elif len(best) > 1:
         expected = f"name one, or give its number: columns = {{{wanted.quantity} = ...}} in the case file"
@@ -175,11 +175,11 @@ def _index_of(
         clocks = [i for i in range(len(table.names)) if table.clock(i) is not None]
         best = clocks if len(clocks) == 1 else []
     elif not best:
-        raise _missing(table, wanted, doubtful)
+        raise _missing_column_error(table, wanted, doubtful)
     return best[0] if best else None, remarks
 
 
-def _missing(table: Table, wanted: WantedColumn, doubtful: list[NamedColumn]) -> RecordingError:
+def _missing_column_error(table: Table, wanted: WantedColumn, doubtful: list[NamedColumn]) -> RecordingError:
     """Return the error about a column that the table lacks; raise that about the unit of one with its name."""
     mode, measured = wanted.mode, wanted.measured
     heads = [heading(name) for name in table.names if name]
@@ -205,6 +205,7 @@ def _missing(table: Table, wanted: WantedColumn, doubtful: list[NamedColumn]) ->
     if not other:
         for column in doubtful[:1]:
             unit_of(column)
+    expected = f"or choose a column by name or number: columns = {{{wanted.quantity} = ...}} in the case file"
     listed = ", ".join(filter(None, table.names))
     expected_name = (_SHEARED if wanted.mode.sheared else _EXPECTED).get(
         wanted.measured, _EXPECTED[wanted.measured]
@@ -215,17 +216,17 @@ def _missing(table: Table, wanted: WantedColumn, doubtful: list[NamedColumn]) ->
     else:
         # A line above the table may have names, but not as many as the rows have fields.
         lines = (
-            (number, text.split(delimiter))
+            (number, delimiter, text.split(delimiter))
             for number, text in reversed(table.preamble)
             for delimiter in ("\t", ";", ",")
         )
-        short = (
-            f"line {number} has {len(fields)} names, and the rows have {len(table.names)} fields"
-            for number, fields in lines
-            if len(fields) > 1 and named_columns(fields) > 1
-        )
-        what += f"; {next(short, 'the table has no header')}"
-    expected = f"or choose a column by name or number: columns = {{{wanted.quantity} = ...}} in the case file"
+        short = (line for line in lines if len(line[2]) > 1 and named_columns(line[2]) > 1)
+        number, delimiter, fields = next(short, (0, "", []))
+        header = f"line {number} has {len(fields)} names, and the rows have {len(table.names)} fields"
+        what += f"; {header if fields else 'the table has no header'}"
+        if delimiter == "," and len(fields) < len(table.names) <= 2 * len(fields):
+            what += ": is the comma between them the decimal sign, too?"
+            expected = "if it is, export the file with decimal points, or with semicolons between the fields"
     return table.refusal(what + (f"; {other}" if other else ""), expected)
 
 

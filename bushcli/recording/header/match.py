@@ -165,7 +165,7 @@ def has_columns(table: Table, source: Source, mode: Mode, quantities: Sequence[Q
     for quantity in quantities:
         wanted, chosen = WantedColumn.of(source, mode, quantity), source.columns.get(quantity)
         if chosen is None:
-            is_there = bool(candidates(table, wanted) or by_unit(table, wanted))
+            is_there = bool(candidates(table, wanted) or columns_by_unit(table, wanted))
         elif isinstance(chosen, int):
             is_there = chosen <= len(table.names)
         else:
@@ -202,12 +202,12 @@ def candidates(table: Table, wanted: WantedColumn) -> list[int]:
     return (of_mode or neutral or every_best) if len(best) > 1 else every_best
 
 
-def named_as(table: Table, wanted: WantedColumn) -> list[int]:
+def columns_by_name(table: Table, wanted: WantedColumn) -> list[int]:
     """Return all columns, from 0, whose names may mean a quantity, however surely."""
     return [column.index for column in columns_as(table, wanted) if column.rank]
 
 
-def by_unit(table: Table, wanted: WantedColumn) -> list[int]:
+def columns_by_unit(table: Table, wanted: WantedColumn) -> list[int]:
     """Return the columns in a unit of the quantity whose names do not describe it: ``Channel 3 [mm]``.
 
     A strain in percent must be called a change of length: ``Extension (%)``.
@@ -229,7 +229,7 @@ def by_unit(table: Table, wanted: WantedColumn) -> list[int]:
     return [column.index for column in columns_as(table, wanted) if fits(column)] if any(table.names) else []
 
 
-def identical(table: Table, columns: Sequence[int], wanted: WantedColumn) -> bool:
+def are_identical(table: Table, columns: Sequence[int], wanted: WantedColumn) -> bool:
     """Whether several columns hold the same numbers in the same units."""
 
     def units(index: int) -> tuple[object, ...]:

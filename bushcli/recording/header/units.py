@@ -229,23 +229,15 @@ class Unit:
     Attributes
     ----------
     measured : str
-        A key of `bushcli.recording.source.UNITS`, or `OTHER`.
+        A key of `bushcli.recording.source.UNITS`, one of `_KINDS`, "frequency", "temperature", or `OTHER`.
     name : str
         As in `UNITS`, or as it was written.
-    factor : float
-        Factor to the internal unit; 0 for `OTHER`.
+    factor, zero : float
+        ``value in the internal unit, Hz or degrees C = factor * number + zero``; both are 0 for `OTHER`.
     """
 
     measured: str
     name: str
-    factor: float
-
-
-@dataclass(frozen=True)
-class DynamicUnit:
-    """A unit: its kind, and ``value in internal units = factor * number + zero``."""
-
-    kind: str
     factor: float
     zero: float = 0.0
 
@@ -304,7 +296,7 @@ def find_unit(text: str, measured: str) -> Unit | None:
         elif unit is None and bare in _FOREIGN:
             unit = Unit(OTHER, bare, 0.0)
         elif unit is None and bare.lower() not in AMBIGUOUS:
-            unit = _foreign(bare) or (_foreign(bare.lower()) if bare.isupper() else None)
+            unit = _unit_by_pint(bare) or (_unit_by_pint(bare.lower()) if bare.isupper() else None)
     return unit
 
 
@@ -349,7 +341,7 @@ def scaled_unit(text: str, measured: str) -> Unit | None:
     return replace(unit, name=text.strip(), factor=number * unit.factor) if 0.0 < number < math.inf else None
 
 
-def read_unit(text: str) -> DynamicUnit | None:
+def read_unit(text: str) -> Unit | None:
     """Return the unit that a text names: to Hz, degrees C, and the internal units of a recording; None for others."""
     inside = text.strip().strip("[](){}")
     bare = re.sub(r"\s+", "", inside)
@@ -357,13 +349,13 @@ def read_unit(text: str) -> DynamicUnit | None:
     if bare and not bare[0].isdigit():
         spaced = _IMPULSE.sub(lambda m: f"{m[1]}*{m[2] + '*' if m[2] else ''}s", inside)
         size = _size(plain_unit(re.sub(r"(?<=[^\W_])\s+(?=[^\W_])", "*", spaced)), "")
-    unit = DynamicUnit(_KINDS[size.powers], size.factor) if size and size.powers in _KINDS else None
+    unit = Unit(_KINDS[size.powers], bare, size.factor) if size and size.powers in _KINDS else None
     if low in _FREQUENCIES:
-        unit = DynamicUnit("frequency", _FREQUENCIES[low])
+        unit = Unit("frequency", bare, _FREQUENCIES[low])
     elif low in _TEMPERATURES:
-        unit = DynamicUnit("temperature", *_TEMPERATURES[low])
+        unit = Unit("temperature", bare, *_TEMPERATURES[low])
     elif bare in ("1", "-", "--"):
-        unit = DynamicUnit("strain", 1.0)
+        unit = Unit("strain", bare, 1.0)
     return unit
 
 
@@ -438,7 +430,7 @@ def _single(word: str, measured: str) -> _Size | None:
     return size
 
 
-def _foreign(bare: str) -> Unit | None:
+def _unit_by_pint(bare: str) -> Unit | None:
     """Return what pint takes a text for: a unit of another quantity, or one without a prefix; None for other texts.
 
     The grammar has the prefixes that are in use: pint's "Ms" and "EN" are slips.

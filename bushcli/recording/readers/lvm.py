@@ -37,8 +37,8 @@ _SPECIAL = ("***Start_Special***", "***End_Special***")
 _KEY = "Separator"
 #: Channels of a file; more are a slip.
 _MOST = 10_000
-#: LabVIEW's instant zero, from which absolute times count; begins of segments are counted from it too, in local time.
-_ZERO, _ZERO_DATE = Instant("UTC", 0), datetime(1904, 1, 1)
+#: LabVIEW's instant zero, the beginning of 1904, from which absolute times count.
+_ZERO = Instant("UTC", 0)
 #: Forms of the date and of the time of day; seconds have up to 19 digits.
 _DATES = ("%Y/%m/%d", "%Y-%m-%d", "%m/%d/%Y", "%d.%m.%Y")
 
@@ -81,9 +81,7 @@ def open_parts(path: Path) -> Iterator[Sequence[FilePart]]:
         columns, origin = [clock.x, *clock.values], clock.origin
         titles = ["time" if clock.x_unit == "s" else "x", *clock.names]
         if clock.begin is not None and clock.x_unit == "s":
-            since = clock.begin - _ZERO_DATE
-            nanoseconds = (since.days * 86_400 + since.seconds) * 10**9 + since.microseconds * 1000
-            origin = Instant("date", nanoseconds)
+            origin = Instant.of(clock.begin, "date")
         units = [clock.x_unit, *clock.units]
         parts.append(FilePart(name, titles, units, len(clock.x), columns.__getitem__, origin=origin))
     yield parts

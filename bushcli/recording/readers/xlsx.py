@@ -107,9 +107,8 @@ class _Stamps:
 
     def __init__(self, value: datetime.datetime | datetime.time) -> None:
         self.first, self.count = _date_of(value), 0
-        since = self.first - datetime.datetime(1970, 1, 1)
-        nanoseconds = (since.days * 86_400 + since.seconds) * 10**9 + since.microseconds * 1000
-        self.instant = Instant("time of day" if isinstance(value, datetime.time) else "date", nanoseconds)
+        reference = "time of day" if isinstance(value, datetime.time) else "date"
+        self.instant = Instant.of(self.first, reference)
 
     def seconds(self, value: datetime.datetime | datetime.time) -> float:
         """Count a date or a time of day; return the seconds since the first."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import date, datetime
+from datetime import date, datetime, timedelta
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -42,6 +42,11 @@ class Instant(NamedTuple):
 
     reference: str
     nanoseconds: int
+
+    @staticmethod
+    def of(moment: datetime, reference: str) -> Instant:
+        """Return a date and time of day as a point in time since the beginning of 1970."""
+        return Instant(reference, (moment - datetime(1970, 1, 1)) // timedelta(microseconds=1) * 1000)
 
 
 @dataclass(frozen=True)

@@ -304,6 +304,8 @@ class TextTable(Table):
         """Raise for the first field that is no finite number of a possible size."""
         sign = "comma" if self.decimal == "," else "point"
         plain = f"numbers with a decimal {sign}, without thousands separators"
+        others = int(np.count_nonzero(~(np.abs(values) <= LARGEST))) - 1
+        more = f", and likewise in {others} more row{'s' if others > 1 else ''}" if others > 0 else ""
         for i, value in enumerate(values):
             written = self.text(i, column)
             shown, number = written[:SHOWN], is_number(written, self.decimal)
@@ -318,7 +320,7 @@ class TextTable(Table):
             )
             for holds, what, remedy in faults:
                 if holds:
-                    raise self.refusal(f"{self.label(column)}: {what}", remedy, i)
+                    raise self.refusal(f"{self.label(column)}: {what}{more}", remedy, i)
 
     def clock(self, column: int, form: str = "") -> ClockTimes | None:
         """Return a column of dates or times of day as seconds since the first; see `Table.clock`."""

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.curve.recorded import Recording
+from bushcli.curve.recording import Recording
 from bushcli.errors import RecordingError
 from bushcli.recording.header.name import heading
 from bushcli.recording.text.table import Table

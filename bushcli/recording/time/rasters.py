@@ -22,7 +22,13 @@ from numpy.typing import NDArray
 
 from bushcli.errors import RecordingError
 from bushcli.recording.header.columns import Column, chosen_index, column
-from bushcli.recording.header.match import WantedColumn, by_unit, candidates, has_columns, named_as
+from bushcli.recording.header.match import (
+    WantedColumn,
+    candidates,
+    columns_by_name,
+    columns_by_unit,
+    has_columns,
+)
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.text.clock_times import ClockTimes
 from bushcli.recording.text.table import ArrayTable, Table
@@ -231,7 +237,7 @@ def _group_with(
     table, chosen = having[0], source.columns.get(quantity)
     indices = [i for i, name in enumerate(table.names) if name == chosen]
     raster = columns_with_stamps(
-        table, indices or candidates(table, wanted) or by_unit(table, wanted), source, mode
+        table, indices or candidates(table, wanted) or columns_by_unit(table, wanted), source, mode
     )
     if raster is None:
         what = f'the {quantity} is in group "{table.part}", which has no time, apart from the other channels'
@@ -298,7 +304,7 @@ def clock_columns(table: Table, source: Source, mode: Mode) -> list[int]:
     mode : Mode
     """
     wanted, head = WantedColumn.of(source, mode, "time"), _first_rows(table, min(len(table), _HEAD))
-    columns = named_as(table, wanted) or by_unit(table, wanted)
+    columns = columns_by_name(table, wanted) or columns_by_unit(table, wanted)
     clocks = sorted({*columns, *(i for i in range(len(table.names)) if head.clock(i) is not None)})
     return clocks if all(b - a > 1 for a, b in pairwise(clocks)) else []
 

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.curve.curve import SMALLEST_STEP
-from bushcli.curve.recorded import Repair
+from bushcli.curve.recording import Repair
 from bushcli.curve.segment import segment
 from bushcli.errors import RecordingError
 from bushcli.recording.header.columns import Column
@@ -63,7 +63,7 @@ class Samples:
     repeated: tuple[int, ...] = ()
     repairs: tuple[Repair, ...] = ()
 
-    def only(self, mask: Mask, *repairs: Repair) -> Samples:
+    def select(self, mask: Mask, *repairs: Repair) -> Samples:
         """Return some of the samples (n,)."""
         time = None if self.time is None else self.time[mask]
         return replace(self, rows=self.rows[mask], time=time, repairs=(*self.repairs, *repairs))
@@ -95,7 +95,7 @@ def samples_with_times(
         if not new.all() and new.sum() >= fewest:
             text = f"{table.label(channel.index)} is updated only every {len(new) / new.sum():.3g} rows; the "
             text += f"{int((~new).sum())} of {len(new)} rows between, which repeat it, are left out"
-            return samples.only(new, Repair("stuck", text))
+            return samples.select(new, Repair("stuck", text))
     return samples
 
 

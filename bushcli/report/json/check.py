@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bushcli.recording import Recording, branches, force_noise
+from bushcli.recording import Recording
 from bushcli.report.json.common import faults_json, head, json_value, select
 from bushcli.report.json.dynamic import table_json
 from bushcli.report.quantity import quantities
@@ -54,7 +54,7 @@ def check_json(checked: CheckResult) -> dict[str, Any]:
 
 def _summary(curve: Recording) -> dict[str, Any]:
     units = quantities(curve.mode)
-    segments = branches(curve)
+    segments = curve.branches
     return {
         "name": curve.name,
         "mode": curve.mode,
@@ -66,5 +66,5 @@ def _summary(curve: Recording) -> dict[str, Any]:
         "units": {"displacement": units.displacement_unit or units.displacement, "force": units.force_unit},
         "displacement": [units.at(q) for q in (curve.displacement.min(), curve.displacement.max())],
         "force": [float(curve.force.min()), float(curve.force.max())],
-        "noise_percent": 100 * force_noise(curve) / float(np.ptp(curve.force)),
+        "noise_percent": 100 * curve.force_noise / float(np.ptp(curve.force)),
     }

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis
 from bushcli.diagnosis.words import sentence
 from bushcli.mismatch.record import Mismatch
-from bushcli.recording import branches
 from bushcli.report.document import Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.direct import SEPARATE, Array, capital, limits_around
 from bushcli.report.plots.fit import force_limits
@@ -209,7 +208,7 @@ def _pieces(channel: DiagnosedChannel, marked: NDArray[np.bool_]) -> list[slice]
     An outline that turns back on itself would enclose no area.
     """
     branch = np.zeros(len(marked), dtype=int)
-    for i, segment in enumerate(branches(channel.recording)):
+    for i, segment in enumerate(channel.recording.branches):
         branch[segment.start : segment.stop] = i
     above = channel.before > channel.recording.force
     cuts = 1 + np.flatnonzero((np.diff(branch) != 0) | np.diff(above))

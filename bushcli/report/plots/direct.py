@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.curve.curve import Curve
-from bushcli.recording import Recording, branches
+from bushcli.recording import Recording
 from bushcli.report.document import Panels, Plot, Region, Series, Stripe
 from bushcli.report.quantity import Quantities, largest_reactions, number, percent, quantities, shown_motion
 from bushcli.report.verdict import stiffer
@@ -131,7 +131,7 @@ def _tolerance_region(recording: Recording, misfit: Misfit, units: Quantities) -
     """Return the recording, branch by branch, widened by the tolerance, a share of its force range."""
     width = misfit.tolerance.band * misfit.force_range
     outlines = []
-    for branch in branches(recording):
+    for branch in recording.branches:
         # The sample before belongs to both branches; without it the band would have gaps at the turning points.
         part = slice(max(branch.start - 1, 0), branch.stop)
         q, force = recording.displacement[part], recording.force[part]

@@ -11,7 +11,7 @@ from bushcli.report.conditions import conditions
 from bushcli.report.document import Columns, Document, Section, figures, note, table_of
 from bushcli.report.quantity import join_names, number, percent, quantities, with_std
 from bushcli.study.batch import Batch, BatchCurve, BatchPart
-from bushcli.study.causes import joined
+from bushcli.study.causes import join_causes
 from bushcli.study.outliers import CONFIDENCE, CONTENT, FALSE_ALARM
 
 _IN_WORDS = {
@@ -40,10 +40,12 @@ def batch_document(batch: Batch) -> Document:
         criteria = " and ".join(_IN_WORDS[kind] for kind in part.outlier)
         no_cause = "; its recording shows no cause: suspect its rubber or a dimension"
         lines.append(
-            f"{part.name}: an outlier by {criteria}{f': {joined(part.causes)}' if part.causes else no_cause}."
+            f"{part.name}: an outlier by {criteria}{f': {join_causes(part.causes)}' if part.causes else no_cause}."
         )
     lines += [
-        f"{part.name}: {joined(part.causes)}." for part in batch.parts if part.causes and not part.outlier
+        f"{part.name}: {join_causes(part.causes)}."
+        for part in batch.parts
+        if part.causes and not part.outlier
     ]
     fit = in_file_units(batch.fit)
     law = [(name, parameter_unit(fit, name), estimate) for name, estimate in fit.parameters.items()]

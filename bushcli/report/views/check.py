@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bushcli.case import DynamicTest, LoadCase
-from bushcli.recording import RecordedProgram, Recording, branches
+from bushcli.recording import RecordedProgram, Recording
 from bushcli.recording.text.table import SHOWN
 from bushcli.report.conditions import conditions
 from bushcli.report.document import Document, Row, Section, Table, paragraphs, table_of
@@ -71,7 +71,7 @@ def _recording_table(title: str, curves: Sequence[Recording]) -> Table:
             ("channel", lambda row: row[0].name),
             ("mode", lambda row: row[0].mode),
             ("samples", lambda row: str(len(row[0].force))),
-            ("cycles", lambda row: str(len({branch.cycle for branch in branches(row[0])}))),
+            ("cycles", lambda row: str(len({branch.cycle for branch in row[0].branches}))),
             ("from", lambda row: number(row[1].at(row[0].displacement.min()))),
             ("to", lambda row: number(row[1].at(row[0].displacement.max()))),
             ("", lambda row: row[1].displacement_unit or row[1].displacement),

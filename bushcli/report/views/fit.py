@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bushcli.recording import branches
 from bushcli.report.conditions import conditions
 from bushcli.report.document import Document, Paragraph, Row, Section, Table, figures, note, paragraphs
 from bushcli.report.quantity import channel_label, interval, number, percent, quantities, with_std
@@ -113,7 +112,7 @@ def fit_lines(fit: Fit) -> list[str]:
                 if curve.branch == "both"
                 else f"{curve.branch} alone ({samples})"
             )
-            count = len({branch.cycle for branch in branches(curve.recording)})
+            count = len({branch.cycle for branch in curve.recording.branches})
             cycles = f", of all {count} cycles (cycles chooses among them)" if count > 1 else ""
             other = {"loading": "unloading", "unloading": "loading"}.get(curve.branch, "loading")
             lines.append(

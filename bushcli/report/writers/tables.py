@@ -111,13 +111,13 @@ def compared_table(compared: ComparedTable) -> str:
 def part_table(batch: Batch) -> str:
     """Return a row for each part of a batch."""
     from bushcli.report.views.batch import stiffness
-    from bushcli.study.causes import joined
+    from bushcli.study.causes import join_causes
 
     heads = "part,mode,factor,std,deviation,stiffness,rms_percent,noise_percent,outlier,causes"
     rows = (
         (
             *(part.name, part.mode, part.factor, part.std, part.deviation, stiffness(part)),
-            *(part.rms_percent, part.noise_percent, " ".join(part.outlier), joined(part.causes)),
+            *(part.rms_percent, part.noise_percent, " ".join(part.outlier), join_causes(part.causes)),
         )
         for part in batch.parts
     )

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from bushcli.recording.source import Source
-from bushcli.standards.observed import Observed
+from bushcli.standards.observation import Observed
 from bushcli.standards.standard import Clause, Standard, speed_clause
 
 SPEED = ((12.0, 3.0),)
@@ -25,8 +25,8 @@ def judge(observed: Observed, source: Source) -> Iterator[Clause]:
     yield speed_clause(observed, source, SPEED)
     yield Clause(
         "three loadings in succession, of which the last counts (method A)",
-        f"{observed.alike} to the largest travel",
-        True if observed.alike >= LOADINGS else None,  # method B loads once
+        f"{observed.largest_cycles} to the largest travel",
+        True if observed.largest_cycles >= LOADINGS else None,  # method B loads once
         practice=True,
     )
 

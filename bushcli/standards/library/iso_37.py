@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from bushcli.recording.source import Source
-from bushcli.standards.observed import Observed
+from bushcli.standards.observation import Observed
 from bushcli.standards.standard import Clause, Standard, speed_clause
 
 SPEEDS = ((500.0, 50.0), (200.0, 20.0))

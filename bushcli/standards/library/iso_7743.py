@@ -14,7 +14,7 @@ from collections.abc import Iterator
 
 from bushcli.recording.source import Source
 from bushcli.runtime.digits import with_decimals, with_digits
-from bushcli.standards.observed import Observed
+from bushcli.standards.observation import Observed
 from bushcli.standards.standard import Clause, Standard, cycles_clause, speed_clause
 
 CYCLES, STRAIN, SPEED = 4, 0.25, 10.0

@@ -15,7 +15,7 @@ import math
 from collections.abc import Iterator
 
 from bushcli.recording.source import Source
-from bushcli.standards.observed import Observed
+from bushcli.standards.observation import Observed
 from bushcli.standards.standard import Clause, Standard, cycles_clause
 from cases.mode import modes
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bushcli.curve.recorded import RecordedPath
+from bushcli.curve.recording import RecordedPath
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
 from bushcli.evidence.prior import scales_of

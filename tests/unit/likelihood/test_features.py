@@ -10,7 +10,7 @@ import pytest
 
 from bushcli.likelihood.features import features
 from bushcli.likelihood.noise import NoiseModel, noise_model
-from bushcli.recording import Recording, branches
+from bushcli.recording import Recording
 
 SIGMA = 4.0
 SEEDS = 200
@@ -38,7 +38,7 @@ def test_the_basis_is_orthonormal_and_every_feature_is_of_one_branch():
     one = made()
     np.testing.assert_allclose(one.basis.T @ one.basis, np.eye(one.count), atol=1e-12)
     inside = np.zeros_like(one.basis)
-    found = branches(RECORDING)
+    found = RECORDING.branches
     assert {branch.kind for branch in found} == {"loading", "unloading", "hold"}
     count = 0
     for branch in found:
@@ -163,5 +163,5 @@ def test_a_recording_without_time_and_with_short_branches_has_features_too():
     recording = Recording("axial", q, 100.0 * q, None, name="axial")
     one = made(recording, np.ones(len(time), dtype=bool))
     # Three samples per coefficient leave constant and slope.
-    assert 0 < one.count <= 2 * len(branches(recording))
+    assert 0 < one.count <= 2 * len(recording.branches)
     np.testing.assert_allclose(one.basis.T @ one.basis, np.eye(one.count), atol=1e-12)

@@ -17,7 +17,7 @@ from bushcli.likelihood.noise import (
 from bushcli.mismatch.bins import bins
 from bushcli.mismatch.record import _mismatch, locate
 from bushcli.mismatch.scan import Box
-from bushcli.recording import Recording, branches, select_cycles
+from bushcli.recording import Recording, select_cycles
 
 SIGMA = 5.0
 SEEDS = 200
@@ -50,7 +50,7 @@ def recording(time, q, force, name="axial", mode="axial"):
 def which(time, q, kind=None, cycles=None):
     """Mask of the samples in branches of this kind and in these cycles."""
     mask = np.zeros(len(q), dtype=bool)
-    for b in branches(recording(time, q, law(q))):
+    for b in recording(time, q, law(q)).branches:
         mask[b.start : b.stop] = (kind is None or b.kind == kind) and (cycles is None or b.cycle in cycles)
     return mask
 
@@ -140,7 +140,7 @@ def test_cycles_that_were_selected_keep_their_numbers_and_their_rates():
     softer = np.where(which(time, q, cycles={6}), 0.85, 1.0)
     force = softer * law(q) + SIGMA * np.random.default_rng(4).normal(size=len(q))
     used = select_cycles(recording(time, q, force), [2, 3, 6])
-    assert sorted({branch.cycle for branch in branches(used)}) == [2, 3, 6]
+    assert sorted({branch.cycle for branch in used.branches}) == [2, 3, 6]
     grid = bins(used)
     assert grid.cycles == ((2, 2), (3, 3), (6, 6))
     assert grid.rates == ((pytest.approx(1.0, rel=0.05), pytest.approx(1.0, rel=0.05)),)

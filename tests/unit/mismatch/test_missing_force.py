@@ -10,7 +10,7 @@ import pytest
 from bushcli.likelihood.features import features
 from bushcli.likelihood.noise import Compared, NoiseModel
 from bushcli.mismatch.missing_force import describe_missing
-from bushcli.recording import Recording, branches
+from bushcli.recording import Recording
 
 SIGMA = 3.0
 
@@ -44,7 +44,7 @@ def described(*channels):
 
 def cycle():
     found = np.zeros(len(Q))
-    for branch in branches(Recording("axial", Q, LAW, TIME, name="axial")):
+    for branch in Recording("axial", Q, LAW, TIME, name="axial").branches:
         found[branch.start : branch.stop] = branch.cycle
     return found
 

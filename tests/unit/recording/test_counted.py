@@ -8,9 +8,9 @@ from click.testing import CliRunner
 
 from bushcli.cli import main
 from bushcli.curve.earlier import earlier
-from bushcli.recording import Recording, branches, read_recording
+from bushcli.recording import Recording, read_recording
 from bushcli.recording.source import Source
-from bushcli.standards.observed import observe
+from bushcli.standards.observation import observe
 
 NUMBER = 5
 T = np.linspace(0.0, NUMBER, 100 * NUMBER + 1)
@@ -46,7 +46,7 @@ def read(
 def test_the_rig_counts_the_cycles(tmp_path, head, count):
     found = read(tmp_path, SINE, count, head, conditioning=3)
     assert found.record.numbers is not None
-    assert {branch.cycle for branch in branches(found)} == {4, 5}
+    assert {branch.cycle for branch in found.branches} == {4, 5}
     # Two cycles, with the sample at which they begin.
     assert len(found.displacement) == 201
     assert head not in found.unused
@@ -66,7 +66,7 @@ def test_the_rig_counts_the_cycles(tmp_path, head, count):
 def test_a_column_that_counts_something_else_is_not_used(tmp_path, head, count):
     found = read(tmp_path, SINE, count, head, conditioning=3)
     assert found.record.numbers is None
-    assert {branch.cycle for branch in branches(found)} == {4, 5}
+    assert {branch.cycle for branch in found.branches} == {4, 5}
 
 
 def test_the_ways_to_a_preload_and_back_belong_to_the_cycles_beside_them(tmp_path):
@@ -74,7 +74,7 @@ def test_the_ways_to_a_preload_and_back_belong_to_the_cycles_beside_them(tmp_pat
     path = np.concatenate([way, 3.0 + SINE, way[::-1]])
     count = np.concatenate([np.zeros(59, dtype=int), COUNT + 1, np.full(59, NUMBER)])
     found = read(tmp_path, path, count, "Zyklus", conditioning=2)
-    assert max(branch.cycle for branch in branches(found.record)) == NUMBER
+    assert max(branch.cycle for branch in found.record.branches) == NUMBER
     # The rig counts from the preload, not from the valley: 3 cycles of 100 samples and the way back.
     assert found.displacement[0] == pytest.approx(3.0, abs=0.15)
     assert len(found.displacement) == pytest.approx(300 + 59, abs=3)
@@ -99,7 +99,7 @@ def test_standards_see_the_amplitudes_of_the_whole_record(tmp_path):
     seen = observe(read(tmp_path, grown, COUNT + 1, "Zyklus", conditioning=3))
     assert seen.amplitudes == pytest.approx((1.0, 1.0, 2.0, 2.0, 2.0), abs=0.01)
     # The conditioning has one cycle of the largest travel, not three.
-    assert seen.alike == 3
+    assert seen.largest_cycles == 3
     assert seen.rates == pytest.approx((4.0, 8.0), rel=0.1)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bushcli.errors import RecordingError
-from bushcli.recording import Recording, branches, read_recording
+from bushcli.recording import Recording, read_recording
 from bushcli.recording.source import Source, Specimen
 
 STRAIN = np.linspace(0.0, 1.0, 41)
@@ -102,7 +102,7 @@ def test_cycles_for_conditioning_are_left_out_and_keep_their_numbers(tmp_path):
     recording = cyclic(tmp_path / "a.csv", conditioning=3)
     assert recording.conditioning == 3
     assert recording.cycles == (4, 5)
-    assert {branch.cycle for branch in branches(recording)} == {4, 5}
+    assert {branch.cycle for branch in recording.branches} == {4, 5}
     assert cyclic(tmp_path / "a.csv", conditioning=3, cycles=(2, 5)).cycles == (5,)
 
 

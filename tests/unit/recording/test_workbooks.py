@@ -51,7 +51,7 @@ def test_a_needed_formula_without_a_value_is_refused_with_its_cell(tmp_path):
     ]
     path = book(tmp_path / "axial.xlsx", rows)
     with pytest.raises(
-        RecordingError, match=r"axial.xlsx:2: column 3 .* is a formula without a value .*save it"
+        RecordingError, match=r"axial.xlsx:2: column 3 .* is a formula without a value.*save it"
     ):
         read_recording(Source("axial", path))
 

@@ -13,7 +13,7 @@ from bushcli.report.quantity import number, percent
 from bushcli.report.verdict import stiffer
 from bushcli.report.views.study import share_percent
 from bushcli.runtime.digits import with_decimals, with_digits
-from bushcli.standards.observed import observe
+from bushcli.standards.observation import observe
 from bushcli.standards.standard import speed_clause
 
 

@@ -4,7 +4,7 @@ from scipy import stats
 
 from bushcli.case import Material
 from bushcli.case.hardness import scaled_to_hardness, youngs_modulus
-from bushcli.study.analysis import Columns, Limits, failures, limits_of, summary, within
+from bushcli.study.analysis import Columns, Limits, failures, limits_of, limits_with_share, summary
 from bushcli.study.plan import plan
 from bushcli.study.variable import variable
 from forms.law import laws
@@ -63,7 +63,7 @@ def test_a_linear_answer_is_explained_and_its_worst_cases_named():
 
 @pytest.mark.parametrize(("good", "of"), [(0, 20), (13, 20), (20, 20)])
 def test_interval_of_a_yield_is_that_of_clopper_and_pearson(good, of):
-    found = within(Limits(0.0, 1.0), np.array([0.5] * good + [2.0] * (of - good)))
+    found = limits_with_share(Limits(0.0, 1.0), np.array([0.5] * good + [2.0] * (of - good)))
     interval = stats.binomtest(good, of).proportion_ci(0.95)
     assert found.interval == pytest.approx((interval.low, interval.high), abs=1e-9)
 

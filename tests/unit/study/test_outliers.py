@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bushcli.study.outliers import FALSE_ALARM, FEWEST, find_outliers, foreign, tolerance_factor
+from bushcli.study.outliers import FALSE_ALARM, FEWEST, find_outliers, is_foreign, tolerance_factor
 
 # Rosner (1983), example of the generalised test: three outliers at a false-alarm probability of 5 %.
 ROSNER = np.fromstring(
@@ -35,7 +35,7 @@ def test_batches_without_outliers_have_one_as_often_as_stated(count: int) -> Non
 
 def test_a_further_value_is_foreign_as_often_as_stated() -> None:
     draw, runs = np.random.default_rng(12), 2000
-    alarms = sum(foreign(draw.standard_normal(), draw.standard_normal(15), 1) for _ in range(runs))
+    alarms = sum(is_foreign(draw.standard_normal(), draw.standard_normal(15), 1) for _ in range(runs))
     assert abs(alarms / runs - FALSE_ALARM) < 3.0 * np.sqrt(FALSE_ALARM / runs)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.curve.earlier import earlier
-from bushcli.recording import Recording, Segment, branches, departure
+from bushcli.recording import Recording, Segment, departure
 
 #: Cycles are alike if their amplitudes differ by less than this share of the largest one.
 ALIKE = 0.1
@@ -69,7 +69,7 @@ class Observed:
     unloads: bool
 
     @property
-    def alike(self) -> int:
+    def largest_cycles(self) -> int:
         """Number of cycles as large as the largest, those of the conditioning included."""
         largest = max(self.amplitudes, default=0.0)
         return sum(a >= (1.0 - ALIKE) * largest for a in self.amplitudes)
@@ -78,7 +78,7 @@ class Observed:
 def observe(recording: Recording) -> Observed:
     """Return the contents of a recording, those that are not compared included."""
     selected, recording = recording.cycles, recording.record
-    q, segments = recording.displacement, branches(recording)
+    q, segments = recording.displacement, recording.branches
     span = float(np.ptp(q))
     by_cycle = {
         cycle: float(max(np.abs(q[branch.start : branch.stop]).max() for branch in group))
