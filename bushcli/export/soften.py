@@ -34,13 +34,8 @@ _THERE = 4
 def softening(force: Simulate, mullins: ActiveEffect, grid: Array, virgin: Array) -> dict[str, Any]:
     """Return the force lost in unloading from several displacements, the data of `fmu.force_law.Softening`.
 
-    Parameters
-    ----------
-    force : callable
-        Displacements (mm or rad), times (s) and effects with memory -> force (N or N mm).
-    mullins : ActiveEffect
-    grid, virgin : (n,) array
-        Displacement and force of first loadings, mm or rad and N or N mm.
+    Grid and virgin (n,) are displacement (mm or rad) and force (N or N mm) of first loadings; `force` simulates
+    displacements along times (s) with effects that have a memory.
     """
     from scipy.interpolate import CubicSpline
 
