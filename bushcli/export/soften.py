@@ -57,16 +57,9 @@ def softening(force: Simulate, mullins: ActiveEffect, grid: Array, virgin: Array
         # Where one side was not reached, the force of the other one is mirrored.
         rising = slice(None, None, -int(sign))
         unloading, lost = (back / largest)[rising], lost[rising]
-        same_side, mirrored = (
-            np.interp(share, unloading, lost),
-            -np.interp(-share, unloading, lost),
-        )
+        same_side, mirrored = (np.interp(share, unloading, lost), -np.interp(-share, unloading, lost))
         curves.append(
-            np.where(
-                (share >= unloading[0] - 1e-9) & (share <= unloading[-1] + 1e-9),
-                same_side,
-                mirrored,
-            )
+            np.where((share >= unloading[0] - 1e-9) & (share <= unloading[-1] + 1e-9), same_side, mirrored)
         )
     return {
         "reached": amplitudes.tolist(),

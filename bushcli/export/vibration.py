@@ -54,13 +54,7 @@ class Vibration:
 
 
 def by_direction(vibrations: tuple[Vibration, ...], program: str) -> dict[str, Vibration]:
-    """Return the vibration of each direction FX to TZ: of the first load case, at its first preload and amplitude.
-
-    Raises
-    ------
-    InputError
-        A direction has none.
-    """
+    """Return the vibration of each direction FX to TZ: of the first load case, at its first preload and amplitude."""
     directions: dict[str, Vibration] = {}
     for vibration in vibrations:
         for direction in vibration.directions:

@@ -34,7 +34,7 @@ class Quantities:
     )
     csv_names: tuple[str, str] = ("displacement_mm", "force_N")  # columns of displacement and force
 
-    def shown_displacement(self, displacement: Array) -> Array:
+    def convert(self, displacement: Array) -> Array:
         """Convert a displacement from internal units (mm, rad, stretch - 1) to mm, degrees, stretch."""
         return self.rest + self.per_internal * displacement
 

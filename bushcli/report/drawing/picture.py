@@ -163,11 +163,7 @@ def draw_panels(panels: Panels) -> Picture:
             mappable = ScalarMappable(Normalize(-scale[0], scale[0]), DIVERGING)
             colour_bar(figure, axes, mappable, wrap(scale[1], 0.9 * sum(heights), 9), pad=0.015)
         figure.suptitle(
-            wrap(panels.title, figure.get_figwidth(), 12),
-            fontsize=12,
-            fontweight="bold",
-            x=0.01,
-            ha="left",
+            wrap(panels.title, figure.get_figwidth(), 12), fontsize=12, fontweight="bold", x=0.01, ha="left"
         )
         if panels.note:
             note = wrap(panels.note, figure.get_figwidth(), 8.5)
