@@ -97,7 +97,7 @@ class ReducedChannel:
 def reduce(
     case: Case, channels: Sequence[tuple[str, str, float, float]], progress: Progress | None = None
 ) -> tuple[ReducedChannel, ...]:
-    """Return the force law of each channel; refuse effects that it cannot express, and a range that has no equilibrium."""
+    """Return the force law of each channel; refuse effects that it cannot express, and a range without equilibrium."""
     for active in case.effects:
         if active.effect.acts == "rubber" and active.effect.in_force_law is None:
             what = f"a force law with memory cannot express the effect {active.effect.name}"

@@ -29,9 +29,7 @@ class Quantities:
     force_unit: str
     stiffness_unit: str
     per_internal: float = 1.0  # ratio of displayed to internal displacement: degrees per radian, else 1
-    rest: float = (
-        0.0  # displayed value of the undeformed state: stretch 1 of a coupon, 0 in shear and of a bushing
-    )
+    rest: float = 0.0  # displayed value of the undeformed state: 1 for the stretch of a coupon, else 0
     csv_names: tuple[str, str] = ("displacement_mm", "force_N")  # columns of displacement and force
 
     def convert(self, displacement: Array) -> Array:

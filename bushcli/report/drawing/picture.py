@@ -183,7 +183,7 @@ def draw(axes: Axes, plot: Plot) -> None:
     _axis(axes, plot, "x")
     _axis(axes, plot, "y")
     for band in plot.bands:
-        look, zorder = LOOKS[band.key], 0.1 + 0.9 * (band.x[0] == band.x[1] or band.y[0] == band.y[1])
+        look, zorder = LOOKS[band.key], 0.1 + 0.9 * band.is_line
         for ends, line, span in ((band.x, axes.axvline, axes.axvspan), (band.y, axes.axhline, axes.axhspan)):
             if math.isnan(ends[0]) and math.isnan(ends[1]):
                 continue
@@ -199,9 +199,7 @@ def draw(axes: Axes, plot: Plot) -> None:
                 artist = span(low, high, color=look.colours[0], alpha=look.opacity, lw=0, zorder=zorder)
             handles.setdefault(band.label, artist)
     for region in plot.regions:
-        key, opacity = (
-            shade(region, plot) if region.value is not None else (region.key, LOOKS[region.key].opacity)
-        )
+        key, opacity = shade(region, plot)
         fill = to_rgba(LOOKS[key].colours[0], opacity)
         if region.outlines:
             outline = Path.make_compound_path(*(Path(points, closed=False) for points in region.outlines))
