@@ -23,7 +23,7 @@ from bushcli.mismatch.maps import LocalMap, Missing, MissingProfile
 from bushcli.mismatch.record import locate
 from bushcli.recording import Recording
 from bushcli.runtime.condition import Condition
-from bushcli.selection.searched import SearchExtent, TriedModel
+from bushcli.selection.search_extent import SearchExtent, TriedModel
 
 NAN = float("nan")
 CASE = """\

@@ -27,7 +27,7 @@ from bushcli.recording import Recording, displacement_noise
 from bushcli.runtime.condition import Condition
 from bushcli.selection.model import Model
 from bushcli.selection.queue import Search
-from bushcli.selection.searched import Ended, SearchExtent
+from bushcli.selection.search_extent import Ended, SearchExtent
 from bushcli.selection.state import CommonData, State
 from bushcli.simulate.schedule import schedule
 

@@ -44,7 +44,7 @@ from bushcli.selection.model import Fitted, Model
 from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.plain import first_plain_fit, fit_plain
 from bushcli.selection.queue import Progress, Search
-from bushcli.selection.searched import Ended
+from bushcli.selection.search_extent import Ended
 from bushcli.selection.state import State
 from bushcli.selection.unnoticed import unnoticed_effects
 from cases.interrupt import is_interrupt

@@ -12,7 +12,7 @@ from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, FormError
 from bushcli.faults import masks
 from bushcli.likelihood.noise import noise_model
 from bushcli.mismatch.record import locate
-from bushcli.selection.searched import SearchExtent
+from bushcli.selection.search_extent import SearchExtent
 
 
 def refusal(question: Question, seconds: float) -> Diagnosis:

@@ -19,7 +19,7 @@ from bushcli.effects.titles import FREE_LAW, UNKNOWN, phrase
 from bushcli.selection.model import Key, Model
 from bushcli.selection.queue import LEFT, Search
 from bushcli.selection.queued import Queued
-from bushcli.selection.searched import Ended
+from bushcli.selection.search_extent import Ended
 from bushcli.selection.state import State
 
 # Share of the posterior that the credible set holds. Convention.

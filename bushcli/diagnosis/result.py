@@ -16,7 +16,7 @@ from bushcli.mismatch.maps import LocalMap, Missing
 from bushcli.mismatch.record import Location
 from bushcli.recording import Recording
 from bushcli.runtime.condition import Condition
-from bushcli.selection.searched import SearchExtent
+from bushcli.selection.search_extent import SearchExtent
 from bushcli.simulate.dynamic_tables import ComparedTable
 
 Array = NDArray[np.float64]

@@ -13,7 +13,7 @@ from bushcli.runtime.workers import Workers
 from bushcli.selection.columns import Candidate, columns, effects_beside, trials
 from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import Addition
-from bushcli.selection.searched import NOT_SIMULATED
+from bushcli.selection.search_extent import NOT_SIMULATED
 from bushcli.selection.state import CommonData, State
 
 Array = NDArray[np.float64]

@@ -33,7 +33,7 @@ from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import Addition, Prediction
 from bushcli.selection.prediction_errors import changes
 from bushcli.selection.queued import FAR, Queued, Waiting, slack_of
-from bushcli.selection.searched import Ended, TriedModel
+from bushcli.selection.search_extent import Ended, TriedModel
 from bushcli.selection.state import CommonData, State
 
 Array = NDArray[np.float64]

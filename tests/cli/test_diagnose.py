@@ -22,7 +22,7 @@ from bushcli.diagnosis import aftermath, answer
 from bushcli.diagnosis import diagnose as driver
 from bushcli.runtime.store import SUFFIX
 from bushcli.runtime.workers import Workers
-from bushcli.selection.searched import SearchExtent
+from bushcli.selection.search_extent import SearchExtent
 from cases.march import failure_at_start
 
 ROOT = Path(__file__).parents[2]

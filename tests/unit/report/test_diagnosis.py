@@ -38,7 +38,7 @@ from bushcli.report.writers.files import write
 from bushcli.report.writers.page import page
 from bushcli.report.writers.terminal import terminal_text
 from bushcli.runtime.condition import Condition
-from bushcli.selection.searched import NOT_SIMULATED
+from bushcli.selection.search_extent import NOT_SIMULATED
 
 KINDS = ("explained", "missing_physics", "law_too_poor", "unexplained", "faulty_data")
 

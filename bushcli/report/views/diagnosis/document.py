@@ -27,7 +27,7 @@ from bushcli.report.views.diagnosis import words
 from bushcli.report.views.diagnosis.paragraph import short_paragraphs
 from bushcli.report.views.diagnosis.values import reciprocals_text, shown_quantity
 from bushcli.report.views.dynamic import compared_section
-from bushcli.selection.searched import TriedModel
+from bushcli.selection.search_extent import TriedModel
 
 # The models that are shown hold together this share of the probability, as in the set of rivals.
 _CREDIBLE = 0.95
@@ -376,7 +376,7 @@ def fault_table(diagnosis: Diagnosis) -> Table:
             "correct first"
             if fault.fatal
             else f"{100 * fault.probability:.0f} % probable"
-            if fault.doubtful
+            if fault.is_doubtful
             else f"{int(fault.samples.sum())} samples left out",
             fault.remedy,
         )
