@@ -10,13 +10,7 @@ from typing import Any
 
 
 def page_server(page: Path, address: str, port: int) -> ThreadingHTTPServer:
-    """Return a server of a page, which has bound its port but not started.
-
-    Raises
-    ------
-    OSError
-        If the port cannot be used.
-    """
+    """Return a server of a page, which has bound its port, or raised OSError, but not started."""
     return _Server((address, port), partial(_Quiet, hosts=(address, "localhost"), page=page))
 
 

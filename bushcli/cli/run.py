@@ -277,13 +277,7 @@ def on_a_case(
         metavar="KEY=VALUE",
         help="Override a key of the case file, e.g. geometry.length=38.",
     )
-    @click.option(
-        "-o",
-        "--output",
-        type=_Folder(path_type=Path),
-        metavar=into,
-        help=writes,
-    )
+    @click.option("-o", "--output", type=_Folder(path_type=Path), metavar=into, help=writes)
     @click.option("--json", is_flag=True, help="Print the result as JSON on stdout, and nothing else there.")
     @click.option("-q", "--quiet", is_flag=True, help="Print no messages and no progress.")
     @click.option("-v", "--verbose", is_flag=True, help="Print more: every step of the march, every trial.")

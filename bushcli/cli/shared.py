@@ -81,13 +81,7 @@ def say_what_is_saved(error: BaseException, folder: Path | None, what: str) -> N
 
 @contextmanager
 def pool(workers: int | None, scheduler: str | None) -> Iterator[Pool | None]:
-    """Yield the pool of workers; None on the ranks of `mpirun` that work for the first one.
-
-    Raises
-    ------
-    InputError
-        Options contradict each other, or the scheduler does not answer.
-    """
+    """Yield the pool of workers; None on the ranks of `mpirun` that work for the first one."""
     from bushcli.runtime.executor import Pool, dask, processes
     from bushcli.runtime.workers import ranks
 
@@ -110,13 +104,7 @@ def pool(workers: int | None, scheduler: str | None) -> Iterator[Pool | None]:
 
 @contextmanager
 def remote_executor(several: bool, scheduler: str | None) -> Iterator[Executor | None]:
-    """Yield an executor on other ranks or on Dask; None without one, and on the ranks that work for the first one.
-
-    Raises
-    ------
-    InputError
-        The scheduler does not answer.
-    """
+    """Yield an executor on other ranks or on Dask; None without one, and on the ranks that work for the first one."""
     from bushcli.runtime.executor import dask
     from bushcli.runtime.workers import ranks
 
@@ -140,13 +128,7 @@ class PositiveNumber(click.FloatRange):
         super().__init__(min=0.0, min_open=True)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Return the number.
-
-        Raises
-        ------
-        click.BadParameter
-            It is not a finite number above zero.
-        """
+        """Return the number, or refuse one that is not finite or not above zero."""
         number = float(super().convert(value, param, ctx))
         if not math.isfinite(number):
             self.fail(f"{value} is not a finite number.", param, ctx)

@@ -42,10 +42,7 @@ def incompressibility(order: Order, factor: float = 1.0) -> float:
 def poisson_field(order: Order, program: str, width: int) -> str:
     """Return Poisson's ratio right-aligned in a field; the program takes the bulk modulus from its distance from 0.5.
 
-    Raises
-    ------
-    InputError
-        The digits of the field give another bulk modulus, or the ratio is zero, which counts as "not given".
+    Refused are digits that give another bulk modulus, and a ratio of zero, which counts as "not given".
     """
     material = rubber(order)
     ratio = poisson_ratio(material.shear_modulus, material.bulk_modulus)

@@ -24,16 +24,10 @@ CLASSES = 6
 
 
 def strain_classes(grid: Array, path: Sequence[tuple[Array, Array]], volume: Array) -> list[dict[str, Any]]:
-    """Return the classes, the data of `fmu.force_law.StrainClass`.
+    """Return the classes, the data of `fmu.force_law.StrainClass`, with the strain at displacements (n,), mm or rad.
 
-    Parameters
-    ----------
-    grid : (n,) array
-        Displacements at which the strain is wanted, mm or rad.
-    path : sequence of ((m,) array, (m, points, 3, 3) array)
-        Displacements from rest to each side, and the right Cauchy-Green tensors there, of the elastic body.
-    volume : (points,) array
-        Of the rubber that each point stands for.
+    The path has for each side displacements (m,) from rest and the right Cauchy-Green tensors (m, points, 3, 3) of the
+    elastic body there; the volume (points,) is that of the rubber for which each point stands.
     """
     from scipy.interpolate import CubicSpline
 

@@ -22,24 +22,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ForceCurve:
-    """Force against displacement of one channel.
-
-    Attributes
-    ----------
-    name, mode : str
-    displacement : (n,) array
-        mm or rad, in the order of the program.
-    force : (n,) array
-        N or N mm.
-    time : (n,) array, optional
-        s.
-    """
+    """Force against displacement of one channel."""
 
     name: str
     mode: str
-    displacement: Array
-    force: Array
-    time: Array | None = None
+    displacement: Array  # (n,), mm or rad, in the order of the program
+    force: Array  # (n,), N or N mm
+    time: Array | None = None  # (n,), s
 
     @property
     def rotational(self) -> bool:
@@ -95,29 +84,15 @@ def matrix_remedy(unrelaxed: bool) -> str:
 
 @dataclass(frozen=True)
 class BushingData:
-    """Data of a vehicle model.
-
-    Attributes
-    ----------
-    curves : tuple of ForceCurve
-    stiffness_matrix : (6, 6) array, optional
-        N, mm, rad; forces fx fy fz mx my mz on the inner sleeve against ux uy uz rx ry rz.
-    remarks : tuple of str
-        Remarks for the file, sentences.
-    law : BushingLaw, optional
-        Force law with memory.
-    unrelaxed : bool
-        Whether curves and matrix are those in a sudden step.
-    vibrations : tuple of Vibration
-        Dynamic stiffness, one per motion and preload.
-    """
+    """Data of a vehicle model."""
 
     curves: tuple[ForceCurve, ...]
+    #: (6, 6); N, mm, rad: forces fx fy fz mx my mz on the inner sleeve against ux uy uz rx ry rz.
     stiffness_matrix: Array | None = None
-    remarks: tuple[str, ...] = ()
-    law: BushingLaw | None = None
-    unrelaxed: bool = False
-    vibrations: tuple[Vibration, ...] = ()
+    remarks: tuple[str, ...] = ()  # sentences for the file
+    law: BushingLaw | None = None  # force law with memory
+    unrelaxed: bool = False  # curves and matrix are those in a sudden step
+    vibrations: tuple[Vibration, ...] = ()  # dynamic stiffness, one per motion and preload
 
     def by_mode(self) -> dict[str, ForceCurve]:
         """Return the first curve of each mode."""

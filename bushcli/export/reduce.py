@@ -56,21 +56,13 @@ SLIDERS = 10
 
 @dataclass(frozen=True)
 class Sine:
-    """A vibration in the check of a force law whose stiffness depends on the amplitude.
+    """A vibration in the check of a force law whose stiffness depends on the amplitude."""
 
-    Attributes
-    ----------
-    amplitude, frequency : float
-        mm or rad; Hz.
-    simulated, predicted : complex
-        First harmonic of the force over that of the displacement in the last period, by finite elements along time and
-        of the force law; N/mm or N mm/rad.
-    """
-
-    amplitude: float
-    frequency: float
-    simulated: complex
-    predicted: complex
+    amplitude: float  # mm or rad
+    frequency: float  # Hz
+    # First harmonic of the force over that of the displacement in the last period, N/mm or N mm/rad.
+    simulated: complex  # by finite elements along time
+    predicted: complex  # of the force law
 
     @property
     def errors(self) -> tuple[float, float]:
@@ -81,28 +73,15 @@ class Sine:
 
 @dataclass(frozen=True)
 class ReducedChannel:
-    """The force law of one channel.
-
-    Attributes
-    ----------
-    name, mode : str
-    data : mapping
-        Data of a `ChannelForceLaw`; N, mm, rad, s.
-    program : (n, 2) array
-        Time (s) and displacement (mm or rad) of the check.
-    simulated, predicted : (n,) array
-        Force of the bushing by finite elements and of the force law along the program.
-    sines : tuple of Sine
-        Of a force law with a clock.
-    """
+    """The force law of one channel, and its check."""
 
     name: str
     mode: str
-    data: Mapping[str, Any]
-    program: Array
-    simulated: Array
-    predicted: Array
-    sines: tuple[Sine, ...] = ()
+    data: Mapping[str, Any]  # of a `ChannelForceLaw`; N, mm, rad, s
+    program: Array  # (n, 2), time (s) and displacement (mm or rad) of the check
+    simulated: Array  # (n,), force of the bushing by finite elements along the program
+    predicted: Array  # (n,), force of the force law
+    sines: tuple[Sine, ...] = ()  # of a force law with a clock
 
     @property
     def rms_percent(self) -> float:
@@ -116,17 +95,9 @@ class ReducedChannel:
 
 
 def reduce(
-    case: Case,
-    channels: Sequence[tuple[str, str, float, float]],
-    progress: Progress | None = None,
+    case: Case, channels: Sequence[tuple[str, str, float, float]], progress: Progress | None = None
 ) -> tuple[ReducedChannel, ...]:
-    """Return the force law of each channel.
-
-    Raises
-    ------
-    InputError
-        A force law of this kind cannot express an effect, or the bushing cannot be simulated that far.
-    """
+    """Return the force law of each channel; refuse effects that it cannot express, and a range without equilibrium."""
     for active in case.effects:
         if active.effect.acts == "rubber" and active.effect.in_force_law is None:
             what = f"a force law with memory cannot express the effect {active.effect.name}"
@@ -312,15 +283,7 @@ class _Bushing:
 
 
 def follow(data: Mapping[str, Any], program: Array) -> Array:
-    """Return the force of a force law along a program.
-
-    Parameters
-    ----------
-    data : mapping
-        Data of a `ChannelForceLaw`.
-    program : (n, 2) array
-        Time and displacement; the first row is at rest.
-    """
+    """Return the force of a force law along a program (n, 2) of time and displacement, which begins at rest."""
     channel = ChannelForceLaw(dict(data))
     durations = np.diff(program[:, 0], prepend=program[0, 0])
     return np.array(

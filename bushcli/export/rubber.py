@@ -15,37 +15,20 @@ from forms.law import law as law_called
 
 @dataclass(frozen=True)
 class ExportedRubber:
-    """A rubber, in MPa and s.
-
-    Attributes
-    ----------
-    law : str
-    parameters : mapping of str to float
-        By name; of the long-term curve.
-    bulk_modulus : float
-        MPa; ``inf`` = incompressible.
-    series : tuple of (float, float)
-        Maxwell branches (g_i, tau_i): ratio of modulus to the law's initial shear modulus, relaxation time in s.
-    softening : OgdenRoxburgh or None
-    effects : mapping of str to tuple of str
-        Names of the effects that are the series, and the softening.
-    inexpressible : tuple of str
-        Names of effects of the rubber that no material card can express.
-    beside : tuple of str
-        Names of effects of the assembly and the rig, which do not belong to the rubber.
-    density : float
-        kg/m3.
-    """
+    """A rubber, in MPa and s."""
 
     law: str
-    parameters: Mapping[str, float]
-    bulk_modulus: float
+    parameters: Mapping[str, float]  # of the long-term curve
+    bulk_modulus: float  # MPa; inf = incompressible
+    #: Maxwell branches (g_i, tau_i): ratio of modulus to the law's initial shear modulus, relaxation time in s.
     series: tuple[tuple[float, float], ...] = ()
     softening: OgdenRoxburgh | None = None
-    effects: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    inexpressible: tuple[str, ...] = ()
-    beside: tuple[str, ...] = ()
-    density: float = Material.density / DENSITY
+    effects: Mapping[str, tuple[str, ...]] = field(
+        default_factory=dict
+    )  # those that are series and softening
+    inexpressible: tuple[str, ...] = ()  # effects of the rubber that no material card can express
+    beside: tuple[str, ...] = ()  # effects of the assembly and the rig, which do not belong to the rubber
+    density: float = Material.density / DENSITY  # kg/m3
 
     @property
     def shear_modulus(self) -> float:

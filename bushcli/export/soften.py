@@ -34,13 +34,8 @@ _THERE = 4
 def softening(force: Simulate, mullins: ActiveEffect, grid: Array, virgin: Array) -> dict[str, Any]:
     """Return the force lost in unloading from several displacements, the data of `fmu.force_law.Softening`.
 
-    Parameters
-    ----------
-    force : callable
-        Displacements (mm or rad), times (s) and effects with memory -> force (N or N mm).
-    mullins : ActiveEffect
-    grid, virgin : (n,) array
-        Displacement and force of first loadings, mm or rad and N or N mm.
+    Grid and virgin (n,) are displacement (mm or rad) and force (N or N mm) of first loadings; `force` simulates
+    displacements along times (s) with effects that have a memory.
     """
     from scipy.interpolate import CubicSpline
 
@@ -62,16 +57,9 @@ def softening(force: Simulate, mullins: ActiveEffect, grid: Array, virgin: Array
         # Where one side was not reached, the force of the other one is mirrored.
         rising = slice(None, None, -int(sign))
         unloading, lost = (back / largest)[rising], lost[rising]
-        same_side, mirrored = (
-            np.interp(share, unloading, lost),
-            -np.interp(-share, unloading, lost),
-        )
+        same_side, mirrored = (np.interp(share, unloading, lost), -np.interp(-share, unloading, lost))
         curves.append(
-            np.where(
-                (share >= unloading[0] - 1e-9) & (share <= unloading[-1] + 1e-9),
-                same_side,
-                mirrored,
-            )
+            np.where((share >= unloading[0] - 1e-9) & (share <= unloading[-1] + 1e-9), same_side, mirrored)
         )
     return {
         "reached": amplitudes.tolist(),

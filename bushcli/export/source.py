@@ -25,30 +25,14 @@ _COMMANDS = ("direct", "dynamic", "fit", "inverse", "diagnose", "check")
 
 @dataclass(frozen=True)
 class ExportSource:
-    """Source of an export.
+    """Source of an export."""
 
-    Attributes
-    ----------
-    case : Case
-        With the identified material and effects, if there are any.
-    where : str
-        Case file or folder.
-    curves : tuple of ForceCurve
-        Curves that have been simulated already.
-    stiffness_matrix : (6, 6) array, optional
-        N, mm, rad.
-    state : str
-        State of the matrix: "relaxed", "unrelaxed", or empty where the result does not say.
-    vibrations : tuple of Vibration
-        Dynamic stiffness that has been simulated already.
-    """
-
-    case: Case
-    where: str
-    curves: tuple[ForceCurve, ...] = ()
-    stiffness_matrix: Array | None = None
-    state: str = ""
-    vibrations: tuple[Vibration, ...] = ()
+    case: Case  # with the identified material and effects, if there are any
+    where: str  # case file or folder
+    curves: tuple[ForceCurve, ...] = ()  # those that have been simulated already
+    stiffness_matrix: Array | None = None  # (6, 6); N, mm, rad
+    state: str = ""  # of the matrix: "relaxed", "unrelaxed", or empty where the result does not say
+    vibrations: tuple[Vibration, ...] = ()  # dynamic stiffness that has been simulated already
 
     def without(self, names: Sequence[str]) -> ExportSource:
         """Return this source without some of its effects.

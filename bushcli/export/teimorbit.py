@@ -34,13 +34,7 @@ def units_block(units: UnitSystem, angle: str) -> list[str]:
 
 
 def curve(order: Order, direction: str, program: str) -> list[str]:
-    """Return rows of displacement (length or degrees) and force of a direction.
-
-    Raises
-    ------
-    InputError
-        The direction has neither a curve nor a stiffness, or its curve is not that of a spring.
-    """
+    """Return rows of displacement (length or degrees) and force of a direction; refuse what no spring can follow."""
     assert order.bushing is not None
     q, force = order.bushing.curve_of(direction, program)
     if len(q) < 2:

@@ -14,22 +14,13 @@ _INCH = 0.0254  # m, exact
 
 @dataclass(frozen=True)
 class UnitSystem:
-    """A consistent system of units: force, length and time; the unit of mass follows from them.
+    """A consistent system of units: force, length and time; the unit of mass follows from them."""
 
-    Attributes
-    ----------
-    name : str
-        As on the command line.
-    force, length, time : float
-        The units in N, m, s.
-    force_name, length_name, time_name, stress_name, density_name : str
-        Names for comments and tables.
-    """
-
-    name: str
-    force: float
-    length: float
-    time: float
+    name: str  # as on the command line
+    force: float  # N
+    length: float  # m
+    time: float  # s
+    # Names for comments and tables.
     force_name: str
     length_name: str
     time_name: str

@@ -20,33 +20,16 @@ Complex = NDArray[np.complex128]
 
 @dataclass(frozen=True)
 class Vibration:
-    """Dynamic stiffness of one motion about one preload.
+    """Dynamic stiffness of one motion about one preload."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the load case.
-    directions : tuple of str
-        Forces that it stands for, of FX to TZ; the bushing's axis is z.
-    static : (float, float) or None
-        Displacement and force of the preload, mm or rad and N or N mm; None = the end of a path of six motions.
-    transfer : bool
-        Whether the force is that on the held sleeve.
-    frequency : (n,) array
-        Hz, increasing.
-    stiffness : (n,) array
-        K' + i K'', N/mm or N mm/rad.
-    amplitude : float or None
-        Peak, mm or rad; None = small.
-    """
-
-    name: str
-    directions: tuple[str, ...]
+    name: str  # of the load case
+    directions: tuple[str, ...]  # forces that it stands for, of FX to TZ; the bushing's axis is z
+    #: Displacement and force of the preload, mm or rad and N or N mm; None = the end of a path of six motions.
     static: tuple[float, float] | None
-    transfer: bool
-    frequency: Array
-    stiffness: Complex
-    amplitude: float | None = None
+    transfer: bool  # the force is that on the held sleeve
+    frequency: Array  # (n,), Hz, increasing
+    stiffness: Complex  # (n,), K' + i K'', N/mm or N mm/rad
+    amplitude: float | None = None  # peak, mm or rad; None = small
 
     @property
     def rotational(self) -> bool:
@@ -71,13 +54,7 @@ class Vibration:
 
 
 def by_direction(vibrations: tuple[Vibration, ...], program: str) -> dict[str, Vibration]:
-    """Return the vibration of each direction FX to TZ: of the first load case, at its first preload and amplitude.
-
-    Raises
-    ------
-    InputError
-        A direction has none.
-    """
+    """Return the vibration of each direction FX to TZ: of the first load case, at its first preload and amplitude."""
     directions: dict[str, Vibration] = {}
     for vibration in vibrations:
         for direction in vibration.directions:
@@ -126,19 +103,8 @@ def motions(
 ) -> Iterator[Vibration]:
     """Yield the motions of a load case: one of a mode, six of a pose, whose matrix lacks its other terms.
 
-    Parameters
-    ----------
-    name, mode : str
-        Of the load case.
-    static : (float, float)
-        Displacement and force of the preload: mm or rad, N or N mm.
-    transfer : bool
-    frequency : (n,) array
-        Hz, in any order.
-    values : (n,) or (n, 6, 6) array
-        K' + i K'', N, mm and rad.
-    amplitude : float or None
-        Peak, mm or rad; None = small.
+    Frequencies (n,) in Hz are in any order; the values K' + i K'' are (n,) or (n, 6, 6), in N, mm and rad; preload and
+    amplitude are as in `Vibration`.
     """
     rising = np.argsort(frequency)
     if values.ndim == 1:

@@ -30,29 +30,14 @@ TIME_PRONY, FREQUENCY_PRONY, FREQUENCY_TABULAR = "time-prony", "frequency-prony"
 
 @dataclass(frozen=True)
 class Order:
-    """Contents of a file to be written.
+    """Contents of a file to be written."""
 
-    Attributes
-    ----------
-    title : str
-        Title of the case.
-    where : str
-        Case file or folder that it comes from.
-    units : UnitSystem
-    rubber : ExportedRubber or None
-        For material cards.
-    bushing : BushingData or None
-        Curves, stiffness matrix and dynamic stiffness, for vehicle models.
-    form : str
-        Form in which a card states viscoelasticity.
-    """
-
-    title: str
-    where: str
+    title: str  # of the case
+    where: str  # case file or folder that it comes from
     units: UnitSystem
-    rubber: ExportedRubber | None = None
-    bushing: BushingData | None = None
-    form: str = TIME_PRONY
+    rubber: ExportedRubber | None = None  # for material cards
+    bushing: BushingData | None = None  # for vehicle models
+    form: str = TIME_PRONY  # in which a card states viscoelasticity
 
     @property
     def name(self) -> str:
@@ -63,56 +48,28 @@ class Order:
 
 @dataclass(frozen=True)
 class Writer:
-    """A program's file.
+    """A program's file."""
 
-    Attributes
-    ----------
-    name : str
-        As on the command line.
-    title : str
-        Name of the program and its file.
-    kind : {"card", "bushing", "matrix", "force_law", "vibration"}
-        What the file contains: the rubber, the bushing's curves, its stiffness matrix, its force law with memory, its
-        dynamic stiffness over frequency.
-    ending : str
-        Usual ending of the file's name.
-    comment : (str, str)
-        Beginning and end of a comment line.
-    write : callable
-        ``write(order) -> str``, without the comments at the beginning; bytes if the file is not text.
-    laws : mapping of str to str
-        Of a card: law -> the program's name of it.
-    series, softening : str
-        The program's names of a Prony series and of the Ogden-Roxburgh model; empty where it has none.
-    forms : tuple of str
-        Forms in which the card can state viscoelasticity.
-    series_laws, softening_laws : frozenset of str, optional
-        Laws with which the program combines them; None = all.
-    incompressible : bool
-        Whether the card of an incompressible rubber can be written.
-    static : bool
-        Of a vehicle model: whether it takes one force for each displacement, that after a long rest.
-    remarks : tuple of str
-        Differences between the program and bushcli, in sentences, for the file and the documentation.
-    source : str
-        Documentation of the formulas and the format.
-    """
-
-    name: str
-    title: str
-    kind: Kind
-    ending: str
-    comment: tuple[str, str]
-    write: Callable[[Order], str | bytes]
-    source: str
-    laws: Mapping[str, str] = field(default_factory=dict)
-    series: str = ""
-    softening: str = ""
-    forms: tuple[str, ...] = (TIME_PRONY,)
-    series_laws: frozenset[str] | None = None
+    name: str  # as on the command line
+    title: str  # of the program and its file
+    kind: Kind  # the rubber; of the bushing curves, stiffness matrix, force law with memory, or dynamic stiffness
+    ending: str  # usual ending of the file's name
+    comment: tuple[str, str]  # beginning and end of a comment line
+    write: Callable[
+        [Order], str | bytes
+    ]  # without the comments at the beginning; bytes if the file is not text
+    source: str  # documentation of the formulas and the format
+    laws: Mapping[str, str] = field(default_factory=dict)  # of a card: law -> the program's name of it
+    series: str = ""  # the program's name of a Prony series; empty where it has none
+    softening: str = ""  # that of the Ogden-Roxburgh model
+    forms: tuple[str, ...] = (TIME_PRONY,)  # in which the card can state viscoelasticity
+    series_laws: frozenset[str] | None = None  # laws with which the program combines a series; None = all
     softening_laws: frozenset[str] | None = None
-    incompressible: bool = True
-    static: bool = False
+    incompressible: bool = True  # whether the card of an incompressible rubber can be written
+    static: bool = (
+        False  # of a vehicle model: it takes one force for each displacement, that after a long rest
+    )
+    #: Differences between the program and bushcli, in sentences, for the file and the documentation.
     remarks: tuple[str, ...] = ()
 
     def check_form(self, form: str) -> None:

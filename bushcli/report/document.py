@@ -60,6 +60,11 @@ class Stripe:
     y: tuple[float, float] = (math.nan, math.nan)
     label: str = ""
 
+    @property
+    def is_line(self) -> bool:
+        """Whether two ends are equal."""
+        return self.x[0] == self.x[1] or self.y[0] == self.y[1]
+
 
 @dataclass(frozen=True)
 class Note:
@@ -90,7 +95,7 @@ class Plot:
     x_names: Sequence[tuple[float, str]] = ()  # names instead of numbers at an axis
     y_names: Sequence[tuple[float, str]] = ()
     scale: tuple[float, str] | None = (
-        None  # end of the symmetric colours of the regions' values, and their meaning
+        None  # end of the symmetric colours of the regions' values; their meaning
     )
     is_prepared: bool = False  # curves are thinned, limits and places of numbers found
 
@@ -150,9 +155,7 @@ class Table:
     title: str  # empty if its section's heading describes it
     heads: Row
     rows: tuple[Row, ...]
-    left: int = (
-        1  # number of columns, from the left, that are words; the others are numbers and aligned right
-    )
+    left: int = 1  # number of columns, from the left, that are words; the others are numbers, aligned right
     on: On = "both"
     detail: Sequence[int] = ()  # columns, counted from 0, that are on the page only
     most: int | None = None  # largest number of rows on the terminal, for tables that may be long

@@ -21,28 +21,18 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Quantities:
-    """Names and units of a mode's displacement and force, and the conversion from internal units.
-
-    Attributes
-    ----------
-    per_internal : float
-        Ratio of displayed to internal displacement: degrees per radian, else 1.
-    rest : float
-        Displayed value of the undeformed state: stretch 1 of a coupon, 0 in shear and of a bushing.
-    csv_names : tuple of str
-        Column names of displacement and force.
-    """
+    """Names and units of a mode's displacement and force, and the conversion from internal units."""
 
     displacement: str
     displacement_unit: str
     force: str
     force_unit: str
     stiffness_unit: str
-    per_internal: float = 1.0
-    rest: float = 0.0
-    csv_names: tuple[str, str] = ("displacement_mm", "force_N")
+    per_internal: float = 1.0  # ratio of displayed to internal displacement: degrees per radian, else 1
+    rest: float = 0.0  # displayed value of the undeformed state: 1 for the stretch of a coupon, else 0
+    csv_names: tuple[str, str] = ("displacement_mm", "force_N")  # columns of displacement and force
 
-    def shown_displacement(self, displacement: Array) -> Array:
+    def convert(self, displacement: Array) -> Array:
         """Convert a displacement from internal units (mm, rad, stretch - 1) to mm, degrees, stretch."""
         return self.rest + self.per_internal * displacement
 

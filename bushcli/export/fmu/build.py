@@ -21,13 +21,7 @@ _LIBRARIES = {2: "pythonfmu", 3: "pythonfmu3"}
 
 
 def build(data: dict[str, Any], version: Literal[2, 3]) -> bytes:
-    """Return the FMU as an archive.
-
-    Raises
-    ------
-    InputError
-        The library that packs it is not installed.
-    """
+    """Return the FMU as an archive; refuse where the library that packs it is not installed."""
     library = _LIBRARIES[version]
     try:
         builder = importlib.import_module(f"{library}.builder").FmuBuilder

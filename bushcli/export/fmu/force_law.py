@@ -23,13 +23,7 @@ MOST_PARTS = 1000
 
 
 class Cubic:
-    """A curve through points with given slopes (Hermite), straight beyond its ends.
-
-    Parameters
-    ----------
-    x, y, slope : list of float
-        x increasing.
-    """
+    """A curve through points with given slopes (Hermite) at increasing x, straight beyond its ends."""
 
     def __init__(self, x: list[float], y: list[float], slope: list[float]) -> None:
         self.x, self.y, self.slope = x, y, slope
@@ -64,13 +58,7 @@ class Softening:
         self.lost = [Cubic(data["share"], lost, slope) for lost, slope in curves]
 
     def __call__(self, q: float, largest: float) -> float:
-        """Return the force lost at a displacement.
-
-        Parameters
-        ----------
-        q, largest : float
-            Present displacement, and the largest so far, mm or rad, or in the unit of the data.
-        """
+        """Return the force lost at a displacement, of which the largest so far is given; in the unit of the data."""
         if abs(q) >= largest:
             return 0.0
         x = q / largest
@@ -106,17 +94,7 @@ class StrainClass:
     def clock_time(
         self, start: float, end: float, duration: float, strain_range: list[float]
     ) -> tuple[float, list[float]]:
-        """Return what passes on the clock while the strain moves, s, and centre and half of the range at the end.
-
-        Parameters
-        ----------
-        start, end : float
-            Strain.
-        duration : float
-            s.
-        strain_range : list of float
-            Centre and half of the range at the beginning.
-        """
+        """Return what passes on the clock while the strain moves, s, and centre and half of its range at the end."""
         retained = math.exp(-self.clock["fading"] * duration)
         centre, half = retained * strain_range[0] + (1.0 - retained) * start, retained * strain_range[1]
         beyond = max(abs(end - centre) - half, 0.0)
@@ -186,14 +164,7 @@ class ChannelForceLaw:
         return self.q if place < 0 else self.state[place]
 
     def put(self, place: int, value: float) -> None:
-        """Set the state of an index as in `value`; a program restores what it saved.
-
-        Parameters
-        ----------
-        place : int
-        value : float
-            In the unit of the data.
-        """
+        """Set the state of an index as in `value`; a program restores what it saved."""
         if place < 0:
             self.q = value
         else:
@@ -207,15 +178,7 @@ class ChannelForceLaw:
             self.state[self.reached + 2 * i] = strain_class.strain(self.displacement_from_set)
 
     def advance(self, q: float, duration: float) -> float:
-        """Move to a displacement at constant speed, and return the force there.
-
-        Parameters
-        ----------
-        q : float
-            Displacement at the end, mm or rad, or in the unit of the data.
-        duration : float
-            Duration of the motion, s; 0 for a sudden step.
-        """
+        """Move to a displacement at constant speed in a time, s; 0 for a sudden step; and return the force there."""
         parts = min(MOST_PARTS, max(1, math.ceil(abs(q - self.q) / (PART * self.range))))
         start, last = self.q, self.displacement_from_set
         for part in range(1, parts + 1):
@@ -260,13 +223,7 @@ class ChannelForceLaw:
 
 
 class ForceLaw:
-    """The channels of a bushing, which are independent of each other.
-
-    Parameters
-    ----------
-    data : dict
-        ``channels``: name -> data of a `ChannelForceLaw`.
-    """
+    """The channels of a bushing, which are independent of each other: ``channels``, name -> data of a channel."""
 
     def __init__(self, data: dict) -> None:  # type: ignore[type-arg]  # JSON
         self.channels = {name: ChannelForceLaw(channel) for name, channel in data["channels"].items()}

@@ -17,10 +17,7 @@ def write(order: Order) -> str:
     """Return the file."""
     assert order.bushing is not None
     lines = comments(order.bushing)
-    lines += block(
-        "MDI_HEADER",
-        ["FILE_TYPE     = 'bus'", "FILE_VERSION  = 4.0", "FILE_FORMAT   = 'ASCII'"],
-    )
+    lines += block("MDI_HEADER", ["FILE_TYPE     = 'bus'", "FILE_VERSION  = 4.0", "FILE_FORMAT   = 'ASCII'"])
     lines += units_block(order.units, "degrees")
     lines += block("DAMPING", [f"{direction}_DAMPING    = 0.0" for direction in FORCES])
     for direction in FORCES:

@@ -16,13 +16,7 @@ _LEAST, _ABSENT = 1e-10, 1e30
 
 
 def write(order: Order) -> str:
-    """Return the material.
-
-    Raises
-    ------
-    InputError
-        The program would replace the bulk modulus by its default.
-    """
+    """Return the material; refuse a bulk modulus that the program would replace by its default."""
     D = incompressibility(order)
     if D < _LEAST:
         raise bulk_refusal(

@@ -19,13 +19,7 @@ _PROPERTY = 1
 
 
 def write(order: Order) -> str:
-    """Return the property and its twelve tables.
-
-    Raises
-    ------
-    InputError
-        A direction has no dynamic stiffness, or one at a single frequency.
-    """
+    """Return the property and its twelve tables; refuse a direction without two frequencies at least."""
     assert order.bushing is not None
     vibrations = by_direction(order.bushing.vibrations, "nastran")
     units, columns = order.units, {}

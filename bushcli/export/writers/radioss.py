@@ -14,14 +14,7 @@ hm_read_mat94.F): Poisson's ratio and D1 by a ratio of 0.495, so neither is writ
 from __future__ import annotations
 
 from bushcli.errors import InputError, Problem
-from bushcli.export.card import (
-    field,
-    incompressibility,
-    ogden_terms,
-    poisson_field,
-    rubber,
-    stresses,
-)
+from bushcli.export.card import field, incompressibility, ogden_terms, poisson_field, rubber, stresses
 from bushcli.export.writer import Order, Writer
 
 # Law -> Flag_HE of LAW100.
@@ -29,13 +22,7 @@ _HYPERELASTIC = {"neo_hookean": 3, "mooney_rivlin": 4, "yeoh": 5}
 
 
 def write(order: Order) -> str:
-    """Return the material with id 1.
-
-    Raises
-    ------
-    InputError
-        A Prony series beside Mullins softening, which only LAW92 takes.
-    """
+    """Return the material with id 1; refuse a Prony series beside Mullins softening, which only LAW92 takes."""
     material = rubber(order)
     if material.softening is not None and material.series and material.law != "arruda_boyce":
         what = f"Radioss combines a Prony series with Mullins softening for arruda_boyce only, not for {material.law}"

@@ -163,11 +163,7 @@ def draw_panels(panels: Panels) -> Picture:
             mappable = ScalarMappable(Normalize(-scale[0], scale[0]), DIVERGING)
             colour_bar(figure, axes, mappable, wrap(scale[1], 0.9 * sum(heights), 9), pad=0.015)
         figure.suptitle(
-            wrap(panels.title, figure.get_figwidth(), 12),
-            fontsize=12,
-            fontweight="bold",
-            x=0.01,
-            ha="left",
+            wrap(panels.title, figure.get_figwidth(), 12), fontsize=12, fontweight="bold", x=0.01, ha="left"
         )
         if panels.note:
             note = wrap(panels.note, figure.get_figwidth(), 8.5)
@@ -187,7 +183,7 @@ def draw(axes: Axes, plot: Plot) -> None:
     _axis(axes, plot, "x")
     _axis(axes, plot, "y")
     for band in plot.bands:
-        look, zorder = LOOKS[band.key], 0.1 + 0.9 * (band.x[0] == band.x[1] or band.y[0] == band.y[1])
+        look, zorder = LOOKS[band.key], 0.1 + 0.9 * band.is_line
         for ends, line, span in ((band.x, axes.axvline, axes.axvspan), (band.y, axes.axhline, axes.axhspan)):
             if math.isnan(ends[0]) and math.isnan(ends[1]):
                 continue
@@ -203,9 +199,7 @@ def draw(axes: Axes, plot: Plot) -> None:
                 artist = span(low, high, color=look.colours[0], alpha=look.opacity, lw=0, zorder=zorder)
             handles.setdefault(band.label, artist)
     for region in plot.regions:
-        key, opacity = (
-            shade(region, plot) if region.value is not None else (region.key, LOOKS[region.key].opacity)
-        )
+        key, opacity = shade(region, plot)
         fill = to_rgba(LOOKS[key].colours[0], opacity)
         if region.outlines:
             outline = Path.make_compound_path(*(Path(points, closed=False) for points in region.outlines))

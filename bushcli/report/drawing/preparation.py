@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.report.document import Plot, Region
+from bushcli.report.drawing.looks import LOOKS
 
 Array = NDArray[np.floating[Any]]
 
@@ -86,9 +87,9 @@ def tick(value: float) -> str:
 
 
 def shade(region: Region, plot: Plot) -> tuple[str, float]:
-    """Return the role of a region that shows a value, and its opacity: the larger the value, the deeper the colour."""
-    assert region.value is not None
-    assert plot.scale is not None
+    """Return the role and the opacity of a region: the larger the value that it shows, the deeper its colour."""
+    if region.value is None or plot.scale is None:
+        return region.key, LOOKS[region.key].opacity
     return "stiff" if region.value > 0 else "soft", DEEPEST * min(abs(region.value) / plot.scale[0], 1.0)
 
 

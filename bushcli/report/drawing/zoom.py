@@ -68,10 +68,8 @@ def figure(picture: Picture) -> Markup:
 def svg(plot: Plot, prefix: str = "") -> Markup:
     """Return one plot with its legend; all text is escaped."""
     plot = prepare(plot)
-    left, top, width, height = pane(plot)
     ends = zip(plot.limits, "xy", strict=True)
-    lines = [band for band in plot.bands if band.x[0] == band.x[1] or band.y[0] == band.y[1]]
-    keys = [(band.key, band.label, "stroke" if band in lines else "swatch") for band in plot.bands]
+    keys = [(band.key, band.label, "stroke" if band.is_line else "swatch") for band in plot.bands]
     keys += [(region.key, region.label, "swatch") for region in plot.regions if not region.number]
     keys += [
         (series.key, series.label, "stroke" if series.mark == "line" else "spot") for series in plot.series
@@ -92,10 +90,7 @@ def svg(plot: Plot, prefix: str = "") -> Markup:
             words=words,
             shapes=map(Markup, [*shapes, *(_series(plot, series) for series in plot.series)]),
             marks=_marks(plot),
-            left=left,
-            top=top,
-            width=width,
-            height=height,
+            pane=pane(plot),
         )
     )
 
@@ -181,7 +176,7 @@ def _band(plot: Plot, band: Stripe) -> str:
     x, y = position(plot, np.array(band.x), np.array(band.y))
     left, right = np.where(np.isnan(x), [-_FAR * width, _FAR * width], x)
     bottom, top = np.where(np.isnan(y), [_FAR * height, -_FAR * height], y)
-    if left == right or top == bottom:
+    if band.is_line:
         return f'<path class="line as-{band.key}" d="M{left:.2f} {top:.2f}L{right:.2f} {bottom:.2f}"/>'
     return (
         f'<rect class="band as-{band.key}" x="{left:.2f}" y="{top:.2f}" width="{right - left:.2f}" '

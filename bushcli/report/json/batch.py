@@ -50,7 +50,7 @@ def batch_json(batch: Batch) -> dict[str, Any]:
                 "k": curve.k,
                 "content": CONTENT,
                 "confidence": CONFIDENCE,
-                "displacement": units.shown_displacement(curve.mean.displacement),
+                "displacement": units.convert(curve.mean.displacement),
                 "force": curve.mean.force,
                 **select(curve, "lower upper"),
             }

@@ -31,19 +31,7 @@ _PROGRAMS = {"dolfinx": "fenics-dolfinx", "gmsh": "gmsh", "numpy": "numpy", "sci
 def head(
     command: str, case: Case, problems: Iterable[Condition], timings: Mapping[str, float] | None = None
 ) -> dict[str, Any]:
-    """Return the entries that every result has.
-
-    Parameters
-    ----------
-    command : str
-        Name of the command: "direct", "inverse".
-    case : Case
-        The validated case.
-    problems : iterable of Condition
-        Conditions of the result.
-    timings : mapping of str to float, optional
-        Seconds by stage; the command adds its own when it delivers the result.
-    """
+    """Return the entries that every result has; the command adds its own timings (s) when it delivers the result."""
     return {
         "command": command,
         "case": case_json(case),

@@ -94,7 +94,7 @@ _CURVE: dict[str, Callable[[Simulated, Quantities], Any]] = {
         "energy": energy_unit(channel.mode),
     },
     "time": lambda channel, _: channel.curve.time,
-    "displacement": lambda channel, units: units.shown_displacement(channel.curve.displacement) - units.rest,
+    "displacement": lambda channel, units: units.convert(channel.curve.displacement) - units.rest,
     "force": lambda channel, _: channel.curve.force,
     "stiffness": lambda channel, units: {
         "initial": units.stiffness(channel.curve.initial_stiffness()),

@@ -11,7 +11,7 @@ from bushcli.diagnosis.result import Diagnosis
 from bushcli.effects.names import effect_name
 from bushcli.effects.titles import NOTHING, UNKNOWN, phrase, title
 from bushcli.report.document import Note, Panels, Plot, Region, Series, Stripe
-from bushcli.report.plots.fit import bar
+from bushcli.report.plots.direct import bar
 from bushcli.report.views.diagnosis.values import ShownQuantity, reciprocals_text, shown_quantity
 from bushcli.report.views.diagnosis.words import short_chance, undetectable, unlikely
 

@@ -12,7 +12,7 @@ from bushcli.curve.cycles import Uncertain
 from bushcli.curve.holds import Hold
 from bushcli.report.cycles import ChannelHistory, energy_unit, shown_values
 from bushcli.report.document import Panels, Plot, Region, Series, Stripe
-from bushcli.report.plots.direct import Array, capital, rest_lines
+from bushcli.report.plots.direct import Array, box, capital, rest_lines
 from bushcli.report.quantity import Quantities, number, percent, quantities
 
 # Largest number of holds that are drawn: those that relax most.
@@ -46,7 +46,7 @@ def cycle_panels(history: ChannelHistory, file: str) -> Panels:
             # An energy within the noise of the recording counts as zero.
             parts.append(f"{number(total) if abs(total) > std else '0'} {unit} {what}")
     title = f"{name}: loops dissipate {', '.join(parts)}" if parts else f"{name}: no closed loop"
-    q = units.shown_displacement(history.path.displacement)
+    q = units.convert(history.path.displacement)
     series = [Series("recorded", "recorded", q, history.path.force)] if history.has_recording else []
     series.append(Series("after", "simulated", q, history.simulated_force))
     loops = Plot("loops", units.labels, series, bands=rest_lines(units), height=400.0)
@@ -68,10 +68,7 @@ def energy_plot(history: ChannelHistory) -> Plot:
     for i, key in enumerate(keys):
         at = np.array(list(energies[key])) + (i - 0.5 * (len(keys) - 1)) * width
         value, error = _bars(energies[key])
-        boxes = [
-            np.array([(x - width / 2, 0.0), (x + width / 2, 0.0), (x + width / 2, v), (x - width / 2, v)])
-            for x, v in zip(at, value, strict=True)
-        ]
+        boxes = [box((x - width / 2, x + width / 2), (0.0, v)) for x, v in zip(at, value, strict=True)]
         bars.append(Region(key, _LABELS[key], boxes))
         errors.append(Series("zero", "", at, np.where(error > 0, value, np.nan), error=error, mark="dots"))
     return replace(

@@ -36,7 +36,7 @@ def curve_plot(diagnosis: Diagnosis, channel: DiagnosedChannel) -> Plot:
     """Return force over displacement; each numbered area is a mismatch between recording and plain law."""
     units = quantities(channel.mode)
     recorded = channel.recording
-    q, path = units.shown_displacement(recorded.displacement), units.shown_displacement(channel.path)
+    q, path = units.convert(recorded.displacement), units.convert(channel.path)
     mark = "dots" if len(q) <= SEPARATE else "line"
     good = np.where(channel.faulty, np.nan, recorded.force)
     series = [Series("recorded", "recorded", q, good, mark)]  # type: ignore[arg-type]  # mypy infers str

@@ -42,7 +42,7 @@ def rest_lines(units: Quantities) -> tuple[Stripe, Stripe]:
 def recorded_series(recording: Recording, units: Quantities) -> Series:
     """Return a recording, as points where it has few samples."""
     mark: Literal["dots", "line"] = "dots" if len(recording.displacement) <= SEPARATE else "line"
-    q = units.shown_displacement(recording.displacement)
+    q = units.convert(recording.displacement)
     return Series("recorded", "recorded", q, recording.force, mark)
 
 
@@ -82,16 +82,14 @@ def curve_panels(channel: Simulated, misfit: Misfit | None, file: str) -> Panels
     units = quantities(channel.mode)
     q, force = smooth(channel.curve)
     series = [] if channel.recording is None else [recorded_series(channel.recording, units)]
-    series.append(Series("after", "simulated", units.shown_displacement(q), force))
+    series.append(Series("after", "simulated", units.convert(q), force))
     if misfit is None:
         series.append(
-            Series(
-                "after", "", units.shown_displacement(channel.curve.displacement), channel.curve.force, "dots"
-            )
+            Series("after", "", units.convert(channel.curve.displacement), channel.curve.force, "dots")
         )
     if channel.stopped:
         end = int(np.argmax(np.abs(channel.curve.displacement)))
-        at = (units.shown_displacement(channel.curve.displacement[[end]]), channel.curve.force[[end]])
+        at = (units.convert(channel.curve.displacement[[end]]), channel.curve.force[[end]])
         series.append(Series("stopped", "simulation stopped", *at, "crosses"))
     title, span = curve_title(channel, misfit), limits_around(np.concatenate([curve.x for curve in series]))
     if misfit is None or channel.recording is None:
@@ -103,7 +101,7 @@ def curve_panels(channel: Simulated, misfit: Misfit | None, file: str) -> Panels
     heading = f"secant stiffness: simulated {simulated}, measured {measured} {units.stiffness_unit}"
     accepted, labels = _tolerance_region(channel.recording, misfit, units), ("", units.force_label)
     plot = Plot("curve", labels, series, [accepted], rest_lines(units), x=span, heading=heading, height=370.0)
-    q, off = units.shown_displacement(misfit.displacement), 100 * misfit.difference / misfit.force_range
+    q, off = units.convert(misfit.displacement), 100 * misfit.difference / misfit.force_range
     reach = misfit.tolerance.percent
     below = difference_plot(
         Series("after", "", q, off, "both" if len(q) <= SEPARATE else "line"),
@@ -138,9 +136,7 @@ def _tolerance_region(recording: Recording, misfit: Misfit, units: Quantities) -
         if branch.kind == "hold" or len(q) < 2:
             continue
         order = np.argsort(q, kind="stable")
-        outlines.append(
-            around(units.shown_displacement(q[order]), force[order] - width, force[order] + width)
-        )
+        outlines.append(around(units.convert(q[order]), force[order] - width, force[order] + width))
     return Region(
         "tolerance", f"± {misfit.tolerance.percent:g} % of the recorded {units.force} range", outlines
     )
@@ -151,6 +147,16 @@ def around(x: Array, low: Array, high: Array) -> Array:
     if x[-1] < x[0]:
         x, low, high = x[::-1], low[::-1], high[::-1]
     return np.concatenate([np.stack([x, low], axis=1), np.stack([x, high], axis=1)[::-1]])
+
+
+def box(x: tuple[float, float], y: tuple[float, float]) -> Array:
+    """Return the corners (4, 2) of a rectangle on the axes of the plot."""
+    return np.array([(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])])
+
+
+def bar(at: float, start: float, end: float, height: float = 0.62) -> Array:
+    """Return the corners (4, 2) of a horizontal bar; the position and the ends are on the axes of the plot."""
+    return box((start, end), (at - height / 2, at + height / 2))
 
 
 def six_panels(name: str, six: SixCurve, file: str) -> Panels:

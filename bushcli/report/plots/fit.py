@@ -16,6 +16,7 @@ from bushcli.report.document import Note, Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.cycles import history_panels, in_rows
 from bushcli.report.plots.direct import (
     Array,
+    bar,
     capital,
     colour,
     difference_plot,
@@ -46,13 +47,13 @@ def coupon_plot(curve: FittedCurve, stable: tuple[float, float] | None, index: i
     """Return one test with the fitted curve, and the stretches at which the law is unstable."""
     units = quantities(curve.recording.mode)
     q, force = smooth(curve.smooth or curve.fitted)
-    at = units.shown_displacement(curve.recording.displacement)
+    at = units.convert(curve.recording.displacement)
     label = f"{'predicted (held out)' if curve.held_out else 'fitted'}, rms {percent(curve.rms_percent)}"
     series = [
         Series("recorded", "recorded", at, curve.recording.force, "dots"),
-        Series("after", label, units.shown_displacement(q), force),
+        Series("after", label, units.convert(q), force),
     ]
-    low, high = (float(f([f(at), f(units.shown_displacement(q))])) for f in (np.min, np.max))
+    low, high = (float(f([f(at), f(units.convert(q))])) for f in (np.min, np.max))
     margin = 0.05 * (high - low)
     left, right = low - margin, high + margin
     bands = []
@@ -95,14 +96,14 @@ def fitted_panels(curve: FittedCurve, file: str) -> Panels:
     elif np.isfinite(curve.started_percent):
         title = f"{name}: {percent(curve.started_percent)} rms before, {rms} after"
     q, force = smooth(curve.smooth or curve.fitted)
-    q = units.shown_displacement(q)
+    q = units.convert(q)
     reach = 0.04 * float(np.ptp(curve.recording.displacement)) * units.per_internal
     span = (float(q.min()) - reach, float(q.max()) + reach)
     series = [recorded_series(curve.recording, units)]
     limits = None
     if curve.started is not None:
         order = np.argsort(curve.started.displacement, kind="stable")
-        before = units.shown_displacement(curve.started.displacement[order]), curve.started.force[order]
+        before = units.convert(curve.started.displacement[order]), curve.started.force[order]
         series.append(Series("before", f"before: {percent(curve.started_percent)} rms", *before))
         limits = force_limits(np.concatenate([curve.recording.force, curve.fitted.force]), before[1])
     label = "predicted (held out)" if curve.held_out else "after"
@@ -114,7 +115,7 @@ def fitted_panels(curve: FittedCurve, file: str) -> Panels:
     noise = float(np.nan_to_num(curve.noise_percent))
     below = difference_plot(
         # Dots, because lines from cycle to cycle would hide whether the misfit follows the displacement.
-        Series("dot", "", units.shown_displacement(curve.recording.displacement), difference, "dots"),
+        Series("dot", "", units.convert(curve.recording.displacement), difference, "dots"),
         Stripe("noise", y=(-2 * noise, 2 * noise)),
         units,
         span,
@@ -169,12 +170,6 @@ def ranked_plot(fits: Sequence[Fit], curve: FittedCurve, index: int) -> Plot:
         log="x",
         y_names=[(i, f"{fit.material.law} ({len(fit.parameters)})") for i, fit in enumerate(fits)],
     )
-
-
-def bar(at: float, start: float, end: float, height: float = 0.62) -> Array:
-    """Return the corners (4, 2) of a horizontal bar; the position and the ends are on the axes of the plot."""
-    low, high = at - height / 2, at + height / 2
-    return np.array([(start, low), (end, low), (end, high), (start, high)])
 
 
 def correlation_panels(fit: Fit) -> Panels:

@@ -12,8 +12,7 @@ from bushcli.mismatch.maps import LocalMap, MissingProfile
 from bushcli.report.document import Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.cycles import in_rows
 from bushcli.report.plots.diagnosis import BEST, differs_from_plain, force_range
-from bushcli.report.plots.direct import Array, around
-from bushcli.report.plots.fit import bar
+from bushcli.report.plots.direct import Array, around, bar
 from bushcli.report.quantity import Quantities, quantities
 
 # Least end of the colour scale, in percent of the force range; a smaller one would show noise in full colours.
@@ -108,7 +107,7 @@ def profile_plot(profiles: Sequence[MissingProfile], units: Quantities) -> Plot:
     series, regions, coordinates = [], [], []
     for profile in profiles:
         key = profile.branch or "all"
-        x = np.asarray(units.shown_displacement(profile.x) if along == "displacement" else factor * profile.x)
+        x = np.asarray(units.convert(profile.x) if along == "displacement" else factor * profile.x)
         order = np.argsort(x)
         x, mean, two = x[order], profile.mean[order], 2 * profile.std[order]
         coordinates.append(x)
@@ -147,7 +146,7 @@ def next_test_panels(diagnosis: Diagnosis, test: NextTest) -> Panels:
     minutes = time[-1] > 600.0
     speeds = sorted({float(f"{units.per_internal * rate:.3g}") for rate in test.rates})
     heading = f"{test.channel} at {' and '.join(f'{v:g}' for v in speeds)} {units.rate_unit}"
-    series = [Series("after", "", time / 60.0 if minutes else time, units.shown_displacement(q))]
+    series = [Series("after", "", time / 60.0 if minutes else time, units.convert(q))]
     label = "time [min]" if minutes else "time [s]"
     bands, title = [Stripe("zero", y=(units.rest, units.rest))], f"Next test: {test.name}"
     plot = Plot(

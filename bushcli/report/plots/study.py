@@ -10,8 +10,7 @@ import numpy as np
 
 from bushcli.report.document import Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.cycles import in_rows
-from bushcli.report.plots.direct import around
-from bushcli.report.plots.fit import bar
+from bushcli.report.plots.direct import around, bar, box
 from bushcli.report.quantity import number, quantities
 from bushcli.report.views.study import share_percent
 from bushcli.study.analysis import Summary
@@ -131,9 +130,7 @@ def spread_plot(study: Study, name: str, label: str) -> Plot:
     if np.ptp(values) <= 1e-9 * abs(float(values.mean())):
         bins = 1
     count, edges = np.histogram(values[np.isfinite(values)], bins)
-    boxes = [
-        np.array([(a, 0), (b, 0), (b, n), (a, n)]) for (a, b), n in zip(pairwise(edges), count, strict=True)
-    ]
+    boxes = [box(ends, (0.0, n)) for ends, n in zip(pairwise(edges), count, strict=True)]
     median = Stripe("level", x=(summary.quantiles[1], summary.quantiles[1]))
     heading = f"median {number(summary.quantiles[1], 4)}"
     if summary.limits is not None:

@@ -266,9 +266,7 @@ def study_files(result: results.StudyResult) -> Files:
     """Return the files of a study: its designs as Parquet."""
     study = result.study
     return Files(
-        study.case,
-        {DESIGNS: result.write_rows},
-        pictures=lambda: _report("plots.study").study_panels(study),
+        study.case, {DESIGNS: result.write_rows}, pictures=lambda: _report("plots.study").study_panels(study)
     )
 
 

@@ -28,7 +28,7 @@ class ShownQuantity:
     prior: tuple[float, float] | None = None  # 95 % interval of the prior
     word: str = ""  # value of a choice, in words for people
     with_form_error: float | None = (
-        None  # value of the fit that allows for the error of form, where it is another one
+        None  # of the fit that allows for the error of form, where it is another one
     )
 
     @property
