@@ -61,7 +61,7 @@ class MaterialCells:
         self.points, self.material, self._moved = points, material, moved
         self._name, self._setting = kinematics, SETTINGS[kinematics]
         self.g, self.P = np.zeros((points.number, points.rows)), np.zeros((points.number, points.rows))
-        self._strains = kernel(gradients.strains(kinematics, self._setting)).bound(
+        self._strains = kernel(gradients.strains(kinematics, self._setting)).bind(
             material.strain, {"gradients": self.g}, clear=True
         )
         self.skew: Array | None = None
@@ -110,7 +110,7 @@ class MaterialCells:
         if self._forces is None or self._forces[0] is not row:
             inputs = {"gradients": self.g, "answer": row}
             function = kernel(gradients.forces(self._name, self._setting))
-            self._forces = (row, function.bound(self.P, inputs, clear=True))
+            self._forces = (row, function.bind(self.P, inputs, clear=True))
         self._forces[1]()
         return self.P
 
@@ -147,7 +147,7 @@ class MaterialCells:
     @cached_property
     def _moduli(self) -> Call:
         inputs = {"gradients": self.g, "answer": self.material.answer(moduli=True)}
-        return kernel(gradients.moduli(self._name, self._setting)).bound(self.A, inputs, clear=True)
+        return kernel(gradients.moduli(self._name, self._setting)).bind(self.A, inputs, clear=True)
 
     def stiffen(self) -> None:
         """Compute `A`, and `skew`, at the state of `look`."""

@@ -27,7 +27,7 @@ class MetalAtPoints:
         self.strain = np.zeros((points, self.variables))
         self._moduli = np.zeros(2)
         self._row = np.zeros((points, self._answer.size))
-        self._call = self._answer.bound(
+        self._call = self._answer.bind(
             self._row, {"strain": self.strain, "parameters": self._moduli}, clear=True
         )
 

@@ -132,7 +132,9 @@ class MovedPoints:
         self._mesh, self._cells = mesh, cells
         self._shape = (len(cells), len(points))
         self._moved = [
-            _One(position, {n: v for n, v in parameters.items() if n.startswith(f"{feature}.")}, points)
+            _FeatureMotion(
+                position, {n: v for n, v in parameters.items() if n.startswith(f"{feature}.")}, points
+            )
             for feature, position in moved.items()
         ]
 
@@ -165,7 +167,7 @@ class MovedPoints:
         return self._rates.get(name)
 
 
-class _One:
+class _FeatureMotion:
     """Motion by one feature: displacement and inverse gradient, and their derivatives by its parameters."""
 
     def __init__(self, moved: Moved, parameters: Mapping[str, Any], points: Array) -> None:

@@ -15,7 +15,7 @@ from bushcli.case.dynamic import dynamic_source_json
 from bushcli.case.loads import DynamicTest, LoadCase
 from bushcli.case.tolerance import DEFAULT, Tolerance
 from bushcli.case.toleranced import Toleranced
-from bushcli.case.unit import written
+from bushcli.case.unit import case_file_value
 from bushcli.effects.active import ActiveEffect
 from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.source import Source
@@ -154,9 +154,13 @@ class Case:
                 digest.update(hashlib.file_digest(opened, "sha256").digest())
         return digest.hexdigest()
 
-    def expected(self, tables: str) -> str:
-        """Return which tables a command expects, and what reads the ``[[specimens]]`` that the case has instead."""
-        return f"{tables}; [[specimens]] are for `bushcli batch`" if self.specimens else tables
+    def expected_tables(self, tables: str) -> str:
+        """Return which tables a command expects, and what reads those that the case has instead."""
+        if self.specimens:
+            return f"{tables}; [[specimens]] are for `bushcli batch`"
+        if any(modes()[source.mode].specimen == "coupon" for source in self.dynamic):
+            return f"{tables}; dynamic moduli of a coupon are for `bushcli fit`"
+        return tables
 
     @property
     def needs_fit(self) -> bool:
@@ -195,7 +199,8 @@ def case_json(case: Case) -> dict[str, Any]:
             modes()[mode].rotational for name, mode in channels if active.acts_on(name, mode, None)
         )
         values = {
-            k: written(active.effect.parameter(k), value, rotational) for k, value in active.values.items()
+            k: case_file_value(active.effect.parameter(k), value, rotational)
+            for k, value in active.values.items()
         }
         channel_names = None if active.channels is None else list(active.channels)
         effects.append({"name": active.effect.name, "parameters": values, "channels": channel_names})

@@ -125,19 +125,19 @@ def design(
                 tables=run.tables,
             )
     run.deliver(result)
-    return NEGATIVE if strict and not all(target.met for target in result.targets) else DONE
+    return NEGATIVE if strict and not all(target.is_met for target in result.targets) else DONE
 
 
 def _tolerances(case: Case, texts: tuple[str, ...]) -> dict[str, Toleranced]:
     """Return the tolerances of the case file and of ``--tolerance``, by key."""
     from bushcli.case import case_json
-    from bushcli.case.toleranced import Toleranced, toleranced
+    from bushcli.case.toleranced import Toleranced, toleranced_number
     from bushcli.study.answers import NoAnswer, number_at
 
     tolerances = dict(case.toleranced)
     for text in texts:
         key, _, spec = (part.strip() for part in text.partition("="))
-        tolerance = toleranced(spec)
+        tolerance = toleranced_number(spec)
         try:
             if tolerance is None:
                 tolerance = Toleranced(number_at(key, case_json(case)), float(spec))

@@ -387,7 +387,7 @@ def _memory_limit() -> int:
 
 def report_mistake(error: Exception) -> int:
     """Report an error that no command expects, or a lack of memory, and return the exit code."""
-    from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
+    from bushcli.runtime.dolfinx_version import installed_dolfinx, untried_dolfinx
 
     limit = _memory_limit()
     if isinstance(error, MemoryError) or (limit and isinstance(error, ImportError)):

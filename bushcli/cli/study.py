@@ -169,7 +169,7 @@ def _task(run: Run, case: Case, plan: Plan, questions: tuple[str, ...], curves: 
     from bushcli.study.task import StudyTask
 
     if not case.load_cases and not case.recordings:
-        expected = case.expected("[[recordings]] or [[load_cases]]")
+        expected = case.expected_tables("[[recordings]] or [[load_cases]]")
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     answers = tuple(answer(case, text) for text in questions) or default_answers(case)
     material = fit_to_coupons(run, case).material if case.needs_fit else None

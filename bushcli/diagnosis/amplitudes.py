@@ -9,6 +9,7 @@ statements of a file contradict.
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -19,7 +20,7 @@ from bushcli.faults import DataFault
 from bushcli.recording.dynamic.rows import RecordedTable
 from bushcli.runtime.workers import Workers
 from bushcli.selection.fit import FittedSamples, fit
-from bushcli.selection.queue import Search
+from bushcli.selection.queue import NEIGHBOURS, Search
 from bushcli.selection.state import State
 
 #: Probability that the amplitudes of a file are the others, before its values are looked at, and that from which it is
@@ -30,6 +31,8 @@ _FACTORS = {"peak": 0.5, "double": 2.0}
 
 def amplitude_faults(search: Search, crew: Workers) -> tuple[DataFault, ...]:
     """Return tables whose amplitudes are probably others than were read, each with its probability.
+
+    Only where rubber that amplitude thins is in the answer, and there is time left.
 
     Parameters
     ----------
@@ -43,9 +46,10 @@ def amplitude_faults(search: Search, crew: Workers) -> tuple[DataFault, ...]:
         state
         for state in search.states.values()
         if any(active.effect.needs_amplitudes for active in state.model.effects)
+        and max(search.weights(state)) > search.total + math.log(NEIGHBOURS)
     ]
     readings = list(_readings(problem.recordings))
-    if not thinned or not readings:
+    if not thinned or not readings or time.perf_counter() > search.deadline:
         return ()
     best = max(thinned, key=lambda state: search.weights(state)[0])
     measured = FittedSamples(problem.used, problem.likelihood.plain, problem.noises)

@@ -173,7 +173,7 @@ class EffectParameter:
         factor = scales["shear"] if self.unit == "MPa" else scales[self.scale] if self.scale else 1.0
         return [float(np.clip(value * factor, self.lower, self.upper)) for value in self.scan]
 
-    def fitted(self, shape: Shape | None, period: float | None = None) -> tuple[float, float, float]:
+    def fit_range(self, shape: Shape | None, period: float | None = None) -> tuple[float, float, float]:
         """Return start, lowest and highest value of a fit.
 
         Parameters
@@ -192,7 +192,7 @@ class EffectParameter:
         """Return the word for a value of a parameter that is a choice."""
         return self.choices[round(value)]
 
-    def distinct(
+    def distinct_choices(
         self, shape: Shape, acting: Collection[str], broken: Mirrors = frozenset()
     ) -> tuple[str, ...]:
         """Return the choices that differ in at least one of the modes `acting`; of two mirror images only the first.
@@ -389,7 +389,7 @@ class Effect:
         return mode_of_channel.specimen in self.specimens and (self.modes is None or mode in self.modes)
 
 
-def unsuited(
+def reasons_against(
     effect: Effect, shape: Shape, other_names: Collection[str] = (), values: Mapping[str, float] | None = None
 ) -> tuple[tuple[str, str], ...]:
     """Return why a specimen cannot have an effect, each reason with what would be valid; empty where it can.

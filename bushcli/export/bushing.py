@@ -150,15 +150,15 @@ def _simulated_curves(
     source: ExportSource, case: Case, progress: Progress | None, tables: TableCache
 ) -> tuple[ForceCurve, ...]:
     """Return the curves of a case with some of the source's effects."""
-    from bushcli.simulate.measured import Measured
     from bushcli.simulate.predict import predict
     from bushcli.simulate.prediction_cache import PredictionCache
+    from bushcli.simulate.recording_cache import RecordingCache
 
     if not case.load_cases and not case.recordings:
         if source.stiffness_matrix is not None:
             return ()
         raise _nothing_to_export(source)
-    response = predict(case, progress=progress, kept=PredictionCache(measured=Measured(tables)))
+    response = predict(case, progress=progress, kept=PredictionCache(measured=RecordingCache(tables)))
     stopped = [channel for channel in response.channels if channel.stopped]
     if stopped:
         what = f"{stopped[0].name}: no equilibrium beyond {stopped[0].reach:.4g} ({stopped[0].stopped})"

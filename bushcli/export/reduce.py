@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case
 from bushcli.curve.misfit import peak_percent, rms_percent
-from bushcli.effects.active import ActiveEffect, acting, in_state
+from bushcli.effects.active import ActiveEffect, effects_on_channel, in_state
 from bushcli.effects.effect import effect_in_force_law
 from bushcli.effects.exported import ForceLawPart
 from bushcli.errors import InputError, Problem
@@ -149,7 +149,9 @@ class _Bushing:
 
     def __init__(self, case: Case, name: str, mode: str, progress: Progress | None) -> None:
         self.case, self.name, self.mode, self.progress = case, name, mode, progress
-        active = [effect for effect in acting(case.effects, name, mode) if effect.effect.acts != "rig"]
+        active = [
+            effect for effect in effects_on_channel(case.effects, name, mode) if effect.effect.acts != "rig"
+        ]
         active = [effect for effect in active if not effect.is_off]
         #: Effects that are states of the force law, by state.
         self.states = {

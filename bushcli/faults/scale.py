@@ -328,8 +328,8 @@ def _changes(recording: Recording) -> Iterator[_Change]:
             words = f"if [geometry] is in {unit}: give its lengths in mm, {mm:g} times as large"
             yield _Change(1.0 / mm, 1.0 / mm**2, words, 0.4, of_geometry=True)
     for factor in (1e-3, 1e3):
-        size, word = ("small", "multiply") if factor > 1 else ("large", "divide")
-        remedy = f"is a thousand times too {size}: {word} its column by 1000"
+        off, word = ("small", "multiply") if factor > 1 else ("large", "divide")
+        remedy = f"is a thousand times too {off}: {word} its column by 1000"
         yield _Change(1.0, factor, f"if the force {remedy}", 0.4)
         yield _Change(factor, 1.0, f"if the displacement {remedy}", 0.4)
 

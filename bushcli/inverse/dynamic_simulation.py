@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from bushcli.case import DynamicTest
 from bushcli.case.case import DENSITY
 from bushcli.effects.active import ActiveEffect
-from bushcli.effects.rig import vibrating
+from bushcli.effects.rig import measured_stiffness
 from bushcli.inverse.channel import StepLimit, isochoric_sample
 from bushcli.inverse.problem import differences
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.runtime.interrupt import meet
-from bushcli.simulate.dynamic_tables import gathered
+from bushcli.simulate.dynamic_tables import merged_preloads
 from bushcli.simulate.vibrations import PROMISED, DynamicCurve, Vibrations, branches_of, thinned_of
 from cases.dynamic.amplitude import UnevenModel
 from cases.dynamic.model import Branches
@@ -259,7 +259,9 @@ class DynamicSimulation:
                     held += float(sum(force * step))
                     rescaling = np.exp((derivatives / part[:, None]) @ step)
                     part, derivatives = part * rescaling, derivatives * rescaling[:, None] * rate
-                measured = vibrating(rig, part, frequency, curve.preload, held, names, force[: len(names)])
+                measured = measured_stiffness(
+                    rig, part, frequency, curve.preload, held, names, force[: len(names)]
+                )
                 value[rows] = measured.value
                 slope[rows] = measured.slope + measured.by_part[:, None] * derivatives[:, : len(names)]
         return value, slope
@@ -342,7 +344,7 @@ def _preloads(table: DynamicTable, amplitude: tuple[float, ...] = ()) -> list[_P
     for is_force, values in ((False, displacement), (True, table.preload_force)):
         rows = np.flatnonzero(by_force == is_force)
         if len(rows):
-            levels, number = np.unique(gathered(values[rows]), return_inverse=True)
+            levels, number = np.unique(merged_preloads(values[rows]), return_inverse=True)
             frequency = np.unique(table.frequency[rows])
             test = DynamicTest(
                 table.mode,

@@ -120,7 +120,7 @@ class Features:
         part = (along - across) * (self.along @ z)
         return np.asarray(across * z + (self.along * part if z.ndim == 1 else np.outer(self.along, part)))
 
-    def shrunk(self, rows: Array) -> Array:
+    def shrink(self, rows: Array) -> Array:
         """Return the smooth part (n,) of a misfit (n,), in its own unit, without the contribution of noise.
 
         A feature z of unit noise is multiplied by 1 - 1/z^2, or by zero if that is negative.

@@ -162,7 +162,7 @@ def noise_model(
         # Its rows are in units of their errors.
         return NoiseModel(1.0, freedom=recording.freedom)
     used = np.ones(len(recording.force), dtype=bool) if used is None else used
-    signal_noise, sound = _signal_noise(recording, used), recording.bridged(used)
+    signal_noise, sound = _signal_noise(recording, used), recording.with_gaps_interpolated(used)
     sigma = float(np.hypot(signal_noise.sigma, sound.noise_of_motion))
     least = floor * float(np.ptp(sound.force))
     freedom = max(signal_noise.freedom, 1.0)

@@ -16,10 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
-from scipy.spatial import KDTree
 
-from bushcli.curve.odd import unfolded
 from bushcli.inverse.channel import Channel
 from bushcli.likelihood import calibration
 from bushcli.likelihood.linearisation import linearise, weigh
@@ -27,11 +24,7 @@ from bushcli.likelihood.noise import Compared
 from bushcli.mismatch.field import covariance, estimate, estimate_zones, uniform
 from bushcli.mismatch.maps import LocalMap
 from bushcli.mismatch.places import onto, thickness, zones
-from bushcli.simulate.reaction import Reaction
-from bushcli.simulate.simulation import Simulation
-from cases import local
 from cases.local import Cells
-from cases.program import Program
 from geometry.shape import Mirrors, Shape
 
 Array = NDArray[np.float64]
@@ -110,7 +103,7 @@ def local_map(
         seen = []
         for channel, of_channel, jacobian in zip(channels, compared, jacobians, strict=True):
             notify(channel.name)
-            slope, cells = _slopes(channel, parameters)
+            slope, cells = channel.local_slopes(parameters)
             mirrors, shared = channel.model.mesh.mirrors, calibration.factor_of(channel)
             seen.append(Seen(of_channel, jacobian, slope, cells, mirrors, shared))
         combined = Combined(seen, shape)
@@ -129,33 +122,6 @@ def local_map(
             )
         ]
     return combined.map(replace(combined.gains, before=before), scale)
-
-
-# -- the channels ----------------------------------------------------------------------------------------------------
-
-
-def _slopes(channel: Channel, parameters: Mapping[str, float]) -> tuple[Array, Cells]:
-    """Derivatives (n, m) of a channel's force at its samples by the stiffness of its cells, and the cells."""
-    model, simulation = channel.model, channel.simulation
-    model.set_parameters({k: v for k, v in parameters.items() if k in model.constants})
-    if isinstance(simulation, Reaction):
-        return simulation.local()
-    if not isinstance(simulation, Simulation) or not simulation.path_dependent:
-        sweep = local.differentiate_sweep(model, channel.targets)
-        q, slope = sweep.history.displacement, sweep.slope
-        if channel.odd:
-            # Mirrored halves of the rubber change places with the sign of the load.
-            plane, dimension = model.mode.reversed_by, sweep.cells.points.shape[1]
-            image = sweep.cells.centres.copy()
-            if plane is not None and (dimension == 3 or plane == "z"):
-                image[:, dimension - 1 if plane == "z" else "xy".index(plane)] *= -1.0
-            q, slope = unfolded(q, slope, -slope[:, KDTree(sweep.cells.centres).query(image)[1]])
-        return np.asarray(CubicSpline(q, slope)(channel.recording.displacement)), sweep.cells
-    # The rig's part in the curve is left out: it does not change which cells carry the force.
-    steps, q = simulation.steps, simulation.displacement
-    march = local.differentiate_march(model, Program(steps.displacement, steps.time if steps.timed else None))
-    clock = np.arange(len(q), dtype=float) if simulation.time is None else simulation.time
-    return steps.interpolation(clock[channel.recording.places]) @ march.slope, march.cells
 
 
 # -- one field for all of them ---------------------------------------------------------------------------------------

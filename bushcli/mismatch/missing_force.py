@@ -65,7 +65,7 @@ def describe_missing(
         mean = missing_force(channel, own)
         force[channel.name] = mean
         profiles += _profiles(channel, mean)
-        said += _said(channel, mean, len(channels) > 1)
+        said += _sentences(channel, mean, len(channels) > 1)
     said.sort(key=lambda pair: -pair[0])
     text = tuple(sentence for _, sentence in said[:4])
     return Missing(probability, share, force, tuple(profiles), text)
@@ -103,7 +103,7 @@ def missing_force(channel: Compared, own: Features) -> Array:
         Of the channel.
     """
     misfit = np.where(channel.known, -channel.misfit, 0.0)
-    return own.shrunk(misfit)
+    return own.shrink(misfit)
 
 
 def _profiles(channel: Compared, mean: Array) -> list[MissingProfile]:
@@ -161,7 +161,7 @@ def _bins(x: Array, index: Index, count: int) -> list[tuple[float, Index]]:
 Words = Callable[[Any], str]
 
 
-def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, str]]:
+def _sentences(channel: Compared, mean: Array, several: bool) -> list[tuple[float, str]]:
     """Sentences, each with the share of the missing force's square that it describes, weighted by its size."""
     recording = channel.recording
     power = float(mean @ mean)

@@ -10,19 +10,19 @@ from numpy.typing import NDArray
 from bushcli.curve.recorded import ReadColumn, RecordedProgram, Recording, Repair
 from bushcli.curve.segment import turning_points
 from bushcli.curve.signals import branches, select_cycles
+from bushcli.recording.find_table import open_table
 from bushcli.recording.header.above import factor_remarks, rate_remarks
 from bushcli.recording.header.columns import Column, chosen_index, column, untaken_time
 from bushcli.recording.header.name import heading
 from bushcli.recording.header.units import read_unit
-from bushcli.recording.opened import open_table
 from bushcli.recording.several import refuse_several
 from bushcli.recording.six import motion_columns, recorded_path, six_table
 from bushcli.recording.source import WARM, Quantity, Source
 from bushcli.recording.specimen import nominal
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import Table
-from bushcli.recording.time.counted import counted
-from bushcli.recording.time.samples import increasing, timed
+from bushcli.recording.time.cycle_count import cycle_count
+from bushcli.recording.time.samples import program_times, samples_with_times
 from cases.mode import Mode, modes
 from cases.six import MOTIONS
 
@@ -71,7 +71,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     forced = column(table, source, mode, "force")
     assert forced is not None
     _refuse_still(table, moved, forced, stamps is not None or source.sample_rate is not None)
-    samples = timed(table, source, stamps, moved, forced, fewest)
+    samples = samples_with_times(table, source, stamps, moved, forced, fewest)
     displacement, force = moved.values[samples.rows], forced.values[samples.rows]
     if np.ptp(force) <= _SMALLEST:
         what = f"{table.label(forced.index)} is {table.text(0, forced.index)} throughout: was the sensor connected?"
@@ -111,11 +111,13 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         six=path,
         temperature=_warm(table, source, samples.rows),
     )
-    count = counted(table, samples.rows, recording)
+    count = cycle_count(table, samples.rows, recording)
     if count is not None:
         name = table.names[count[0]]
         columns += (ReadColumn("cycle", count[0] + 1, name, "", False),)
-        recording = recording.counted(count[1], columns, tuple(column for column in unused if column != name))
+        recording = recording.with_cycle_numbers(
+            count[1], columns, tuple(column for column in unused if column != name)
+        )
     return _used_cycles(recording, source)
 
 
@@ -221,7 +223,7 @@ def read_program(
     _refuse_still(table, moved)
     time: Array | None = None
     if stamps is not None:
-        time = increasing(table, stamps)
+        time = program_times(table, stamps)
     elif source.sample_rate is not None:
         time = np.arange(len(moved.values)) / source.sample_rate
     read_columns: dict[str, Column] = {quantity: moved}

@@ -35,6 +35,7 @@ FaultKind = Literal[
     "temperature",
     "loss_angle",
     "amplitude",
+    "order",
 ]
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from bushcli.faults import DataFault
 from bushcli.report.document import Tone
 from bushcli.report.quantity import Quantities, join_names, number, percent, quantities
-from bushcli.runtime.digits import beside
+from bushcli.runtime.digits import with_decimals
 from bushcli.simulate.misfit import Misfit
 
 if TYPE_CHECKING:
@@ -224,7 +224,7 @@ def stiffer(ratio: float, limit: float) -> str:
     deviation = 100 * abs(ratio - 1.0)
     if deviation < 0.5 and deviation <= limit:
         return "as stiff as measured"
-    return f"{beside(deviation, limit)} % too {'stiff' if ratio > 1 else 'soft'}"
+    return f"{with_decimals(deviation, limit)} % too {'stiff' if ratio > 1 else 'soft'}"
 
 
 def _factor_text(single: SingleFactor) -> str:

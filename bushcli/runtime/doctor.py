@@ -16,7 +16,7 @@ from pathlib import Path
 from types import ModuleType
 
 from bushcli.runtime.condition import Condition
-from bushcli.runtime.tried import untried_dolfinx
+from bushcli.runtime.dolfinx_version import untried_dolfinx
 from cases.jit import cache_directory, damaged_kernels
 
 #: Modules that must be importable, with their purpose.

@@ -349,7 +349,7 @@ class Beside:
                     value = float(off + 0.3 * prior.prior.median(prior.scales))
                 values[name] = value
                 i += 1
-            active = replace(addition.trial.active, values=values).started()
+            active = replace(addition.trial.active, values=values).with_start_values()
             model = replace(addition.trial, active=active).add_to(model)
         if model.anchor is None:
             # Bodies with memory are compared on a coarse mesh, whose error is known for the law alone.

@@ -210,7 +210,7 @@ class Vibrations:
             model,
             self._branches,
             None if pose is None else model.matrix(frequency, self._branches),
-            _touching(self.model),
+            _surfaces_in_contact(self.model),
         )
         if not test.amplitude:
             return [small]
@@ -248,7 +248,7 @@ class Vibrations:
         return list(map(curve, test.amplitude))
 
 
-def _touching(model: FiniteElementModel) -> tuple[tuple[str, str], ...]:
+def _surfaces_in_contact(model: FiniteElementModel) -> tuple[tuple[str, str], ...]:
     """Return which surfaces are in contact at the present state; a plate in front of the free ends is one of them."""
     contact = model.surfaces.contact
     met = () if contact is None else touches(contact, model.state.x.array)

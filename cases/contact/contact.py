@@ -83,7 +83,7 @@ class Contact:
         self.bodies = Bodies.of(free, strips, axisymmetric)
         if strips:
             # A sleeve continues beyond its bond only where there is no rubber.
-            blocked = ContactSearch(self.bodies).inside(self.bodies.X, BEYOND).other
+            blocked = ContactSearch(self.bodies).points_inside(self.bodies.X, BEYOND).other
             self.bodies = self.bodies.without(np.unique(blocked[blocked >= self.bodies.soft]))
         self.bodies = self.bodies.with_planes(planes)
         self._search = ContactSearch(self.bodies)
@@ -140,9 +140,9 @@ class Contact:
         # A line search may try values that are not finite, which the body's residual shows.
         displacements = np.nan_to_num(self.bodies.displacements(state), posinf=0.0, neginf=0.0)
         self._x = self.bodies.X + self._shift + displacements
-        self._pressed, self.near = None, self._search.meeting(self._x, BEYOND)
+        self._pressed, self.near = None, self._search.facets_meet(self._x, BEYOND)
         if self.near:
-            inside = self._search.inside(self._x)
+            inside = self._search.points_inside(self._x)
             if len(inside):
                 self._pressed = Pressed.of(self.bodies, inside, self._x)
 
@@ -162,7 +162,7 @@ class Contact:
         """Deepest penetration at the state of `look`, relative to the size of the facets, sought down to `BEYOND`."""
         if not self.near:
             return 0.0
-        inside = self._search.inside(self._x, BEYOND)
+        inside = self._search.points_inside(self._x, BEYOND)
         return float(np.max(inside.depth / self.bodies.size[inside.facet], initial=0.0))
 
     def places(self, facet: Ints, point: Ints) -> Array:

@@ -122,9 +122,9 @@ class ReducedPencil:
             Of the rubber, t/mm^3; None = `density`.
         """
         m, P = self.motions, self._dynamic(sweep, density)
-        return self._apart(P[:, :m, :m] + P[:, :m, m:] @ self.states(sweep, density)[:, m:], self.static)
+        return self._split(P[:, :m, :m] + P[:, :m, m:] @ self.states(sweep, density)[:, m:], self.static)
 
-    def _apart(self, forces: Complex, static: Array | float = 0.0) -> tuple[Complex, Complex]:
+    def _split(self, forces: Complex, static: Array | float = 0.0) -> tuple[Complex, Complex]:
         """Return driving-point and transfer stiffness from the works of forces on all motions, (f, m, m)."""
         d = self.driven
         driving = np.asarray(static + forces[:, :d, :d])
@@ -148,7 +148,7 @@ class ReducedPencil:
         x = self.states(sweep, density)
         transposed = x.transpose(0, 2, 1)
         by_density = -sweep.squared[:, None, None] * (transposed @ self.rubber @ x)
-        return np.array(self._apart(transposed @ self.viscous @ x)), np.array(self._apart(by_density))
+        return np.array(self._split(transposed @ self.viscous @ x)), np.array(self._split(by_density))
 
     def along(self, change: Change, sweep: Sweep, density: float | None = None) -> Complex:
         """Return the derivatives x^T (dK/dp) x of both stiffnesses by a parameter, (2, f, driven, driven).
@@ -166,7 +166,7 @@ class ReducedPencil:
         mass = (self.density if density is None else density) * change.rubber + change.metal
         s, squared = sweep.s[:, None, None], sweep.squared[:, None, None]
         matrix = change.equilibrium + s * change.viscous - squared * mass
-        return np.array(self._apart(x.transpose(0, 2, 1) @ matrix @ x, change.static))
+        return np.array(self._split(x.transpose(0, 2, 1) @ matrix @ x, change.static))
 
     def errors(self, sweep: Sweep, density: float | None = None) -> Array:
         """Return the bound of the error of each stiffness over its own size, shape (f,); the worst of its motions.

@@ -208,15 +208,15 @@ def _boundaries(loops: Sequence[Loop], half: bool) -> dict[str, tuple[int, ...]]
             # Only edges whose boxes are as near as one of the edges can be nearest.
             beyond = np.maximum(np.maximum(lowest - points[:, None], points[:, None] - highest), 0.0)
             boxes = np.linalg.norm(beyond, axis=2).max(axis=0)
-            limit = _apart(points, lines[int(np.argmin(boxes))][1]) + 1e-5 * size
-            gaps = {i: _apart(points, lines[i][1]) for i in map(int, np.flatnonzero(boxes <= limit))}
+            limit = _distance(points, lines[int(np.argmin(boxes))][1]) + 1e-5 * size
+            gaps = {i: _distance(points, lines[i][1]) for i in map(int, np.flatnonzero(boxes <= limit))}
             # Among edges that lie on each other, the named one is used.
             name = lines[min(gaps, key=lambda i: (round(gaps[i] / size, 6), lines[i][0] == FREE))][0]
         boundaries[name] = (*boundaries.get(name, ()), int(tag))
     return boundaries
 
 
-def _apart(points: Array, line: Array) -> float:
+def _distance(points: Array, line: Array) -> float:
     """Largest distance of points from a polyline."""
     a, d = line[:-1], np.diff(line, axis=0)
     share = np.einsum("pij,ij->pi", points[:, None] - a, d) / np.maximum(np.einsum("ij,ij->i", d, d), 1e-300)

@@ -103,7 +103,7 @@ class Cad(Meets):
         )
 
     @property
-    def found(self) -> FoundPart | ReadyMesh:
+    def interpretation(self) -> FoundPart | ReadyMesh:
         """The interpretation of the file.
 
         Raises
@@ -129,7 +129,7 @@ class Cad(Meets):
         # BREP and meshes have no unit.
         stated = self.unit is not None or Path(self.file).suffix.lower() in STEP
         return (
-            *self.found.notes,
+            *self.interpretation.notes,
             *(() if stated else (UNSTATED,)),
             *(f"{name}: {metal_text(sleeve)}" for name, sleeve in metal.items()),
         )
@@ -137,28 +137,28 @@ class Cad(Meets):
     @property
     @override
     def view(self) -> View | None:
-        return self.found.view
+        return self.interpretation.view
 
     @property
     @override
     def overall(self) -> float | None:
-        return super().overall if isinstance(self.found, ReadyMesh) else self.found.size
+        return super().overall if isinstance(self.interpretation, ReadyMesh) else self.interpretation.size
 
     @property
     @override
     def wall(self) -> Wall | None:
-        return self.found.wall
+        return self.interpretation.wall
 
     @property
     @override
     def beyond(self) -> Mapping[str, tuple[float, float]]:
-        part = self.found
+        part = self.interpretation
         return {} if isinstance(part, ReadyMesh) else part.beyond
 
     @property
     @override
     def mirror_planes(self) -> Mirrors:
-        return self.found.planes
+        return self.interpretation.planes
 
     @override
     def generate(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Names:
@@ -176,7 +176,7 @@ class Cad(Meets):
         from geometry.cad.meshing import generate
         from geometry.raw import to_gmsh
 
-        part = self.found
+        part = self.interpretation
         if isinstance(part, ReadyMesh):
             return to_gmsh(part.raw)
         return generate(self._statements, mirrors, refinement)
@@ -196,18 +196,18 @@ class Cad(Meets):
         """
         from geometry.cad.meshing import part_cells
 
-        part = self.found
+        part = self.interpretation
         if isinstance(part, ReadyMesh):
             return float(sum(len(cells) for cells in part.raw.cells.values()))
         return part_cells(part, mirrors, refinement)
 
     @override
     def measures(self) -> Mapping[str, float]:
-        return shown_measures(self.found.measures, self.found.regions)
+        return shown_measures(self.interpretation.measures, self.interpretation.regions)
 
     @property
     @override
     def elastic_sleeves(self) -> Mapping[str, Metal]:
-        part = self.found
+        part = self.interpretation
         known_names = part.regions if isinstance(part, ReadyMesh) else part.roles.values()
         return metals(self.plates, part.regions, known_names, self.file)

@@ -251,7 +251,9 @@ KEPT = {
     "a list of a class": "class A:\n    seen = []\n    def f(self):\n        self.seen.append(1)\n",
     "a name that is bound anew": "last = None\ndef f(x):\n    global last\n    last = x\n",
     "an object that keeps models": "from bushcli.simulate.bodies import PreparedModels\n_prepared = PreparedModels()\n",
-    "an object that keeps recordings": "from bushcli.simulate.measured import Measured\n_measured = Measured()\n",
+    "an object that keeps recordings": (
+        "from bushcli.simulate.recording_cache import RecordingCache\n_cache = RecordingCache()\n"
+    ),
     "an object that keeps both": "from bushcli.study.task import DesignCache\nCACHE = DesignCache()\n",
     "an object that keeps tables": "from bushcli.recording.table_cache import TableCache\ntables = TableCache()\n",
     "models of a diagnosis": "from bushcli.selection.model_cache import ModelCache\nmodels = ModelCache()\n",

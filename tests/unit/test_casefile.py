@@ -12,7 +12,7 @@ import pytest
 from bushcli.case import Case, case_json, load_case
 from bushcli.case.effects import DeclaredChannel, build
 from bushcli.case.schema import EffectTable
-from bushcli.effects.active import acting, uniquely_named
+from bushcli.effects.active import effects_on_channel, uniquely_named
 from bushcli.effects.effect import effect
 from bushcli.errors import CaseError, InputError
 from bushcli.recording.table_cache import TableCache
@@ -661,7 +661,7 @@ def test_effects_are_read_by_their_own_names_in_internal_units(folder):
     assert stop.values == pytest.approx({"stiffness": 300 * 180 / math.pi, "gap": -math.pi / 9})
     assert stop.acts_on("torsional", "torsional")
     assert not stop.acts_on("axial", "axial")
-    assert branches.lacking == ("viscoelasticity.tau1", "viscoelasticity.tau2")
+    assert branches.parameters_without_value == ("viscoelasticity.tau1", "viscoelasticity.tau2")
 
 
 def test_what_belongs_to_a_rig_may_be_in_several_with_values_of_their_own(folder):
@@ -700,8 +700,8 @@ def test_an_effect_acts_on_its_kinds_of_channels_only(monkeypatch):
 
     (active,), findings = built(static, dynamic)
     assert not findings
-    assert not acting([active], "slow", "axial")
-    assert acting([active], "sweep", "axial", "dynamic") == (active,)
+    assert not effects_on_channel([active], "slow", "axial")
+    assert effects_on_channel([active], "sweep", "axial", "dynamic") == (active,)
     (finding,) = built(static, dynamic, channels=["slow"])[1]
     assert finding.what.endswith('"slow": mass does not act on recordings and load cases along a path')
     assert finding.expected.endswith("; tables of dynamic stiffness")
@@ -734,7 +734,7 @@ def test_a_choice_is_a_word_with_a_usual_one(folder):
     for given, code in (("", 0.0), (", bond='inner_bottom'", 1.0)):
         case = load(folder, rigid, one.replace("BOND", given))
         assert case.effects[0].values == {"length": 2.0, "bond": code}
-        assert case.effects[0].lacking == ()
+        assert case.effects[0].parameters_without_value == ()
         assert case_json(case)["effects"][0]["parameters"]["bond"] == (
             "inner_bottom" if code else "inner_top"
         )

@@ -19,7 +19,7 @@ from bushcli.case.rebuild import rebuilt_case
 from bushcli.cli import main
 from bushcli.errors import CaseError, InputError
 from bushcli.recording import read_program, read_recording
-from bushcli.recording.guess import contradicted, mode_of_name, modes_of_name
+from bushcli.recording.guess import contradicting_modes, mode_of_name, modes_of_name
 
 CASE = """
 [geometry]
@@ -100,7 +100,7 @@ def test_a_name_that_two_modes_share_is_asked(tmp_path):
     ],
 )
 def test_a_name_that_speaks_of_another_mode(name, mode, says):
-    assert contradicted(name, mode) == says
+    assert contradicting_modes(name, mode) == says
 
 
 def test_a_file_whose_name_says_another_mode_is_asked_about(tmp_path):

@@ -13,7 +13,7 @@ import pytest
 from mpi4py import MPI
 
 from bushcli.simulate.bodies import PreparedModels
-from bushcli.simulate.touching import touched
+from bushcli.simulate.contact import surfaces_that_met
 from cases.contact import bodies as surfaces
 from cases.contact.contact import DEEPEST
 from cases.contact.facets import Basis
@@ -211,7 +211,7 @@ def test_a_part_that_meets_its_mirror_image_is_the_whole_part(arched):
     contact.look(history.states[-1])
     assert 0.0 < contact.penetration < DEEPEST
     assert contact._x[:, 1].min() > -0.02
-    (met,) = touched(model, history)
+    (met,) = surfaces_that_met(model, history)
     assert met.surfaces == ("void", "void")
 
 
@@ -262,8 +262,10 @@ def test_surfaces_that_stay_apart_are_not_searched(mode, q, monkeypatch):
 def test_surfaces_that_come_near_are_looked_at_once_for_each_equilibrium(monkeypatch):
     """Until the surfaces meet, the states that Newton's method tries between equilibria are not searched."""
     calls = []
-    usual = ContactSearch.inside
-    monkeypatch.setattr(ContactSearch, "inside", lambda self, *more: calls.append(1) or usual(self, *more))
+    usual = ContactSearch.points_inside
+    monkeypatch.setattr(
+        ContactSearch, "points_inside", lambda self, *more: calls.append(1) or usual(self, *more)
+    )
     _, history = closed([-0.1, -0.2, -0.3])
     assert len(calls) <= 2 * len(history.attempts)
 
@@ -312,8 +314,8 @@ def test_facets_are_compared_with_all_that_are_near(dimension):
         sign, names = np.ones(len(nodes)), np.repeat("free", len(nodes))
         places = np.concatenate([X, more])
         search = ContactSearch(surfaces.Bodies(basis, nodes, sign, places, soft, nodes, None, False, names))
-        assert search.meeting(np.concatenate([x, more]), 0.5)
-        found.append(search.inside(np.concatenate([x, more])))
+        assert search.facets_meet(np.concatenate([x, more]), 0.5)
+        found.append(search.points_inside(np.concatenate([x, more])))
     alone, all_pairs = found
     assert len(alone) > 30
     for name in ("facet", "point", "other", "xi", "free", "r"):
@@ -363,7 +365,7 @@ def test_a_plain_bushing_is_pressed_to_64_percent_of_its_thickness():
 def test_what_met_is_told_with_its_force(touching):
     """The pair of walls is reported with first touch, place and a positive force."""
     model, history = touching
-    (found,) = touched(model, history)
+    (found,) = surfaces_that_met(model, history)
     assert found.surfaces == ("free", "free")
     assert found.first == pytest.approx(-0.6)
     assert found.at == pytest.approx(-0.7)

@@ -12,7 +12,7 @@ from bushcli.case import load_case
 from bushcli.curve.curve import Curve
 from bushcli.inverse.channels import curve_channel
 from bushcli.likelihood.noise import Compared, NoiseModel, noise_model
-from bushcli.mismatch.bushing import _slopes, local_map
+from bushcli.mismatch.bushing import local_map
 from bushcli.recording import Recording
 from cases.feature import Installed
 from cases.local import differentiate_march, differentiate_sweep
@@ -263,7 +263,7 @@ def test_a_channel_whose_rubber_remembers_is_seen_at_its_samples(tmp_path):
     rubber = Rubber(law("yeoh"), TRUTH, np.inf)
     channel = curve_channel(used, case, rubber, "relative", MPI.COMM_WORLD)
     force = channel.at_samples(channel.solve(TRUTH, ["C10"]))[0]
-    slope, cells = _slopes(channel, TRUTH)
+    slope, cells = channel.local_slopes(TRUTH)
     assert slope.shape == (71, len(cells.volume))
     assert force[0] > 1.02 * force[29]
     np.testing.assert_allclose(slope.sum(axis=1), force, rtol=1e-6, atol=1e-6 * np.abs(force).max())

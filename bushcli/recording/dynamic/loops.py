@@ -12,7 +12,7 @@ from bushcli.recording.dynamic.columns import above
 from bushcli.recording.dynamic.harmonics import LARGEST_THIRD, bursts, harmonics
 from bushcli.recording.dynamic.source import LOOP_COLUMNS, DynamicSource
 from bushcli.recording.dynamic.table import TablePart, refuse_rows
-from bushcli.recording.opened import opened
+from bushcli.recording.find_table import tables_of_file
 from bushcli.recording.read import read_recording
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
@@ -59,7 +59,7 @@ def read_loops(source: DynamicSource, plain: Source, tables: TableCache) -> list
         )
     temperature = source.temperature
     if temperature is None:
-        table = opened(plain, list(columns.values()), tables)
+        table = tables_of_file(plain, list(columns.values()), tables)
         stated = above(table).get("temperature") if isinstance(table, Table) else None
         temperature = np.nan if stated is None else stated.value
     complex_ = np.array([sine.stiffness for sine in sines])

@@ -31,7 +31,7 @@ from bushcli.recording.dynamic.names import CONDITIONS, Peak, Stated
 from bushcli.recording.dynamic.source import HIGHEST, DynamicSource
 from bushcli.recording.dynamic.stiffness import StiffnessColumns, complex_stiffness
 from bushcli.recording.dynamic.table import DynamicTable, Quantity, TablePart, refuse_rows
-from bushcli.recording.opened import listed, opened
+from bushcli.recording.find_table import quoted_names, tables_of_file
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import Table
@@ -124,10 +124,11 @@ def _parts(file: Path, source: DynamicSource, mode: Mode, tables: TableCache) ->
     )
     if set(source.columns) & {"time", "displacement", "force"}:
         return read_loops(source, plain, tables)
-    contents = opened(plain, [name for name in source.columns.values() if isinstance(name, str)], tables)
-    tables_of_file = [contents] if isinstance(contents, Table) else list(contents.tables)
-    tables_of_file = [with_conditions_above(with_names_above(table)) for table in tables_of_file]
-    fitting = [table for table in tables_of_file if is_dynamic(table, source)]
+    names = [name for name in source.columns.values() if isinstance(name, str)]
+    contents = tables_of_file(plain, names, tables)
+    sheets = [contents] if isinstance(contents, Table) else contents.tables
+    complete = (with_conditions_above(with_names_above(table)) for table in sheets)
+    fitting = [table for table in complete if is_dynamic(table, source)]
     if not fitting:
         return read_loops(source, plain, tables)
     parts: list[TablePart] = []
@@ -142,7 +143,8 @@ def _parts(file: Path, source: DynamicSource, mode: Mode, tables: TableCache) ->
             group_parts[0] = replace(group_parts[0], remarks=(*group_parts[0].remarks, remark))
         parts += group_parts
     if len(fitting) > 1:
-        remark = f"{file.name}: {len(fitting)} sheets or groups are read together: {listed([t.part for t in fitting])}"
+        together = quoted_names([table.part for table in fitting])
+        remark = f"{file.name}: {len(fitting)} sheets or groups are read together: {together}"
         parts[0] = replace(parts[0], remarks=(remark, *parts[0].remarks))
     return parts
 

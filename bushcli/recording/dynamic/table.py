@@ -107,7 +107,14 @@ class DynamicTable:
         A frequency sweep is a curve over frequency at one amplitude, an amplitude sweep one over amplitude at one
         frequency; the rows of either are in the order of the file.
         """
-        abscissa = "frequency" if self.over_frequency else "amplitude"
+        return self._curves("frequency" if self.over_frequency else "amplitude")
+
+    def sweeps(self) -> list[NDArray[np.intp]]:
+        """Return the rows of each sweep over amplitude in the order of the file; none if a row has no amplitude."""
+        return [] if np.isnan(self.amplitude).any() else self._curves("amplitude")
+
+    def _curves(self, abscissa: str) -> list[NDArray[np.intp]]:
+        """Return the rows that agree in all conditions but one, in the order of the file."""
         conditions = [
             key
             for key in ("frequency", "amplitude", "preload", "preload_force", "temperature")

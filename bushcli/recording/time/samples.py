@@ -69,7 +69,7 @@ class Samples:
         return replace(self, rows=self.rows[mask], time=time, repairs=(*self.repairs, *repairs))
 
 
-def timed(
+def samples_with_times(
     table: Table, source: Source, stamps: Column | None, moved: Column, forced: Column, fewest: int
 ) -> Samples:
     """Return the samples with their times, repaired or computed as the case specifies."""
@@ -199,7 +199,7 @@ def _time_error(table: Table, index: int, time: Array, repeated: Mask) -> Record
     return table.refusal(what, expected, row)
 
 
-def increasing(table: Table, stamps: Column) -> Array:
+def program_times(table: Table, stamps: Column) -> Array:
     """Return the times of a program, (n,), s; a program is written by the user, so nothing is repaired."""
     if (np.diff(stamps.values) <= 0).any():
         raise _time_error(table, stamps.index, stamps.values, np.zeros(len(stamps.values), dtype=bool))

@@ -14,7 +14,7 @@ def design_json(design: Design) -> dict[str, Any]:
     document = head("design", design.case, design.conditions)
     document |= {
         **select(design, "converged evaluations"),
-        "met": all(goal.met for goal in design.targets),
+        "met": all(goal.is_met for goal in design.targets),
         "design": {
             key: select(dimension, "value lower upper start at_bound")
             for key, dimension in design.keys.items()
@@ -23,11 +23,11 @@ def design_json(design: Design) -> dict[str, Any]:
         "targets": {
             goal.target.name: {
                 "unit": goal.target.unit,
-                "wanted": goal.wanted,
+                "wanted": goal.target_value,
                 "allowed": goal.target.deviation * goal.target.per_shown,
                 "value": goal.value,
                 "deviation_percent": 100 * goal.deviation,
-                "met": goal.met,
+                "met": goal.is_met,
                 "derivatives": goal.slopes,
                 **({"tolerances": goal.spread} if goal.spread else {}),
             }

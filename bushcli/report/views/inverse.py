@@ -33,7 +33,7 @@ from bushcli.report.verdict import Verdict, faulty_data
 from bushcli.report.views.cycles import history_section
 from bushcli.report.views.dynamic import compared_section, misfit_lines
 from bushcli.report.views.fit import curves_of
-from bushcli.runtime.digits import beside
+from bushcli.runtime.digits import with_decimals
 
 # A curve is met to its noise if the misfit is at most this multiple of the noise, which is an estimate itself.
 MET = 1.3
@@ -309,7 +309,7 @@ def model_table(fits: Sequence[Fit]) -> Table:
         misfits = [percent(rms[name]) if name in rms else "not solved" for name in order]
         cost = number(math.sqrt(fit.cost)) if fit.cost >= 0 else "-"
         problems = ", ".join(dict.fromkeys(c.name for c in fit.conditions))
-        cells = (f"+{beside(score - smallest, CLEAR)}", "yes" if fit.converged else "no", problems)
+        cells = (f"+{with_decimals(score - smallest, CLEAR)}", "yes" if fit.converged else "no", problems)
         rows.append((fit.material.law, str(len(fit.parameters)), *misfits, cost, *cells))
     channels = [channel_label(name, name in unseen) for name in order]
     heads = ("law", "parameters", *channels, "misfit/noise", "BIC", "converged", "problems")

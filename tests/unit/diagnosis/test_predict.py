@@ -37,7 +37,7 @@ def addition(one, name, column, **values):
     off = {p.name: float(p.off) for p in found.amplitudes}
     slopes = np.zeros((len(column), len(amplitudes)))
     slopes[:, 0] = column
-    trial = Candidate(ActiveEffect(found, {**off, **values}).started(), amplitudes[:1], values)
+    trial = Candidate(ActiveEffect(found, {**off, **values}).with_start_values(), amplitudes[:1], values)
     return Addition(trial, (one.problem.likelihood.features[0].of(slopes[:, :1]),))
 
 
@@ -173,7 +173,7 @@ def test_beside_a_parameter_that_its_bound_holds_nothing_is_gained_beyond_the_bo
     """A negative set is impossible: a drift is predicted beside no set, as the fit of both finds it."""
     world = World(coupon, **{"permanent_set.set": -3.0, "drift.rate": 2.0})
     found = world.search(monkeypatch, deadline=time.perf_counter() - 1.0)
-    drift, held = (ActiveEffect(effect(name)).started() for name in ("drift", "permanent_set"))
+    drift, held = (ActiveEffect(effect(name)).with_start_values() for name in ("drift", "permanent_set"))
     model = world.base.model
 
     def fitted(*active):
@@ -195,7 +195,7 @@ def test_beside_a_parameter_that_its_bound_holds_nothing_is_gained_beyond_the_bo
 def test_first_order_takes_a_parameter_to_its_bound_and_no_further(coupon, monkeypatch):
     """The data ask for a negative set, which is impossible: from 0.3, first order arrives at the fit with none."""
     world = World(coupon, **{"permanent_set.set": -3.0})
-    active = ActiveEffect(effect("permanent_set")).started()
+    active = ActiveEffect(effect("permanent_set")).with_start_values()
     best = world.fit(world.one.case, replace(world.base.model, effects=(active,)), None)
     (i,) = (i for i, name in enumerate(best.names) if name.startswith("permanent_set"))
     assert best.x[i] == pytest.approx(0.0, abs=1e-9)

@@ -121,7 +121,7 @@ def test_samples_that_are_masked_do_not_matter():
     wild, unknown = np.where(used, misfit, 1e6), np.where(used, misfit, np.nan)
     for other in (wild, unknown):
         np.testing.assert_array_equal(one.of(other), one.of(misfit))
-        np.testing.assert_array_equal(one.shrunk(other), one.shrunk(misfit))
+        np.testing.assert_array_equal(one.shrink(other), one.shrink(misfit))
 
 
 def test_a_spike_that_is_masked_changes_no_feature():
@@ -152,10 +152,10 @@ def test_a_hum_contributes_next_to_nothing():
 def test_smoothing_keeps_what_is_smooth_and_takes_noise_off():
     one = made()
     smooth = 3.0 * Q - 0.1 * Q**2
-    np.testing.assert_allclose(one.shrunk(smooth), smooth, atol=SIGMA)
+    np.testing.assert_allclose(one.shrink(smooth), smooth, atol=SIGMA)
     noise = SIGMA * np.random.default_rng(4).normal(size=len(Q))
     # Six coefficients for forty samples, and a factor of two.
-    assert np.std(one.shrunk(noise)) < 2.0 * SIGMA * np.sqrt(6.0 / 40.0)
+    assert np.std(one.shrink(noise)) < 2.0 * SIGMA * np.sqrt(6.0 / 40.0)
 
 
 def test_a_recording_without_time_and_with_short_branches_has_features_too():

@@ -376,7 +376,7 @@ def fault_table(diagnosis: Diagnosis) -> Table:
             "correct first"
             if fault.fatal
             else f"{100 * fault.probability:.0f} % probable"
-            if fault.doubtful
+            if fault.is_doubtful
             else f"{int(fault.samples.sum())} samples left out",
             fault.remedy,
         )

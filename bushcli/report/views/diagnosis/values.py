@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from operator import mul
 
-from bushcli.case.unit import outside, unit
+from bushcli.case.unit import case_file_number, case_file_unit
 from bushcli.diagnosis.result import DiagnosedChannel, DiagnosedEffect, DiagnosedTable, Quantity
 from bushcli.effects.effect import EffectParameter, effects
 from bushcli.effects.names import effect_name
@@ -61,8 +61,8 @@ def shown_quantity(
             if acts_on(channel.mode, channel.kind) and (own_channels is None or channel.name in own_channels)
         ]
         if any(modes()[channel.mode].rotational for channel in acting):
-            scale = partial(outside, parameter, rotational=True)
-            unit_shown = unit(parameter, rotational=True)
+            scale = partial(case_file_number, parameter, rotational=True)
+            unit_shown = case_file_unit(parameter, rotational=True)
     value, std, lower, upper = (
         scale(v) for v in (quantity.value, quantity.std, quantity.lower, quantity.upper)
     )
