@@ -92,7 +92,7 @@ class Bounds:
         logarithm of the ratio. What may be zero is searched down to a billionth of its origin: the curves know nothing
         of it there. A parameter with a share of the stiffness follows the others so that it keeps that share, which the
         curves show best: in mu and alpha of Ogden's law a search would follow the curved valley mu alpha = constant in
-        short steps (one term on the axial recording of examples/batch: 12 evaluations in place of 4).
+        short steps (21 evaluations in place of 7 from mu = 0.04 MPa, alpha = 8 to 0.4, 1.2), and not pass alpha = 0.
 
         Parameters
         ----------
