@@ -167,6 +167,9 @@ def from_contained(
         free += chosen.names
         if point is not None and gain > NEGLIGIBLE * lowest.cost * len(problem.channels):
             starts = [_shorten(problem, lowest.x, point)]
+        elif chosen.after == "law":
+            # With its start exponent a further term gains nothing: it stays absent unless halves of the last one gain.
+            starts = []
         else:
             # The derivative by a gap or a play vanishes where it is absent: it begins at its start value.
             starts = [np.where([name in chosen.names for name in problem.names], start, lowest.x)]
@@ -268,10 +271,15 @@ def _split(problem: LeastSquaresProblem, x: Array, part: ContainedPart) -> Array
     index = {name: i for i, name in enumerate(problem.names)}
     point = x.copy()
     for name, before in part.earlier.items():
-        value = x[index[before]]
-        pair = (0.5 * value, 0.5 * value) if name in part.off else (value * APART, value / APART)
-        point[[index[before], index[name]]] = pair
-    return problem.bounds.inside(point)
+        point[[index[before], index[name]]] = x[index[before]] * (0.5 if name in part.off else 1.0)
+    equal, _ = problem.stiffness_shares(point)
+    for name, before in part.earlier.items():
+        point[[index[before], index[name]]] *= (1.0, 1.0) if name in part.off else (APART, 1.0 / APART)
+    apart, _ = problem.stiffness_shares(point)
+    # Terms of the law halve its stiffness, not the modulus.
+    return problem.bounds.inside(
+        point * np.where(apart != 0.0, equal / np.where(apart != 0.0, apart, 1.0), 1.0)
+    )
 
 
 def _number_branches(

@@ -166,18 +166,13 @@ def minimise(
 ) -> Minimum:
     """Minimise the weighted misfit within bounds."""
     watched = Watched(problem, loss == "linear", most_in_row, explained, ends)
-    origin = problem.bounds.inside(start)
-    limits, point = problem.bounds.about(origin)
-
-    def jacobian(y: Array) -> Array:
-        x = point(y)
-        return watched.jacobian(x) * np.where(problem.bounds.logarithmic, x, 1.0)
+    limits, point, derivative = problem.bounds.about(problem.bounds.inside(start), problem.stiffness_shares)
 
     try:
         result = least_squares(
             lambda y: watched.residual(point(y)),
-            np.zeros(len(origin)),
-            jac=jacobian,
+            np.zeros(len(start)),
+            jac=lambda y: watched.jacobian(point(y)) @ derivative(y),
             bounds=(limits.lower, limits.upper),
             x_scale="jac",
             loss=loss,

@@ -83,23 +83,51 @@ class Bounds:
         logarithmic = np.broadcast_to(self.logarithmic, free.shape)
         return Bounds(self.lower[free], self.upper[free], logarithmic[free])
 
-    def about(self, origin: Array) -> tuple[Bounds, Callable[[Array], Array]]:
-        """Return the bounds of a search's coordinates (parameters,), zero at a point within, and the way back to x.
+    def about(
+        self, origin: Array, shares: Callable[[Array], tuple[Array, Array]]
+    ) -> tuple[Bounds, Callable[[Array], Array], Callable[[Array], Array]]:
+        """Return the bounds of a search's coordinates (p,), the way back to x (p,), and its derivative (p, p).
 
-        A coordinate is the difference from the origin, or the logarithm of the ratio. What may be zero is searched
-        down to a billionth of its origin: the curves know nothing of it there.
+        They are zero at the origin, which is within the bounds. A coordinate is the difference from the origin, or the
+        logarithm of the ratio. What may be zero is searched down to a billionth of its origin: the curves know nothing
+        of it there. A parameter with a share of the stiffness follows the others so that it keeps that share, which the
+        curves show best: in mu and alpha of Ogden's law a search would follow the curved valley mu alpha = constant in
+        short steps (21 evaluations in place of 7 from mu = 0.04 MPa, alpha = 8 to 0.4, 1.2), and not pass alpha = 0.
+
+        Parameters
+        ----------
+        origin : shape (p,)
+        shares : callable
+            `LeastSquaresProblem.stiffness_shares`.
         """
         lower = np.where(self.logarithmic, np.maximum(self.lower, LEAST * origin), self.lower)
+        at_origin, _ = shares(origin)
+        follows = at_origin != 0.0
 
-        def point(y: Array) -> Array:
+        def along(y: Array) -> Array:
             ratio = np.exp(np.where(self.logarithmic, y, 0.0))
             return self.clip(np.where(self.logarithmic, origin * ratio, origin + y))
+
+        def factors(x: Array) -> tuple[Array, Array]:
+            values, slopes = shares(x)
+            values = np.where(follows & (values != 0.0), values, 1.0)
+            factor = np.where(follows, at_origin, 1.0) / values
+            return factor, -np.where(follows, factor / values, 0.0)[:, None] * slopes
+
+        def point(y: Array) -> Array:
+            x = along(y)
+            return self.clip(x * factors(x)[0])
+
+        def derivative(y: Array) -> Array:
+            x = along(y)
+            factor, slopes = factors(x)
+            return np.asarray((np.diag(factor) + x[:, None] * slopes) * np.where(self.logarithmic, x, 1.0))
 
         with np.errstate(divide="ignore", invalid="ignore"):
             ends = [
                 np.where(self.logarithmic, np.log(end / origin), end - origin) for end in (lower, self.upper)
             ]
-        return Bounds(*ends), point
+        return Bounds(*ends), point, derivative
 
 
 @dataclass(frozen=True)
@@ -274,6 +302,27 @@ class LeastSquaresProblem:
         """Parameters of the law alone, by name."""
         names_of_law = {parameter.name for parameter in self.law.parameters}
         return {name: value for name, value in self.parameters(x).items() if name in names_of_law}
+
+    def stiffness_shares(self, x: Array) -> tuple[Array, Array]:
+        """Return the derivatives (p,) of the initial shear modulus by parameters, and their derivatives (p, p).
+
+        They are zero for all parameters that the energy is not linear in.
+        """
+        free = [name in self.law.linear for name in self.names]
+        off = {
+            name: 0.0 if name in self.law.linear else value for name, value in self.law_parameters(x).items()
+        }
+        shares, slopes = np.zeros(len(x)), np.zeros((len(x), len(x)))
+        for i in np.flatnonzero(free):
+            alone = off | {self.names[i]: 1.0}
+            shares[i] = self.law.shear_modulus(**alone)
+            for j, name in enumerate(self.names):
+                if name in off and not free[j]:
+                    # A complex step, which `shear_modulus` allows, is exact.
+                    slopes[i, j] = (
+                        np.imag(self.law.shear_modulus(**alone | {name: alone[name] + 1e-30j})) / 1e-30
+                    )
+        return shares, slopes
 
     # -- evaluation ----------------------------------------------------------------------------------------------
 

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.effects.library.temperature import GAS, ZERO
+from bushcli.inverse.certainty import invert_information
 from bushcli.recording.dynamic.table import DynamicTable
 
 Array = NDArray[np.float64]
@@ -322,15 +323,12 @@ class _Problem:
         if not self.free.any():
             return spread
         derivative = self._projected_derivative(shifts, solved)
-        scale = np.linalg.norm(derivative, axis=0)
         degrees_of_freedom = max(
             len(solved.residual) - np.count_nonzero(solved.values) - derivative.shape[1], 1
         )
         variance = float(solved.residual @ solved.residual) / degrees_of_freedom
-        scaled = derivative / scale
-        spread[self.free] = (
-            np.sqrt(np.maximum(variance * np.diag(np.linalg.pinv(scaled.T @ scaled)), 0.0)) / scale
-        )
+        inverse, _ = invert_information(derivative.T @ derivative)
+        spread[self.free] = np.sqrt(np.maximum(variance * np.diag(inverse), 0.0))
         return spread
 
     def minimise(self, shifts: Array, weight: float) -> tuple[Array, _Solved]:

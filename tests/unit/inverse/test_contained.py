@@ -159,3 +159,37 @@ def test_a_part_that_took_the_place_of_another_effect_is_tried_again_beside_it()
     assert problem.parameters(found.x) == pytest.approx(
         {"C10": 0.3, "g1": 0.6, "tau1": 3.0, "g2": 1.0, "tau2": 2.2}, rel=1e-4
     )
+
+
+class Tension(Relaxation):
+    """Uniaxial stress of incompressible rubber of Ogden's law with one term, mu = 0.4 MPa and alpha = 1.2."""
+
+    coupon, name = True, "tension"
+
+    def __init__(self):
+        self.stretch = np.linspace(0.8, 1.5, 80)
+        self.scale = np.full(80, 2e-3)
+        self.measured = 0.4 * self.term(1.2)[0] + self.scale * np.random.default_rng(4).standard_normal(80)
+
+    def term(self, alpha):
+        """Stress of mu = 1, and its derivative by alpha."""
+        log, a, b = np.log(self.stretch), self.stretch ** (alpha - 1.0), self.stretch ** (-0.5 * alpha - 1.0)
+        return a - b, log * (a + 0.5 * b)
+
+    def solve(self, parameters, names, limit=None):
+        value, slope = self.term(parameters["alpha1"])
+        mu = parameters["mu1"]
+        return ChannelForces(self.stretch, mu * value, np.column_stack([value, mu * slope]))
+
+
+@pytest.mark.parametrize("start", [(0.35, 1.3), (0.04, 8.0), (-0.3, -3.0)])
+def test_a_modulus_and_its_exponent_are_found_in_few_evaluations(start):
+    """In mu and alpha themselves there were 6, 21 and 193, the last without passing alpha = 0."""
+    bounds = Bounds(np.array([-1e3, -25.0]), np.array([1e3, 25.0]))
+    problem = LeastSquaresProblem(
+        [Tension()], law("ogden"), ["mu1", "alpha1"], {}, bounds, coupon_states((0.8, 1.5))
+    )
+    found = search(problem, np.array(start))
+    assert found.converged
+    assert found.x[0] * found.x[1] == pytest.approx(0.48, rel=5e-3)
+    assert problem.sweeps < 10

@@ -11,8 +11,9 @@ from bushcli.evidence.stopping_rule import StoppingRule
 from bushcli.inverse.edge import minimise_at_edge
 from bushcli.inverse.local import minimise, predicted_decrease
 from bushcli.inverse.minimum_search import search
-from bushcli.inverse.problem import Bounds, Stopping, differences
+from bushcli.inverse.problem import Bounds, LeastSquaresProblem, Stopping, differences
 from bushcli.inverse.starts import OUTPERFORMED_AFTER, is_outperformed
+from forms.law import law
 
 
 def best_on(problem, normal, level):
@@ -205,6 +206,9 @@ def test_a_time_is_searched_in_its_logarithm(start):
         def answers(self, x, iteration=0):
             assert (x > 0.0).all()
 
+        def stiffness_shares(self, x):
+            return np.zeros(1), np.zeros((1, 1))
+
         def instability(self, x, states=None):
             return np.zeros(0)
 
@@ -217,8 +221,29 @@ def test_a_time_is_searched_in_its_logarithm(start):
 def test_coordinates_of_a_search_lead_back_to_its_origin_and_bounds():
     bounds = Bounds(np.array([0.0, -1.0]), np.array([10.0, np.inf]), np.array([True, False]))
     origin = np.array([2.0, 0.3])
-    limits, point = bounds.about(origin)
+    limits, point, derivative = bounds.about(origin, lambda x: (np.zeros(2), np.zeros((2, 2))))
     assert (point(np.zeros(2)) == origin).all()
     assert point(np.array([np.log(2.0), 0.2])) == pytest.approx([4.0, 0.5])
+    assert (derivative(np.zeros(2)) == np.diag([2.0, 1.0])).all()
     assert limits.lower == pytest.approx([np.log(1e-9), -1.3])
     assert limits.upper == pytest.approx([np.log(5.0), np.inf])
+
+
+@pytest.mark.parametrize(
+    ("name", "origin"),
+    [("ogden", [0.4, 1.3, -0.02, -2.0]), ("arruda_boyce", [0.3, 2.0]), ("gent", [0.3, 9.0])],
+)
+def test_a_modulus_keeps_its_part_of_the_stiffness_where_an_exponent_changes(name, origin):
+    """An exponent of Ogden's law may change its sign on the way, and the modulus with it."""
+    rubber, x = law(name), np.array(origin)
+    names = [parameter.name for parameter in rubber.parameters][: len(x)]
+    bounds = Bounds(np.full(len(x), -1e3), np.full(len(x), 1e3))
+    problem = LeastSquaresProblem([], rubber, names, {}, bounds, np.zeros((0, 3)))
+    _, point, derivative = bounds.about(x, problem.stiffness_shares)
+    stiffness = rubber.shear_modulus(**dict(zip(names, x, strict=True)))
+    np.testing.assert_allclose(point(np.zeros(len(x))), x)
+    for change in (0.5, -1.8) if name == "ogden" else (0.5,):
+        y = np.where([one in rubber.linear for one in names], 0.0, change)
+        after = point(y)
+        assert rubber.shear_modulus(**dict(zip(names, after, strict=True))) == pytest.approx(stiffness)
+        np.testing.assert_allclose(derivative(y), differences(point, y), rtol=1e-4, atol=1e-5)
