@@ -26,7 +26,7 @@ from bushcli.runtime.store import Store
 Work = Callable[..., Any]
 
 # Work whose answers are saved (`store`): fits and derivatives; the rest takes almost no time.
-SAVED = frozenset({"begin", "fit_plain", "fit", "come_closest", "columns"})
+SAVED = frozenset({"first_plain_fit", "fit_plain", "fit", "come_closest", "columns"})
 # Seconds that a process has to clean up. Afterwards it is killed; every answer is saved before it counts.
 GRACE = 2.0
 
