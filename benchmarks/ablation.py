@@ -131,7 +131,7 @@ def patches() -> dict[str, list[Any]]:
     def directly(problem: Any, start: Any, loss: Any = "linear", every: Any = ()) -> Any:
         return searching.search(problem, start, loss)
 
-    plain = contained.additions
+    plain = contained.removable_parts
 
     def first_of_grids(*given: Any) -> list[ContainedPart]:
         return [replace(a, grid={name: values[:1] for name, values in a.grid.items()}) for a in plain(*given)]
@@ -142,7 +142,7 @@ def patches() -> dict[str, list[Any]]:
     steps = property(lambda self: self.given)
     return {
         "-": [],
-        "search along the edge of stability": [patch.object(searching, "along_the_edge", stays)],
+        "search along the edge of stability": [patch.object(searching, "minimise_at_edge", stays)],
         "stability where the search goes": [patch.object(searching, "watch", lambda problem, x: False)],
         "unstable trials are not solved": [
             patch.object(Watched, "_is_surely_rejected", lambda self, x: False)
@@ -150,10 +150,10 @@ def patches() -> dict[str, list[Any]]:
         "marches are given up": [patch.object(StepLimit, "steps", steps)],
         "end after failures in a row": [patch.object(searching, "WALL", STOPPING.evaluations)],
         "end on the floor of a valley": [patch.dict(STOPPING.__dict__, valley=(10**6, 0.0))],
-        "start brought to scale": [patch.object(starting, "scaled", lambda problem, trial: trial)],
+        "start brought to scale": [patch.object(starting, "fit_scale", lambda problem, trial: trial)],
         "other starts where one is unstable": [patch.object(starting, "candidates", only)],
         "start from contained models": [patch.object(identifying, "from_contained", directly)],
-        "grid of times, slips and gaps": [patch.object(identifying, "additions", first_of_grids)],
+        "grid of times, slips and gaps": [patch.object(identifying, "removable_parts", first_of_grids)],
         "split of a branch": [patch.object(contained, "_split", lambda problem, x, one: x)],
     }
 
@@ -200,11 +200,8 @@ def row(name: str, found: list[tuple[Any, ...]], usual: list[tuple[Any, ...]]) -
 
 def main(source: Path | None) -> None:
     """Print the table."""
-    importlib.import_module("bushcli.inverse.identify")._profiled = lambda task, problem, best, skipped: (
-        best,
-        [],
-        False,
-    )
+    searches: Any = importlib.import_module("bushcli.inverse.identify")._Searches
+    searches._profile_best = lambda self, best, skipped: (best, [], False)
     with tempfile.TemporaryDirectory() as folder:
         cases = list(recordings(Path(folder), source))
         for _, case in cases:

@@ -47,7 +47,9 @@ def patches() -> dict[str, list[Any]]:
     never = property(lambda self: False)
     return {
         "-": [],
-        "errors learned from fits": [patch.object(PredictionErrors, "expected", lambda self, found: NONE)],
+        "errors learned from fits": [
+            patch.object(PredictionErrors, "expected_error", lambda self, found: NONE)
+        ],
         "predictions within the law's stability": [patch.object(LawEdge, "cut_off", lambda self, x: False)],
         "begin at a finite size": [
             patch.object(queue.Search, "_start_beside_effects", lambda self, one: None)
@@ -64,8 +66,12 @@ def patches() -> dict[str, list[Any]]:
         "one effect more beside a poor one": [patch.object(queue, "with_one_more", lambda *given: [])],
         "one branch more beside a poor one": [patch.object(queue, "more_branches", lambda *given: [])],
         "others in place of an effect": [patch.object(queue.Search, "_expand_without", lambda *given: None)],
-        "reliable predictions count": [patch.object(queue.Search, "counted", property(lambda self: []))],
-        "the answer fitted to its end": [patch.object(diagnosing, "closest", lambda search, state: state)],
+        "reliable predictions count": [
+            patch.object(queue.Search, "counted_models", property(lambda self: []))
+        ],
+        "the answer fitted to its end": [
+            patch.object(diagnosing, "closest_model", lambda search, state: state)
+        ],
     }
 
 

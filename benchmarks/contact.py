@@ -198,7 +198,7 @@ def drawn(seed: int) -> tuple[float, float]:
     assert history.states is not None
     for state in history.states:
         contact.look(state)
-        deepest, met = max(deepest, 100 * contact.penetration), met + contact.touching
+        deepest, met = max(deepest, 100 * contact.penetration), met + contact.is_touching
     share = history.displacement[-1] / end if len(history.displacement) else 0.0
     tried, cut = len(history.attempts), sum(not one.accepted for one in history.attempts)
     print(

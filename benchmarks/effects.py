@@ -56,7 +56,7 @@ def cost(runs: int) -> Iterator[str]:
     yield "| --- | --- | --- | --- | --- | --- | --- |"
     for effect in effects_on("static").values():
         mode = "axial" if effect.acts_on("axial") else "radial"
-        active = [ActiveEffect(effect).started()]
+        active = [ActiveEffect(effect).with_start_values()]
         made(mode, active)  # kernels
         begin = time.perf_counter()
         simulation = made(mode, active)
@@ -81,7 +81,7 @@ def memory(runs: int) -> Iterator[str]:
     for mode in REACH:
         for name in ("viscoelasticity", "friction", "mullins"):
             effect = effects()[name]
-            active = [ActiveEffect(effect).started()]
+            active = [ActiveEffect(effect).with_start_values()]
             simulation = made(mode, active)
             names = (*YEOH, *(f"{name}.{p.name}" for p in active[0].parameters if not p.of_mesh))[:5]
             simulation.solve({})
@@ -132,7 +132,7 @@ def alike(runs: int) -> Iterator[str]:
 
 def _change(effect: Effect, mode: str) -> np.ndarray:
     """Change of the curve by a typical amplitude, relative to its range; zero where the effect does not act."""
-    active = ActiveEffect(effect).started()
+    active = ActiveEffect(effect).with_start_values()
     on, off = (
         made(mode, [one] if effect.acts_on(mode) else []).solve({}).force for one in (active, active.off())
     )

@@ -21,7 +21,7 @@ from benchmarks.decks.drawing import channel  # noqa: E402
 from benchmarks.decks.manifest import read  # noqa: E402
 from benchmarks.decks.sensing import remembering  # noqa: E402
 from bushcli.likelihood.features import features  # noqa: E402
-from bushcli.likelihood.level import levelled  # noqa: E402
+from bushcli.likelihood.level import refine_noise  # noqa: E402
 from bushcli.likelihood.noise import NoiseModel, noise_model  # noqa: E402
 from bushcli.recording import Recording  # noqa: E402
 
@@ -60,8 +60,8 @@ def drawn(rng: np.random.Generator) -> Iterator[tuple[str, float, list[tuple[flo
                 one = features(recording, first, used, 0.005)
                 found = (
                     first,
-                    levelled(first, one, one.of(-noise)),
-                    levelled(first, one, one.of(missing - noise)),
+                    refine_noise(first, one, one.of(-noise)),
+                    refine_noise(first, one, one.of(missing - noise)),
                 )
                 truth = size * float(np.sqrt((1.0 + correlation) / (1.0 - correlation)))
                 yield entry.program, correlation, [(float(np.log(unit(n) / truth)), n.freedom) for n in found]

@@ -51,7 +51,7 @@ def channel(mode: str, memory: bool) -> Simulation:
     time_, turns = np.linspace(0.0, 80.0, 161), np.array([0, 0.6, -0.6, 0.8, -0.8, 1, -1, 1, 0])
     q = REACH[mode] * np.interp(time_, 10.0 * np.arange(9), turns)
     name, values = ("viscoelasticity", {"g1": 0.3, "tau1": 4.0}) if memory else ("offset", {"force": 1.0})
-    active = [ActiveEffect(effects()[name], values).started()]
+    active = [ActiveEffect(effects()[name], values).with_start_values()]
     return Simulation(
         RING, modes()[mode], Rubber(law("yeoh"), LAW, 2000.0), Refinement(), active, time_, q, 1e-4
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 from cases.equilibrium import Equilibrium
-from cases.history import Attempt, unsolved
+from cases.history import Attempt, failure_at_start
 from cases.model import FiniteElementModel
 from cases.stepper import SMALLEST_CUT
 
@@ -53,5 +53,5 @@ def assemble(model: FiniteElementModel, solver: Equilibrium) -> list[Attempt]:
         step *= 0.5
         if step < SMALLEST_CUT:
             model.stage.value = 1.0
-            raise unsolved(outcome.reason, attempts)
+            raise failure_at_start(outcome.reason, attempts)
     return attempts

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from cases.kernels import Call, kernel, loops, pointer
 from cases.material import RubberAtPoints
 from cases.metal import MetalAtPoints
-from cases.moved import MovedPoints
 from cases.parameters import Numbers
 from cases.points import Moving, Points
+from cases.stress_free import MovedPoints
 from forms import answers, gradients
 from forms.setting import SETTINGS
 
@@ -61,7 +61,7 @@ class MaterialCells:
         self.points, self.material, self._moved = points, material, moved
         self._name, self._setting = kinematics, SETTINGS[kinematics]
         self.g, self.P = np.zeros((points.number, points.rows)), np.zeros((points.number, points.rows))
-        self._strains = kernel(gradients.strains(kinematics, self._setting)).bound(
+        self._strains = kernel(gradients.strains(kinematics, self._setting)).bind(
             material.strain, {"gradients": self.g}, clear=True
         )
         self.skew: Array | None = None
@@ -88,10 +88,10 @@ class MaterialCells:
         else:
             self.points.rescale(swelling)
 
-    def moving(self, name: str) -> Moving | None:
+    def change_of_points(self, name: str) -> Moving | None:
         """Return how the points change with a parameter; None if they do not."""
         rate = None if self._moved is None else self._moved.rate(name)
-        return None if rate is None else self.points.moving(rate)
+        return None if rate is None else self.points.change_of_points(rate)
 
     def look(self, x: Array) -> None:
         """Compute gradients and strains at a state, given by this rank's unknowns."""
@@ -110,7 +110,7 @@ class MaterialCells:
         if self._forces is None or self._forces[0] is not row:
             inputs = {"gradients": self.g, "answer": row}
             function = kernel(gradients.forces(self._name, self._setting))
-            self._forces = (row, function.bound(self.P, inputs, clear=True))
+            self._forces = (row, function.bind(self.P, inputs, clear=True))
         self._forces[1]()
         return self.P
 
@@ -122,17 +122,17 @@ class MaterialCells:
         count, points, length = answers.shape
         function = kernel(gradients.forces(self._name, self._setting))
         # All in one call: in the half-plane a call takes longer than the work at the points.
-        inputs = {"gradients": self._repeated(count), "answer": answers.reshape(-1, length)}
+        inputs = {"gradients": self._repeated_gradients(count), "answer": answers.reshape(-1, length)}
         return function(count * points, inputs).reshape(count, points, -1)
 
     def strain_rates(self, changes: Array) -> Array:
         """Return the changes of the strain variables due to changes of the gradients, (k, points, rows)."""
         count, points, rows = changes.shape
         function = kernel(gradients.strain_rates(self._name, self._setting))
-        inputs = {"gradients": self._repeated(count), "change": changes.reshape(-1, rows)}
+        inputs = {"gradients": self._repeated_gradients(count), "change": changes.reshape(-1, rows)}
         return function(count * points, inputs).reshape(count, points, -1)
 
-    def _repeated(self, count: int) -> Array:
+    def _repeated_gradients(self, count: int) -> Array:
         if count == 1:
             return self.g
         if len(self._tiled) != count * len(self.g):
@@ -147,7 +147,7 @@ class MaterialCells:
     @cached_property
     def _moduli(self) -> Call:
         inputs = {"gradients": self.g, "answer": self.material.answer(moduli=True)}
-        return kernel(gradients.moduli(self._name, self._setting)).bound(self.A, inputs, clear=True)
+        return kernel(gradients.moduli(self._name, self._setting)).bind(self.A, inputs, clear=True)
 
     def stiffen(self) -> None:
         """Compute `A`, and `skew`, at the state of `look`."""
@@ -166,7 +166,7 @@ class MaterialCells:
             len(strain), {"gradients": self.g, "answer": spring}
         )
 
-    def contracted(self, change: Array) -> Array:
+    def contract(self, change: Array) -> Array:
         """Return the product of the second derivatives and a change of the gradients."""
         P = np.empty_like(change)
         loops().lib.contract(len(change), change.shape[1], pointer(self.A), pointer(change), pointer(P))

@@ -15,8 +15,8 @@ from petsc4py import PETSc
 
 from cases.model import FiniteElementModel
 from cases.motion import pose_motion_of
-from cases.ranks import summed
-from cases.rates import ghosted
+from cases.ranks import sum_over_ranks
+from cases.rates import with_ghosts
 from cases.rigid import NoFactorisation, Tangent, tangent
 from cases.six import twist_of
 
@@ -136,7 +136,7 @@ class Border:
         right.array_w[self._model.system.owned_constrained] = 0.0
         self.factor.solve(right, x)
         owned = self._model.system.owned
-        reactions -= summed(self._model.comm, pose_tangent.pull[self._free, :owned] @ x.array_r)
+        reactions -= sum_over_ranks(self._model.comm, pose_tangent.pull[self._free, :owned] @ x.array_r)
         motions = np.linalg.solve(self._schur, reactions)
         answers = (self._columns @ motions) @ pose_tangent.answers[:, :owned]
         answers[self._model.system.owned_constrained] = 0.0
@@ -171,13 +171,13 @@ class Border:
         model.system.apply_tangent(b, rate)
         owned = constrained < model.system.owned
         work = twists[:, owned] @ b.array_r[constrained[owned]]
-        change = np.asarray(summed(model.comm, work)) * model.multiplicity
+        change = np.asarray(sum_over_ranks(model.comm, work)) * model.multiplicity
         change[3:] += pose_tangent.arms @ twist[3:]
         b.array_w[model.system.owned_constrained] = 0.0
         self.write_forces(b, change - self._motion.path.load_rate(self._q, ahead))
         b.scale(-1.0)
         ksp.solve(b, x)
-        free, answer = self.read(x), ghosted(x)
+        free, answer = self.read(x), with_ghosts(x)
         answer[constrained] = 0.0
         for vector in (b, x):
             vector.destroy()
@@ -186,5 +186,7 @@ class Border:
 
 def _coordinates(model: FiniteElementModel, twists: Array, rate: Array) -> Array:
     """Return the twist (6,) that moves the constrained unknowns at their rate; collective."""
-    normal = np.asarray(summed(model.comm, twists @ twists.T))
-    return np.asarray(np.linalg.lstsq(normal, np.asarray(summed(model.comm, twists @ rate)), rcond=None)[0])
+    normal = np.asarray(sum_over_ranks(model.comm, twists @ twists.T))
+    return np.asarray(
+        np.linalg.lstsq(normal, np.asarray(sum_over_ranks(model.comm, twists @ rate)), rcond=None)[0]
+    )

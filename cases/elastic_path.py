@@ -19,7 +19,7 @@ from cases.history import History
 from cases.model import FiniteElementModel
 from cases.parameters import Numbers
 from cases.program import Program
-from cases.ranks import summed
+from cases.ranks import sum_over_ranks
 from cases.simulate import even_targets, sweep
 from cases.slopes import Slopes
 
@@ -35,7 +35,7 @@ def acts_through_branches_off(model: FiniteElementModel, names: Sequence[str]) -
     names : sequence of str
         Parameters; none are of no use here.
     """
-    if model.internal is None or model.assembled or not names:
+    if model.internal is None or model.has_assembly or not names:
         return False
     model.take_parameters()
     if not all(name in model.constants for name in names) or not all(
@@ -162,4 +162,4 @@ def _works(model: FiniteElementModel, names: Sequence[str], changes: Sequence[Nu
     others = [None] * (len(body.parts) - 1)
     for i, row in zip(active, answers, strict=True):
         works[i] = slopes.work_of(names[i], changes[i], [row[:, 1:], *others], along)
-    return np.asarray(summed(model.comm, works))
+    return np.asarray(sum_over_ranks(model.comm, works))

@@ -88,7 +88,7 @@ class QuadratureRule:
         return cls(points, np.ones(len(points)))
 
 
-def guarded(mesh: NamedMesh) -> bool:
+def cells_may_fold(mesh: NamedMesh) -> bool:
     """Whether individual cells may fold, so that they need energies (`strain_gradient`, `forms.volumetric`).
 
     Parameters

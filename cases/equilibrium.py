@@ -21,9 +21,9 @@ from cases.drag import Drag
 from cases.limit import Limit
 from cases.model import FiniteElementModel
 from cases.motion import PoseMotion
-from cases.newton import REASONS, Callbacks, Outcome, bends, broyden_step, newton_solver, rounding
-from cases.ranks import summed
-from cases.rates import MOST_OF_SKEW, ConvergedState, Rates, ghosted
+from cases.newton import REASONS, Callbacks, Outcome, bends, broyden_step, newton_solver, rounding_residual
+from cases.ranks import sum_over_ranks
+from cases.rates import MOST_OF_SKEW, ConvergedState, Rates, with_ghosts
 from cases.reaction import reaction, reactions
 
 Array = NDArray[np.float64]
@@ -71,7 +71,7 @@ class Equilibrium:
         self._fatigue: int | None = None
         self._factorised = self._guessed = False
         self._drag: Drag | None = None
-        self.floor = rounding(model)
+        self.floor = rounding_residual(model)
         # Free motions of the sleeve are unknowns beside those of the mesh.
         self.border = Border(model) if len(model.motion.free) else None
         self.snes = newton_solver(model, self.limit.most, self.border)
@@ -92,10 +92,10 @@ class Equilibrium:
         again
             Whether to repeat the solution with contact if surfaces meet that did not before; if not, it has failed.
         """
-        with self.model.surfaces.resting() as rested:
-            outcome = self._solved(q, guess)
+        with self.model.surfaces.without_contact() as rested:
+            outcome = self._find_equilibrium(q, guess)
         if rested and not outcome.found and self.model.surfaces.near() and again:
-            return self._solved(q, guess, outcome.iterations)
+            return self._find_equilibrium(q, guess, outcome.iterations)
         return outcome
 
     def newton(self, q: float, guess: Array, corrections: int) -> Outcome:
@@ -113,8 +113,8 @@ class Equilibrium:
         # The tangent nearly always bends there (19 of 20 guesses in the kidney STEP's void): this is not checked.
         return self._newton(corrections, guessed=True)
 
-    def _solved(self, q: float, guess: Array, corrections: int = 0) -> Outcome:
-        """Bring the model's state into equilibrium, with contact or without it (`SurfaceForms.resting`)."""
+    def _find_equilibrium(self, q: float, guess: Array, corrections: int = 0) -> Outcome:
+        """Bring the model's state into equilibrium, with contact or without it (`SurfaceForms.without_contact`)."""
         self.q, self.rate = q, self.model.rate(q)
         for renew in (self._fatigue is None or self._fatigue > TIRED, True):
             self._begin(guess)
@@ -131,7 +131,7 @@ class Equilibrium:
         return self._newton(corrections, factorised=self.tangents > tangents)
 
     @contextmanager
-    def dragged(self, drag: Drag, origin: Array, viscosity: float) -> Iterator[None]:
+    def with_drag(self, drag: Drag, origin: Array, viscosity: float) -> Iterator[None]:
         """Add a drag to the model, and limit Newton's iterations to `Drag.most`.
 
         Parameters
@@ -206,18 +206,18 @@ class Equilibrium:
         if not factorised and self.fresh(TIRED):
             self.model.system.stiffen()
             state = ConvergedState(self.model, self.ksp, self.q, self.rate, self.tolerance)
-            rate = self._rates.iterated(state)
+            rate = self._rates.iterate(state)
             if rate is not None:
                 return rate
         self._renew()
         self.model.system.lift(self.b, self.rate)
         solution = self.b.duplicate()
         self.ksp.solve(self.b, solution)
-        rate = ghosted(solution)
+        rate = with_ghosts(solution)
         solution.destroy()
         if not self.model.system.symmetric:
             state = ConvergedState(self.model, self.ksp, self.q, self.rate, self.tolerance)
-            refined = self._rates.iterated(state, rate, MOST_OF_SKEW)
+            refined = self._rates.iterate(state, rate, MOST_OF_SKEW)
             if refined is not None:
                 return refined
         self._rates.add(self.q, rate)
@@ -247,7 +247,7 @@ class Equilibrium:
         steps: list[tuple[PETSc.Vec, float]] = []
         norms = [self._residual()]
         try:
-            while not self._balanced(norms[-1]):
+            while not self._is_balanced(norms[-1]):
                 stalled = len(norms) > SPAN and norms[-1] > SHARE * norms[-1 - SPAN]
                 if stalled or not np.isfinite(norms[-1]) or len(steps) == MAX_BROYDEN:
                     return False, len(steps)
@@ -303,7 +303,7 @@ class Equilibrium:
             self.model.impose(self.q)
 
     def _function(self, snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
-        with self._callbacks.inside():
+        with self._callbacks.remember_interrupts():
             self._to_state(x)
             self.model.system.residual(b)
             if self.border is not None:
@@ -322,7 +322,7 @@ class Equilibrium:
         if self._factorised:
             self._factorised = False
             return
-        with self._callbacks.inside():
+        with self._callbacks.remember_interrupts():
             self._assemble(matrix, positive=self._guessed)
             exact, self._guessed = not self._guessed, False
             if exact and self.border is None and bends(self.model, self.ksp, matrix):
@@ -337,22 +337,22 @@ class Equilibrium:
         if self.border is not None:
             self.border.at(self.q)
 
-    def _balanced(self, norm: float) -> bool:
+    def _is_balanced(self, norm: float) -> bool:
         """Whether the residual in `b` is small: its forces relative to the reactions, its volumes to the body's."""
         if norm > self.tolerance * self.reactions + self.floor:
             return False
         squares = float(np.sum(self.b.array_r[self.model.system.owned_pressures] ** 2))
-        volume = float(np.sqrt(summed(self.model.comm, squares)))
+        volume = float(np.sqrt(sum_over_ranks(self.model.comm, squares)))
         return volume <= self.tolerance * self.model.volume
 
     def _test(self, snes: PETSc.SNES, iteration: int, norms: tuple[float, float, float]) -> int | None:
         if not np.isfinite(norms[2]):
             return int(PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN)
-        if self._balanced(norms[2]):
+        if self._is_balanced(norms[2]):
             # A locking law (Gent) has a residual beyond its limit too, but no energy there.
             self.energy = self.model.energy()
             # A step that is too long may end behind a surface.
-            if not np.isfinite(self.energy) or self.model.surfaces.refuted():
+            if not np.isfinite(self.energy) or self.model.surfaces.is_refuted():
                 return int(PETSc.SNES.ConvergedReason.DIVERGED_FUNCTION_DOMAIN)
             return int(PETSc.SNES.ConvergedReason.CONVERGED_FNORM_RELATIVE)
         if self.limit.ends(iteration, norms[2]):

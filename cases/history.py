@@ -107,7 +107,7 @@ class NotConverged(RuntimeError):
         return NotConverged(history, self.target, self.reason, self.last, self.largest)
 
 
-def unsolved(reason: str, attempts: Sequence[Attempt] = ()) -> NotConverged:
+def failure_at_start(reason: str, attempts: Sequence[Attempt] = ()) -> NotConverged:
     """Return the exception for a path whose first step already failed.
 
     Parameters

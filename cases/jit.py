@@ -116,7 +116,7 @@ def _clear_remains(folder: Path, oldest: float) -> None:
 
 
 @cache
-def _entered() -> Path:
+def _locked_folder() -> Path:
     """Return the folder of the kernels, locked and cleared of remains."""
     folder = cache_directory()
     _enter(folder)
@@ -136,7 +136,7 @@ def options(*, light: bool = False) -> dict[str, Any]:
     return {
         "cffi_extra_compile_args": LIGHT if light else FLAGS,
         "cffi_libraries": ["m"],
-        "cache_dir": _entered(),
+        "cache_dir": _locked_folder(),
         "timeout": 300,
     }
 
@@ -187,7 +187,7 @@ def compiled_source(name: str, folder: Path, sources: Sequence[str], declaration
 
         import cffi
 
-        file = _entered() / file.name
+        file = _locked_folder() / file.name
         builder = cffi.FFI()
         builder.cdef(declarations)
         code = "".join(f'#include "{source}"\n' for source in sources if source.endswith(".c"))
@@ -215,7 +215,7 @@ def load(library: Path) -> Any:
     return module
 
 
-def damaged(folder: Path | None = None) -> list[Path]:
+def damaged_kernels(folder: Path | None = None) -> list[Path]:
     """Return the kernels that are truncated or differ from their checksum; by default in the present folder."""
     libraries = sorted((folder or cache_directory()).glob("*.so"))
     return [library for library in libraries if not is_sound(library)]

@@ -114,7 +114,7 @@ class Kernel:
         self.widths = ffi.new("long[]", self._widths or [0])
         self.singles = ffi.new("long[]", list(map(int, singles)) or [0])
 
-    def bound(self, out: Array, inputs: Mapping[str, Array], clear: bool = False) -> Call:
+    def bind(self, out: Array, inputs: Mapping[str, Array], clear: bool = False) -> Call:
         """Return a call that adds the results at all points to the first columns of ``out``, shape (n, >= size).
 
         It reads from and writes to these very arrays whenever it is called.
@@ -137,7 +137,7 @@ class Kernel:
     def __call__(self, n: int, inputs: Mapping[str, Array]) -> Array:
         """Results at n points, shape (n, size)."""
         out = np.zeros((n, self.size))
-        self.bound(out, inputs)()
+        self.bind(out, inputs)()
         return out
 
 

@@ -59,7 +59,7 @@ class PrescribedForce:
         """
         return force if self.carried is None else self.carried(q, force, time)
 
-    def carrying(self, history: History) -> History:
+    def with_prescribed_force(self, history: History) -> History:
         """Return a history with the force that is prescribed in place of the bushing's own."""
         times = np.zeros_like(history.force) if history.time is None else history.time
         points = zip(history.displacement, history.force, times, strict=True)
@@ -122,7 +122,7 @@ class ForceSearch:
         self._more: tuple[float, float] | None = None
         self.reason, self.largest = "", (0.0, self._force)
 
-    def first(self, prescribed: float) -> float:
+    def first_trial(self, prescribed: float) -> float:
         """Return the first travel to try, mm or rad."""
         self._trials, self._less, self._more = [], None, None
         self.largest = self._q, self._force
@@ -141,7 +141,7 @@ class ForceSearch:
             Force that is prescribed, N or N mm.
         """
         carried_force = self._load.force(q, force, time)
-        self._seen(q, carried_force, prescribed)
+        self._remember_nearest(q, carried_force, prescribed)
         return (carried_force - prescribed) * (q - self._q) > 0.0
 
     def falls(self, previous: tuple[float, float], current: tuple[float, float], time: float) -> bool:
@@ -172,7 +172,7 @@ class ForceSearch:
         carried_force = self._load.force(q, force, time)
         excess = carried_force - prescribed
         slope = self._slope(q, excess)
-        self._seen(q, carried_force, prescribed)
+        self._remember_nearest(q, carried_force, prescribed)
         if abs(excess) <= self._close:
             self._q, self._force = q, carried_force
             self._stiffness = slope if slope > 0.0 else self._stiffness
@@ -193,7 +193,7 @@ class ForceSearch:
         furthest = FURTHER * max(abs(q - self._q), abs(excess) / self._stiffness)
         return self._q + math.copysign(min(abs(target - self._q), furthest), target - self._q)
 
-    def _seen(self, q: float, carried_force: float, prescribed: float) -> None:
+    def _remember_nearest(self, q: float, carried_force: float, prescribed: float) -> None:
         """Remember the equilibrium that came nearest to the prescribed force."""
         if abs(carried_force - prescribed) < abs(self.largest[1] - prescribed):
             self.largest = q, carried_force

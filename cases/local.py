@@ -132,7 +132,7 @@ class LocalStiffness:
         return Cells(places.reshape(-1, dimension)[indices], corners.reshape(names.shape), volume)
 
 
-def swept(model: FiniteElementModel, targets: Array) -> Local:
+def differentiate_sweep(model: FiniteElementModel, targets: Array) -> Local:
     """Derivatives along the curve of a path-independent body, as `cases.simulate.sweep` follows it.
 
     Parameters
@@ -155,7 +155,7 @@ def swept(model: FiniteElementModel, targets: Array) -> Local:
     return Local(stiffness.cells, history, np.array([rows[float(q)] for q in history.displacement]))
 
 
-def marched(model: FiniteElementModel, program: Program) -> Local:
+def differentiate_march(model: FiniteElementModel, program: Program) -> Local:
     """Derivatives along a program, at its targets.
 
     Parameters

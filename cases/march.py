@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cases.assembling import assemble
 from cases.equilibrium import Equilibrium
-from cases.history import Attempt, History, Interrupted, NotConverged, Observer, Progress, unsolved
+from cases.history import Attempt, History, Interrupted, NotConverged, Observer, Progress, failure_at_start
 from cases.interrupt import is_interrupt
 from cases.limit import limit
 from cases.load import LIMIT_POINT, ForceSearch, PrescribedForce
@@ -36,8 +36,8 @@ __all__ = [
     "NotConverged",
     "Observer",
     "Progress",
+    "failure_at_start",
     "march",
-    "unsolved",
 ]
 
 Array = NDArray[np.float64]
@@ -103,13 +103,13 @@ def march(
         derivatives = _Derivatives(kind(model, sensitivity), path_rates or {}, drive)
         forced = isinstance(drive, PrescribedForce)
         recorder = Recorder(program, keep_states, bool(derivatives.names), forced)
-        run = _started(model, solver, program, derivatives, recorder, drive, observer, failure_limit)
+        run = _begin_march(model, solver, program, derivatives, recorder, drive, observer, failure_limit)
         return run.to_end(progress)
     finally:
         solver.destroy()
 
 
-def _started(
+def _begin_march(
     model: FiniteElementModel,
     solver: Equilibrium,
     program: Program,
@@ -124,7 +124,7 @@ def _started(
     if model.internal is not None:
         model.internal.reset()
     start_time = 0.0 if program.time is None else float(program.time[0])
-    if model.assembled:
+    if model.has_assembly:
         recorder.add_attempts(*assemble(model, solver))
         if model.internal is not None:
             derivatives.follow(solver, 0, 0.0, start_time)
@@ -169,16 +169,16 @@ class _March:
         except NoFactorisation:
             # No derivatives there.
             target = float(self.program.displacement[number])
-            raise self._stopped(target, "DIVERGED_LINEAR_SOLVE") from None
+            raise self._failure(target, "DIVERGED_LINEAR_SOLVE") from None
         except Exception as error:
             if isinstance(error, NotConverged) or not is_interrupt(error):
                 raise
-            raise self._interrupted(number) from error
+            raise self._interruption(number) from error
         except KeyboardInterrupt as error:
-            raise self._interrupted(number) from error
+            raise self._interruption(number) from error
         return self.recorder.history()
 
-    def _interrupted(self, number: int) -> KeyboardInterrupt:
+    def _interruption(self, number: int) -> KeyboardInterrupt:
         """Return the interruption with the history so far, where at least one target was reached."""
         if not self.recorder.complete:
             return KeyboardInterrupt()
@@ -188,7 +188,7 @@ class _March:
         """Go to the target with this number; return how many corrections of the state it took."""
         prescribed = float(self.program.displacement[number])
         end_time = 0.0 if self.program.time is None else float(self.program.time[number])
-        target = prescribed if self.search is None else self.search.first(prescribed)
+        target = prescribed if self.search is None else self.search.first_trial(prescribed)
         newton = 0
         self.stepper.begin(corner=number > 0 and self.program.turns(number - 1))
         while True:
@@ -196,19 +196,19 @@ class _March:
             self.recorder.add_attempts(step.attempt)
             newton += step.attempt.newton
             if not step.attempt.accepted:
-                self._refused(step, target, newton)
+                self._reject(step, target, newton)
                 continue
             step_end = step.goal, self.solver.force, end_time, prescribed
             if self.search is not None and (step.goal == target or self._has_passed(*step_end)):
                 better_target = self.search.better(*step_end)
                 if better_target is not None and math.isnan(better_target):
-                    raise self._stopped(target, self.search.reason)
+                    raise self._failure(target, self.search.reason)
                 if better_target is not None:
                     # Not yet what the program prescribes: repeat the step.
                     target = better_target
                     continue
                 target = step.goal
-            self._accepted(step, number, arrived=step.goal == target)
+            self._accept(step, number, arrived=step.goal == target)
             if step.goal == target:
                 return newton
 
@@ -219,7 +219,7 @@ class _March:
         previous = self.stepper.q, self.stepper.force
         # Rubber that relaxes may carry less although it is stiff.
         if self.program.time is None and self.search.falls(previous, (q, force), time):
-            raise self._stopped(q, LIMIT_POINT)
+            raise self._failure(q, LIMIT_POINT)
         return self.search.has_passed(q, force, time, prescribed)
 
     def record(self, number: int, newton: int) -> None:
@@ -233,7 +233,7 @@ class _March:
                 self.derivatives.follow(self.solver, number, 1.0, stepper.time)
             self.recorder.slopes(self.derivatives.at, self.derivatives.rates, self.derivatives.reactions)
 
-    def _accepted(self, step: AttemptedStep, number: int, arrived: bool) -> None:
+    def _accept(self, step: AttemptedStep, number: int, arrived: bool) -> None:
         """Accept a step: call the observer, advance the derivatives and, last, the memory of the rubber."""
         self.stepper.accept(step)
         if self.observer is not None and arrived:
@@ -241,22 +241,22 @@ class _March:
         if self.model.internal is not None:
             rate = self.derivatives.follow(self.solver, number, step.share, self.stepper.time)
             if rate is not None:
-                self.stepper.differentiated(rate)
+                self.stepper.take_rate(rate)
             self.model.commit()
 
-    def _refused(self, step: AttemptedStep, target: float, newton: int) -> None:
+    def _reject(self, step: AttemptedStep, target: float, newton: int) -> None:
         """Cut the step back, or end the march."""
         stepper = self.stepper
         stepper.reject(step)
-        if self.failure_limit is not None and self.recorder.failed > self.failure_limit:
-            raise self._stopped(target, step.attempt.reason)
+        if self.failure_limit is not None and self.recorder.failed_attempts > self.failure_limit:
+            raise self._failure(target, step.attempt.reason)
         if not stepper.can_go_on():
             self.recorder.last_reached(
                 stepper.q, stepper.force, stepper.energy, newton, stepper.state, stepper.pose, stepper.six
             )
-            raise self._stopped(target, step.attempt.reason)
+            raise self._failure(target, step.attempt.reason)
 
-    def _stopped(self, target: float, reason: str) -> NotConverged:
+    def _failure(self, target: float, reason: str) -> NotConverged:
         largest = self.search.largest if isinstance(self.search, ForceSearch) else None
         return NotConverged(self.recorder.history(), target, reason, self.stepper.q, largest)
 

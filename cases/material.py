@@ -77,7 +77,7 @@ class Remembered:
         last[-1] = 1.0
         nothing = np.zeros(self.values.shape[-1])
         no_change = {f"d0 {name}": nothing for name in inputs}
-        return function.bound(out, {**inputs, **no_change, "d0 parameters": last}, clear)
+        return function.bind(out, {**inputs, **no_change, "d0 parameters": last}, clear)
 
     @property
     def end(self) -> Kernel:
@@ -221,12 +221,12 @@ class RubberAtPoints:
         The next call writes into the same array.
         """
         total = self.isochoric(moduli)
-        self._answered(moduli).volumetric()
+        self._calls(moduli).volumetric()
         return total
 
     def isochoric(self, moduli: bool) -> Array:
         """Return energy, stresses and moduli of law and branches; the next call overwrites the array."""
-        calls = self._answered(moduli)
+        calls = self._calls(moduli)
         calls.begin()
         if calls.law is not calls.total:
             calls.total[:] = calls.law
@@ -258,47 +258,47 @@ class RubberAtPoints:
             if branch.clock == "followed":
                 branch.parameters[:, -1] = row[:, 1]
 
-    def _answered(self, moduli: bool) -> _Answered:
+    def _calls(self, moduli: bool) -> _Answered:
         return self._with_moduli if moduli else self._without_moduli
 
     @cached_property
     def _with_moduli(self) -> _Answered:
-        return self._bound(moduli=True)
+        return self._bind(moduli=True)
 
     @cached_property
     def _without_moduli(self) -> _Answered:
-        return self._bound(moduli=False)
+        return self._bind(moduli=False)
 
-    def _bound(self, moduli: bool) -> _Answered:
+    def _bind(self, moduli: bool) -> _Answered:
         law = total = np.zeros((self._points, length(self.variables, moduli)))
         if any(branch.needs_energy for branch in self.branches):
             total = np.zeros_like(law)
         law_function = answers.law_answer(self._setting, self._law, self._names, moduli)
-        law_call = kernel(law_function).bound(
+        law_call = kernel(law_function).bind(
             law, {"strain": self.strain, "parameters": self._parameters["law"]}, clear=True
         )
         adding: list[tuple[Remembered, Call, Array]] = []
         pacing: list[Call] = []
         for branch in self.branches:
             if moduli and self.skew is not None and branch.clock:
-                pacing.append(self._pacing(branch, law, len(pacing)))
+                pacing.append(self._clock_call(branch, law, len(pacing)))
             if branch.clock == "shown":
                 continue
             function = branch.answer(moduli)
             row = np.zeros((self._points, function.size)) if branch.needs_energy else total
             inputs = branch.inputs(self.strain, law)
-            adding.append((branch, function.bound(row, inputs, clear=branch.needs_energy), row))
+            adding.append((branch, function.bind(row, inputs, clear=branch.needs_energy), row))
         function = kernel(answers.volumetric_answer(self._setting, moduli))
-        volumetric = function.bound(total, self._volumetric_inputs(self.strain))
+        volumetric = function.bind(total, self._volumetric_inputs(self.strain))
         return _Answered(law, total, law_call, adding, volumetric, pacing)
 
-    def _pacing(self, branch: Remembered, law: Array, number: int) -> Call:
+    def _clock_call(self, branch: Remembered, law: Array, number: int) -> Call:
         """Return the call that writes z_a for a clock, which comes first, or adds V_az of a branch on it."""
         assert self.skew is not None
         stress, pace = self.skew
         inputs = branch.inputs(self.strain, law)
         if branch.clock == "shown":
-            return branch.answer(moduli=False).bound(pace, inputs, clear=True)
+            return branch.answer(moduli=False).bind(pace, inputs, clear=True)
         return branch.by_duration(stress[:, 1:], inputs, clear=number == 1)
 
     def _add_through_energy(self, total: Array, law: Array, row: Array, moduli: bool) -> None:
@@ -324,7 +324,7 @@ class RubberAtPoints:
         stored: Array = self._without_moduli.law[:, 0].copy()
         if self._clock is not None:
             self._wind()
-        volumetric, row = self._apart
+        volumetric, row = self._volumetric_call
         volumetric()
         stored += row[:, 0]
         for _, end, state in self._ends:
@@ -342,11 +342,11 @@ class RubberAtPoints:
             branch.values[:] = row[:, 1:]
 
     @cached_property
-    def _apart(self) -> tuple[Call, Array]:
+    def _volumetric_call(self) -> tuple[Call, Array]:
         """Return the contribution of the volumetric part in an array of its own."""
         function = kernel(answers.volumetric_answer(self._setting, False))
         row = np.zeros((self._points, function.size))
-        return function.bound(row, self._volumetric_inputs(self.strain), clear=True), row
+        return function.bind(row, self._volumetric_inputs(self.strain), clear=True), row
 
     def _volumetric_inputs(self, strain: Array) -> dict[str, Array]:
         return {"guard": self._guard, "strain": strain, "parameters": self._parameters["volumetric"]}
@@ -358,7 +358,7 @@ class RubberAtPoints:
         for branch in self.branches:
             row = np.zeros((self._points, branch.end.size))
             inputs = branch.inputs(self.strain, self._without_moduli.law)
-            ends.append((branch, branch.end.bound(row, inputs, clear=True), row))
+            ends.append((branch, branch.end.bind(row, inputs, clear=True), row))
         return ends
 
     # -- derivatives by parameters -------------------------------------------------------------------------------

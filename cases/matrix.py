@@ -57,7 +57,7 @@ class Pattern:
         fixed = np.zeros(number, dtype=np.uint8)
         fixed[constrained] = 1
         self._cells, self._constrained, self._fixed = cells, constrained, fixed
-        self._base = _coupled(number, cells, fixed)
+        self._base = _couplings(number, cells, fixed)
         self._take(*self._base)
 
     def _take(self, start: Index, column: Index) -> None:
@@ -66,7 +66,7 @@ class Pattern:
         self.values = np.zeros(len(self._column) + 1)
         owned = self._constrained[self._constrained < self._rows.size_local]
         self._diagonal = self._start[owned]  # the only entry of its row
-        self.places = [self.located(unknown) for unknown in self._cells]
+        self.places = [self.locate(unknown) for unknown in self._cells]
         self._owned: tuple[Any, Any] | None = None
         self._sharing: PETSc.Mat | None = None
 
@@ -76,7 +76,7 @@ class Pattern:
         bare._take(*self._base)
         return bare
 
-    def widened(self, blocks: Sequence[Index]) -> Pattern:
+    def widen(self, blocks: Sequence[Index]) -> Pattern:
         """Return the pattern of the cells with further couplings, except those of negative or constrained numbers.
 
         Parameters
@@ -106,7 +106,7 @@ class Pattern:
         Parameters
         ----------
         places : Index
-            Places of the entries, from `located`; none is missing.
+            Places of the entries, from `locate`; none is missing.
         entries : Array
             Numbers to add, of the same shape, in the unit of the tangent (N/mm for displacements).
         """
@@ -157,7 +157,7 @@ class Pattern:
             self._sharing = PETSc.Mat().createAIJWithArrays(self._rows.size_local, arrays, comm=self._comm)
         matrix.axpy(1.0, self._sharing, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
 
-    def located(self, unknowns: Index) -> Index:
+    def locate(self, unknowns: Index) -> Index:
         """Return the position in `values` of each entry of blocks.
 
         Parameters
@@ -186,7 +186,7 @@ class Pattern:
         return place
 
 
-def _coupled(number: int, cells: Sequence[Index], fixed: NDArray[np.uint8]) -> tuple[Index, Index]:
+def _couplings(number: int, cells: Sequence[Index], fixed: NDArray[np.uint8]) -> tuple[Index, Index]:
     """First entry of each row, and columns, of the free unknowns' couplings and of all diagonals."""
     everything = IndexMap(MPI.COMM_SELF, number)
     pattern = SparsityPattern(MPI.COMM_SELF, [everything, everything], [1, 1])

@@ -27,7 +27,7 @@ class MetalAtPoints:
         self.strain = np.zeros((points, self.variables))
         self._moduli = np.zeros(2)
         self._row = np.zeros((points, self._answer.size))
-        self._call = self._answer.bound(
+        self._call = self._answer.bind(
             self._row, {"strain": self.strain, "parameters": self._moduli}, clear=True
         )
 
@@ -40,7 +40,7 @@ class MetalAtPoints:
         self._call()
         return self._row
 
-    def changed(self, moduli: Array) -> Array:
+    def change_of_stress(self, moduli: Array) -> Array:
         """Return the change of the stresses at `strain` with a change of the moduli, in which they are linear."""
         row = self._answer(self._points, {"strain": self.strain, "parameters": moduli})
         return row[:, 1 : 1 + self.variables]

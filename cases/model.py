@@ -23,19 +23,19 @@ from petsc4py import PETSc
 
 from cases.body import Body, MaterialCells
 from cases.contact.contact import Contact, contact_of
-from cases.elements import QuadratureRule, apart_from_bonds, guarded, mixed_element
+from cases.elements import QuadratureRule, apart_from_bonds, cells_may_fold, mixed_element
 from cases.feature import Installed
 from cases.internal import Internal
-from cases.kept import ResultCache
 from cases.material import RubberAtPoints
 from cases.metal import MetalAtPoints
 from cases.mode import Mode, setting_for
 from cases.motion import Motion, PoseMotion
-from cases.moved import MovedPoints, StressFree
 from cases.parameters import Parameters
 from cases.points import Points
-from cases.ranks import summed
+from cases.ranks import sum_over_ranks
+from cases.result_cache import ResultCache
 from cases.strain_gradient import strain_gradient
+from cases.stress_free import MovedPoints, StressFree
 from cases.surfaces import SurfaceForms, surface_energies
 from cases.system import System
 from forms.kinematics import Kinematics, kinematics_of
@@ -133,7 +133,7 @@ class FiniteElementModel:
 
     def _body(self) -> Body:
         mesh = self.mesh
-        branches = [attached.branch for attached in self.parameters.attached()]
+        branches = [attached.branch for attached in self.parameters.attached_branches()]
 
         def part(region: str, material: Callable[[int], RubberAtPoints | MetalAtPoints]) -> MaterialCells:
             points = Points(mesh, self.space, self._gradients, self.cells(region), self.rule)
@@ -154,7 +154,7 @@ class FiniteElementModel:
         """Return which points have further energies of volumes, (points, 2): those of cells that touch no bond."""
         cells = self.cells("rubber")
         free = apart_from_bonds(self.mesh, self.space, cells, self._bonds)
-        guards = np.outer(free, [1.0, float(guarded(self.mesh))])
+        guards = np.outer(free, [1.0, float(cells_may_fold(self.mesh))])
         return np.repeat(guards, points // max(len(cells), 1), axis=0)
 
     @property
@@ -263,7 +263,7 @@ class FiniteElementModel:
         return self.internal is not None
 
     @property
-    def assembled(self) -> bool:
+    def has_assembly(self) -> bool:
         """Whether the rubber is deformed before the test begins."""
         return any(installed.feature.assembled for installed in self.features)
 
@@ -334,10 +334,10 @@ class FiniteElementModel:
     def volume(self) -> float:
         """Volume of the modelled part (mm^3), metal included."""
         self.take_parameters()
-        return float(summed(self.comm, self.body.volume))
+        return float(sum_over_ranks(self.comm, self.body.volume))
 
     def energy(self) -> float:
         """Stored energy of the whole bushing (N mm), or of one face's share of a coupon."""
         self.take_parameters()
         part = self.body.energy(self.state.x.array) + self.surfaces.energy()
-        return float(summed(self.comm, part)) * self.multiplicity
+        return float(sum_over_ranks(self.comm, part)) * self.multiplicity

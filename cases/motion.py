@@ -22,7 +22,7 @@ from cases.mode import Mode, Setting
 from cases.parameters import Parameters
 from cases.six import displacement, possible, rotation, twist_of, twists
 from forms.law import Scalar
-from geometry.dolfinx_api import collapsed, interpolation_points
+from geometry.dolfinx_api import collapse, interpolation_points
 from geometry.mesh import NamedMesh
 from geometry.shape import Mirrors
 
@@ -92,7 +92,7 @@ class Motion:
         for field, name in enumerate(self._followed, start=2):
             driven = name in self._mode.driven
             for component in range(components):
-                subspace, dofs = collapsed(self._space.sub(field).sub(component))
+                subspace, dofs = collapse(self._space.sub(field).sub(component))
                 points = subspace.tabulate_dof_coordinates()
                 values |= {int(d): (component, points[i], driven, name) for i, d in enumerate(dofs)}
         # The energy of a metal sleeve does not contain the pressure.
@@ -118,7 +118,7 @@ class Motion:
         values: dict[int, tuple[int, Array, bool, str]] = {}
         for component in range(components):
             part = space.sub(0).sub(component)
-            subspace, _ = collapsed(part)
+            subspace, _ = collapse(part)
             points = subspace.tabulate_dof_coordinates()
             for names, driven in ((held_names | planes, False), (driven_names, True)):
                 for name, components_held in names.items():
@@ -291,7 +291,7 @@ class Motion:
         dofs = self.constrained.dofs
         block = np.zeros(self._size, dtype=np.int64)
         for field in (0, *range(2, 2 + len(self._followed))):
-            space, parent = collapsed(self._space.sub(field))
+            space, parent = collapse(self._space.sub(field))
             block[parent] = np.arange(len(parent)) // 3
         function = fem.Function(space)
         points = interpolation_points(space.element)

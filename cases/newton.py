@@ -98,8 +98,8 @@ def bends(model: FiniteElementModel, ksp: PETSc.KSP, matrix: PETSc.Mat) -> bool:
     nonlinear programming, Math. Program. 106:25-57, doi:10.1007/s10107-004-0559-y (the same question to the same kind
     of factorisation, section 3.1).
     """
-    contact = model.surfaces.acting
-    if contact is None or not contact.touching:
+    contact = model.surfaces.active_contact
+    if contact is None or not contact.is_touching:
         return False
     ksp.setOperators(matrix)
     ksp.setUp()
@@ -194,7 +194,7 @@ class Callbacks:
         self._interrupt: KeyboardInterrupt | None = None
 
     @contextmanager
-    def inside(self) -> Iterator[None]:
+    def remember_interrupts(self) -> Iterator[None]:
         """Remember an interruption that is raised inside a callback."""
         try:
             yield
@@ -245,7 +245,7 @@ REASONS = {
 }
 
 
-def rounding(model: FiniteElementModel) -> float:
+def rounding_residual(model: FiniteElementModel) -> float:
     """Return several times the residual (N) that rounding errors of mu, springs and the sleeves' E leave over a face.
 
     In the half-plane a node stands for a whole circle, and sleeves leave ten times as much (measured up to E = 1e9

@@ -134,20 +134,20 @@ class Parameters:
                 raise ValueError(f"{name} is a dimension of the mesh: another value needs another model")
             self.constants[name].value = value
 
-    def attached(self) -> list[Attached]:
+    def attached_branches(self) -> list[Attached]:
         """Branches of all features, with numbers as their parameters."""
-        return self._attached(self._present())
+        return self._branches(self._values())
 
     def numbers(self) -> Numbers:
         """Return the present input of the kernels."""
         state = self.state
         if self._kept is None or self._kept[0] != state:
-            self._kept = (state, _parts(self._material_numbers(self._present()), np.real, 1.0))
+            self._kept = (state, _parts(self._material_numbers(self._values()), np.real, 1.0))
         return self._kept[1]
 
     def rates(self, name: str) -> Numbers:
         """Derivative of `numbers` with respect to a parameter."""
-        values = self._present()
+        values = self._values()
         if name in values:
             values[name] = values[name] + 1j * STEP
         return _parts(self._material_numbers(values), np.imag, STEP)
@@ -155,17 +155,17 @@ class Parameters:
     @property
     def metal_modulus(self) -> float:
         """Young's modulus of the stiffest sleeve, MPa; 0 without elastic sleeves."""
-        values = self._present()
+        values = self._values()
         return max((float(self._youngs_modulus(sleeve, values)) for sleeve in self._sleeves), default=0.0)
 
-    def _present(self) -> dict[str, Any]:
+    def _values(self) -> dict[str, Any]:
         return {name: float(constant.value) for name, constant in self.constants.items()}
 
     def _feature_values(self, installed: Installed, values: Mapping[str, Any]) -> dict[str, Any]:
         share = float(self.stage.value) if installed.feature.assembled else 1.0
         return {key: share * values[f"{installed.name}.{key}"] for key in installed.values}
 
-    def _attached(self, values: Mapping[str, Any]) -> list[Attached]:
+    def _branches(self, values: Mapping[str, Any]) -> list[Attached]:
         return [
             branch
             for installed in self._features
@@ -211,7 +211,7 @@ class Parameters:
                 shear * bonded,
                 float(self.duration.value) / slower,
             ]
-            for attached in self._attached(values)
+            for attached in self._branches(values)
         ]
         metals = []
         for sleeve in self._sleeves:

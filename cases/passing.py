@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cases.model import FiniteElementModel
-from geometry.dolfinx_api import collapsed
+from geometry.dolfinx_api import collapse
 
 Array = NDArray[np.float64]
 
@@ -52,9 +52,9 @@ def passes_through(model: FiniteElementModel, states: Array, whole: Callable[[],
         contact = whole_model.surfaces.contact
         if contact is not None:
             contact.take(1.0)
-            gathered = _gathered(whole_model, parts, len(states))
+            gathered = _whole_states(whole_model, parts, len(states))
             breadth = float(contact.bodies.breadth.min())
-            for state in _between(gathered, STRIDE * breadth):
+            for state in _intermediate_states(gathered, STRIDE * breadth):
                 contact.look(state)
                 penetrates = contact.penetration > 0.0
                 if penetrates:
@@ -66,12 +66,14 @@ def _displacements(model: FiniteElementModel, owned: bool) -> Iterator[tuple[Arr
     """Points (n, 3) and unknowns (n,) of each component of the displacement."""
     space = model.space.sub(0)
     for component in range(space.num_sub_spaces):
-        subspace, dofs = collapsed(space.sub(component))
+        subspace, dofs = collapse(space.sub(component))
         count = subspace.dofmap.index_map.size_local if owned else len(dofs)
         yield subspace.tabulate_dof_coordinates()[:count], dofs[:count]
 
 
-def _gathered(whole_model: FiniteElementModel, parts: list[list[tuple[Array, Array]]], steps: int) -> Array:
+def _whole_states(
+    whole_model: FiniteElementModel, parts: list[list[tuple[Array, Array]]], steps: int
+) -> Array:
     """Return all unknowns of the whole mesh, shape (steps, n): displacements of all ranks, zero pressures."""
     from scipy.spatial import cKDTree
 
@@ -83,7 +85,7 @@ def _gathered(whole_model: FiniteElementModel, parts: list[list[tuple[Array, Arr
     return states
 
 
-def _between(states: Array, stride: float) -> Iterator[Array]:
+def _intermediate_states(states: Array, stride: float) -> Iterator[Array]:
     """Yield the states, with intermediate states so that no unknown changes by more than one stride."""
     previous = np.zeros(states.shape[1])
     for state in states:

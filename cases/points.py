@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cases.elements import Index, QuadratureRule, Unknowns
 from cases.kernels import loops, pointer
-from cases.moved import StressFreePlacement
+from cases.stress_free import StressFreePlacement
 from forms.setting import KinematicDescription
 from geometry.dolfinx_api import cell_nodes
 from geometry.mesh import NamedMesh
@@ -54,13 +54,13 @@ class Points:
         self.rows = len(setting.gradients) + 1
         self.unknowns = Unknowns.of(space, setting.components, cells)
         elements = [space.sub(i).element.basix_element for i in range(2)]
-        self._N, slopes = _tabulated(elements[0], rule.points)
-        self._pressure, _ = _tabulated(elements[1], rule.points)
+        self._N, slopes = _shape_functions(elements[0], rule.points)
+        self._pressure, _ = _shape_functions(elements[1], rule.points)
         self._half_plane = setting.gradients[-1][1] != "d2"
         # The shape functions themselves are needed in the half-plane only.
         functions = np.stack([*slopes, self._N] if self._half_plane else [*slopes], axis=1)
-        self._reference = _filled(functions)
-        self._transposed = _filled(functions.reshape(-1, functions.shape[-1]).T)
+        self._reference = _pad_last_axis(functions)
+        self._transposed = _pad_last_axis(functions.reshape(-1, functions.shape[-1]).T)
         self._names = tuple(dict.fromkeys(table for _, table in setting.gradients))
         self._component = np.array([i for i, _ in setting.gradients], dtype=np.int32)
         self._table = np.array([self._names.index(table) for _, table in setting.gradients], dtype=np.int32)
@@ -72,7 +72,7 @@ class Points:
         self._measure = np.abs(np.linalg.det(slope)) * self.rule.weights
         # d(reference)_i / dx_j.
         self._inverse: Array = np.asarray(np.linalg.inv(slope), dtype=np.float64)
-        self.move(StressFreePlacement.rest(self._x.shape))
+        self.move(StressFreePlacement.of_mesh(self._x.shape))
 
     def move(self, place: StressFreePlacement, swelling: float = 1.0) -> None:
         """Set the position of the stress-free body; its volume is ``swelling`` times that of this shape.
@@ -204,7 +204,7 @@ class Points:
 
     # -- a stress-free body that moves with a parameter ----------------------------------------------------------
 
-    def moving(self, rate: StressFreePlacement) -> Moving:
+    def change_of_points(self, rate: StressFreePlacement) -> Moving:
         """Return how the points change when the stress-free body moves at this rate (displacement and inverse)."""
         radial, R = rate.displacement[..., 0], self._radius
         stretch = rate.ratio / self._place.ratio + (radial / R if self._half_plane else 0.0)
@@ -312,7 +312,7 @@ class Moving:
         loops().lib.forces(self.group.struct, pointer(P), pointer(forces))
 
 
-def _tabulated(element: Any, points: Array) -> tuple[Array, Array]:
+def _shape_functions(element: Any, points: Array) -> tuple[Array, Array]:
     """Values (p, nodes) and derivatives (d, p, nodes) of a scalar element's shape functions."""
     table = element.tabulate(1, points)
     return np.ascontiguousarray(table[0, :, :, 0]), np.ascontiguousarray(table[1:, :, :, 0])
@@ -321,13 +321,13 @@ def _tabulated(element: Any, points: Array) -> tuple[Array, Array]:
 def _geometry(mesh: NamedMesh, cells: Index, points: Array) -> tuple[Array, Array]:
     """Coordinates (cells, p, d), mm, and their derivatives by the reference ones (cells, p, d, d)."""
     element = mesh.mesh.ufl_domain().ufl_coordinate_element().sub_elements[0]
-    N, dN = _tabulated(element.basix_element, points)
+    N, dN = _shape_functions(element.basix_element, points)
     nodes = mesh.mesh.geometry.x[cell_nodes(mesh.mesh)[cells]][..., : mesh.dimension]
     x = np.einsum("pn,cni->cpi", N, nodes, optimize=True)
     return x, np.einsum("jpn,cni->cpij", dN, nodes, optimize=True)
 
 
-def _filled(table: Array) -> Array:
+def _pad_last_axis(table: Array) -> Array:
     """The table with its last axis filled up with zeros to a multiple of four."""
     padding = -table.shape[-1] % 4
     return np.ascontiguousarray(np.pad(table, [(0, 0)] * (table.ndim - 1) + [(0, padding)]))

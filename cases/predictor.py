@@ -56,7 +56,7 @@ class RecentPoints:
         self.x = [*[self.x[i] for i in keep][1 - self.most :], x]
         self.rates = [*[self.rates[i] for i in keep][1 - self.most :], None]
 
-    def differentiated(self, rate: Array) -> None:
+    def take_rate(self, rate: Array) -> None:
         """Take the derivative of the unknowns by q at the newest point, shape (n,)."""
         self.rates[-1] = rate
 
@@ -77,11 +77,11 @@ class RecentPoints:
                 chosen.append(i)
         nodes = [self.q[i] for i in chosen]
         if len(chosen) > 1 and all(self.rates[i] is not None for i in chosen):
-            return self._integrated(q, chosen)
+            return self._integrate_rates(q, chosen)
         weights = _lagrange(nodes, q)
         return np.asarray(sum(w * self.x[i] for w, i in zip(weights, chosen, strict=True)))
 
-    def _integrated(self, q: float, chosen: list[int]) -> Array:
+    def _integrate_rates(self, q: float, chosen: list[int]) -> Array:
         """Integral of the polynomial through the rates from the newest point on, corrected by the last step.
 
         Where the rubber has memory, the unknowns change with time too: by as much per unit of q as in the step before.

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 
-def summed(comm: Any, values: Any) -> Any:
+def sum_over_ranks(comm: Any, values: Any) -> Any:
     """Sum over all ranks of a number or an array, on each of them; collective.
 
     Parameters

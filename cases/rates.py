@@ -22,7 +22,7 @@ from petsc4py import PETSc
 
 from cases.model import FiniteElementModel
 from cases.predictor import RecentPoints
-from cases.ranks import summed
+from cases.ranks import sum_over_ranks
 
 Array = NDArray[np.float64]
 
@@ -92,7 +92,7 @@ class Rates:
         """
         return self._known.extrapolate(q) if self._known.q else rate.copy()
 
-    def iterated(
+    def iterate(
         self, state: ConvergedState, guess: Array | None = None, most: int = MOST_ITERATIONS
     ) -> Array | None:
         """The rate at a solution, all local unknowns, from a guess; None if it needs too many iterations."""
@@ -103,7 +103,7 @@ class Rates:
         rate[dofs] = prescribed[dofs]
         b, step = model.system.create_vector(), model.system.create_vector()
         try:
-            improved = self._improved(state, rate, b, step, most)
+            improved = self._improve(state, rate, b, step, most)
         finally:
             b.destroy()
             step.destroy()
@@ -112,10 +112,10 @@ class Rates:
             return rate
         return None
 
-    def _improved(self, state: ConvergedState, rate: Array, b: PETSc.Vec, step: PETSc.Vec, most: int) -> bool:
+    def _improve(self, state: ConvergedState, rate: Array, b: PETSc.Vec, step: PETSc.Vec, most: int) -> bool:
         """Improve the rate in place down to its tolerance; return whether that was possible."""
         directions: list[tuple[Array, Array]] = []
-        residual = self._preconditioned(state, rate, b, step)
+        residual = self._precondition(state, rate, b, step)
         residual *= -1.0
         tolerance = max(LOOSER * state.tolerance, SMALLEST)
         # Relative to the rate as it is now: that of a bad guess may be of any size.
@@ -123,7 +123,7 @@ class Rates:
             if len(directions) == most:
                 return False
             # The remaining error is the next direction; minimise the error over all directions so far.
-            image, direction = self._preconditioned(state, residual, b, step), residual.copy()
+            image, direction = self._precondition(state, residual, b, step), residual.copy()
             for earlier, its_image in directions:
                 share = self._dot(state, its_image, image)
                 image -= share * its_image
@@ -140,24 +140,24 @@ class Rates:
         return True
 
     @staticmethod
-    def _preconditioned(state: ConvergedState, vector: Array, b: PETSc.Vec, step: PETSc.Vec) -> Array:
+    def _precondition(state: ConvergedState, vector: Array, b: PETSc.Vec, step: PETSc.Vec) -> Array:
         """Apply the tangent to a vector of all local unknowns, and the present factorisation to the product."""
         state.model.system.apply_tangent(b, vector)
         b.array_w[state.model.system.owned_constrained] = 0.0
         state.ksp.solve(b, step)
-        return ghosted(step)
+        return with_ghosts(step)
 
     @staticmethod
     def _dot(state: ConvergedState, left: Array, right: Array) -> float:
         owned = state.model.system.owned
-        return float(summed(state.model.comm, left[:owned] @ right[:owned]))
+        return float(sum_over_ranks(state.model.comm, left[:owned] @ right[:owned]))
 
     @classmethod
     def _norm(cls, state: ConvergedState, vector: Array) -> float:
         return float(np.sqrt(cls._dot(state, vector, vector)))
 
 
-def ghosted(vector: PETSc.Vec) -> Array:
+def with_ghosts(vector: PETSc.Vec) -> Array:
     """Entries of this rank of a vector, and those of its ghosts."""
     vector.ghostUpdate(addv=PETSc.InsertMode.INSERT, mode=PETSc.ScatterMode.FORWARD)
     with vector.localForm() as local:

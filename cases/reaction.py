@@ -10,7 +10,7 @@ from petsc4py import PETSc
 
 from cases.model import Array, FiniteElementModel
 from cases.motion import pose_motion_of
-from cases.ranks import summed
+from cases.ranks import sum_over_ranks
 from cases.six import possible
 
 
@@ -28,7 +28,7 @@ def reaction(model: FiniteElementModel, residual: PETSc.Vec, rate: Array) -> flo
     """
     owned = model.system.owned_constrained
     work = float(np.dot(residual.array_r[owned], rate[owned]))
-    return float(summed(model.comm, work)) * model.multiplicity
+    return float(sum_over_ranks(model.comm, work)) * model.multiplicity
 
 
 def reactions(model: FiniteElementModel, residual: PETSc.Vec, q: float) -> Array:
@@ -46,10 +46,10 @@ def reactions(model: FiniteElementModel, residual: PETSc.Vec, q: float) -> Array
     constrained = model.motion.constrained.dofs
     owned = constrained < model.system.owned
     work = pose_motion_of(model.motion).twists(q)[:, owned] @ residual.array_r[constrained[owned]]
-    return _unmirrored(model, np.asarray(summed(model.comm, work)) * model.multiplicity)
+    return _clear_mirrored(model, np.asarray(sum_over_ranks(model.comm, work)) * model.multiplicity)
 
 
-def _unmirrored(model: FiniteElementModel, values: Array) -> Array:
+def _clear_mirrored(model: FiniteElementModel, values: Array) -> Array:
     """Clear the values of motions that planes of symmetry rule out: forces of the other half cancel them."""
     mask = np.zeros(6)
     mask[list(possible(model.mesh.mirrors))] = 1.0

@@ -44,7 +44,7 @@ class Recorder:
         self._reaction_slopes: list[Array] = []
 
     @property
-    def failed(self) -> int:
+    def failed_attempts(self) -> int:
         """Attempts that did not converge."""
         return sum(not attempt.accepted for attempt in self.attempts)
 

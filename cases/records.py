@@ -87,7 +87,7 @@ def note(function: PointFunction, library: Path, size: int, names: tuple[str, ..
 
 def _file(function: PointFunction) -> Path | None:
     """Path of a function's record; None for a function without a lasting name."""
-    key = _lasting(function.key)
+    key = _stable_key(function.key)
     if key is None:
         return None
     digest = hashlib.sha256(
@@ -96,14 +96,14 @@ def _file(function: PointFunction) -> Path | None:
     return jit.cache_directory() / f"point-{digest.hexdigest()[:24]}.json"
 
 
-def _lasting(part: Hashable) -> str | None:
+def _stable_key(part: Hashable) -> str | None:
     """Return a key as text that is the same in every process; None if there is none.
 
     A function is identified by module and name only if it stands at the top level of a module of `forms`: `_revision`
     covers the text of these modules, and not that of a law which somebody writes elsewhere.
     """
     if isinstance(part, tuple):
-        parts = [_lasting(member) for member in part]
+        parts = [_stable_key(member) for member in part]
         return None if None in parts else f"({', '.join(map(str, parts))})"
     if isinstance(part, FunctionType):
         home = sys.modules.get(part.__module__)

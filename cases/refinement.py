@@ -18,9 +18,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from cases.ranks import summed
+from cases.ranks import sum_over_ranks
 from cases.rates import LOOSER, SMALLEST, ConvergedState
-from cases.rigid import completed, solved
+from cases.rigid import complete_forces, solve_under_forces
 
 Array = NDArray[np.float64]
 
@@ -31,7 +31,9 @@ MOST_CORRECTIONS = 4
 DEPENDENT = 1e-10
 
 
-def refined(state: ConvergedState, loads: Array, guess: Array, most: int = MOST_CORRECTIONS) -> Array | None:
+def solve_by_refinement(
+    state: ConvergedState, loads: Array, guess: Array, most: int = MOST_CORRECTIONS
+) -> Array | None:
     """Solve for the response to each load, down to the tolerance of `cases.rates`; None where that takes too long.
 
     Parameters
@@ -50,7 +52,7 @@ def refined(state: ConvergedState, loads: Array, guess: Array, most: int = MOST_
     ndarray, shape (k, n), or None
     """
     solutions, tolerance = guess.copy(), max(LOOSER * state.tolerance, SMALLEST)
-    residuals = solved(state.model, state.ksp, loads - _pulls(state, solutions))
+    residuals = solve_under_forces(state.model, state.ksp, loads - _pulls(state, solutions))
     searched: list[tuple[Array, Array]] = []
     previous_errors: Array = np.ones(len(loads))
     unconverged: NDArray[np.bool_] = np.ones(len(loads), dtype=bool)
@@ -68,7 +70,7 @@ def refined(state: ConvergedState, loads: Array, guess: Array, most: int = MOST_
             return None
         previous_errors, unconverged = errors, errors * rate > tolerance
         directions = residuals[unconverged]
-        images = solved(state.model, state.ksp, _pulls(state, directions))
+        images = solve_under_forces(state.model, state.ksp, _pulls(state, directions))
         for earlier, its_images in searched:
             shares = _products(state, images, its_images)
             images -= shares @ its_images
@@ -83,7 +85,7 @@ def refined(state: ConvergedState, loads: Array, guess: Array, most: int = MOST_
 
 def _pulls(state: ConvergedState, directions: Array) -> Array:
     """The tangent applied to each direction, complete and zero where `loads` are."""
-    return completed(state.model, state.model.system.pulls(directions))
+    return complete_forces(state.model, state.model.system.pulls(directions))
 
 
 def _orthonormal(products: Array) -> Array:
@@ -97,12 +99,12 @@ def _orthonormal(products: Array) -> Array:
 
 def _products(state: ConvergedState, left: Array, right: Array) -> Array:
     owned = slice(0, state.model.system.owned)
-    return np.asarray(summed(state.model.comm, left[:, owned] @ right[:, owned].T))
+    return np.asarray(sum_over_ranks(state.model.comm, left[:, owned] @ right[:, owned].T))
 
 
 def _shares(state: ConvergedState, parts: Array, wholes: Array) -> Array:
     """Norm of each row over that of another; 0 where that is zero."""
     owned = slice(0, state.model.system.owned)
     squares = np.array([np.einsum("kn,kn->k", rows[:, owned], rows[:, owned]) for rows in (parts, wholes)])
-    part, whole = np.sqrt(summed(state.model.comm, squares))
+    part, whole = np.sqrt(sum_over_ranks(state.model.comm, squares))
     return np.asarray(np.divide(part, whole, out=np.zeros_like(part), where=whole > 0.0))

@@ -18,8 +18,8 @@ from petsc4py import PETSc
 
 from cases.model import FiniteElementModel
 from cases.motion import pose_motion_of
-from cases.ranks import summed
-from cases.rates import ghosted
+from cases.ranks import sum_over_ranks
+from cases.rates import with_ghosts
 from cases.reaction import reactions
 from cases.six import possible, skew, twist_of
 
@@ -90,16 +90,16 @@ def tangent(
     b = model.system.create_vector()
     for k in allowed:
         model.system.apply_tangent(b, twist[k])
-        forces[k] = ghosted(b)
+        forces[k] = with_ghosts(b)
         pull[k] = forces[k]
         pull[k, model.motion.constrained.dofs] = 0.0
     answers = np.zeros_like(twist)
-    answers[allowed] = twist[allowed] - solved(model, ksp, pull[allowed])
+    answers[allowed] = twist[allowed] - solve_under_forces(model, ksp, pull[allowed])
     owned = slice(0, model.system.owned)
     work = twist[:, owned] @ forces[:, owned].T + pull[:, owned] @ answers[:, owned].T
     model.system.residual(b)
-    stiffness = np.asarray(summed(model.comm, work)) * model.multiplicity
-    arms = turned(model, b, q)
+    stiffness = np.asarray(sum_over_ranks(model.comm, work)) * model.multiplicity
+    arms = work_on_turning_arms(model, b, q)
     stiffness[3:, 3:] += arms
     moment = reactions(model, b, q)[3:]
     b.destroy()
@@ -129,7 +129,7 @@ def adjoint(model: FiniteElementModel, ksp: PETSc.KSP, q: float, reaction: int) 
     return direction
 
 
-def completed(model: FiniteElementModel, forces: Array) -> Array:
+def complete_forces(model: FiniteElementModel, forces: Array) -> Array:
     """Add what all ranks contribute to each unknown's force, and clear those of constrained ones.
 
     Parameters
@@ -142,7 +142,7 @@ def completed(model: FiniteElementModel, forces: Array) -> Array:
     Returns
     -------
     ndarray, shape (k, n)
-        Right-hand sides of `solved`; zero in ghosts.
+        Right-hand sides of `solve_under_forces`; zero in ghosts.
     """
     if model.comm.size == 1:
         complete = forces.copy()
@@ -160,7 +160,7 @@ def completed(model: FiniteElementModel, forces: Array) -> Array:
     return complete
 
 
-def solved(model: FiniteElementModel, ksp: PETSc.KSP, forces: Array) -> Array:
+def solve_under_forces(model: FiniteElementModel, ksp: PETSc.KSP, forces: Array) -> Array:
     """Solve for the free unknowns under forces on them.
 
     Parameters
@@ -199,12 +199,12 @@ def solved(model: FiniteElementModel, ksp: PETSc.KSP, forces: Array) -> Array:
     b, solutions = model.system.create_vector(), np.empty_like(forces)
     for row, complete in zip(dense, solutions, strict=True):
         b.array_w[:] = row
-        complete[:] = ghosted(b)
+        complete[:] = with_ghosts(b)
     b.destroy()
     return solutions
 
 
-def turned(model: FiniteElementModel, residual: PETSc.Vec, q: float) -> Array:
+def work_on_turning_arms(model: FiniteElementModel, residual: PETSc.Vec, q: float) -> Array:
     """Work of the present forces on arms r that turn, R . (e_k x (e_l x r)) = D_lk - tr D at k = l, (3, 3).
 
     Parameters
@@ -217,5 +217,5 @@ def turned(model: FiniteElementModel, residual: PETSc.Vec, q: float) -> Array:
     force, arms = residual.array_r[c.dofs[owned]], pose_motion_of(model.motion).arms(q)[:, owned]
     components = np.eye(3)[:, c.component[owned]]
     # D_ab: the sum of the force's component a times the arm's b.
-    dyad = np.asarray(summed(model.comm, (components * force) @ arms.T)) * model.multiplicity
+    dyad = np.asarray(sum_over_ranks(model.comm, (components * force) @ arms.T)) * model.multiplicity
     return np.asarray(dyad.T - np.trace(dyad) * np.eye(3))

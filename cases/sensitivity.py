@@ -24,15 +24,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cases.equilibrium import Equilibrium
-from cases.history import unsolved
+from cases.history import failure_at_start
 from cases.load import PrescribedForce
 from cases.model import FiniteElementModel
 from cases.parameters import Numbers
 from cases.predictor import RecentPoints
-from cases.ranks import summed
+from cases.ranks import sum_over_ranks
 from cases.rates import MOST_OF_SKEW, ConvergedState
-from cases.refinement import refined
-from cases.rigid import completed, solved
+from cases.refinement import solve_by_refinement
+from cases.rigid import complete_forces, solve_under_forces
 from cases.series import SeriesSpring
 from cases.slopes import Along, Slopes
 
@@ -112,8 +112,8 @@ class Sensitivity:
                 forces += model.system.pulls(movements)
             works = forces @ rate
         stiffness = self._stiffness(solver.q, rate) if drive is not None or any(prescribed.values()) else 0.0
-        works = summed(model.comm, works) * model.multiplicity
-        works += [self._bent(name, solver.q) for name in self.names]
+        works = sum_over_ranks(model.comm, works) * model.multiplicity
+        works += [self._work_of_bend(name, solver.q) for name in self.names]
         rates = np.array([prescribed.get(name, 0.0) for name in self.names])
         if drive is not None:
             for i, (name, work) in enumerate(zip(self.names, works, strict=True)):
@@ -143,9 +143,9 @@ class Sensitivity:
         changes = [self._change(name) for name in self.names]
         boundaries = [model.motion.boundary_rate(name, solver.q) for name in self.names]
         forces = self._forces(Slopes(model.body, model.state.x.array), changes, boundaries)
-        movements = solved(model, solver.factor, completed(model, -forces))
-        works = np.asarray(summed(model.comm, forces @ rate)) * model.multiplicity
-        works += [self._bent(name, solver.q) for name in self.names]
+        movements = solve_under_forces(model, solver.factor, complete_forces(model, -forces))
+        works = np.asarray(sum_over_ranks(model.comm, forces @ rate)) * model.multiplicity
+        works += [self._work_of_bend(name, solver.q) for name in self.names]
         stiffness = self._stiffness(solver.q, rate)
         rates = np.zeros(len(works)) if drive is None else -works / stiffness
         movements += np.outer(rates, rate)
@@ -176,7 +176,7 @@ class Sensitivity:
         """Work of the forces' derivatives by each parameter on v, of this rank; without memory."""
         along = slopes.along(rate)
         works = [
-            slopes.work(name, change, along) + self._outside(name, change, boundary, along)
+            slopes.work(name, change, along) + self._work_of_surfaces(name, change, boundary, along)
             for name, change, boundary in zip(self.names, changes, boundaries, strict=True)
         ]
         return np.array(works)
@@ -191,9 +191,9 @@ class Sensitivity:
             self._add_outside(name, change, boundary, force)
         return forces
 
-    def _outside(self, name: str, change: Numbers, boundary: Array | None, along: Along) -> float:
+    def _work_of_surfaces(self, name: str, change: Numbers, boundary: Array | None, along: Along) -> float:
         """Work of the derivative of surfaces' forces, and of the tangent on a boundary's motion; of this rank."""
-        if boundary is None and not self.model.surfaces.present:
+        if boundary is None and not self.model.surfaces.any_present:
             return 0.0
         force = np.zeros_like(along.direction)
         self._add_outside(name, change, boundary, force)
@@ -207,7 +207,7 @@ class Sensitivity:
             model.body.add_action(boundary, force)
             model.surfaces.add_action(boundary, force)
 
-    def _bent(self, name: str, q: float) -> float:
+    def _work_of_bend(self, name: str, q: float) -> float:
         """Work of the reactions on the change of the sleeve's rate by a parameter; of all ranks, whole bushing."""
         bend = self.model.motion.boundary_bend(name, q)
         return 0.0 if bend is None else self._on_reactions(bend)
@@ -218,7 +218,7 @@ class Sensitivity:
         force = np.zeros_like(rate)
         model.body.add_action(rate, force)
         model.surfaces.add_action(rate, force)
-        tangent = float(summed(self.model.comm, force @ rate)) * model.multiplicity
+        tangent = float(sum_over_ranks(self.model.comm, force @ rate)) * model.multiplicity
         bend = np.asarray((model.rate(q + step) - model.rate(q - step)) / (2.0 * step), dtype=np.float64)
         return tangent + (self._on_reactions(bend) if bend.any() else 0.0)
 
@@ -227,16 +227,16 @@ class Sensitivity:
         force = np.zeros_like(bend)
         model.body.add_forces(model.state.x.array, force)
         model.surfaces.add_forces(force)
-        return float(summed(model.comm, force @ bend)) * model.multiplicity
+        return float(sum_over_ranks(model.comm, force @ bend)) * model.multiplicity
 
     # -- with memory ---------------------------------------------------------------------------------------------
 
     def _solutions(self, solver: Equilibrium, forces: Array) -> tuple[Array, Array]:
         """Return dx/dq, (n,), and the responses of the free unknowns to forces of this rank, (names, n)."""
         model = self.model
-        right = completed(model, forces)
+        right = complete_forces(model, forces)
         if solver.border is not None:
-            return solver.tangent_rate(), solved(model, solver.factor, right)
+            return solver.tangent_rate(), solve_under_forces(model, solver.factor, right)
         solutions = self._refine(solver, right)
         if solutions is None:
             solver.factorise(stiffened=True)
@@ -245,7 +245,7 @@ class Sensitivity:
             lifted = np.zeros_like(solver.rate)
             lifted[: model.system.owned] = b.array_r
             b.destroy()
-            solutions = solved(model, solver.factor, np.vstack([lifted, right]))
+            solutions = solve_under_forces(model, solver.factor, np.vstack([lifted, right]))
             if not model.system.symmetric:
                 dofs = model.motion.constrained.dofs
                 solutions[0, dofs] = solver.rate[dofs]
@@ -259,9 +259,9 @@ class Sensitivity:
     def _refine_skew(solver: Equilibrium, loads: Array, guess: Array) -> Array:
         """Refine solutions obtained with the tangent's symmetric part until they satisfy the tangent itself."""
         state = ConvergedState(solver.model, solver.factor, solver.q, solver.rate, solver.tolerance)
-        solutions = refined(state, loads, guess, MOST_OF_SKEW)
+        solutions = solve_by_refinement(state, loads, guess, MOST_OF_SKEW)
         if solutions is None:
-            raise unsolved("the tangent is far from symmetric")
+            raise failure_at_start("the tangent is far from symmetric")
         return solutions
 
     def _refine(self, solver: Equilibrium, right: Array) -> Array | None:
@@ -272,4 +272,4 @@ class Sensitivity:
         dofs = self.model.motion.constrained.dofs
         guess[0, dofs] = solver.rate[dofs]
         state = ConvergedState(self.model, solver.ksp, solver.q, solver.rate, solver.tolerance)
-        return refined(state, np.vstack([np.zeros_like(solver.rate), right]), guess)
+        return solve_by_refinement(state, np.vstack([np.zeros_like(solver.rate), right]), guess)

@@ -114,7 +114,7 @@ class Shared:
 
     reason = "DIVERGED_SERIES"
 
-    def first(self, prescribed: float) -> float:
+    def first_trial(self, prescribed: float) -> float:
         """Return the first displacement to try."""
         self._trials = []
         return self._q + self._share * (prescribed - self._prescribed)

@@ -62,7 +62,7 @@ def settle(solver: Equilibrium, q: float, start: Array) -> Outcome:
             if free:
                 outcome = solver.solve(q, state)
             else:
-                with solver.dragged(drag, state, viscosity):
+                with solver.with_drag(drag, state, viscosity):
                     outcome = solver.solve(q, state)
             corrections += outcome.iterations
             if (free and outcome.found) or (viscosity > MOST_DRAG and not outcome.found):

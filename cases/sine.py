@@ -76,7 +76,7 @@ class ThinnedSpectrum:
         limits = 10.0**-DECADES, 10.0**DECADES
         places = [PER_DECADE * (np.log10(np.clip(values, *limits)) + DECADES) for values in numbers]
         first, third = (
-            interpolated(coefficients, *np.broadcast_arrays(*places)) @ self.moduli
+            interpolate(coefficients, *np.broadcast_arrays(*places)) @ self.moduli
             for coefficients in _branch()
         )
         return first, third
@@ -122,11 +122,11 @@ class TabulatedHarmonics:
 
     def first(self, amplitude: Array) -> Complex:
         """Return the first harmonic, shape (n,)."""
-        return interpolated(self.coefficients[0], self._places(amplitude)) + self.beside
+        return interpolate(self.coefficients[0], self._places(amplitude)) + self.beside
 
     def third(self, amplitude: Array) -> Complex:
         """Return the third harmonic, shape (n,)."""
-        return interpolated(self.coefficients[1], self._places(amplitude))
+        return interpolate(self.coefficients[1], self._places(amplitude))
 
     def less(self, other: TabulatedHarmonics) -> TabulatedHarmonics:
         """Return the difference to harmonics up to the same amplitude."""
@@ -138,7 +138,7 @@ class TabulatedHarmonics:
         return np.minimum(PER_DECADE * np.log10(np.maximum(amplitude, SMALLEST) / SMALLEST), self.last)
 
 
-def interpolated(coefficients: Complex, *places: Array) -> Complex:
+def interpolate(coefficients: Complex, *places: Array) -> Complex:
     """Return the values (...) of a cubic spline at places (...) along each axis, in steps of its table."""
     from scipy.ndimage import map_coordinates
 

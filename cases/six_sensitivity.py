@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from cases.equilibrium import Equilibrium
 from cases.load import PrescribedForce
 from cases.motion import pose_motion_of
-from cases.ranks import summed
-from cases.rigid import Tangent, completed, solved, tangent
+from cases.ranks import sum_over_ranks
+from cases.rigid import Tangent, complete_forces, solve_under_forces, tangent
 from cases.sensitivity import BEND, Sensitivity
 from cases.series import SeriesSpring
 from cases.six import twist_of
@@ -63,11 +63,13 @@ class SixSensitivity(Sensitivity):
         boundaries = [motion.boundary_rate(name, q) for name in self.names]
         forces = self._forces(slopes, changes, boundaries)
         if model.path_dependent:
-            movements = solved(model, solver.factor, completed(model, -forces))
+            movements = solve_under_forces(model, solver.factor, complete_forces(model, -forces))
         if not model.system.symmetric:
             pose_tangent, movements = self._whole(solver, pose_tangent, movements, -forces)
             forces += model.system.pulls(movements)
-        held_forces = np.asarray(summed(model.comm, pose_tangent.answers @ forces.T)) * model.multiplicity
+        held_forces = (
+            np.asarray(sum_over_ranks(model.comm, pose_tangent.answers @ forces.T)) * model.multiplicity
+        )
         for i, name in enumerate(self.names):
             if motion.arms_depend_on(name):
                 bends = motion.over_all(motion.twists(q, by=name))
@@ -88,11 +90,11 @@ class SixSensitivity(Sensitivity):
     ) -> tuple[Tangent, Array]:
         """Refine responses found with the tangent's symmetric part until they satisfy the whole tangent."""
         model, six = self.model, len(pose_tangent.answers)
-        loads = np.vstack([np.zeros_like(pose_tangent.answers), completed(model, forces)])
+        loads = np.vstack([np.zeros_like(pose_tangent.answers), complete_forces(model, forces)])
         better = self._refine_skew(solver, loads, np.vstack([pose_tangent.answers, movements]))
         answers = better[:six]
         work = answers @ model.system.pulls(answers).T
-        stiffness = np.asarray(summed(model.comm, work)) * model.multiplicity
+        stiffness = np.asarray(sum_over_ranks(model.comm, work)) * model.multiplicity
         possible = np.any(answers[3:] != 0.0, axis=1)
         stiffness[3:, 3:] += pose_tangent.arms * possible * possible[:, None]
         return replace(pose_tangent, answers=answers, stiffness=stiffness), better[six:]

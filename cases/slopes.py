@@ -68,7 +68,7 @@ class Slopes:
     def _metal_stresses(self, rates: Numbers) -> Iterator[Array | None]:
         for part, change in zip(self._body.parts[1:], rates.metals, strict=True):
             assert isinstance(part.material, MetalAtPoints)
-            yield part.material.changed(change) if change.any() else None
+            yield part.material.change_of_stress(change) if change.any() else None
 
     def work(self, name: str, rates: Numbers, along: Along) -> float:
         """Work of the forces' derivative along a direction, on this rank; of a body without memory.
@@ -109,7 +109,7 @@ class Slopes:
                 density = np.einsum("pk,pk->p", self._P(part), along.gradients(part))
                 total += swollen * part.points.integral(density)
             if moving is not None:
-                density = np.einsum("pk,pk->p", self._changed(part, moving), along.gradients(part))
+                density = np.einsum("pk,pk->p", self._stress_change(part, moving), along.gradients(part))
                 density += np.einsum("pk,pk->p", self._P(part), moving.gradients(along.direction))
                 total += part.points.integral(density)
         return total
@@ -136,7 +136,7 @@ class Slopes:
                 if swollen != 0.0:
                     part.points.add_forces(swollen * self._P(part), force)
                 if moving is not None:
-                    part.points.add_forces(self._changed(part, moving), force)
+                    part.points.add_forces(self._stress_change(part, moving), force)
                     moving.add_forces(self._P(part), force)
         return forces
 
@@ -186,7 +186,7 @@ class Slopes:
         changes = np.empty((len(names), part.points.number, part.points.rows))
         for name, direction, change in zip(names, directions, changes, strict=True):
             part.points.gradients(direction, change)
-            moving = part.moving(name)
+            moving = part.change_of_points(name)
             if moving is not None:
                 change += moving.gradients(self._state)
         return part.strain_rates(changes)
@@ -253,11 +253,11 @@ class Slopes:
         swollen = 0.0
         if part is self._body.rubber:
             swollen = float(rates.volumetric[1] / self._body.swelling)
-        return swollen, part.moving(name)
+        return swollen, part.change_of_points(name)
 
-    def _changed(self, part: MaterialCells, moving: Moving) -> Array:
+    def _stress_change(self, part: MaterialCells, moving: Moving) -> Array:
         """Change of the energy's derivatives by the gradients times the points' volumes, per volume."""
-        return moving.stretch[:, None] * self._P(part) + part.contracted(moving.gradients(self._state))
+        return moving.stretch[:, None] * self._P(part) + part.contract(moving.gradients(self._state))
 
     def _P(self, part: MaterialCells) -> Array:
         """Return the derivatives of the energy by the displacement gradients."""

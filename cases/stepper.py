@@ -19,7 +19,7 @@ from cases.newton import Outcome
 from cases.predictor import RecentPoints
 from cases.program import Program
 from cases.settling import settle
-from cases.stiffening import stiffened
+from cases.stiffening import solve_with_softer_contact
 
 Array = NDArray[np.float64]
 
@@ -163,7 +163,7 @@ class Stepper:
         model.duration.value = duration = share * (end_time - self.time)
         self._warm(self.time, self.time + duration)
         start = time.perf_counter()
-        outcome = self._solved(goal, guess)
+        outcome = self._find_equilibrium(goal, guess)
         settled = False
         if not outcome.found and self._may_settle(goal):
             flow_outcome = settle(self._solver, goal, self._known.x[-1])
@@ -182,13 +182,13 @@ class Stepper:
             self._model.parameters.begin_step(self._program.temperature_at(start))
             self._model.constants["temperature"].value = temperature
 
-    def _solved(self, goal: float, guess: Array) -> Outcome:
+    def _find_equilibrium(self, goal: float, guess: Array) -> Outcome:
         """Bring the model into equilibrium, with a soft contact first where it fails with the actual one."""
         solver, surfaces, outcome = self._solver, self._model.surfaces, Outcome(0, 0, "DIVERGED_MAX_IT")
         if surfaces.apart or self._stiffens == 0:
             outcome = solver.solve(goal, guess, again=False)
         if not outcome.found and not surfaces.apart:
-            outcome = stiffened(solver, goal, guess, outcome.iterations)
+            outcome = solve_with_softer_contact(solver, goal, guess, outcome.iterations)
             # If it ended well, the next steps begin like this, because their guesses will be as deep.
             self._stiffens = FAILURES if outcome.found else max(self._stiffens - 1, 0)
         return outcome
@@ -211,9 +211,9 @@ class Stepper:
             self._known.forget()
             self._rate = None
 
-    def differentiated(self, rate: Array) -> None:
+    def take_rate(self, rate: Array) -> None:
         """Use dx/dq at the accepted state, shape (n,), for the guesses of the next steps."""
-        self._known.differentiated(rate)
+        self._known.take_rate(rate)
 
     def reject(self, step: AttemptedStep) -> None:
         """Make the next step half as long."""
@@ -246,5 +246,5 @@ class Stepper:
             return states.extrapolate(goal)
         if self._rate is None and goal != self.q:
             self._rate = self._solver.ahead(self.q, states.x[-1])
-            states.differentiated(self._rate)
+            states.take_rate(self._rate)
         return states.x[-1] + (0.0 if self._rate is None else (goal - self.q) * self._rate)

@@ -22,7 +22,7 @@ SOFTER = (0.03, 0.2)
 COARSE = 1e-2
 
 
-def stiffened(solver: Equilibrium, q: float, guess: Array, corrections: int) -> Outcome:
+def solve_with_softer_contact(solver: Equilibrium, q: float, guess: Array, corrections: int) -> Outcome:
     """Bring a model with contact into equilibrium, the contact becoming stiffer.
 
     Parameters
@@ -37,7 +37,7 @@ def stiffened(solver: Equilibrium, q: float, guess: Array, corrections: int) -> 
         Number of corrections of the state that have gone before.
     """
     for share in SOFTER:
-        with solver.coarse(COARSE), solver.model.surfaces.softened(share):
+        with solver.coarse(COARSE), solver.model.surfaces.soften(share):
             outcome = solver.newton(q, guess, corrections)
         if not outcome.found:
             return outcome

@@ -31,7 +31,7 @@ import basix
 import numpy as np
 from numpy.typing import NDArray
 
-from cases.elements import QuadratureRule, Unknowns, apart_from_bonds, guarded
+from cases.elements import QuadratureRule, Unknowns, apart_from_bonds, cells_may_fold
 from geometry.dolfinx_api import cell_nodes
 from geometry.mesh import NamedMesh
 
@@ -121,7 +121,7 @@ class StrainGradient:
 
     def bending(self, state: Array) -> Array:
         """Return b of each cell at a state: the change of the deformation gradient within it, shape (cells,)."""
-        return np.asarray(np.sqrt(np.maximum(self._measured(state)[1], 0.0)))
+        return np.asarray(np.sqrt(np.maximum(self._square_of_bending(state)[1], 0.0)))
 
     def add_forces(self, state: Array, forces: Array, modulus: float | None = None) -> None:
         """Add the derivative of the energy at a state.
@@ -186,7 +186,7 @@ class StrainGradient:
     def _scale(self, bent: _Bent, modulus: float) -> Array:
         return STIFFNESS * modulus * self._volume[bent.cells]
 
-    def _measured(self, state: Array) -> tuple[Array, Array]:
+    def _square_of_bending(self, state: Array) -> tuple[Array, Array]:
         """Return half of the derivative of b^2 by the displacements, (cells, components, nodes), and b^2, (cells,)."""
         u = state[self._displaced]
         bending = u @ self._square
@@ -194,7 +194,7 @@ class StrainGradient:
 
     def _at(self, state: Array) -> _Bent:
         if self._bent is None or not np.array_equal(state, self._bent.state):
-            bending, square = self._measured(state)
+            bending, square = self._square_of_bending(state)
             excess = square - SMOOTH**2
             cells = np.flatnonzero(excess > 0.0)
             self._bent = _Bent(state.copy(), cells, bending[cells], excess[cells])
@@ -213,7 +213,7 @@ def strain_gradient(mesh: NamedMesh, space: Any, cells: Index, bonds: Iterable[s
     bonds
         Names of the boundaries on which sleeves are prescribed.
     """
-    if not guarded(mesh):
+    if not cells_may_fold(mesh):
         return None
     return StrainGradient(mesh, space, cells[apart_from_bonds(mesh, space, cells, bonds)])
 

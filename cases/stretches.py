@@ -188,7 +188,7 @@ def surface(model: FiniteElementModel, displacement: float = 0.0) -> Surface | N
     reference, deformed, stretch, rubber = (
         np.concatenate([block for part in parts for block in part[i]]) for i in range(4)
     )
-    keep = _outside(reference) if dimension == 3 else np.full(len(reference), True)
+    keep = _is_outer(reference) if dimension == 3 else np.full(len(reference), True)
     return Surface(reference[keep], deformed[keep], stretch[keep], rubber[keep], displacement)
 
 
@@ -209,7 +209,7 @@ def mesh_surface(mesh: NamedMesh) -> Surface | None:
     if parts is None:
         return None
     x, kind = (np.concatenate([part[i] for part in parts]) for i in range(2))
-    keep = _outside(x) if dimension == 3 else np.full(len(x), True)
+    keep = _is_outer(x) if dimension == 3 else np.full(len(x), True)
     return Surface(x[keep], x[keep], np.ones((int(keep.sum()), 4)), kind[keep], 0.0)
 
 
@@ -253,7 +253,7 @@ def _corners(model: FiniteElementModel, region: str, corners: Array) -> tuple[Ar
     return np.stack([radius, zero, height], axis=-1), positions
 
 
-def _outside(reference: Array) -> NDArray[np.bool_]:
+def _is_outer(reference: Array) -> NDArray[np.bool_]:
     """Return the faces that occur once: a face between two cells occurs twice."""
     # Each corner of a triangle counts once, whichever is repeated.
     repeated = np.all(reference[:, 2] == reference[:, 3], axis=1)

@@ -67,9 +67,9 @@ class SurfaceForms:
         self._slopes: dict[str, Any] = {}
         self._formed = bool(energies)
         if self._formed:
-            self._energy = self._compiled(self._surfaces.energy)
-            self._residual = self._compiled(self._surfaces.residual)
-            self._tangent = self._compiled(self._surfaces.tangent)
+            self._energy = self._compile(self._surfaces.energy)
+            self._residual = self._compile(self._surfaces.residual)
+            self._tangent = self._compile(self._surfaces.tangent)
 
     def take(self, shear_modulus: float) -> None:
         """Take the law's present initial shear modulus, MPa."""
@@ -89,21 +89,21 @@ class SurfaceForms:
         mode
             Mode of the model.
         """
-        if self.contact is None or not self.contact.relocated(mesh):
+        if self.contact is None or not self.contact.relocate(mesh):
             self.contact = contact_of(mesh, self._state.function_space, mode, None)
         if self.gradient is not None:
             self.gradient.locate(mesh)
 
     @property
-    def present(self) -> bool:
+    def any_present(self) -> bool:
         """Whether there are any of these energies at the present state."""
         self.look()
-        touching = self.acting is not None and self.acting.touching
+        touching = self.active_contact is not None and self.active_contact.is_touching
         return self._formed or touching or self.gradient is not None
 
     @contextmanager
-    def resting(self) -> Iterator[bool]:
-        """Leave contact out where the last equilibrium had none; `refuted` says whether the next one has it.
+    def without_contact(self) -> Iterator[bool]:
+        """Leave contact out where the last equilibrium had none; `is_refuted` says whether the next one has it.
 
         An equilibrium without contact in which no surfaces meet is one with contact too, whose energy is zero around
         that state. Surfaces that stay apart therefore cost one search at each equilibrium, and none at the states tried
@@ -115,21 +115,21 @@ class SurfaceForms:
         finally:
             self._resting = False
 
-    def softened(self, share: float) -> AbstractContextManager[None]:
+    def soften(self, share: float) -> AbstractContextManager[None]:
         """Reduce the contact stiffness to this share; meanwhile penetration is not limited."""
         assert self.contact is not None
-        return self.contact.softened(share)
+        return self.contact.soften(share)
 
     @property
-    def acting(self) -> Contact | None:
+    def active_contact(self) -> Contact | None:
         """Contact at the present state, where it takes part."""
         return None if self._resting else self.contact
 
-    def refuted(self) -> bool:
+    def is_refuted(self) -> bool:
         """Whether the present state is not an equilibrium although it balances.
 
         That is the case where a surface lies deeper in another than contact allows, or where surfaces meet although
-        contact was left out (`resting`); it is not left out any more from then on.
+        contact was left out (`without_contact`); it is not left out any more from then on.
         """
         contact = self.contact
         if contact is None or contact.share < 1.0:
@@ -137,7 +137,7 @@ class SurfaceForms:
         contact.look(self._state.x.array)
         is_too_deep = contact.penetration > DEEPEST
         if self._resting:
-            self.apart = not (contact.touching or is_too_deep)
+            self.apart = not (contact.is_touching or is_too_deep)
             return not self.apart
         # Where surfaces are about to meet, contact remains included.
         self.apart = not contact.near
@@ -152,15 +152,15 @@ class SurfaceForms:
 
     def look(self) -> None:
         """Find what is in contact at the present state."""
-        if self.acting is not None:
-            self.acting.look(self._state.x.array)
+        if self.active_contact is not None:
+            self.active_contact.look(self._state.x.array)
 
     def energy(self) -> float:
         """Return the energy on this rank, N mm."""
         total = float(fem.assemble_scalar(self._energy)) if self._formed else 0.0
-        if self.acting is not None:
+        if self.active_contact is not None:
             self.look()
-            total += self.acting.energy()
+            total += self.active_contact.energy()
         if self.gradient is not None:
             total += self.gradient.energy(self._state.x.array)
         return total
@@ -169,9 +169,9 @@ class SurfaceForms:
         """Add the derivative of the energy at the present state, over all local unknowns."""
         if self._formed:
             fem.assemble_vector(forces, self._residual)
-        if self.acting is not None:
+        if self.active_contact is not None:
             self.look()
-            self.acting.add_forces(forces)
+            self.active_contact.add_forces(forces)
         if self.gradient is not None:
             self.gradient.add_forces(self._state.x.array, forces)
 
@@ -201,8 +201,8 @@ class SurfaceForms:
         if self._formed:
             self._direction.x.array[:] = direction
             fem.assemble_vector(forces, self._action)
-        if self.acting is not None:
-            self.acting.add_action(direction, forces)
+        if self.active_contact is not None:
+            self.active_contact.add_action(direction, forces)
         if self.gradient is not None:
             self.gradient.add_action(self._state.x.array, direction, forces)
 
@@ -237,15 +237,15 @@ class SurfaceForms:
 
     @cached_property
     def _action(self) -> Any:
-        return self._compiled(self._surfaces.action(self._direction))
+        return self._compile(self._surfaces.action(self._direction))
 
     def _slope(self, name: str, variable: Any) -> Any:
         if name not in self._slopes:
             form = expand_derivatives(self._surfaces.parameter_force(variable))
-            self._slopes[name] = None if form.empty() else self._compiled(form)
+            self._slopes[name] = None if form.empty() else self._compile(form)
         return self._slopes[name]
 
-    def _compiled(self, form: Any) -> Any:
+    def _compile(self, form: Any) -> Any:
         form = without_literals(expand_derivatives(form), self._state.function_space.mesh)
         return fem.form(form, jit_options=options(light=True))
 

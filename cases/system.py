@@ -17,9 +17,9 @@ from petsc4py import PETSc
 from cases.body import Body
 from cases.matrix import Pattern
 from cases.parameters import Parameters
-from cases.ranks import summed
+from cases.ranks import sum_over_ranks
 from cases.surfaces import SurfaceForms
-from geometry.dolfinx_api import collapsed
+from geometry.dolfinx_api import collapse
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
@@ -90,13 +90,13 @@ class System:
     @cached_property
     def owned_pressures(self) -> Index:
         """Pressure unknowns that this rank owns."""
-        _, dofs = collapsed(self._space.sub(1))
+        _, dofs = collapse(self._space.sub(1))
         return dofs[dofs < self.owned]
 
     @cached_property
     def free_pressures(self) -> int:
         """Number of pressure unknowns on all ranks that are not constrained; collective when first read."""
-        return int(summed(self._comm, len(np.setdiff1d(self.owned_pressures, self._constrained))))
+        return int(sum_over_ranks(self._comm, len(np.setdiff1d(self.owned_pressures, self._constrained))))
 
     # -- residual ------------------------------------------------------------------------------------------------
 
@@ -119,7 +119,7 @@ class System:
         owned = self.owned_constrained
         squares = float(np.sum(b.array_r[owned] ** 2))
         b.array_w[owned] = 0.0
-        return float(np.sqrt(summed(self._comm, squares)))
+        return float(np.sqrt(sum_over_ranks(self._comm, squares)))
 
     # -- tangent -------------------------------------------------------------------------------------------------
 
@@ -168,10 +168,10 @@ class System:
         """
         if not stiffened:
             self.stiffen()
-        contact = self._surfaces.acting
+        contact = self._surfaces.active_contact
         pressed = None
-        if contact is not None and contact.touching:
-            self._pattern, places, entries = contact.fitted(self._pattern, matrix, positive)
+        if contact is not None and contact.is_touching:
+            self._pattern, places, entries = contact.fit_pattern(self._pattern, matrix, positive)
             pressed = (places, entries)
         pattern = self._pattern
         if positive and stiffened and self._apart is not None:

@@ -9,10 +9,10 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 
-from bushcli.case.unit import written
+from bushcli.case.unit import case_file_value
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effects
-from bushcli.effects.rig import vibrating
+from bushcli.effects.rig import measured_stiffness
 from bushcli.report.drawing.looks import AMBER, BLUE
 from bushcli.simulate.simulation import Simulation
 from cases.mode import modes
@@ -66,7 +66,7 @@ def main(names: list[str]) -> None:
         axes.set_xlabel("displacement, mm")
         axes.set_ylabel("force, kN")
         told = ", ".join(
-            f"{key} = {written(effects()[name].parameter(key), value, False)}"
+            f"{key} = {case_file_value(effects()[name].parameter(key), value, False)}"
             for key, value in values.items()
         )
         axes.set_title(f"{mode}: {told}", fontsize=9, wrap=True)
@@ -82,7 +82,7 @@ def draw_table(name: str, values: dict[str, float]) -> None:
     frequency = np.linspace(1.0, 250.0, 200)
     turned = 2j * np.pi * frequency * 0.004
     part = 400.0 * (1.0 + 0.3 * turned / (1.0 + turned))
-    seen = vibrating([ActiveEffect(effects()[name], values)], part, frequency, 0.0, 0.0).value
+    seen = measured_stiffness([ActiveEffect(effects()[name], values)], part, frequency, 0.0, 0.0).value
     figure, axes = plt.subplots(2, 1, figsize=(5.2, 3.8), layout="constrained", sharex=True)
     for stiffness, label, style in (
         (part, "bushing", {"color": AMBER[0], "lw": 1.4}),

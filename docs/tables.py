@@ -14,7 +14,7 @@ from typing import Any, Literal, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
-from bushcli.case.unit import unit
+from bushcli.case.unit import case_file_unit
 from bushcli.effects.effect import Effect, EffectParameter, effect_in_force_law, effects, effects_on
 from bushcli.effects.prior import Prior
 from bushcli.evidence import prior
@@ -145,7 +145,7 @@ def _within(parameter: EffectParameter) -> str:
 
 def _units(parameter: EffectParameter) -> str:
     own = "" if parameter.unit == "1" else parameter.unit
-    turned = unit(parameter, rotational=True)
+    turned = case_file_unit(parameter, rotational=True)
     other = parameter.reciprocal[1] if parameter.reciprocal else "1"
     return (
         own + (f" ({turned})" if turned != parameter.unit else "") + (f", or {other}" if other != "1" else "")

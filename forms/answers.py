@@ -8,7 +8,7 @@ import ufl
 
 from forms.kinematics import Kinematics, principal, strain_of
 from forms.law import Law, Scalar
-from forms.point import PointFunction, answer, named, variables
+from forms.point import PointFunction, answer, by_name, variables
 from forms.potential import sleeve_energy
 from forms.setting import KinematicDescription
 from forms.volumetric import guard_energy, mixed_energy, stabilising_energy
@@ -37,7 +37,7 @@ def law_answer(
     def make(inputs: Mapping[str, Scalar]) -> list[Scalar]:
         y = variables(inputs["strain"])
         strain = strain_of(y[:-1])
-        W = law.energy(strain, **named(names, inputs["parameters"]))
+        W = law.energy(strain, **by_name(names, inputs["parameters"]))
         return answer(W, strain.measures, y, inputs, moduli)
 
     return PointFunction(
@@ -210,7 +210,7 @@ def principal_moduli(law: Law, names: tuple[str, ...]) -> PointFunction:
     def make(inputs: Mapping[str, Scalar]) -> list[Scalar]:
         state = principal(inputs["strain"][0], inputs["strain"][1])
         e1, e2 = state.measures
-        W = law.energy(state, **named(names, inputs["parameters"]))
+        W = law.energy(state, **by_name(names, inputs["parameters"]))
         W1, W2 = ufl.diff(W, e1), ufl.diff(W, e2)
         return [W1, W2, ufl.diff(W1, e1), ufl.diff(W1, e2), ufl.diff(W2, e2)]
 

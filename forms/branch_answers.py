@@ -11,9 +11,9 @@ import ufl
 from forms.branch import Branch, Contribution, Internal, Step
 from forms.kinematics import Kinematics, strain_of
 from forms.law import Scalar
-from forms.point import PointFunction, answer, named, variables
+from forms.point import PointFunction, answer, by_name, variables
 from forms.setting import KinematicDescription
-from forms.symmetric import Symmetric, unpacked
+from forms.symmetric import Symmetric, unpack
 
 #: Inputs that follow a branch's own parameters: the law's initial shear modulus (MPa), and the step's duration (s).
 GIVEN = ("shear modulus", "duration")
@@ -141,9 +141,9 @@ class _Made:
     def of(cls, branch: Branch, places: Sequence[int], inputs: Mapping[str, Scalar]) -> _Made:
         y = variables(inputs["strain"])
         strain, energy = strain_of(y[:-1]), ufl.variable(inputs["law energy"][0])
-        parameters = named(branch.parameters, inputs["parameters"])
+        parameters = by_name(branch.parameters, inputs["parameters"])
         shear, duration = (inputs["parameters"][len(parameters) + i] for i in range(len(GIVEN)))
-        step = Step(strain, energy, shear, _unpacked(branch, places, inputs["memory"]), duration)
+        step = Step(strain, energy, shear, _unpack_internal(branch, places, inputs["memory"]), duration)
         contribution = branch.contribution(step, **parameters)
         ends = branch.update(step, **parameters)
         end = [part for name in branch.internal for part in _components(ends[name])]
@@ -174,12 +174,12 @@ def _virgin(kind: str, places: Sequence[int]) -> list[float]:
     return [0.0] if kind == "scalar" else [1.0 if place < 3 else 0.0 for place in places]
 
 
-def _unpacked(branch: Branch, places: Sequence[int], values: Scalar) -> Internal:
+def _unpack_internal(branch: Branch, places: Sequence[int], values: Scalar) -> Internal:
     start, internal = 0, dict[str, Scalar | Symmetric]()
     for name, kind in branch.internal.items():
         size = 1 if kind == "scalar" else len(places)
         parts = [values[start + i] for i in range(size)]
-        internal[name] = parts[0] if kind == "scalar" else unpacked(parts, places)
+        internal[name] = parts[0] if kind == "scalar" else unpack(parts, places)
         start += size
     return internal
 

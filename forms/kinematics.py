@@ -120,7 +120,7 @@ def axisymmetric(u: Scalar, R: Scalar, moved: Moved | None = None) -> Kinematics
         The stress-free half-plane, where it is not the mesh's.
     """
     G, R, weight = _half_plane(u, R, moved)
-    return _deformed("axisymmetric", (*G[0], u[0] / R, *G[1]), weight)
+    return _kinematics_of("axisymmetric", (*G[0], u[0] / R, *G[1]), weight)
 
 
 def axisymmetric_twist(u: Scalar, R: Scalar, moved: Moved | None = None) -> Kinematics:
@@ -145,7 +145,7 @@ def axisymmetric_twist(u: Scalar, R: Scalar, moved: Moved | None = None) -> Kine
     """
     G, R, weight = _half_plane(u, R, moved)
     turned = [R * slope for slope in G[1]]
-    return _deformed("axisymmetric_twist", (*G[0], u[0] / R, *turned, *G[2]), weight)
+    return _kinematics_of("axisymmetric_twist", (*G[0], u[0] / R, *turned, *G[2]), weight)
 
 
 def kinematics_of(name: str, u: Scalar, x: Scalar, moved: Moved | None = None) -> Kinematics:
@@ -198,7 +198,7 @@ def cartesian(u: Scalar, moved: Moved | None = None) -> Kinematics:
         The stress-free shape, where it is not the mesh's.
     """
     G = _rows(u, 3) if moved is None else moved.gradient(u)
-    return _deformed("cartesian", (*G[0], *G[1], *G[2]), 1.0 if moved is None else moved.ratio)
+    return _kinematics_of("cartesian", (*G[0], *G[1], *G[2]), 1.0 if moved is None else moved.ratio)
 
 
 def principal(e1: Scalar, e2: Scalar) -> Kinematics:
@@ -238,7 +238,7 @@ def strain_of(y: Sequence[Scalar]) -> Kinematics:
     return replace(strain, variables=tuple(y))
 
 
-def _deformed(name: str, g: Sequence[Scalar], weight: Scalar) -> Kinematics:
+def _kinematics_of(name: str, g: Sequence[Scalar], weight: Scalar) -> Kinematics:
     F = SETTINGS[name].deformation(g)
     strain = strain_of([ufl.variable(component) for component in SETTINGS[name].strain(F)])
     return replace(strain, F=ufl.as_matrix(F), weight=weight)

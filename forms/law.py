@@ -46,7 +46,7 @@ class Named(Protocol):
 N = TypeVar("N", bound=Named)
 
 
-def named(parameters: Sequence[N], name: str, owner: str) -> N:
+def find_parameter(parameters: Sequence[N], name: str, owner: str) -> N:
     """Return the parameter called ``name``.
 
     Parameters
@@ -157,7 +157,7 @@ class Law:
         UnknownName
             When the law has no such parameter.
         """
-        return named(self.parameters, name, self.name)
+        return find_parameter(self.parameters, name, self.name)
 
     @property
     def start(self) -> dict[str, float]:

@@ -100,7 +100,7 @@ def variables(values: Scalar) -> list[Scalar]:
     return [ufl.variable(values[i]) for i in range(len(values))]
 
 
-def named(names: Iterable[str], values: Scalar) -> dict[str, Scalar]:
+def by_name(names: Iterable[str], values: Scalar) -> dict[str, Scalar]:
     """The numbers of an input by name.
 
     Parameters

@@ -66,7 +66,7 @@ class Symmetric:
         return xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
 
 
-def unpacked(values: Sequence[Scalar], places: Sequence[int]) -> Symmetric:
+def unpack(values: Sequence[Scalar], places: Sequence[int]) -> Symmetric:
     """The tensor whose components at `places` are `values`, all others zero.
 
     Parameters

@@ -73,7 +73,7 @@ def mesh_order(mesh: Any) -> int:
     return int((maps[0] if maps else mesh.geometry.cmap).degree)
 
 
-def collapsed(space: Any) -> tuple[Any, NDArray[np.int32]]:
+def collapse(space: Any) -> tuple[Any, NDArray[np.int32]]:
     """Return a part of a mixed space as a space of its own, and its unknowns' numbers in the mixed space."""
     import numpy as np
 

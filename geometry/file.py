@@ -18,7 +18,7 @@ _LARGEST = {
 }
 
 
-def beside(folder: Path, name: str) -> str:
+def existing_file(folder: Path, name: str) -> str:
     """Return the path of a file that a case names.
 
     Parameters

@@ -71,9 +71,9 @@ def isolated(
         From the function's arguments: the processor time that it may take, s.
     """
 
-    def decorated(function: Callable[Asked, Answer]) -> Callable[Asked, Answer]:
+    def decorate(function: Callable[Asked, Answer]) -> Callable[Asked, Answer]:
         @wraps(function)
-        def asked(*args: Asked.args, **kwargs: Asked.kwargs) -> Answer:
+        def ask_reader(*args: Asked.args, **kwargs: Asked.kwargs) -> Answer:
             if _reader is None:
                 return function(*args, **kwargs)
             place, limit = str(where(*args, **kwargs)), seconds(*args, **kwargs)
@@ -99,9 +99,9 @@ def isolated(
                 raise GeometryError(place, f"{failed}: {words}", _REMEDY) from RuntimeError(details)
             return cast("Answer", answer)
 
-        return asked
+        return ask_reader
 
-    return decorated
+    return decorate
 
 
 def seconds_for(cells: float) -> float:
@@ -126,7 +126,7 @@ class _Reader:
         with self._lock:
             # A copy of this process would share the connection.
             if self._connection is None or self._asks != os.getpid():
-                self._connection, self._asks = self._started(), os.getpid()
+                self._connection, self._asks = self._start(), os.getpid()
             try:
                 self._connection.send(question)
                 if self._connection.poll(timeout):
@@ -139,7 +139,7 @@ class _Reader:
             self.end()
             raise TimeoutError
 
-    def _started(self) -> Connection:
+    def _start(self) -> Connection:
         parent_end, child_end = Pipe()
         if _can_be_copied():
             import gmsh

@@ -102,7 +102,7 @@ def build(
     # Before the session opens, because a shape may need a session of its own to find its sleeves.
     sleeves = shape.elastic_sleeves
     with session():
-        names = _generated(shape, dimension, mirrors, refinement, comm)
+        names = _generate_on_rank_0(shape, dimension, mirrors, refinement, comm)
         mesh, cells, facets = model_to_mesh(model(), comm, dimension)
     return NamedMesh(
         mesh,
@@ -117,7 +117,7 @@ def build(
     )
 
 
-def _generated(
+def _generate_on_rank_0(
     shape: Shape, dimension: int, mirrors: Mirrors, refinement: Refinement, comm: MPI.Comm
 ) -> Names:
     """Fill the session of rank 0; every rank learns the names, or why there is no mesh."""

@@ -59,7 +59,7 @@ def is_rigid(metal: Metal) -> bool:
     return isinstance(metal, Plate) and metal.rigid
 
 
-def described(metal: Metal) -> str:
+def metal_text(metal: Metal) -> str:
     """Return the words for a body of metal: its modulus, or that it is rigid."""
     if is_rigid(metal):
         return f"rigid, computed with E = {metal.youngs_modulus:g} MPa"

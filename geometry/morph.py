@@ -76,7 +76,7 @@ class Morph:
         # Corners, and the middles of sides, faces and elements.
         halves = [np.arange(0.0, end + 0.25, 0.5) for end in ends]
         self._places = np.stack([grid.ravel() for grid in np.meshgrid(*halves, indexing="ij")], axis=-1)
-        self._points = self._charted(blocks, self._places)
+        self._points = self._points_at(blocks, self._places)
 
     def places(self, points: Array) -> Array | None:
         """Return the places of points of the mesh in its box of elements, (n, d); None if they are not all nodes.
@@ -102,12 +102,12 @@ class Morph:
         places : shape (n, d)
             As `places` returned them.
         """
-        return self._charted(self._blocks(shape), places)
+        return self._points_at(self._blocks(shape), places)
 
     def _blocks(self, shape: Shape) -> Blocks:
         return shape.blocks(self._dimension, self._mirrors, self._refinement)
 
-    def _charted(self, blocks: Blocks, places: Array) -> Array:
+    def _points_at(self, blocks: Blocks, places: Array) -> Array:
         points = np.zeros((len(places), 3))
         points[:, : self._dimension] = blocks.chart(parameters(places, [positions(a) for a in blocks.axes]))
         return points

@@ -77,7 +77,7 @@ def from_gmsh(regions: Mapping[str, Sequence[int]], boundaries: Mapping[str, Seq
     number[tags] = np.arange(len(tags))
     dimension = max(d for d, _ in model().getEntities())
 
-    def gathered(d: int, entities: Sequence[int]) -> tuple[int, Ints]:
+    def elements_of(d: int, entities: Sequence[int]) -> tuple[int, Ints]:
         kinds, blocks = set(), []
         for entity in entities:
             for kind, _, nodes in zip(*mesh.getElements(d, entity), strict=True):
@@ -88,8 +88,10 @@ def from_gmsh(regions: Mapping[str, Sequence[int]], boundaries: Mapping[str, Seq
             raise ValueError(f"elements of {len(kinds)} types where one was expected")
         return kinds.pop(), np.concatenate(blocks)
 
-    elements = {name: gathered(dimension, entities) for name, entities in regions.items()}
-    facets = {name: gathered(dimension - 1, entities)[1] for name, entities in boundaries.items() if entities}
+    elements = {name: elements_of(dimension, entities) for name, entities in regions.items()}
+    facets = {
+        name: elements_of(dimension - 1, entities)[1] for name, entities in boundaries.items() if entities
+    }
     return _compact(
         RawMesh(
             coordinates.reshape(-1, 3),
@@ -113,7 +115,7 @@ def _compact(mesh: RawMesh) -> RawMesh:
     )
 
 
-def mirrored(mesh: RawMesh, component: int, plane: str) -> RawMesh:
+def add_mirror_image(mesh: RawMesh, component: int, plane: str) -> RawMesh:
     """Join a mesh and its mirror image; the boundary `plane` is then inside the mesh and loses its name.
 
     Parameters
@@ -147,7 +149,7 @@ def mirrored(mesh: RawMesh, component: int, plane: str) -> RawMesh:
     )
 
 
-def revolved(section: RawMesh, angles: Array) -> RawMesh:
+def revolve(section: RawMesh, angles: Array) -> RawMesh:
     """Sweep a section of second-order quadrilaterals about the axis: second-order hexahedra.
 
     Parameters
@@ -163,14 +165,14 @@ def revolved(section: RawMesh, angles: Array) -> RawMesh:
     count = len(section.points)
     r, z = section.points[:, 0], section.points[:, 1]
     points = np.concatenate([np.column_stack([r * np.cos(a), r * np.sin(a), z]) for a in angles[:layers]])
-    solid, face = _layered(HEXAHEDRON27, QUADRANGLE9), _layered(QUADRANGLE9, LINE3)
+    solid, face = _layer_table(HEXAHEDRON27, QUADRANGLE9), _layer_table(QUADRANGLE9, LINE3)
 
-    def swept(nodes: Ints, table: tuple[Ints, Ints]) -> Ints:
+    def sweep(nodes: Ints, table: tuple[Ints, Ints]) -> Ints:
         where, layer = table
         parts = [nodes[:, where] + count * ((2 * k + layer) % layers) for k in range((len(angles) - 1) // 2)]
         return np.concatenate(parts)
 
-    facets = {name: swept(nodes, face) for name, nodes in section.facets.items()}
+    facets = {name: sweep(nodes, face) for name, nodes in section.facets.items()}
     if not closed:
         everything = np.concatenate(list(section.cells.values()))
         for end, layer in ((angles[0], 0), (angles[-1], layers - 1)):
@@ -179,11 +181,11 @@ def revolved(section: RawMesh, angles: Array) -> RawMesh:
             facets[name] = np.concatenate([facets[name], cut_facets]) if name in facets else cut_facets
     # Nodes in a plane of symmetry are put exactly there: the computed sine of pi is not zero.
     points[np.abs(points) < 1e-12 * np.abs(points).max()] = 0.0
-    cells = {name: swept(nodes, solid) for name, nodes in section.cells.items()}
+    cells = {name: sweep(nodes, solid) for name, nodes in section.cells.items()}
     return RawMesh(points, HEXAHEDRON27, cells, facets)
 
 
-def _layered(kind: int, base: int) -> tuple[Ints, Ints]:
+def _layer_table(kind: int, base: int) -> tuple[Ints, Ints]:
     """For each node of a swept element: its node in the element that was swept, and its layer (0, 1 or 2)."""
 
     def nodes(of: int) -> Array:
@@ -227,14 +229,14 @@ LEAST = 0.1
 ROUNDS = 10
 
 
-def straightened(mesh: RawMesh) -> RawMesh:
+def straighten_folds(mesh: RawMesh) -> RawMesh:
     """Put the mid-side nodes of folded elements into the middle of their sides."""
     if mesh.kind != TETRAHEDRON10:
         return mesh
     points = mesh.points.copy()
     cells = np.concatenate(list(mesh.cells.values()))
     for _ in range(ROUNDS):
-        folded_cells = cells[_folded(points[cells])]
+        folded_cells = cells[_is_folded(points[cells])]
         if not len(folded_cells):
             break
         for node, (a, b) in enumerate(SIDES, start=4):
@@ -242,7 +244,7 @@ def straightened(mesh: RawMesh) -> RawMesh:
     return replace(mesh, points=points)
 
 
-def _folded(x: Array) -> Array:
+def _is_folded(x: Array) -> Array:
     """Whether the determinant of the chart is too small at a node of an element; x has shape (n, 10, 3)."""
     coordinates = np.vstack([np.eye(4), [[0.5 * (i in side) for i in range(4)] for side in SIDES]])
     slope = np.vstack([-np.ones(3), np.eye(3)])  # of the barycentric coordinates

@@ -102,7 +102,7 @@ class Ring(Meets):
         return Wall(self.inner_radius, self.outer_radius, (-inner, inner), (-outer, outer), straight=True)
 
     @override
-    def sleeved(self, inner: Sleeve, outer: Sleeve) -> Shape:
+    def with_sleeves(self, inner: Sleeve, outer: Sleeve) -> Shape:
         """Return the same shape with these elastic sleeves where it has rigid ones.
 
         Parameters

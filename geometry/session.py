@@ -33,7 +33,7 @@ def session() -> Iterator[None]:
 
 
 @contextmanager
-def refusing(where: str, what: str, view: View | None = None) -> Iterator[None]:
+def convert_errors(where: str, what: str, view: View | None = None) -> Iterator[None]:
     """Convert the bare exceptions of Gmsh into `GeometryError`.
 
     Parameters

@@ -138,7 +138,7 @@ class Shape(BaseModel):
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)
 
     @property
-    def counted(self) -> tuple[str, ...]:
+    def element_directions(self) -> tuple[str, ...]:
         """Directions in which the case may give a number of elements, of "across", "along" and "around"."""
         return ("across", "along", "around")
 
@@ -222,9 +222,9 @@ class Shape(BaseModel):
     @property
     def overall(self) -> float | None:
         """Largest extent of the part, or of what lies between its bonds, mm; None where the bonds bound no wall."""
-        return None if self.wall is None else max(2.0 * self.wall.outer_radius, self.wall.longest)
+        return None if self.wall is None else max(2.0 * self.wall.outer_radius, self.wall.extent)
 
-    def sleeved(self, inner: Sleeve, outer: Sleeve) -> Shape | None:
+    def with_sleeves(self, inner: Sleeve, outer: Sleeve) -> Shape | None:
         """Return the same shape with these elastic sleeves where it has rigid ones; None where it cannot have any.
 
         Parameters
@@ -265,7 +265,7 @@ class Shape(BaseModel):
         return {}
 
     @property
-    def meeting(self) -> Meeting:
+    def contact_surfaces(self) -> Meeting:
         """Surfaces with contact: none, those of the mesh, or also the rigid sleeves."""
         return False
 
@@ -275,13 +275,13 @@ class Shape(BaseModel):
         return {}
 
 
-def _meeting(value: Any) -> Any:
+def _check_contact(value: Any) -> Any:
     if value is not True and value is not False and value != "sleeves":
         raise ValueError('must be true, false or "sleeves"')
     return value
 
 
-Meeting = Annotated[bool | Literal["sleeves"], BeforeValidator(_meeting)]
+Meeting = Annotated[bool | Literal["sleeves"], BeforeValidator(_check_contact)]
 
 
 class Meets(Shape):
@@ -295,7 +295,7 @@ class Meets(Shape):
 
     @property
     @override
-    def meeting(self) -> Meeting:
+    def contact_surfaces(self) -> Meeting:
         return self.contact
 
 

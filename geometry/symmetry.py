@@ -36,7 +36,7 @@ def moments(entities: Sequence[tuple[int, int]]) -> tuple[float, Array, Array]:
     return mass, centre, second
 
 
-def balanced(
+def is_symmetric(
     parts: Mapping[str, Sequence[tuple[int, int]]], origin: Array, rows: Array, component: int, size: float
 ) -> bool:
     """Whether the moments of all parts are those of their mirror images.
@@ -81,7 +81,7 @@ class SampledSolids:
         self._points = np.random.default_rng(1).uniform(low, high, (POINTS, 3))
 
     @cached_property
-    def _known(self) -> list[bool]:
+    def _which_inside(self) -> list[bool]:
         return [self._is_inside(point) for point in self._points]
 
     def _is_inside(self, point: Array) -> bool:
@@ -99,5 +99,6 @@ class SampledSolids:
         """
         images = self._points - 2.0 * np.outer((self._points - origin) @ normal, normal)
         return all(
-            is_inside == self._is_inside(image) for is_inside, image in zip(self._known, images, strict=True)
+            is_inside == self._is_inside(image)
+            for is_inside, image in zip(self._which_inside, images, strict=True)
         )

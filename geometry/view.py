@@ -43,7 +43,7 @@ class View:
     captions: Mapping[str, str] = field(default_factory=dict)
 
     @property
-    def assembled(self) -> bool:
+    def shows_assembly(self) -> bool:
         """Whether the view shows several bodies in space."""
         return len(self.solids) > 0
 

@@ -43,19 +43,19 @@ class Wall:
         return self.outer_radius - self.inner_radius
 
     @property
-    def longest(self) -> float:
+    def extent(self) -> float:
         """Distance from the lowest to the highest point of the bonds along the axis, mm."""
         return max(self.inner[1], self.outer[1]) - min(self.inner[0], self.outer[0])
 
     @property
-    def bonded(self) -> float:
+    def bond_length(self) -> float:
         """Length of the shorter bond along the axis, mm."""
         return min(self.inner[1] - self.inner[0], self.outer[1] - self.outer[0])
 
     def size(self, name: Literal["thickness", "length", "thickness/length"]) -> float:
         """Return the thickness, the length of the shorter bond (both mm), or their quotient."""
-        sizes = {"thickness": self.thickness, "length": self.bonded}
-        return sizes[name] if name in sizes else self.thickness / self.bonded
+        sizes = {"thickness": self.thickness, "length": self.bond_length}
+        return sizes[name] if name in sizes else self.thickness / self.bond_length
 
     def span(self, bond: str) -> Span:
         """Least and largest z of the bond "inner" or "outer", mm."""

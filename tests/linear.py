@@ -79,8 +79,8 @@ class World:
             return None
         J = np.hstack([own, *(self.columns[name][:, None] for name, _ in held)])
         variance = self.problem.variances[0]
-        A = features.whitened(features.of(J), variance)
-        z = features.whitened(features.of(self.base.simulated[0] - self.recorded), variance)
+        A = features.whiten(features.of(J), variance)
+        z = features.whiten(features.of(self.base.simulated[0] - self.recorded), variance)
         low = np.array([-np.inf] * own.shape[1] + [float(p.lower) for _, p in held])
         step, pulls = np.zeros(len(names)), [0.0] * len(held)
         for _ in range(20):

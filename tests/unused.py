@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[1]
 READ = ("bushcli", "cases", "forms", "geometry", "benchmarks", "docs/tables.py")
 # Vulture's confidence for names that are not used; what is certain (unreachable code) has 100 %.
 CONFIDENCE = 60
-PART = re.compile(r'\b(?:part\([\w.]+, |_fields\()"([\w ]+)"\)')
+SELECTED = re.compile(r'\b(?:select\([\w.]+, |_fields\()"([\w ]+)"\)')
 RESULT = re.compile(r'^    "\w+": "(\w+)",$', re.MULTILINE)
 VALIDATORS = ["@field_validator*", "@model_validator*"]
 
@@ -76,7 +76,7 @@ def unused(root: Path, read: Iterable[str]) -> list[Unused]:
     parts = [
         part
         for file in (root / "bushcli/report/json").glob("*.py")
-        for part in PART.findall(file.read_text())
+        for part in SELECTED.findall(file.read_text())
     ]
     taken = {name for part in parts for name in part.split()}
     # The functions of each result, which `bushcli.report` calls by the name of its files.

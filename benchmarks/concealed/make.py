@@ -23,7 +23,7 @@ from benchmarks.concealed.strength import apart, beside_a_factor, strength
 from benchmarks.concealed.truth import FAINT, LARGEST, Specimen, Truth, write_truth
 from bushcli.curve.curve import Curve
 from bushcli.curve.segment import excursions
-from bushcli.effects.active import ActiveEffect, acting
+from bushcli.effects.active import ActiveEffect, effects_on_channel
 from bushcli.effects.effect import effect
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.recording import write_curve_csv
@@ -129,7 +129,7 @@ class Bench:
             values, slopes = [], []
             given = dict(zip(whole, map(float, x), strict=True))
             for c, plain in zip(self.channels, self.plain, strict=True):
-                here = {one.name for one in acting(others, c.name, c.name)}
+                here = {one.name for one in effects_on_channel(others, c.name, c.name)}
                 own = [n for n in whole if "." not in n or n.partition(".")[0] in here]
                 value, slope = force(self.specimen, c, others, finer=False, values=given, names=own)
                 values.append(value - plain)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.concealed.truth import Specimen
-from bushcli.effects.active import ActiveEffect, acting
+from bushcli.effects.active import ActiveEffect, effects_on_channel
 from bushcli.simulate.simulation import Simulation
 from cases.mode import modes
 from cases.simulate import Rubber
@@ -87,7 +87,7 @@ def force(
         mode,
         rubber,
         refinement,
-        acting(active, channel.name, mode.name),
+        effects_on_channel(active, channel.name, mode.name),
         channel.time,
         channel.displacement,
         None if finer else NOISELESS,

@@ -71,7 +71,7 @@ class Leaving(Beside):
 
     def _averaged(self, points: Any) -> Prediction:
         found = super()._averaged(points)
-        best = max((self._value(point)[0] for point in points), key=lambda one: one.judged.log)
+        best = max((self._value(point)[0] for point in points), key=lambda one: one.judgement.log)
         object.__setattr__(found, "left", best.left)
         return found
 
@@ -148,12 +148,12 @@ def posterior(data: Mapping[str, Any], law: Callable[[int], float]) -> Sets:
 
 
 def _smallest_equivalent(key: Any, states: Mapping[Any, tuple[Any, Evidence]]) -> tuple[str, ...]:
-    """Return the effects of the smallest equivalent model within another one (`Search.smallest_equivalent`)."""
+    """Return the effects of the smallest model within another that describes the recordings as well."""
     one, found = states[key]
     least: tuple[str, ...] = one["effects"]
     for other, (smaller, worse) in states.items():
         more = len(one["effects"]) - len(smaller["effects"])
-        if more > 0 and set(other) < set(key) and found.judged.log - worse.judged.log < FAINT * more:
+        if more > 0 and set(other) < set(key) and found.judgement.log - worse.judgement.log < FAINT * more:
             least = min(least, smaller["effects"], key=len)
     return least
 

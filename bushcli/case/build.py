@@ -12,20 +12,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import ValidationError
 
 from bushcli.case import checks, motion_path
-from bushcli.case.case import (
-    DENSITY,
-    Case,
-    DynamicTest,
-    Load,
-    LoadCase,
-    Material,
-    MeshOptions,
-    named,
-)
+from bushcli.case.case import DENSITY, Case, Material, MeshOptions
 from bushcli.case.dynamic import KIND, DynamicRecordingTable, sources
-from bushcli.case.finding import Finding, Keys, dotted, explain, shown, unknown_key, unknown_name
+from bushcli.case.finding import Finding, Keys, dotted_key, explain, toml_text, unknown_key, unknown_name
 from bushcli.case.hardness import from_hardness
 from bushcli.case.limits import MOST_ENTRIES, mesh_size
+from bushcli.case.loads import DynamicTest, Load, LoadCase, with_channel_names
 from bushcli.case.schema import (
     CaseTable,
     EffectTable,
@@ -80,33 +72,34 @@ class Builder:
         self.findings += _impossible_values(data)
         title = data.get("title", printable(path.stem))
         if not isinstance(title, str):
-            self.findings.append(Finding(("title",), f"title = {shown(title)} is not a text in quotes"))
+            self.findings.append(Finding(("title",), f"title = {toml_text(title)} is not a text in quotes"))
         temperature = self._temperature(data)
         tolerance = self._tolerance(data)
         shape = self._shape(data)
         mesh = self._table(data, "mesh", MeshTable)
         material = self._material(data)
-        loads = list(self._list(data, "load_cases", LoadCaseTable))
+        loads = list(self._valid_tables(data, "load_cases", LoadCaseTable))
         prescribed = [
-            _at(self._load_case(table, keys, shape, material), table.temperature, temperature)
+            _at_temperature(self._load_case(table, keys, shape, material), table.temperature, temperature)
             for table, keys in loads
             if table.dynamic is None
         ]
         vibrating = [
-            _at(self._vibrations(table, keys, shape, material), table.temperature, temperature)
+            _at_temperature(self._vibrations(table, keys, shape, material), table.temperature, temperature)
             for table, keys in loads
             if table.dynamic
         ]
         recordings, specimens, coupons = (
             tuple(
-                _at(source, source.temperature, temperature)
+                _at_temperature(source, source.temperature, temperature)
                 for source in self._sources(data, key, shape_of_sources, material)
             )
             for key, shape_of_sources in (("recordings", shape), ("specimens", shape), ("coupons", None))
         )
         tables = self._dynamic(data, shape, material, [source.label for source in (*recordings, *coupons)])
         measured: tuple[Source | DynamicSource, ...] = (*recordings, *tables)
-        load_cases, tests = named(prescribed, [channel.label for channel in measured]), named(vibrating, ())
+        load_cases = with_channel_names(prescribed, [channel.label for channel in measured])
+        tests = with_channel_names(vibrating, ())
         active = self._effects(data, load_cases, tests, measured, coupons, shape)
         if self.findings or shape is None or mesh is None or material is None:
             return None
@@ -137,7 +130,7 @@ class Builder:
 
     def _validate(self, raw: Any, keys: Keys, model: type[T], section: str) -> T | None:
         if not isinstance(raw, dict):
-            what = f"{dotted(keys)} = {shown(raw)} is not a table of keys"
+            what = f"{dotted_key(keys)} = {toml_text(raw)} is not a table of keys"
             self.findings.append(Finding(keys, what, expected=f"write {section}"))
             return None
         try:
@@ -146,7 +139,7 @@ class Builder:
             self.findings += explain(error, model, keys, section)
             return None
 
-    def _list(
+    def _valid_tables(
         self, data: dict[str, Any], name: str, model: type[T], kind: str | None = None
     ) -> Iterator[tuple[T, Keys]]:
         """Yield the tables of a list; for recordings, only those of one kind."""
@@ -174,7 +167,9 @@ class Builder:
         raw = data.get("geometry")
         if not isinstance(raw, dict):
             what = (
-                "[geometry] is missing" if raw is None else f"geometry = {shown(raw)} is not a table of keys"
+                "[geometry] is missing"
+                if raw is None
+                else f"geometry = {toml_text(raw)} is not a table of keys"
             )
             self.findings.append(Finding(("geometry",), what, expected='[geometry] with shape = "plain"'))
             return None
@@ -245,14 +240,14 @@ class Builder:
     ) -> LoadCase | None:
         programs = [key for key in PROGRAMS if getattr(table, key) is not None]
         if len(programs) != 1:
-            what = f"{dotted(keys)} has " + (" and ".join(programs) if programs else "no program")
+            what = f"{dotted_key(keys)} has " + (" and ".join(programs) if programs else "no program")
             at = (*keys, programs[-1]) if programs else keys
             self.findings.append(Finding(at, what, expected=f"give one of {', '.join(PROGRAMS)}"))
         if not self._mode(keys, table.mode, shape, None, material) or len(programs) != 1:
             return None
         key, by_force = (*keys, programs[0]), programs[0].startswith("force")
         if by_force and (modes()[table.mode].specimen == "coupon" or modes()[table.mode].follow is not None):
-            what = f"{dotted(key)}: mode {shown(table.mode)} is loaded by a displacement"
+            what = f"{dotted_key(key)}: mode {toml_text(table.mode)} is loaded by a displacement"
             self.findings.append(
                 Finding(key, what, expected="amplitude, path or file; a force loads a bushing in one mode")
             )
@@ -264,7 +259,7 @@ class Builder:
         name = table.force_file if by_force else table.file
         if name is not None:
             if table.rate is not None:
-                what = f"{dotted((*keys, 'rate'))} has no meaning: the file gives the times"
+                what = f"{dotted_key((*keys, 'rate'))} has no meaning: the file gives the times"
                 self.findings.append(Finding((*keys, "rate"), what))
             file = find_file(self.folder, key, name, self.findings)
             if file is None:
@@ -273,7 +268,7 @@ class Builder:
             self.findings += wrong_units(keys, source)
             return LoadCase(table.mode, steps=table.steps, source=source, by_force=by_force)
         for name in sorted(FileTable.model_fields.keys() & table.model_fields_set):
-            what = f"{dotted((*keys, name))} has no meaning without a file"
+            what = f"{dotted_key((*keys, name))} has no meaning without a file"
             self.findings.append(Finding((*keys, name), what))
         unit = math.radians(1.0) if modes()[table.mode].rotational and not by_force else 1.0
         listed, largest = (table.force_path, table.force) if by_force else (table.path, table.amplitude)
@@ -282,7 +277,7 @@ class Builder:
         rate = None if table.rate is None else unit * table.rate
         load_case = LoadCase(table.mode, path, rate, by_force=by_force, steps=table.steps)
         if any(a == b for a, b in pairwise(path)):
-            what = f"{dotted(key)} = {shown(getattr(table, programs[0]))} stands still"
+            what = f"{dotted_key(key)} = {toml_text(getattr(table, programs[0]))} stands still"
             self.findings.append(
                 Finding(
                     key, what, expected="consecutive points must differ; write a hold as a file with times"
@@ -299,7 +294,7 @@ class Builder:
             return None
         from bushcli.case import vibrations  # few cases have a dynamic test
 
-        vibration_test, findings = vibrations.test(table, keys, shape, self._validate)
+        vibration_test, findings = vibrations.dynamic_test(table, keys, shape, self._validate)
         self.findings += findings
         return vibration_test
 
@@ -317,7 +312,9 @@ class Builder:
             return self._mode(keys, mode, shape, specimen, material)
 
         tables: Iterator[tuple[RecordingTable, Keys]] = (
-            self._list(data, section, CouponTable) if coupons else self._list(data, section, RecordingTable)
+            self._valid_tables(data, section, CouponTable)
+            if coupons
+            else self._valid_tables(data, section, RecordingTable)
         )
         builder = SourceBuilder(self.folder, self.findings, known, self.looks_for_files, self.tables)
         return builder.build(tables, "coupon" if coupons else None, usual, section == "specimens")
@@ -328,7 +325,7 @@ class Builder:
         """Return the tables of dynamic stiffness, of the bushing and of coupons."""
         dynamic_sources: list[DynamicSource] = []
         for section, specimen in (("recordings", None), ("coupons", "coupon")):
-            tables = list(self._list(data, section, DynamicRecordingTable, KIND))
+            tables = list(self._valid_tables(data, section, DynamicRecordingTable, KIND))
             if not tables:
                 continue
             builder = SourceBuilder(
@@ -353,7 +350,7 @@ class Builder:
     def _tolerance(self, data: dict[str, Any]) -> Tolerance:
         raw, keys = data.get("tolerance", DEFAULT.percent), ("tolerance",)
         if isinstance(raw, str) and raw.upper() in CLASSES:
-            what = f"tolerance = {shown(raw)}: the percentage of the class depends on hardness and wall thickness"
+            what = f"tolerance = {toml_text(raw)}: the percentage of the class depends on hardness and wall thickness"
             example = f'tolerance = {{class = "{raw.upper()}", percent = 15}}'
             expected = f"take it from the drawing or the handbook: {example}"
             self.findings.append(Finding(keys, what, expected=expected))
@@ -372,7 +369,7 @@ class Builder:
         coupons: Sequence[Source],
         shape: Shape | None,
     ) -> tuple[ActiveEffect, ...]:
-        tables = list(self._list(data, "effects", EffectTable))
+        tables = list(self._valid_tables(data, "effects", EffectTable))
         # Effects are checked against channels: an error in a channel would be reported twice.
         if any(
             finding.keys[0] in ("temperature", "geometry", "load_cases", "recordings")
@@ -420,7 +417,7 @@ class Builder:
 S = TypeVar("S", LoadCase | None, DynamicTest | None, Source)
 
 
-def _at(source: S, of_table: float | None, of_case: float | None) -> S:
+def _at_temperature(source: S, of_table: float | None, of_case: float | None) -> S:
     """Return a load case or a source with its own temperature, or with that of the case."""
     return (
         source if source is None else replace(source, temperature=of_case if of_table is None else of_table)
@@ -445,9 +442,10 @@ def _impossible_values(value: Any, keys: Keys = ()) -> Iterator[Finding]:
         if str(keys[-1]).endswith("file") and printable(value.translate(ESCAPED)) == value.translate(ESCAPED):
             return
         yield Finding(
-            keys, f"{dotted(keys)} = {shown(value)} has a control character, which would act on a terminal"
+            keys,
+            f"{dotted_key(keys)} = {toml_text(value)} has a control character, which would act on a terminal",
         )
     elif isinstance(value, (int, float)) and not isinstance(value, bool):
         infinite = keys == ("material", "bulk_modulus") and value == math.inf
         if not infinite and value != 0 and not 1.0 / _LARGEST <= abs(value) <= _LARGEST:
-            yield Finding(keys, f"{dotted(keys)} = {shown(value)} is not a usable number")
+            yield Finding(keys, f"{dotted_key(keys)} = {toml_text(value)} is not a usable number")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bushcli.case.unit import unit
+from bushcli.case.unit import case_file_unit
 from bushcli.effects.effect import effects
 from cases.mode import modes
 from forms.law import laws
@@ -83,7 +83,7 @@ def as_json(kind: str) -> list[dict[str, Any]]:
                     "reciprocal": dict(zip(("name", "unit"), p.reciprocal, strict=True))
                     if p.reciprocal
                     else None,
-                    "unit_rotational": unit(p, rotational=True),
+                    "unit_rotational": case_file_unit(p, rotational=True),
                 }
                 for p in effect.parameters
             ],

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from annotated_types import Ge, Gt
 
 from bushcli.case.case import Material, parameter_terms
-from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
+from bushcli.case.finding import Finding, Keys, dotted_key, toml_text, unknown_name
 from bushcli.case.hardness import HIGHEST, LOWEST
 from bushcli.case.limits import MOST_SHEAR
 from bushcli.case.typical import SHEAR_WORDS
@@ -61,18 +61,18 @@ def parameters(material: Material) -> Iterator[Finding]:
         if parameter is None:
             sound = False
             names = [p.name for p in law.parameters]
-            what = f"{dotted((*_PARAMETERS, name))} is not a parameter of {law.name}"
+            what = f"{dotted_key((*_PARAMETERS, name))} is not a parameter of {law.name}"
             yield Finding((*_PARAMETERS, name), what, nearest(name, names), ", ".join(names))
         elif not parameter.admits(value):
             sound = False
-            what = f"{dotted((*_PARAMETERS, name))} = {shown(value)} is out of bounds"
+            what = f"{dotted_key((*_PARAMETERS, name))} = {toml_text(value)} is out of bounds"
             yield Finding((*_PARAMETERS, name), what, expected=_bounds(parameter))
     # Required ones, and the rest of each term of which one is given.
     started = [group for group in terms[1:] if any(name in material.parameters for name in group)]
     for name in (name for group in (terms[0], *started) for name in group if name not in material.parameters):
         sound = False
         parameter = law.parameter(name)
-        what = f"{dotted((*_PARAMETERS, name))} is missing"
+        what = f"{dotted_key((*_PARAMETERS, name))} is missing"
         yield Finding(
             (*_PARAMETERS, name), what, expected=f"{law.name}: {parameter.meaning}, {_bounds(parameter)}"
         )
@@ -91,7 +91,8 @@ def moduli(material: Material) -> Iterator[Finding]:
         yield Finding(_PARAMETERS, what, expected=expected)
     elif material.bulk_modulus < LEAST_BULK * shear:
         keys = ("material", "bulk_modulus")
-        what = f"{dotted(keys)} = {shown(material.bulk_modulus)} is too small for a shear modulus of {shear:.3g} MPa"
+        given = f"{dotted_key(keys)} = {toml_text(material.bulk_modulus)}"
+        what = f"{given} is too small for a shear modulus of {shear:.3g} MPa"
         expected = f"at least {LEAST_BULK * shear:.3g} MPa, or Poisson's ratio is negative; rubber has 1000 to 3000 MPa"
         yield Finding(keys, what, expected=expected)
 
@@ -113,14 +114,16 @@ def dimensions(shape: Shape) -> Iterator[Finding]:
     }
     for name, value in (sizes | sleeves).items():
         if 0.0 < abs(value) < SMALLEST_DIMENSION:
-            what = f"geometry.{name} = {shown(value)} is too small to mesh"
+            what = f"geometry.{name} = {toml_text(value)} is too small to mesh"
             yield Finding(
                 ("geometry", *name.split(".")), what, expected=f"at least {SMALLEST_DIMENSION:g} mm"
             )
             return
     for name, sleeve in shape.elastic_sleeves.items():
         if sleeve.youngs_modulus < SOFTEST_SLEEVE:
-            what = f"geometry.{name}.youngs_modulus = {shown(sleeve.youngs_modulus)} is softer than rubber"
+            what = (
+                f"geometry.{name}.youngs_modulus = {toml_text(sleeve.youngs_modulus)} is softer than rubber"
+            )
             expected = f"at least {SOFTEST_SLEEVE:g} MPa; aluminium has 70000"
             yield Finding(("geometry", name, "youngs_modulus"), what, expected=expected)
             return
@@ -128,11 +131,11 @@ def dimensions(shape: Shape) -> Iterator[Finding]:
         return
     name, largest = max(sizes.items(), key=lambda size: abs(size[1]))
     if abs(largest) < SMALLEST_SHAPE:
-        what = f"geometry.{name} = {shown(largest)} is the largest dimension: no bushing is so small"
+        what = f"geometry.{name} = {toml_text(largest)} is the largest dimension: no bushing is so small"
         expected = f"dimensions are in mm; if this one is in metres, write {1e3 * largest:g}"
         yield Finding(("geometry", name), what, expected=expected)
     elif abs(largest) > LARGEST:
-        what = f"geometry.{name} = {shown(largest)}: no bushing is so large"
+        what = f"geometry.{name} = {toml_text(largest)}: no bushing is so large"
         yield Finding(("geometry", name), what, expected=f"dimensions are in mm, at most {LARGEST:g}")
 
 
@@ -193,7 +196,7 @@ def mode(
         yield unknown_name((*keys, "mode"), name, fitting, "mode")
     elif mode_of_name.specimen != specimen:
         owner = f'shape "{shape}"' if shape else f"[[{keys[0]}]]"
-        setting = f"{dotted((*keys, 'mode'))} = {shown(name)}"
+        setting = f"{dotted_key((*keys, 'mode'))} = {toml_text(name)}"
         what = f"{setting} is a mode of a {mode_of_name.specimen}, but {owner} is a {specimen}"
         yield Finding((*keys, "mode"), what, expected=", ".join(fitting))
     elif (
@@ -202,7 +205,7 @@ def mode(
         and math.isinf(bulk_modulus)
         and keys[0] != "coupons"  # from which it is identified
     ):
-        what = f"{dotted((*keys, 'mode'))} = {shown(name)} needs a finite material.bulk_modulus"
+        what = f"{dotted_key((*keys, 'mode'))} = {toml_text(name)} needs a finite material.bulk_modulus"
         yield Finding((*keys, "mode"), what, expected="e.g. bulk_modulus = 2000.0, MPa")
 
 
@@ -224,12 +227,12 @@ def travel(keys: Keys, mode: str, path: Sequence[float], shape: Shape) -> Iterat
     if 0.0 < amplitude < SMALLEST_TRAVEL:
         unit = "rad" if kind.rotational else "mm"
         unit = {True: "of shear", False: "of stretch"}[kind.sheared] if kind.specimen == "coupon" else unit
-        what = f"{dotted(keys)}: a travel of {amplitude:g} {unit} is too small to simulate"
+        what = f"{dotted_key(keys)}: a travel of {amplitude:g} {unit} is too small to simulate"
         yield Finding(
             keys, what, expected=f"at least {SMALLEST_TRAVEL:g} {unit}, enough for the initial stiffness"
         )
     if kind.specimen == "coupon" and not kind.sheared and min(path, default=0.0) <= -1.0:
-        what = f"{dotted(keys)} = {min(path):g} compresses the specimen to zero length"
+        what = f"{dotted_key(keys)} = {min(path):g} compresses the specimen to zero length"
         yield Finding(keys, what, expected="stretch - 1, above -1")
     if kind.specimen == "bushing":
         along, angle = (0.0, amplitude) if kind.rotational else (amplitude, 0.0)
@@ -251,12 +254,14 @@ def too_far(keys: Keys, shape: Shape | None, across: float, along: float, angle:
         return
     annulus = shape.annulus
     if shape.gap is not None and across >= shape.gap:
-        what = f"{dotted(keys)} = {across:g} closes the gap between the sleeves"
+        what = f"{dotted_key(keys)} = {across:g} closes the gap between the sleeves"
         yield Finding(keys, what, expected=f"a displacement below the rubber's thickness, {shape.gap:g} mm")
     elif annulus is not None and along > MOST_SHEAR * annulus.thickness:
-        what = f"{dotted(keys)} = {along:g} is {along / annulus.thickness:.0f} times the rubber's thickness"
+        what = (
+            f"{dotted_key(keys)} = {along:g} is {along / annulus.thickness:.0f} times the rubber's thickness"
+        )
         most = MOST_SHEAR * annulus.thickness
         yield Finding(keys, what, expected=f"at most {most:g} mm: beyond that rubber tears")
     elif angle > math.pi:
-        what = f"{dotted(keys)} = {math.degrees(angle):g} turns the sleeve by more than 180 degrees"
+        what = f"{dotted_key(keys)} = {math.degrees(angle):g} turns the sleeve by more than 180 degrees"
         yield Finding(keys, what, expected="an angle in degrees, at most 180")

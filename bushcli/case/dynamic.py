@@ -9,7 +9,8 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from bushcli.case.finding import Finding, Keys, dotted, shown
+from bushcli.case.as_json import in_degrees
+from bushcli.case.finding import Finding, Keys, dotted_key, toml_text
 from bushcli.case.schema import DELIMITERS, CaseTable, ColumnKey, Delimiter, Name
 from bushcli.errors import nearest
 from bushcli.recording.dynamic.source import COLUMNS, LOOP_COLUMNS, DynamicSource
@@ -50,7 +51,7 @@ class DynamicRecordingTable(CaseTable):
     across: Literal["amplitude", "preload"] | None = Field(
         default=None, description="what a length or a strain in the names of the columns is"
     )
-    accept: list[Literal["unit", "spikes", "temperature", "loss_angle"]] | None = Field(
+    accept: list[Literal["unit", "spikes", "temperature", "loss_angle", "amplitude", "order"]] | None = Field(
         default=None, description="kinds of faults that are none"
     )
     quantity: Literal["E", "G"] | None = Field(default=None, description="modulus of a coupon")
@@ -75,7 +76,7 @@ def sources(
     for table, keys in tables:
         names = [*taken, *(source.label for source in dynamic_sources)]
         if table.name in names:
-            what = f"{dotted((*keys, 'name'))} = {shown(table.name)} is the name of another channel"
+            what = f"{dotted_key((*keys, 'name'))} = {toml_text(table.name)} is the name of another channel"
             findings.append(Finding((*keys, "name"), what))
         paths, _ = files((*keys, "file"), table.file)
         if not known((*keys, "mode"), table.mode):
@@ -119,22 +120,24 @@ def _columns(table: DynamicRecordingTable, keys: Keys) -> list[Finding]:
         for key in getattr(table, section) or {}:
             if key not in column_names:
                 at = (*keys, section, key)
-                what = f"{dotted(at)} is not a column of a dynamic table"
+                what = f"{dotted_key(at)} is not a column of a dynamic table"
                 findings.append(Finding(at, what, nearest(key, column_names), ", ".join(column_names)))
     for key, text in (table.units or {}).items():
         unit = read_unit(text)
         if key in COLUMNS and (unit is None or unit.kind not in suited_kinds(key, mode)):
             at = (*keys, "units", key)
             kinds = " or ".join(sorted(suited_kinds(key, mode)))
-            what = f"{dotted(at)} = {shown(text)} is not a unit of a {kinds}"
+            what = f"{dotted_key(at)} = {toml_text(text)} is not a unit of a {kinds}"
             findings.append(Finding(at, what, "", f"the {key.replace('_', ' ')} in mode {mode.name} is one"))
     if table.quantity is not None and mode.specimen != "coupon":
-        what = f"{dotted((*keys, 'quantity'))} belongs to a material test, but mode {mode.name} to a bushing"
+        what = (
+            f"{dotted_key((*keys, 'quantity'))} belongs to a material test, but mode {mode.name} to a bushing"
+        )
         findings.append(Finding((*keys, "quantity"), what))
     return findings
 
 
-def shown_source(source: DynamicSource) -> dict[str, Any]:
+def dynamic_source_json(source: DynamicSource) -> dict[str, Any]:
     """Return a source as JSON-ready data, with the keys and units of the case file; what is not given is left out."""
     rotational = modes()[source.mode].rotational
     fields: Mapping[str, Any] = vars(source)
@@ -142,7 +145,7 @@ def shown_source(source: DynamicSource) -> dict[str, Any]:
     shown_keys = {key: fields[key] for key in fields if key not in other}
     for key in _TURNED:
         if rotational and shown_keys[key] is not None:
-            shown_keys[key] = float(f"{math.degrees(shown_keys[key]):.12g}")
+            shown_keys[key] = in_degrees(shown_keys[key], True)
     shown_keys |= {"columns": dict(source.columns) or None, "units": dict(source.units) or None}
     shown_keys["accept"] = list(source.accepted_faults) or None
     shown_keys |= {"kind": KIND, "file": source.pattern, "name": source.label}

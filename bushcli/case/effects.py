@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
+from bushcli.case.finding import Finding, Keys, dotted_key, toml_text, unknown_name
 from bushcli.case.schema import EffectTable
-from bushcli.case.unit import inside, outside, unit
+from bushcli.case.unit import case_file_number, case_file_unit, internal_value
 from bushcli.effects.active import ActiveEffect, uniquely_named
-from bushcli.effects.effect import Effect, EffectParameter, Kind, effects, unsuited
+from bushcli.effects.effect import Effect, EffectParameter, Kind, effects, reasons_against
 from bushcli.errors import nearest
 from cases.mode import modes
 from geometry.shape import Shape
@@ -64,7 +64,7 @@ def build(
         occupied = {name for other in twins for name in other.channels or ()}
         apart = effect.of_rig and names and all(other.channels is not None for other in twins)
         if twins and not (apart and not set(names or ()) & occupied):
-            what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} is given twice"
+            what = f"{dotted_key((*keys, 'name'))} = {toml_text(effect.name)} is given twice"
             expected_modes = (
                 "list different channels in the two entries: channels = [...]"
                 if effect.of_rig
@@ -88,9 +88,11 @@ def build(
         values, value_findings = _values(effect, table, keys, rotational, shape)
         findings += value_findings
         other_names = [name for other, _ in tables if (name := other.name) != effect.name]
-        for what, expected in () if shape is None else unsuited(effect, shape, other_names, values):
+        for what, expected in () if shape is None else reasons_against(effect, shape, other_names, values):
             at = (*keys, "name")
-            findings.append(Finding(at, f"{dotted(at)} = {shown(effect.name)}: {what}", expected=expected))
+            findings.append(
+                Finding(at, f"{dotted_key(at)} = {toml_text(effect.name)}: {what}", expected=expected)
+            )
         active.append(replace(without_values, values=values))
     return list(uniquely_named(active)), findings
 
@@ -115,7 +117,7 @@ def _channels(
                 if by_name[name].mode not in acts
                 else _OF_KIND[by_name[name].kind]
             )
-            what = f"{dotted(at)} = {shown(name)}: {effect.name} does not act on {on_what}"
+            what = f"{dotted_key(at)} = {toml_text(name)}: {effect.name} does not act on {on_what}"
             yield Finding(at, what, expected=expected)
     channels_of_effect = [channel for channel in acting if channel.name in (table.channels or [])]
     if table.channels is None:
@@ -124,21 +126,22 @@ def _channels(
         present = (
             ", ".join(dict.fromkeys(channel.mode for channel in channels)) or "no recording and no load case"
         )
-        what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} acts on nothing in this case, which has {present}"
+        given = f"{dotted_key((*keys, 'name'))} = {toml_text(effect.name)}"
+        what = f"{given} acts on nothing in this case, which has {present}"
         yield Finding((*keys, "name"), what, expected=expected)
     rotational = [channel for channel in channels_of_effect if modes()[channel.mode].rotational]
     if (
         rotational
         and len(rotational) < len(channels_of_effect)
-        and any(unit(p, True) != p.unit for p in effect.parameters)
+        and any(case_file_unit(p, True) != p.unit for p in effect.parameters)
     ):
         straight = next(channel for channel in channels_of_effect if channel not in rotational)
-        what = f"{dotted(keys)}: {effect.name} acts on {straight.name} in mm and on {rotational[0].name} in degrees"
+        what = f"{dotted_key(keys)}: {effect.name} acts on {straight.name} in mm and on {rotational[0].name} in degrees"
         yield Finding((*keys, "channels"), what, expected="list channels of one kind only: channels = [...]")
     for channel in channels_of_effect if effect.needs_time else []:
         if channel.untimed:
             at = (*keys, "name")
-            what = f"{dotted(at)} = {shown(effect.name)} needs time, but {dotted(channel.untimed)} has none"
+            what = f"{dotted_key(at)} = {toml_text(effect.name)} needs time, but {dotted_key(channel.untimed)} has none"
             yield Finding(at, what, expected="give it a rate, or leave it out of channels = [...]")
     lacking = [
         channel.name
@@ -147,7 +150,7 @@ def _channels(
     ]
     if lacking:
         at = (*keys, "name")
-        what = f"{dotted(at)} = {shown(effect.name)} needs a temperature, which {', '.join(lacking)} "
+        what = f"{dotted_key(at)} = {toml_text(effect.name)} needs a temperature, which {', '.join(lacking)} "
         what += "has not" if len(lacking) == 1 else "have not"
         expected = "write temperature = 23.0 (degrees C) in its entry, or at the top of the case file for all"
         yield Finding(at, what, expected=expected)
@@ -170,11 +173,11 @@ def _values(
         at = (*keys, "parameters", name)
         parameter = by_name.get(name) or reciprocal.get(name)
         if parameter is None:
-            what = f"{dotted(at)} is not a parameter of {effect.name}"
+            what = f"{dotted_key(at)} is not a parameter of {effect.name}"
             findings.append(Finding(at, what, nearest(name, parameter_names), ", ".join(parameter_names)))
         elif not _is_used(parameter, effect, table):
             words = " or ".join(p.name for p in effect.parameters if p.choices)
-            what = f"{dotted(at)} has no meaning with this {words}"
+            what = f"{dotted_key(at)} has no meaning with this {words}"
             expected = ", ".join(p.name for p in effect.parameters if _is_used(p, effect, table))
             findings.append(Finding(at, what, expected=f'{expected}; or {words} = "{parameter.under}"'))
         elif parameter.choices:
@@ -183,17 +186,19 @@ def _values(
             else:
                 findings.append(unknown_name(at, raw, parameter.choices, f"choice of {name}"))
         elif isinstance(raw, str):
-            findings.append(Finding(at, f"{dotted(at)} = {shown(raw)} is not a number"))
+            findings.append(Finding(at, f"{dotted_key(at)} = {toml_text(raw)} is not a number"))
         elif parameter.name in values:
-            what = f"{dotted(at)} is given twice: {parameter.name} is 1/{parameter.reciprocal[0]}"  # type: ignore[index]
+            what = f"{dotted_key(at)} is given twice: {parameter.name} is 1/{parameter.reciprocal[0]}"  # type: ignore[index]
             findings.append(Finding(at, what, expected="give one of them"))
         else:
             inverted = name not in by_name
-            value = (1.0 / raw if raw else math.inf) if inverted else inside(parameter, raw, rotational)
+            value = (
+                (1.0 / raw if raw else math.inf) if inverted else internal_value(parameter, raw, rotational)
+            )
             values[parameter.name] = value
             low, high = parameter.bounds(shape)
             if not parameter.admits(value) or not low <= value <= high:
-                what = f"{dotted(at)} = {shown(raw)} is out of bounds"
+                what = f"{dotted_key(at)} = {toml_text(raw)} is out of bounds"
                 findings.append(Finding(at, what, expected=_bounds(parameter, inverted, rotational, shape)))
     return chosen | values, findings
 
@@ -210,8 +215,8 @@ def _bounds(parameter: EffectParameter, inverted: bool, rotational: bool, shape:
     if inverted and parameter.reciprocal is not None:
         units = "" if parameter.reciprocal[1] == "1" else f" {parameter.reciprocal[1]}"
         return f"at least {1.0 / parameter.upper:g}{units}"
-    units = "" if parameter.unit == "1" else f" {unit(parameter, rotational)}"
-    low, high = (outside(parameter, bound, rotational) for bound in parameter.bounds(shape))
+    units = "" if parameter.unit == "1" else f" {case_file_unit(parameter, rotational)}"
+    low, high = (case_file_number(parameter, bound, rotational) for bound in parameter.bounds(shape))
     limit = ""
     if parameter.within is not None and (low, high) != (parameter.lower, parameter.upper):
         name, share = parameter.within

@@ -36,7 +36,7 @@ class Finding:
         return self.suggested or (nearest(str(self.keys[-1]), self.among) if self.among else "")
 
 
-def dotted(keys: Keys) -> str:
+def dotted_key(keys: Keys) -> str:
     """Return a key path as a user writes it: ``load_cases[0].amplitude``."""
     text = ""
     for key in keys:
@@ -44,14 +44,14 @@ def dotted(keys: Keys) -> str:
     return text
 
 
-def shown(value: object) -> str:
+def toml_text(value: object) -> str:
     """Return a value as in TOML, cut to a length that fits a message."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, Mapping):
         return "{" + ", ".join(map(str, value)) + "}" if len(value) < 8 else "{...}"
     if isinstance(value, list):
-        text = "[" + ", ".join(shown(item) for item in value[:8]) + (", ...]" if len(value) > 8 else "]")
+        text = "[" + ", ".join(toml_text(item) for item in value[:8]) + (", ...]" if len(value) > 8 else "]")
     elif isinstance(value, int) and abs(value) > 10**20:
         text = "a number of more than 20 digits"
     else:
@@ -62,7 +62,7 @@ def shown(value: object) -> str:
 def unknown_key(keys: Keys, known: Iterable[str], section: str) -> Finding:
     """Return the finding for a key that a section does not have."""
     known, key = tuple(known), str(keys[-1])
-    what = f"{dotted(keys)} is not a key of {section}"
+    what = f"{dotted_key(keys)} is not a key of {section}"
     radius = key.replace("diameter", "radius")
     if radius != key and radius in known:
         return Finding(keys, what, expected=f"give {radius}, half the diameter, in mm")
@@ -79,7 +79,7 @@ def unknown_name(keys: Keys, name: object, known: Iterable[str], kind: str) -> F
     known = tuple(known)
     return Finding(
         keys,
-        f"{dotted(keys)} = {shown(name)} is not {'an' if kind[0] in 'aeio' else 'a'} {kind}",
+        f"{dotted_key(keys)} = {toml_text(name)} is not {'an' if kind[0] in 'aeio' else 'a'} {kind}",
         nearest(name, known, cutoff=0.5) if isinstance(name, str) else "",
         ", ".join(known),
     )
@@ -92,19 +92,19 @@ def explain(error: ValidationError, model: type[BaseModel], at: Keys, section: s
 
 def _finding_of(item: Any, model: type[BaseModel], at: Keys, section: str) -> Finding:
     loc: Keys = tuple(item["loc"])
-    keys, key, kind, context = at + loc, dotted(at + loc), item["type"], item.get("ctx", {})
+    keys, key, kind, context = at + loc, dotted_key(at + loc), item["type"], item.get("ctx", {})
     if kind == "extra_forbidden":
         owner = _model_at(model, loc[:-1])
         if loc[-1] in _keys_of(owner):
             return Finding(keys, f"{key} is given twice, under two of its names")
-        return unknown_key(keys, _keys_of(owner), section if len(loc) == 1 else f"[{dotted(keys[:-1])}]")
+        return unknown_key(keys, _keys_of(owner), section if len(loc) == 1 else f"[{dotted_key(keys[:-1])}]")
     if kind == "missing":
         field = _model_at(model, loc[:-1]).model_fields.get(str(loc[-1]))
         return Finding(keys, f"{key} is missing", expected=(field.description or "") if field else "")
     if kind in ("value_error", "assertion_error"):
         words = str(context.get("error", item["msg"]))
         # A validator of the whole table names its keys in its message; that of a single key does not.
-        return Finding(keys, f"{key}: {words}" if not loc else f"{key} = {shown(item['input'])}: {words}")
+        return Finding(keys, f"{key}: {words}" if not loc else f"{key} = {toml_text(item['input'])}: {words}")
     if kind == "literal_error":
         # The key of an entry of a list is that of the list; `class`, which Python does not permit, is an alias.
         place = loc[:-1] if isinstance(loc[-1], int) else loc
@@ -115,13 +115,13 @@ def _finding_of(item: Any, model: type[BaseModel], at: Keys, section: str) -> Fi
         nearest_name = nearest(item["input"], choices, cutoff=0.5) if isinstance(item["input"], str) else ""
         return Finding(
             keys,
-            f"{key} = {shown(item['input'])} is not allowed",
+            f"{key} = {toml_text(item['input'])} is not allowed",
             nearest_name,
-            ", ".join(map(shown, choices)),
+            ", ".join(map(toml_text, choices)),
         )
     template = _REQUIREMENTS.get(kind)
     requirement = template.format(**context) if template else item["msg"].replace("Input should", "should")
-    return Finding(keys, f"{key} = {shown(item['input'])} {requirement}")
+    return Finding(keys, f"{key} = {toml_text(item['input'])} {requirement}")
 
 
 _REQUIREMENTS = {

@@ -17,11 +17,11 @@ from pathlib import Path
 
 from bushcli.errors import CaseError, InputError, Problem, RecordingError, printable
 from bushcli.recording import Recording, read_recording
+from bushcli.recording.find_table import format_of
 from bushcli.recording.guess import modes_of_name
 from bushcli.recording.header.match import WantedColumn, by_unit, candidates, has_columns
 from bushcli.recording.header.meaning import says_compression
-from bushcli.recording.opened import format_of
-from bushcli.recording.reader import numbered, readers
+from bushcli.recording.reader import readers, unique_names
 from bushcli.recording.six import columns_of
 from bushcli.recording.source import Quantity, SixColumns, Source, Specimen
 from bushcli.recording.table_cache import TableCache
@@ -131,7 +131,7 @@ def _written(file: Path, folder: Path) -> str:
 def _names(entries: Sequence[_Entry]) -> list[str]:
     """Return the names of channels: that of the file if the mode occurs more than once, else an empty one."""
     entry_modes = [entry.source.mode for entry in entries]
-    stems = numbered([entry.source.file.stem for entry in entries])
+    stems = unique_names([entry.source.file.stem for entry in entries])
     return [
         stem if entry_modes.count(mode) > 1 else "" for mode, stem in zip(entry_modes, stems, strict=True)
     ]
@@ -152,7 +152,7 @@ def _entry(file: Path, tables: TableCache) -> _Entry:
             except RecordingError as error:
                 fitting: Sequence[Table] = ()
                 with suppress(RecordingError):
-                    fitting = _fitting(source, tables)
+                    fitting = _suitable_tables(source, tables)
                 errors.append((not fitting, error))
                 continue
             mode_of_file = modes()[kind[0]]
@@ -243,7 +243,7 @@ def _ways(source: Source, machine: bool, tables: TableCache) -> Iterator[tuple[S
     mode = modes()[source.mode]
     units: dict[Quantity, str] = {"time": "s"}
     for quantity in _QUANTITIES[1:]:
-        units[quantity] = _USUAL[source.measured(quantity, mode.specimen, mode.rotational)]
+        units[quantity] = _USUAL[source.dimension(quantity, mode.specimen, mode.rotational)]
     table = None if format_of(source.file) else read_table(source.file)
     if table is not None and len(table.names) in (2, 3) and not any(table.names) and not any(table.units):
         # Two or three columns in the most common order.
@@ -256,7 +256,7 @@ def _ways(source: Source, machine: bool, tables: TableCache) -> Iterator[tuple[S
         yield replace(chosen, units=units), (*remarks, *choices, what)
 
 
-def _fitting(source: Source, tables: TableCache) -> list[Table]:
+def _suitable_tables(source: Source, tables: TableCache) -> list[Table]:
     """Return the tables of a file that have a displacement and a force of the mode."""
     name = format_of(source.file)
     candidates = list(tables.tables(source.file, name, ()).tables) if name else [read_table(source.file)]
@@ -266,7 +266,7 @@ def _fitting(source: Source, tables: TableCache) -> list[Table]:
 def _with_choices(source: Source, tables: TableCache) -> tuple[Source, tuple[str, ...]]:
     """Return a source with the first possible group and columns, and remarks that list the others."""
     mode, remarks = modes()[source.mode], []
-    fitting = _fitting(source, tables)
+    fitting = _suitable_tables(source, tables)
     if not fitting:
         return source, ()
     table = fitting[0]

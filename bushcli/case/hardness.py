@@ -61,7 +61,7 @@ def known_from_hardness(material: Material) -> tuple[Condition, ...]:
     return (Condition("from_hardness", what, remedy),)
 
 
-def hardened(material: Material, nominal: float, shore_a: float) -> Material:
+def scaled_to_hardness(material: Material, nominal: float, shore_a: float) -> Material:
     """Return a material with its moduli scaled to another hardness.
 
     Parameters

@@ -43,7 +43,7 @@ _ORDER = (
 )
 
 
-def identified(result: Mapping[str, Any]) -> dict[str, Any]:
+def identified_tables(result: Mapping[str, Any]) -> dict[str, Any]:
     """Return the tables ``material`` and ``effects`` that a result means: with the identified law and effects.
 
     Parameters
@@ -128,7 +128,7 @@ def identified_case(case: Case, result: Mapping[str, Any], folder: Path) -> str 
     folder : Path
         Folder of the case file to be, to which file names are relative.
     """
-    sections = identified(result)
+    sections = identified_tables(result)
     material = {key: value for key, value in sections["material"].items() if value is not None}
     if not case.tables or not material.get("parameters"):
         return None

@@ -74,9 +74,11 @@ def mesh_size(shape: Shape, mesh: MeshOptions, used: Iterable[str]) -> Iterator[
         m.name for m in modes().values() if m.specimen == shape.specimen and m.follow is None
     }
     for key in ("across", "along", "around"):
-        if getattr(mesh.refinement, key) is not None and key not in shape.counted:
+        if getattr(mesh.refinement, key) is not None and key not in shape.element_directions:
             what = f"mesh.elements_{key} has no meaning for this shape: its mesh has no elements in that direction"
-            alternatives = "".join(f"; elements_{direction} refines the mesh" for direction in shape.counted)
+            alternatives = "".join(
+                f"; elements_{direction} refines the mesh" for direction in shape.element_directions
+            )
             yield Finding(("mesh", f"elements_{key}"), what, expected="leave it out" + alternatives)
     for name in sorted(names):
         mode = modes()[name]

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from bushcli.case.build import Builder
-from bushcli.case.case import Case, resolved
+from bushcli.case.case import Case, case_json
 from bushcli.case.finding import Finding, Keys
 from bushcli.case.identified import IDENTIFIED
 from bushcli.case.limits import (
@@ -26,7 +26,7 @@ from bushcli.case.limits import (
 )
 from bushcli.case.override import Override, apply
 from bushcli.case.rebuild import found_case
-from bushcli.case.toleranced import nominal
+from bushcli.case.toleranced import nominal_tables
 from bushcli.errors import CaseError, Problem, nearest
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.decode import text_of
@@ -61,7 +61,7 @@ def load_case(path: str | Path, overrides: Sequence[str] = (), tables: TableCach
         raise CaseError(
             Problem(str(path), f"has tables nested more than {DEEPEST} deep", "", "see docs/case-file.md")
         )
-    written, (data, deviating) = deepcopy(data), nominal(data)
+    written, (data, deviating) = deepcopy(data), nominal_tables(data)
     return replace(_build(data, applied, path, tables), toleranced=deviating, tables=written)
 
 
@@ -113,7 +113,7 @@ def _case_file(path: Path) -> Path:
     try:
         document = json.loads(read_bounded(folder / RESULT, LARGEST_RESULT))["case"]
         file = found_case(Path(document["path"]), folder)
-        now = json.loads(json.dumps(resolved(load_case(file))))
+        now = json.loads(json.dumps(case_json(load_case(file))))
     except (OSError, ValueError, KeyError, TypeError, TooLarge):
         what = "is a folder whose result names no case"
         raise CaseError(
@@ -136,7 +136,7 @@ def _read(path: Path) -> dict[str, Any]:
         content = read_bounded(path, LARGEST_CASE)
         text = text_of(content)
         if "\0" in text or (content and not text):
-            raise CaseError(Problem(str(path), "is not a text file", expected=_wanted()))
+            raise CaseError(Problem(str(path), "is not a text file", expected=_readable_files()))
         deep = too_deep_line(text)
         if deep is not None:
             what = f"has a key of more than {DEEPEST + 1} parts"
@@ -159,7 +159,7 @@ def _read(path: Path) -> dict[str, Any]:
         # A table's head or a key somewhere: a case file with a mistake, rather than another format.
         like_toml = re.search(r"^\s*(\[+[\w.]+\]+|\w+\s*=)", text, re.MULTILINE)
         if path.suffix.lower() != ".toml" and not like_toml:
-            raise CaseError(Problem(str(path), "is not a case file", "", _wanted())) from None
+            raise CaseError(Problem(str(path), "is not a case file", "", _readable_files())) from None
         raise CaseError(_syntax(path, text, str(error))) from None
     except TooLarge as error:
         raise CaseError(Problem(str(path), str(error), expected="a case file in TOML")) from None
@@ -173,7 +173,7 @@ def _read(path: Path) -> dict[str, Any]:
         raise CaseError(Problem(str(path), what)) from None
 
 
-def _wanted() -> str:
+def _readable_files() -> str:
     """Return what a command reads in place of a file of another format."""
     parts = [suffix for shape in shapes().values() for suffix in shape.suffixes]
     return f"a case file in TOML; bushcli mesh also reads {', '.join(parts)} files"
@@ -244,7 +244,7 @@ def _problems(findings: Sequence[Finding], path: Path, overrides: Sequence[Overr
 _MARK = re.compile(r"#\s*<--")
 
 
-def unedited(path: Path) -> tuple[Condition, ...]:
+def unedited_lines(path: Path) -> tuple[Condition, ...]:
     """Return a condition if a case file still has lines that its user was asked to complete.
 
     Parameters

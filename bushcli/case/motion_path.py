@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import checks
-from bushcli.case.case import PathLoadCase
-from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
+from bushcli.case.finding import Finding, Keys, dotted_key, toml_text, unknown_name
+from bushcli.case.loads import PathLoadCase
 from bushcli.case.schema import LoadCaseTable, PathTable
 from bushcli.errors import RecordingError
 from bushcli.recording.source import SixColumns, Source
@@ -43,23 +43,25 @@ def load_case(
     if not isinstance(raw, dict) or modes()[table.mode].follow is None:
         other = "amplitude, file or a list of points"
         if isinstance(raw, dict):
-            what = f"{dotted(at)} is a table of six motions, and mode {shown(table.mode)} has one"
+            what = f"{dotted_key(at)} is a table of six motions, and mode {toml_text(table.mode)} has one"
         else:
-            what = f"{dotted(keys)}: mode {shown(table.mode)} has six motions; {other} gives one"
+            what = f"{dotted_key(keys)}: mode {toml_text(table.mode)} has six motions; {other} gives one"
         expected = f'mode = "{PATH}" with a table [load_cases.path], or {other} with another mode'
         return None, [Finding(at if raw is not None else keys, what, expected=expected)]
     earlier = []
     if table.rate is not None:
-        what = f"{dotted((*keys, 'rate'))} has no meaning: {dotted((*at, 'time'))} gives the times"
+        what = f"{dotted_key((*keys, 'rate'))} has no meaning: {dotted_key((*at, 'time'))} gives the times"
         earlier.append(Finding((*keys, "rate"), what))
     path = validated(raw, at, PathTable, "[load_cases.path]")
     if path is None:
         return None, earlier
-    six, findings = prescribed(path, at, shape)
+    six, findings = prescribed_path(path, at, shape)
     return None if six is None else PathLoadCase(table.mode, steps=table.steps, six=six), earlier + findings
 
 
-def prescribed(table: PathTable, keys: Keys, shape: Shape | None) -> tuple[SixPath | None, list[Finding]]:
+def prescribed_path(
+    table: PathTable, keys: Keys, shape: Shape | None
+) -> tuple[SixPath | None, list[Finding]]:
     """Return the path of a load case in mm and rad, and what is wrong with it."""
     findings = []
     time = np.array(table.time)
@@ -70,8 +72,8 @@ def prescribed(table: PathTable, keys: Keys, shape: Shape | None) -> tuple[SixPa
         name: values for name in (*MOTIONS, *REACTIONS) if (values := getattr(table, name)) is not None
     }
     for k, (name, force) in enumerate(zip(MOTIONS, REACTIONS, strict=True)):
-        prescriptions = [f'"{name}" in {dotted((*keys, "free"))}'] if name in free_names else []
-        prescriptions += [dotted((*keys, key)) for key in (name, force) if key in columns]
+        prescriptions = [f'"{name}" in {dotted_key((*keys, "free"))}'] if name in free_names else []
+        prescriptions += [dotted_key((*keys, key)) for key in (name, force) if key in columns]
         if len(prescriptions) > 1:
             expected = "one of them: a motion is prescribed, or its force is, or it is free of force"
             what = f"{' and '.join(prescriptions)} are given"
@@ -81,11 +83,11 @@ def prescribed(table: PathTable, keys: Keys, shape: Shape | None) -> tuple[SixPa
     free = tuple(k for k in range(6) if MOTIONS[k] in free_names or REACTIONS[k] in columns)
     if np.any(np.diff(time) <= 0.0) or time[0] != 0.0:
         at, what = (*keys, "time"), "does not begin at 0" if time[0] != 0.0 else "does not increase"
-        findings.append(Finding(at, f"{dotted(at)} {what}", expected="increasing times in s, from 0"))
+        findings.append(Finding(at, f"{dotted_key(at)} {what}", expected="increasing times in s, from 0"))
     if findings:
         return None, findings
     if np.abs(motion).max() < SMALLEST and not load.any():
-        what = f"{dotted(keys)} moves nothing"
+        what = f"{dotted_key(keys)} moves nothing"
         possible = ", ".join((*MOTIONS, *REACTIONS))
         return None, [Finding(keys, what, expected=f"give values of at least one of {possible}")]
     for number, part in enumerate((slice(0, 2), slice(2, 3), slice(3, 6))):
@@ -103,11 +105,11 @@ def _at_knots(
     if values is None:
         return np.zeros(count)
     if len(values) != count:
-        what = f"{dotted(at)} has {len(values)} values, {dotted((*at[:-1], 'time'))} has {count}"
+        what = f"{dotted_key(at)} has {len(values)} values, {dotted_key((*at[:-1], 'time'))} has {count}"
         findings.append(Finding(at, what, expected="give a value for each time"))
         return np.zeros(count)
     if values[0] != 0.0:
-        what = f"{dotted(at)} begins at {values[0]:g}"
+        what = f"{dotted_key(at)} begins at {values[0]:g}"
         findings.append(Finding(at, what, expected="0 at the first time, the rest position"))
     return np.array(values)
 
@@ -122,18 +124,20 @@ def channels(
     only = [key for key in ("motions", "forces", "free") if getattr(table, key) is not None]
     if modes()[source.mode].follow is None:
         at = (*keys, only[0] if only else "mode")
-        what = f"{dotted(at)} has no meaning for mode {source.mode}"
+        what = f"{dotted_key(at)} has no meaning for mode {source.mode}"
         return [source], [Finding(at, what, expected='mode = "path"')] if only else []
     refused = _meaningless_keys(table, keys)
     if refused:
         return [], refused
     # With the readers, which few cases need.
-    from bushcli.recording.six import chosen, columns_of, read_motions
+    from bushcli.recording.six import columns_given_by_name, columns_of, read_motions
 
     free = tuple(k for k, name in enumerate(MOTIONS) if name in (table.free or ()))
     try:
         motions, forces = columns_of(source, table.motions, table.forces, tables)
-        six_columns = SixColumns(motions, free, source.label, chosen(table.motions, table.forces))
+        six_columns = SixColumns(
+            motions, free, source.label, columns_given_by_name(table.motions, table.forces)
+        )
         _, motion = read_motions(source, six_columns, tables)
     except RecordingError as error:
         return [], [Finding((*keys, "file"), str(error))]
@@ -141,7 +145,7 @@ def channels(
     # A free motion follows from its reaction, which is zero: it is no measurement.
     paired = [k for k in range(6) if REACTIONS[k] in forces and k in moves and k not in free]
     if not paired:
-        what = f"{dotted(keys)} has no reaction along a motion in which the sleeve moves"
+        what = f"{dotted_key(keys)} has no reaction along a motion in which the sleeve moves"
         pairs = ", ".join(f"{force} with {motion}" for motion, force in zip(MOTIONS, REACTIONS, strict=True))
         return [], [Finding((*keys, "file"), what, expected=f"columns such as ux_mm and fx_N: {pairs}")]
     sources = []
@@ -149,7 +153,7 @@ def channels(
         name = f"{source.label}.{REACTIONS[k]}"
         if name in taken:
             at = (*keys, "name")
-            return [], [Finding(at, f"{dotted(at)}: {name} is the name of another channel")]
+            return [], [Finding(at, f"{dotted_key(at)}: {name} is the name of another channel")]
         columns = {"displacement": motions[MOTIONS[k]], "force": forces[REACTIONS[k]]}
         if "time" in source.columns:
             columns["time"] = source.columns["time"]
@@ -167,10 +171,12 @@ def _meaningless_keys(table: RecordingTable, keys: Keys) -> list[Finding]:
                 expected = (
                     "motions = {ux = ...} and forces = {fx = ...}, with units in the header: ux_mm, mz_Nmm"
                 )
-                findings.append(Finding(at, f"{dotted(at)} has no meaning for mode path", expected=expected))
+                findings.append(
+                    Finding(at, f"{dotted_key(at)} has no meaning for mode path", expected=expected)
+                )
     for key in ("reverse", "cycles"):
         if getattr(table, key) is not None:
-            findings.append(Finding((*keys, key), f"{dotted((*keys, key))} has no meaning for mode path"))
+            findings.append(Finding((*keys, key), f"{dotted_key((*keys, key))} has no meaning for mode path"))
     named_sections: tuple[tuple[str, Mapping[str, object] | None, tuple[str, ...]], ...] = (
         ("motions", table.motions, MOTIONS),
         ("forces", table.forces, REACTIONS),

@@ -10,7 +10,7 @@ from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
 
-from bushcli.case.finding import Keys, dotted, shown
+from bushcli.case.finding import Keys, dotted_key, toml_text
 from bushcli.case.limits import DEEPEST
 from bushcli.effects.names import effect_name, rig_of
 from bushcli.errors import CaseError, Problem
@@ -140,8 +140,8 @@ def _put(data: dict[str, Any], keys: Keys, value: Any, where: str) -> Keys:
             table = table[index]
             continue
         if not isinstance(table, dict):
-            what = f"{dotted(path)} = {shown(table)} has no keys"
-            raise CaseError(Problem(where, what, expected=f"{dotted(path)}=VALUE"))
+            what = f"{dotted_key(path)} = {toml_text(table)} has no keys"
+            raise CaseError(Problem(where, what, expected=f"{dotted_key(path)}=VALUE"))
         key = str(key)
         path += (key,)
         if last:
@@ -149,7 +149,7 @@ def _put(data: dict[str, Any], keys: Keys, value: Any, where: str) -> Keys:
         elif key not in table:
             following = keys[position + 1]
             if isinstance(following, int) or following.isdigit():
-                raise CaseError(Problem(where, f"the case has no {dotted(path)}"))
+                raise CaseError(Problem(where, f"the case has no {dotted_key(path)}"))
             table[key] = {}
             created = created or path
         table = table[key]
@@ -157,7 +157,7 @@ def _put(data: dict[str, Any], keys: Keys, value: Any, where: str) -> Keys:
 
 
 def _index(table: list[Any], key: str | int, path: Keys, keys: Keys, where: str) -> int:
-    name = dotted(path)
+    name = dotted_key(path)
     entries = (
         f"entries 0 to {len(table) - 1}" if len(table) > 1 else "one entry, 0" if table else "no entries"
     )
@@ -168,7 +168,7 @@ def _index(table: list[Any], key: str | int, path: Keys, keys: Keys, where: str)
         entries_named = ((i, entry) for i, entry in enumerate(table) if isinstance(entry, dict))
         called = (i for i, entry in entries_named if key in (entry.get("name"), entry.get("mode")))
         number = next(called, None)
-        inner_keys = dotted(keys[len(path) + (number is not None) :])
+        inner_keys = dotted_key(keys[len(path) + (number is not None) :])
         example = f"{name}.{number or 0}.{inner_keys}".rstrip(".")
         raise CaseError(
             Problem(where, f"{name} is a list", expected=f"give the number of the entry: {example}")

@@ -1,4 +1,4 @@
-"""Rebuild a case from the JSON in a result (`bushcli.case.case.resolved`)."""
+"""Rebuild a case from the JSON in a result (`bushcli.case.case_json`)."""
 
 from __future__ import annotations
 

@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bushcli.case import motion_path
-from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
+from bushcli.case.finding import Finding, Keys, dotted_key, toml_text, unknown_name
 from bushcli.case.limits import MOST_ENTRIES
 from bushcli.case.schema import DELIMITERS, FileTable
 from bushcli.errors import nearest
-from bushcli.recording.guess import contradicted, mode_of_name, modes_of_name
+from bushcli.recording.guess import contradicting_modes, mode_of_name, modes_of_name
 from bushcli.recording.source import UNITS, Quantity, Source, Specimen
 from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
@@ -54,7 +54,7 @@ def wrong_units(keys: Keys, source: Source) -> Iterator[Finding]:
 
     mode = modes()[source.mode]
     for quantity, unit in source.units.items():
-        measured = source.measured(quantity, mode.specimen, mode.rotational)
+        measured = source.dimension(quantity, mode.specimen, mode.rotational)
         scaled = scaled_unit(unit, measured)
         if quantity == "time" and is_form(unit):
             continue
@@ -107,7 +107,9 @@ class SourceBuilder:
         for table, keys, files, pattern in listed:
             taken = [source.name for source in sources]
             if table.name in taken:
-                what = f"{dotted((*keys, 'name'))} = {shown(table.name)} is the name of another channel"
+                what = (
+                    f"{dotted_key((*keys, 'name'))} = {toml_text(table.name)} is the name of another channel"
+                )
                 self.findings.append(Finding((*keys, "name"), what))
             if pattern:
                 files = [
@@ -116,7 +118,8 @@ class SourceBuilder:
                     if not listed_files & {(file.resolve(), table.mode), (file.resolve(), None)}
                 ]
             if pattern and table.name is not None and len(files) > 1:
-                what = f"{dotted((*keys, 'name'))} is one name, but {shown(table.file)} matches {len(files)} files"
+                matches = f"{toml_text(table.file)} matches {len(files)} files"
+                what = f"{dotted_key((*keys, 'name'))} is one name, but {matches}"
                 self.findings.append(
                     Finding(
                         (*keys, "name"),
@@ -142,7 +145,8 @@ class SourceBuilder:
                 )
                 if duplicate is not None:
                     at = (*keys, "file")
-                    what = f"{dotted(at)} = {shown(table.file)} lists the recording of {duplicate.label} a second time"
+                    given = f"{dotted_key(at)} = {toml_text(table.file)}"
+                    what = f"{given} lists the recording of {duplicate.label} a second time"
                     expected = "one entry for each recording: counted twice, its data look more certain than they are"
                     self.findings.append(Finding(at, what, expected=expected))
                 sources += channels
@@ -152,11 +156,13 @@ class SourceBuilder:
     def _mode(self, keys: Keys, table: RecordingTable, file: Path, usual: str) -> str | None:
         if table.mode is not None:
             modes_in_name = (
-                contradicted(file.stem, table.mode) if table.mode in modes() and table.name is None else ()
+                contradicting_modes(file.stem, table.mode)
+                if table.mode in modes() and table.name is None
+                else ()
             )
             if modes_in_name:
-                setting = f"{dotted((*keys, 'mode'))} = {shown(table.mode)}"
-                what = f"{setting}, but the name of the file, {shown(file.name)}, says {' or '.join(modes_in_name)}"
+                setting = f"{dotted_key((*keys, 'mode'))} = {toml_text(table.mode)}"
+                what = f"{setting}, but the name of the file, {toml_text(file.name)}, says {' or '.join(modes_in_name)}"
                 expected = f'mode = "{modes_in_name[0]}"; or name = "{table.mode}", if the file is misnamed'
                 self.findings.append(Finding((*keys, "mode"), what, expected=expected))
             return table.mode
@@ -165,7 +171,7 @@ class SourceBuilder:
             names = ", ".join(mode.name for mode in modes().values() if mode.specimen == usual)
             possible = modes_of_name(file.stem, usual)
             says = f"may mean {' or '.join(possible)}" if possible else "does not contain a mode"
-            what = f"{dotted((*keys, 'mode'))} is missing, and the name {shown(file.name)} {says}"
+            what = f"{dotted_key((*keys, 'mode'))} is missing, and the name {toml_text(file.name)} {says}"
             self.findings.append(Finding((*keys, "mode"), what, expected=", ".join(possible) or names))
         return mode_name
 
@@ -186,7 +192,7 @@ class SourceBuilder:
             specimen=self._specimen(keys, table, mode if known else ""),
         )
         if table.rate is not None and table.sample_rate is not None:
-            what = f"{dotted((*keys, 'rate'))} and sample_rate both give the time"
+            what = f"{dotted_key((*keys, 'rate'))} and sample_rate both give the time"
             self.findings.append(Finding((*keys, "rate"), what, expected="give one of them"))
         if known:
             self.findings += wrong_units(keys, source)
@@ -197,18 +203,20 @@ class SourceBuilder:
         keys_of_specimen = [key for key in _OF_SPECIMEN if getattr(table, key) is not None]
         if keys_of_specimen and mode and modes()[mode].specimen != "coupon":
             at: Keys = (*keys, keys_of_specimen[0])
-            what = f"{dotted(at)} belongs to a material test, but mode {mode} to a {modes()[mode].specimen}"
+            what = (
+                f"{dotted_key(at)} belongs to a material test, but mode {mode} to a {modes()[mode].specimen}"
+            )
             self.findings.append(Finding(at, what))
             return Specimen()
         area = table.area
         sizes = [key for key in ("area", "diameter") if getattr(table, key) is not None]
         sizes += ["width and thickness"] if table.width is not None or table.thickness is not None else []
         if len(sizes) > 1:
-            what = f"{dotted(keys)} has {' and '.join(sizes)}"
+            what = f"{dotted_key(keys)} has {' and '.join(sizes)}"
             self.findings.append(Finding((*keys, "area"), what, expected="give the cross-section once"))
         if (table.width is None) != (table.thickness is None):
             lacking = "thickness" if table.thickness is None else "width"
-            what = f"{dotted((*keys, lacking))} is missing: the cross-section is width times thickness"
+            what = f"{dotted_key((*keys, lacking))} is missing: the cross-section is width times thickness"
             self.findings.append(Finding((*keys, lacking), what, expected="mm"))
         elif table.width is not None and table.thickness is not None:
             area = table.width * table.thickness
@@ -232,7 +240,7 @@ class SourceBuilder:
                     f'"{value}"' for value in (possible if size is None else ("engineering",))
                 )
                 finding = Finding(
-                    (*keys, key), f'{dotted((*keys, key))} = "{value}" {what}', expected=expected
+                    (*keys, key), f'{dotted_key((*keys, key))} = "{value}" {what}', expected=expected
                 )
                 self.findings.append(finding)
         return Specimen(table.gauge_length, area, table.stress, table.strain)
@@ -246,7 +254,7 @@ class SourceBuilder:
             match = find_file(self.folder, keys, name, self.findings)
             return [match or Path(name)], False
         if "**" in name or Path(name).is_absolute():
-            what = f"{dotted(keys)} = {shown(name)} is not a supported pattern"
+            what = f"{dotted_key(keys)} = {toml_text(name)} is not a supported pattern"
             self.findings.append(
                 Finding(keys, what, expected='a pattern relative to the case file, without **: "runs/*.csv"')
             )
@@ -264,7 +272,7 @@ class SourceBuilder:
             hits = []
         if not hits or len(hits) > MOST_ENTRIES:
             many = f"matches more than {MOST_ENTRIES} files"
-            what = f"{dotted(keys)} = {shown(name)} {many if hits else 'matches no file'}"
+            what = f"{dotted_key(keys)} = {toml_text(name)} {many if hits else 'matches no file'}"
             self.findings.append(Finding(keys, what, "", f"looked in {self.folder}"))
             return [], True
         return hits, True
@@ -314,5 +322,5 @@ def find_file(folder: Path, keys: Keys, name: str, findings: list[Finding]) -> P
         file_names, reason = [], "is not a file name"
     nearest_name = nearest(file.name, file_names)
     place = f"looked in {file.parent}" if reason == "does not exist" else ""
-    findings.append(Finding(keys, f"{dotted(keys)} = {shown(name)} {reason}", nearest_name, place))
+    findings.append(Finding(keys, f"{dotted_key(keys)} = {toml_text(name)} {reason}", nearest_name, place))
     return None

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from bushcli.case.finding import Keys, dotted
+from bushcli.case.finding import Keys, dotted_key
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _TOLERANCE = re.compile(rf"\s*({_NUMBER})\s*(?:\+-|\+/-|±)\s*({_NUMBER})\s*(%?)\s*\Z")
@@ -43,7 +43,7 @@ class Toleranced:
         return self.nominal + self.deviation
 
 
-def toleranced(text: str) -> Toleranced | None:
+def toleranced_number(text: str) -> Toleranced | None:
     """Return a number with a tolerance, such as "22.0 +- 0.1" or "350 ± 15 %"; None for any other text."""
     match = _TOLERANCE.match(text) if len(text) <= _LONGEST else None
     if match is None:
@@ -54,14 +54,14 @@ def toleranced(text: str) -> Toleranced | None:
     return Toleranced(nominal, deviation) if deviation > 0.0 else None
 
 
-def nominal(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Toleranced]]:
+def nominal_tables(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Toleranced]]:
     """Return a case's tables, changed in place, with plain numbers, and the tolerances by key."""
     tolerances = {}
     for table, key, keys, value in list(_texts(data)):
-        tolerance = toleranced(value)
+        tolerance = toleranced_number(value)
         if tolerance is not None:
             table[key] = tolerance.nominal
-            tolerances[dotted(keys)] = tolerance
+            tolerances[dotted_key(keys)] = tolerance
     return data, tolerances
 
 

@@ -69,7 +69,7 @@ class Path(Protocol):
         """Shape (n,), or None."""
 
 
-def unusual(case: Case, material: Material, paths: Iterable[Path] = ()) -> tuple[Condition, ...]:
+def unusual_values(case: Case, material: Material, paths: Iterable[Path] = ()) -> tuple[Condition, ...]:
     """Return a condition for each number of a case that rubber bushings do not have.
 
     Parameters

@@ -22,7 +22,7 @@ _ROTATIONAL = {
 }
 
 
-def unit(parameter: EffectParameter, rotational: bool) -> str:
+def case_file_unit(parameter: EffectParameter, rotational: bool) -> str:
     """Return the unit that the case file uses for a parameter.
 
     Parameters
@@ -35,17 +35,17 @@ def unit(parameter: EffectParameter, rotational: bool) -> str:
     return _rotational(parameter)[0] if rotational else parameter.unit
 
 
-def inside(parameter: EffectParameter, value: float, rotational: bool) -> float:
+def internal_value(parameter: EffectParameter, value: float, rotational: bool) -> float:
     """Convert a value of the case file to internal units."""
     return value * _factor(parameter, rotational)
 
 
-def written(parameter: EffectParameter, value: float, rotational: bool) -> float | str:
+def case_file_value(parameter: EffectParameter, value: float, rotational: bool) -> float | str:
     """Return an internal value as the case file writes it: a number, or the word for a choice."""
-    return parameter.choice(value) if parameter.choices else outside(parameter, value, rotational)
+    return parameter.choice(value) if parameter.choices else case_file_number(parameter, value, rotational)
 
 
-def outside(parameter: EffectParameter, value: float, rotational: bool) -> float:
+def case_file_number(parameter: EffectParameter, value: float, rotational: bool) -> float:
     """Convert an internal value to the unit of the case file; angles to twelve digits, so that 30 degrees come back.
 
     Parameters
@@ -61,7 +61,7 @@ def outside(parameter: EffectParameter, value: float, rotational: bool) -> float
     return value if factor == 1.0 else float(f"{value / factor:.12g}")
 
 
-def turning(
+def parameters_in_degrees(
     active: Sequence[ActiveEffect], channels: Iterable[tuple[str, str]]
 ) -> dict[str, EffectParameter]:
     """Return the parameters whose units in the case file contain degrees, by full name.

@@ -9,8 +9,8 @@ from typing import Any, cast
 import numpy as np
 
 from bushcli.case import checks, motion_path
-from bushcli.case.case import DynamicTest, PosedTest
-from bushcli.case.finding import Finding, Keys, dotted, shown
+from bushcli.case.finding import Finding, Keys, dotted_key, toml_text
+from bushcli.case.loads import DynamicTest, PosedTest
 from bushcli.case.schema import FrequenciesTable, LoadCaseTable
 from bushcli.recording.dynamic.source import HIGHEST
 from cases.mode import modes
@@ -18,14 +18,14 @@ from cases.six import MOTIONS
 from geometry.shape import Shape
 
 
-def test(
+def dynamic_test(
     table: LoadCaseTable, keys: Keys, shape: Shape | None, validated: Callable[..., Any]
 ) -> tuple[DynamicTest | None, list[Finding]]:
     """Return a dynamic test, and what is wrong with it."""
     dynamic, keys_of_dynamic = table.dynamic, (*keys, "dynamic")
     assert dynamic is not None
     posed = modes()[table.mode].follow is not None
-    findings = list(_meaningless(table, keys, posed))
+    findings = list(_meaningless_keys(table, keys, posed))
     frequency = _frequencies(dynamic.frequency, (*keys_of_dynamic, "frequency"), validated, findings)
     path, motion = None, 0
     if posed:
@@ -38,7 +38,7 @@ def test(
             # The one that goes furthest, a degree counted as a mm.
             motion = int(np.argmax(np.abs(path.motion[-1]) * np.repeat([1.0, math.degrees(1.0)], 3)))
         if path is not None and motion in path.free:
-            what = f"{dotted((*keys_of_dynamic, 'motion'))}: {MOTIONS[motion]} is free of force"
+            what = f"{dotted_key((*keys_of_dynamic, 'motion'))}: {MOTIONS[motion]} is free of force"
             findings.append(
                 Finding(
                     (*keys_of_dynamic, "motion"), what, expected="one of the motions that the path prescribes"
@@ -50,14 +50,14 @@ def test(
     values = getattr(dynamic, name) or (0.0,)
     preload = values if dynamic.preload_force is not None else tuple(unit * q for q in values)
     if dynamic.preload is not None and dynamic.preload_force is not None:
-        what = f"{dotted(keys_of_dynamic)} has preload and preload_force"
+        what = f"{dotted_key(keys_of_dynamic)} has preload and preload_force"
         findings.append(Finding((*keys_of_dynamic, name), what, expected="give one of the two"))
     if len(set(preload)) < len(preload):
-        what = f"{dotted((*keys_of_dynamic, name))} = {shown(list(values))} has a value twice"
+        what = f"{dotted_key((*keys_of_dynamic, name))} = {toml_text(list(values))} has a value twice"
         findings.append(Finding((*keys_of_dynamic, name), what, expected="each preload once"))
     amplitude = dynamic.amplitude or ()
     if len(set(amplitude)) < len(amplitude) or any(value <= 0.0 for value in amplitude):
-        what = f"{dotted((*keys_of_dynamic, 'amplitude'))} = {shown(list(amplitude))}"
+        what = f"{dotted_key((*keys_of_dynamic, 'amplitude'))} = {toml_text(list(amplitude))}"
         expected = "peaks above 0, each once; without amplitude the vibration is small"
         findings.append(Finding((*keys_of_dynamic, "amplitude"), what, expected=expected))
     for q in preload if dynamic.preload_force is None else ():
@@ -75,7 +75,7 @@ def test(
     ), []
 
 
-def _meaningless(table: LoadCaseTable, keys: Keys, posed: bool) -> list[Finding]:
+def _meaningless_keys(table: LoadCaseTable, keys: Keys, posed: bool) -> list[Finding]:
     """Return findings for keys that a dynamic test does not take."""
     dynamic = table.dynamic
     assert dynamic is not None
@@ -83,7 +83,9 @@ def _meaningless(table: LoadCaseTable, keys: Keys, posed: bool) -> list[Finding]
     unused -= {"path"} if posed else set()
     expected = "the vibration and its preload are in [load_cases.dynamic]: frequency, amplitude, preload"
     findings = [
-        Finding((*keys, name), f"{dotted((*keys, name))} has no meaning in a dynamic test", expected=expected)
+        Finding(
+            (*keys, name), f"{dotted_key((*keys, name))} has no meaning in a dynamic test", expected=expected
+        )
         for name in sorted(unused & table.model_fields_set)
     ]
     for name in ("preload", "preload_force") if posed else ("motion",):
@@ -93,7 +95,7 @@ def _meaningless(table: LoadCaseTable, keys: Keys, posed: bool) -> list[Finding]
                 "the end of [load_cases.path] is the preload" if posed else "only mode path has six motions"
             )
             findings.append(
-                Finding(at, f"{dotted(at)} has no meaning for mode {table.mode}", expected=meaning)
+                Finding(at, f"{dotted_key(at)} has no meaning for mode {table.mode}", expected=meaning)
             )
     return findings
 
@@ -115,12 +117,12 @@ def _frequencies(
         values = cast(tuple[float, ...], raw)
     for value in values:
         if not 0.0 < value <= HIGHEST:
-            what = f"{dotted(keys)} has {value:g} Hz"
+            what = f"{dotted_key(keys)} has {value:g} Hz"
             expected = f"frequencies above 0, at most {HIGHEST:g} Hz; the static rate is in `bushcli direct`"
             findings.append(Finding(keys, what, expected=expected))
             break
     if len(set(values)) < len(values):
         findings.append(
-            Finding(keys, f"{dotted(keys)} has a frequency twice", expected="each frequency once")
+            Finding(keys, f"{dotted_key(keys)} has a frequency twice", expected="each frequency once")
         )
     return values

@@ -28,7 +28,7 @@ from bushcli.cli.diagnosis import diagnose
 from bushcli.cli.dynamic import dynamic
 from bushcli.cli.export import export
 from bushcli.cli.identification import fit, inverse
-from bushcli.cli.run import EXIT_CODES, INTERRUPTED, WRONG_INPUT, mistaken, unwritable
+from bushcli.cli.run import EXIT_CODES, INTERRUPTED, WRONG_INPUT, report_mistake, unwritable
 from bushcli.cli.study import study
 from bushcli.cli.tool import doctor, init, list_
 from bushcli.cli.view import view
@@ -54,7 +54,7 @@ class _Commands(click.Group):
         except OSError as error:
             sys.exit(unwritable(error))
         except MemoryError as error:
-            sys.exit(mistaken(error))
+            sys.exit(report_mistake(error))
 
     def make_context(self, *args: Any, **extra: Any) -> click.Context:
         with _printable_usage():

@@ -23,7 +23,7 @@ def batch(run: Run, model: str | None, strict: bool) -> int:
 
     case = run.load()
     law = model or case.material.law
-    with run.timed("batch"):
+    with run.timer("batch"):
         progress = search_progress(run, Task(case, law).rotational_parameters, 1)
         comparison = compared(case, law, tables=run.tables, progress=progress, told=run.say)
     run.deliver(comparison)

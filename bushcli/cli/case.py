@@ -36,14 +36,14 @@ def check(run: Run, strict: bool) -> int:
     and holds, beside what a standard asks for; and the questions that the recordings cannot answer.
     """
     from bushcli.case.hardness import known_from_hardness
-    from bushcli.case.load import unedited
-    from bushcli.case.typical import unusual
+    from bushcli.case.load import unedited_lines
+    from bushcli.case.typical import unusual_values
     from bushcli.faults import find_faults
     from bushcli.faults.dynamic import table_faults
     from bushcli.recording import read_coupon, read_program, read_recording
     from bushcli.recording.dynamic.read import read_dynamic
-    from bushcli.report.results import Checked
-    from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
+    from bushcli.report.results import CheckResult
+    from bushcli.runtime.dolfinx_version import installed_dolfinx, untried_dolfinx
     from bushcli.simulate.admissible import check_material, check_travel
     from bushcli.simulate.play import check_play, check_play_of_load_cases
     from bushcli.standards.protocol import protocol
@@ -76,17 +76,17 @@ def check(run: Run, strict: bool) -> int:
     displacement_programs = [
         program for program in programs if program is not None and program.name not in forced
     ]
-    doubts = unusual(case, case.material, (*records, *materials, *displacement_programs))
+    doubts = unusual_values(case, case.material, (*records, *materials, *displacement_programs))
     conditions = (
-        *unedited(case.path),
+        *unedited_lines(case.path),
         *known_from_hardness(case.material),
         *untried_dolfinx(installed_dolfinx()),
         *doubts,
     )
     tests = protocol(case, curves, coupons, displacement_programs)
-    checked = Checked(case, records, materials, tests, faults, programs, conditions, tables)
+    checked = CheckResult(case, records, materials, tests, faults, programs, conditions, tables)
     run.deliver(checked)
-    return NEGATIVE if strict and (faults or tests.violated or doubts) else DONE
+    return NEGATIVE if strict and (faults or tests.is_violated or doubts) else DONE
 
 
 @click.command()
@@ -106,7 +106,7 @@ def mesh(run: Run) -> int:
     output = run.write_into(Path("out"))
     try:
         case = run.load(parts=True)
-        with run.timed("mesh"):
+        with run.timer("mesh"):
             built = meshes(case, output / STAGING)
     except GeometryError as error:
         if is_first_rank():
@@ -166,10 +166,10 @@ def direct(
     A law without parameters is fitted to the coupon tests first.
     """
     from bushcli.report.results import DirectResult
-    from bushcli.simulate.measured import Measured
     from bushcli.simulate.misfit import misfits
     from bushcli.simulate.predict import predict
     from bushcli.simulate.prediction_cache import PredictionCache
+    from bushcli.simulate.recording_cache import RecordingCache
     from bushcli.simulate.response import PredictionInterrupted
     from cases.mode import modes
 
@@ -185,23 +185,25 @@ def direct(
 
         read = [read_dynamic(source, run.tables) for source in tables]
     if not case.recordings and not case.load_cases and not tables:
-        expected = case.expected("[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`")
+        expected = case.expected_tables(
+            "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
+        )
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     fit = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
     interrupted = False
-    with run.timed("solve"), march_progress(run) as progress:
+    with run.timer("solve"), march_progress(run) as progress:
         try:
             response = predict(
                 case,
                 fit.material if fit else None,
                 mesh_check=mesh_check,
-                fields=None if no_fields else run.staged,
+                fields=None if no_fields else run.staging_folder,
                 pictures=run.output is not None,
                 progress=progress,
                 stiffness=stiffness_matrix or stiffness_at is not None,
                 stiffness_at=stiffness_at,
                 unrelaxed=unrelaxed,
-                kept=PredictionCache(measured=Measured(run.tables)),
+                kept=PredictionCache(measured=RecordingCache(run.tables)),
             )
         except PredictionInterrupted as ended:
             response, interrupted = ended.response, True
@@ -211,7 +213,7 @@ def direct(
     if tables and not interrupted:
         from bushcli.simulate.dynamic_tables import compare_tables
 
-        with run.timed("dynamic"):
+        with run.timer("dynamic"):
             vibrations, doubts = compare_tables(case, response.material, read)
     run.deliver(DirectResult(response, compared, fit, vibrations if tables else None, doubts))
     if interrupted:

@@ -84,7 +84,7 @@ def _simulated_item(run: Run, case: Case, name: str) -> dict[str, Any]:
     from bushcli.simulate.predict import predict
 
     run.say(f"simulating {name}")
-    with run.timed(name):
+    with run.timer(name):
         if case.needs_fit:
             from bushcli.cli.identification import fit_to_coupons
 

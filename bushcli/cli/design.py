@@ -10,7 +10,7 @@ import click
 from bushcli.cli.identification import fit_to_coupons
 from bushcli.cli.progress import work_progress
 from bushcli.cli.run import DONE, NEGATIVE, Run, on_a_case
-from bushcli.cli.shared import pool, shares_work
+from bushcli.cli.shared import pool, worker_options
 from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     "--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the start points."
 )
 @click.option("--strict", is_flag=True, help="Exit 1 when a target is missed.")
-@shares_work
+@worker_options
 @on_a_case
 def design(
     run: Run,
@@ -68,7 +68,7 @@ def design(
 
     Any keys with numbers may be searched within bounds. The load cases and recordings of CASE are not used.
     """
-    from bushcli.case import resolved
+    from bushcli.case import case_json
     from bushcli.case.hardness import HARDNESS
     from bushcli.study.answers import NoAnswer, number_at
     from bushcli.study.design import bounds_of
@@ -104,13 +104,13 @@ def design(
         # The case's value of a key, or the middle of the key's bounds if the case has none within them.
         value = float("nan")
         with suppress(NoAnswer):
-            value = number_at(searched.key, resolved(case))
+            value = number_at(searched.key, case_json(case))
         start.append(value if searched.low <= value <= searched.high else float(searched.nominal))
     with pool(workers if workers or scheduler or starts > 1 else 1, scheduler) as shared:
         if shared is None:
             # This rank has answered until the first one left the context.
             return DONE
-        with run.timed("design"), work_progress(run, "searches") as progress:
+        with run.timer("design"), work_progress(run, "searches") as progress:
             result = find(
                 case,
                 task,
@@ -125,22 +125,22 @@ def design(
                 tables=run.tables,
             )
     run.deliver(result)
-    return NEGATIVE if strict and not all(target.met for target in result.targets) else DONE
+    return NEGATIVE if strict and not all(target.is_met for target in result.targets) else DONE
 
 
 def _tolerances(case: Case, texts: tuple[str, ...]) -> dict[str, Toleranced]:
     """Return the tolerances of the case file and of ``--tolerance``, by key."""
-    from bushcli.case import resolved
-    from bushcli.case.toleranced import Toleranced, toleranced
+    from bushcli.case import case_json
+    from bushcli.case.toleranced import Toleranced, toleranced_number
     from bushcli.study.answers import NoAnswer, number_at
 
     tolerances = dict(case.toleranced)
     for text in texts:
         key, _, spec = (part.strip() for part in text.partition("="))
-        tolerance = toleranced(spec)
+        tolerance = toleranced_number(spec)
         try:
             if tolerance is None:
-                tolerance = Toleranced(number_at(key, resolved(case)), float(spec))
+                tolerance = Toleranced(number_at(key, case_json(case)), float(spec))
         except NoAnswer:
             expected = f'"{key}=NOMINAL +- DEVIATION"'
             raise InputError(Problem(f"--tolerance {text}", f"the case has no {key}", "", expected)) from None

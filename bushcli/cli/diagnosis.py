@@ -14,10 +14,17 @@ from bushcli.cli.run import (
     NOT_CONVERGED,
     Run,
     is_first_rank,
+    number_of_ranks,
     on_a_case,
-    ranks_there_are,
 )
-from bushcli.cli.shared import PositiveNumber, elsewhere, names_in, resumes, say_what_is_saved, scheduled
+from bushcli.cli.shared import (
+    PositiveNumber,
+    names_in,
+    remote_executor,
+    resume_option,
+    say_what_is_saved,
+    scheduler_option,
+)
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.interrupt import listen
 
@@ -56,8 +63,8 @@ from bushcli.runtime.interrupt import listen
     show_default=True,
     help="Processes that share the work; the answer does not depend on their number.",
 )
-@scheduled
-@resumes("fits")
+@scheduler_option
+@resume_option("fits")
 @click.option("--no-maps", is_flag=True, help="Do not compute the maps of the bushing.")
 @click.option("--strict", is_flag=True, help='Exit 1 unless the verdict is "explained".')
 @on_a_case
@@ -85,7 +92,7 @@ def diagnose(
     from bushcli.runtime.store import SUFFIX
 
     case = run.load()
-    has_ranks = ranks_there_are() > 1
+    has_ranks = number_of_ranks() > 1
     if has_ranks and workers > 1:
         raise InputError(Problem("--workers", "cannot be used under mpirun, which starts the workers"))
     if scheduler and (has_ranks or workers > 1):
@@ -96,7 +103,7 @@ def diagnose(
     names = list(names_in(requested))
     if requested and not names:
         raise InputError(Problem("--effects", "names no effect", "", "NAME[,NAME...]"))
-    with elsewhere(has_ranks, scheduler) as executor:
+    with remote_executor(has_ranks, scheduler) as executor:
         if has_ranks and executor is None:
             # This rank has answered until the first one left the context.
             return DONE
@@ -105,7 +112,7 @@ def diagnose(
             # The other ranks work for this one, and end with it.
             listen(together=False)
         try:
-            with run.timed("diagnose"):
+            with run.timer("diagnose"):
                 diagnosis = find(
                     case,
                     model=model,

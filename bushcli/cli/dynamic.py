@@ -21,13 +21,16 @@ def dynamic(run: Run, weighting: str) -> int:
     from bushcli.recording.dynamic.read import read_dynamic
     from bushcli.report.results import DynamicResult
     from bushcli.simulate.dynamic import DynamicInterrupted, vibrate
-    from bushcli.simulate.extent import measured, of_table
+    from bushcli.simulate.extent import of_table, tested_temperatures
 
     case = run.load()
-    tested = [*measured(case), *(of_table(read_dynamic(source, run.tables)) for source in case.dynamic)]
+    tested = [
+        *tested_temperatures(case),
+        *(of_table(read_dynamic(source, run.tables)) for source in case.dynamic),
+    ]
     fit = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
     interrupted = False
-    with run.timed("solve"), march_progress(run) as progress:
+    with run.timer("solve"), march_progress(run) as progress:
         try:
             response = vibrate(case, fit.material if fit else None, progress=progress, tested=tested)
         except DynamicInterrupted as ended:

@@ -10,7 +10,7 @@ import click
 
 from bushcli.cli.identification import fit_to_coupons
 from bushcli.cli.progress import march_progress
-from bushcli.cli.run import DONE, Run, on_a_case, ranks_there_are
+from bushcli.cli.run import DONE, Run, number_of_ranks, on_a_case
 from bushcli.cli.shared import PositiveNumber
 from bushcli.errors import InputError, Problem
 
@@ -80,9 +80,9 @@ def export(
     from bushcli.export.bushing import bushing_of
     from bushcli.export.file import check_file, write_file
     from bushcli.export.rubber import rubber_of
-    from bushcli.report.json.common import cleaned, head
+    from bushcli.report.json.common import head, json_value
 
-    if ranks_there_are() > 1:
+    if number_of_ranks() > 1:
         raise InputError(Problem("bushcli export", "runs in one process only", "", "run it without mpirun"))
     writer, units = writer_for(program), unit_system(system)
     writer.check_form(form)
@@ -110,24 +110,24 @@ def export(
         order = replace(order, rubber=replace(material, density=density or material.density))
     else:
         # Curves and matrices that the source lacks are simulated.
-        with run.timed("solve"), march_progress(run) as progress:
+        with run.timer("solve"), march_progress(run) as progress:
             order = replace(order, bushing=bushing_of(source, writer, progress, run.tables, unrelaxed))
     content = writer.text(order)
     if run.output is not None:
         write_file(run.output, content)
-        for line in (f"wrote {run.output} for {writer.title}", *_said(order.bushing)):
+        for line in (f"wrote {run.output} for {writer.title}", *_remarks(order.bushing)):
             run.say(line)
         result = head("export", source.case, (), run.timings())
         result |= {"program": writer.name, "units": units.name, "file": str(run.output)}
         if order.bushing is not None and order.bushing.law is not None:
             result["force_law"] = order.bushing.law.summary()
-        run.emit(cleaned(result))
+        run.emit(json_value(result))
     else:
         click.echo(content.decode("ascii"), nl=False)
     return DONE
 
 
-def _said(bushing: BushingData | None) -> list[str]:
+def _remarks(bushing: BushingData | None) -> list[str]:
     """Return what a vehicle model leaves out, and how far a force law is from the bushing, a line per channel."""
     if bushing is None:
         return []

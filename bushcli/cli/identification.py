@@ -10,7 +10,7 @@ import click
 
 from bushcli.cli.progress import search_progress
 from bushcli.cli.run import DONE, NEGATIVE, Run, on_a_case, verdict_code
-from bushcli.cli.shared import names_in, pool, resumes, scheduled
+from bushcli.cli.shared import names_in, pool, resume_option, scheduler_option
 from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def fit(
     from bushcli.report.results import FitResult
 
     case = run.load()
-    with run.timed("spectra"):
+    with run.timer("spectra"):
         spectra, problems = fit_tables(case, run.tables)
     if problems and not spectra and not case.coupons:
         # The only tables of the case have no spectrum: what prevents it is the answer.
@@ -114,7 +114,7 @@ def fit_to_coupons(
         run.say(f"fitting {law} to {len(case.coupons)} coupon test{'s' if len(case.coupons) != 1 else ''}")
     # A coupon is solved in milliseconds: its evaluations are printed only with --verbose.
     progress = search_progress(run, {}) if run.verbose else None
-    with run.timed("fit"):
+    with run.timer("fit"):
         return fit_coupons(
             case,
             model,
@@ -163,11 +163,11 @@ def fit_to_coupons(
     show_default=True,
     help="Processes that share the starts.",
 )
-@scheduled
+@scheduler_option
 @click.option(
     "--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the start points."
 )
-@resumes("evaluations")
+@resume_option("evaluations")
 @click.option("--strict", is_flag=True, help="Exit 1 when the identification has problems.")
 @on_a_case
 def inverse(
@@ -253,7 +253,7 @@ def _identified_fit(run: Run, task: Task, resume: bool | None, shared: Pool | No
         run.say(f"identifying {task.model} from {' and '.join(numbers_of_data)}")
     journal = run.output / f"history-{task.model}" if run.output else None
     progress = search_progress(run, task.rotational_parameters, task.starts + task.globally)
-    with run.timed(task.model):
+    with run.timer(task.model):
         return identify(
             task,
             journal=journal,

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from bushcli.cli.run import Run, is_first_rank, on_terminal
+from bushcli.cli.run import Run, is_first_rank, is_terminal
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -25,7 +25,7 @@ def march_progress(run: Run) -> Iterator[Callable[[str, int, int, int, float], N
     if run.quiet or not is_first_rank():
         yield None
         return
-    if not on_terminal(sys.stderr) or run.verbose:
+    if not is_terminal(sys.stderr) or run.verbose:
         starts: dict[str, float] = {}
 
         def line(name: str, step: int, steps: int, newton: int, q: float) -> None:
@@ -64,7 +64,7 @@ def work_progress(run: Run, what: str) -> Iterator[Callable[[int, int, int], Non
             already_done = max(0, done - 1)
         return (time.perf_counter() - start) / max(done - already_done, 1) * (total - done)
 
-    if not on_terminal(sys.stderr) or run.verbose:
+    if not is_terminal(sys.stderr) or run.verbose:
 
         def line(done: int, total: int, failed: int) -> None:
             nonlocal shown

@@ -74,7 +74,7 @@ class Run:
 
         if self.options.get("resume") and self.output is None:
             raise InputError(Problem("--resume", "needs the folder of the run to continue", "", "-o DIR"))
-        with self.timed("case"):
+        with self.timer("case"):
             if parts and shape_of_part(self.path):
                 case = load_part(self.path, self.overrides)
             else:
@@ -86,15 +86,15 @@ class Run:
     def prepare(self, output: Path, case: Case) -> None:
         """Refuse a folder that cannot be used, or into which another run writes, and say what becomes of its result."""
         from bushcli.report.writers.files import check_output, question_of
-        from bushcli.report.writers.folder import moves_to, occupy, staging
+        from bushcli.report.writers.folder import moves_to, occupy, staging_folder
 
         check_output(output, case, self.command)
-        has_ranks, ends = ranks_there_are() > 1, click.get_current_context()
+        has_ranks, ends = number_of_ranks() > 1, click.get_current_context()
         if is_first_rank():
             refused = None
             try:
                 ends.call_on_close(occupy(output))
-                ends.with_resource(staging(output))
+                ends.with_resource(staging_folder(output))
             except InputError as error:
                 refused = error
         if has_ranks:
@@ -116,7 +116,7 @@ class Run:
         return self.output
 
     @property
-    def staged(self) -> Path | None:
+    def staging_folder(self) -> Path | None:
         """Folder for files that are written while the command calculates; None without -o."""
         from bushcli.report.writers.folder import STAGING
 
@@ -179,7 +179,7 @@ class Run:
         return TableCache()
 
     @contextmanager
-    def timed(self, name: str) -> Iterator[None]:
+    def timer(self, name: str) -> Iterator[None]:
         """Add the time of a block to the timings."""
         start = time.perf_counter()
         yield
@@ -207,7 +207,7 @@ class Run:
         from bushcli.report.writers.terminal import terminal_text
 
         renderable = terminal_text(document)
-        if on_terminal(sys.stdout):
+        if is_terminal(sys.stdout):
             # On a narrower console tables lose words; lines that wrap are the lesser evil.
             console = Console(highlight=False, width=max(Console().width, NARROWEST))
             console.print(renderable)
@@ -222,7 +222,7 @@ class Run:
             click.echo(json_format.dumps(result, indent=2, allow_nan=False))
 
 
-def on_terminal(stream: TextIO) -> bool:
+def is_terminal(stream: TextIO) -> bool:
     """Whether the stream is a terminal that a person reads."""
     return stream.isatty() and not any(name in os.environ for name in ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE"))
 
@@ -236,7 +236,7 @@ def is_first_rank() -> bool:
     return bool(MPI.COMM_WORLD.rank == 0)
 
 
-def ranks_there_are() -> int:
+def number_of_ranks() -> int:
     """Number of processes that `mpirun` has started; 1 without it."""
     if ranks_started() == 1:
         return 1
@@ -247,7 +247,7 @@ def ranks_there_are() -> int:
 
 def wait_for_ranks() -> None:
     """Wait until all ranks of `mpirun` have reached this point; do nothing without it."""
-    if ranks_there_are() > 1:
+    if number_of_ranks() > 1:
         from mpi4py import MPI
 
         MPI.COMM_WORLD.Barrier()
@@ -339,11 +339,11 @@ def finish(work: Callable[[], int | None], debug: bool) -> None:
             raise
         # A library that cannot be mapped is an OSError without a number, which names no file.
         starved = error.errno in (None, errno.ENOMEM) and _memory_limit()
-        code = mistaken(error) if starved else unwritable(error)
+        code = report_mistake(error) if starved else unwritable(error)
     except Exception as error:  # the last line of defence between a traceback and a user
         if debug:
             raise
-        code = _code_of_interrupt() if is_interrupt(error) else mistaken(error)
+        code = _code_of_interrupt() if is_interrupt(error) else report_mistake(error)
     sys.exit(code)
 
 
@@ -385,9 +385,9 @@ def _memory_limit() -> int:
     return limit if 0 <= limit < _ENOUGH else 0
 
 
-def mistaken(error: Exception) -> int:
+def report_mistake(error: Exception) -> int:
     """Report an error that no command expects, or a lack of memory, and return the exit code."""
-    from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
+    from bushcli.runtime.dolfinx_version import installed_dolfinx, untried_dolfinx
 
     limit = _memory_limit()
     if isinstance(error, MemoryError) or (limit and isinstance(error, ImportError)):

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from bushcli.cli.run import is_first_rank, ranks_there_are
+from bushcli.cli.run import is_first_rank, number_of_ranks
 from bushcli.errors import InputError, Problem
 from cases.interrupt import is_interrupt
 
@@ -36,17 +36,17 @@ class _Address(click.ParamType):
         return str(value)
 
 
-def shares_work(command: F) -> F:
+def worker_options(command: F) -> F:
     """Give a command the options ``--workers`` and ``--scheduler``."""
     command = click.option(
         "--workers",
         type=click.IntRange(1, 256),
         help="Processes of this machine that share the work; as many as it has processors if not given.",
     )(command)
-    return scheduled(command)
+    return scheduler_option(command)
 
 
-def scheduled(command: F) -> F:
+def scheduler_option(command: F) -> F:
     """Give a command the option ``--scheduler``."""
     return click.option(
         "--scheduler",
@@ -56,7 +56,7 @@ def scheduled(command: F) -> F:
     )(command)
 
 
-def resumes(what: str) -> Callable[[F], F]:
+def resume_option(what: str) -> Callable[[F], F]:
     """Give a command the option ``--resume/--fresh``."""
     return click.option(
         "--resume/--fresh",
@@ -91,7 +91,7 @@ def pool(workers: int | None, scheduler: str | None) -> Iterator[Pool | None]:
     from bushcli.runtime.executor import Pool, dask, processes
     from bushcli.runtime.workers import ranks
 
-    rank_count = ranks_there_are()
+    rank_count = number_of_ranks()
     if workers is not None and (rank_count > 1 or scheduler):
         where = "mpirun" if rank_count > 1 else "--scheduler"
         raise InputError(Problem("--workers", f"cannot be combined with {where}, which has its own workers"))
@@ -109,7 +109,7 @@ def pool(workers: int | None, scheduler: str | None) -> Iterator[Pool | None]:
 
 
 @contextmanager
-def elsewhere(several: bool, scheduler: str | None) -> Iterator[Executor | None]:
+def remote_executor(several: bool, scheduler: str | None) -> Iterator[Executor | None]:
     """Yield an executor on other ranks or on Dask; None without one, and on the ranks that work for the first one.
 
     Raises

@@ -12,7 +12,7 @@ import click
 from bushcli.cli.identification import fit_to_coupons
 from bushcli.cli.progress import work_progress
 from bushcli.cli.run import DONE, NEGATIVE, Run, on_a_case
-from bushcli.cli.shared import pool, resumes, say_what_is_saved, shares_work
+from bushcli.cli.shared import pool, resume_option, say_what_is_saved, worker_options
 from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
@@ -63,9 +63,9 @@ SAMPLINGS = ["grid", "lhs", "sobol", "random", "saltelli", "corners"]
 )
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the sample.")
 @click.option("--no-curves", is_flag=True, help="Keep no curves, only the answers.")
-@resumes("designs")
+@resume_option("designs")
 @click.option("--strict", is_flag=True, help="Exit 1 when a design fails.")
-@shares_work
+@worker_options
 @on_a_case
 def study(
     run: Run,
@@ -106,7 +106,7 @@ def study(
         with _folder(run) as folder:
             done = [0]
             try:
-                with run.timed("study"), work_progress(run, "designs") as progress:
+                with run.timer("study"), work_progress(run, "designs") as progress:
 
                     def notify(finished: int, count: int, failed: int) -> None:
                         done[0] = finished
@@ -164,12 +164,12 @@ def _plan(
 
 def _task(run: Run, case: Case, plan: Plan, questions: tuple[str, ...], curves: bool) -> StudyTask:
     from bushcli.case.hardness import HARDNESS
-    from bushcli.report.json.study import described
+    from bushcli.report.json.study import response_json
     from bushcli.study.answers import answer, default_answers
     from bushcli.study.task import StudyTask
 
     if not case.load_cases and not case.recordings:
-        expected = case.expected("[[recordings]] or [[load_cases]]")
+        expected = case.expected_tables("[[recordings]] or [[load_cases]]")
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     answers = tuple(answer(case, text) for text in questions) or default_answers(case)
     material = fit_to_coupons(run, case).material if case.needs_fit else None
@@ -186,7 +186,7 @@ def _task(run: Run, case: Case, plan: Plan, questions: tuple[str, ...], curves: 
         curves=curves,
         material=material,
         hardness=None if hardness is None else float(hardness.nominal),
-        describe=described if any(answer.of_result for answer in answers) else None,
+        describe=response_json if any(answer.of_result for answer in answers) else None,
     )
 
 

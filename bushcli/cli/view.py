@@ -32,7 +32,7 @@ REPORT = "report.html"
 )
 def view(output: Path, serve: bool, port: int) -> None:
     """Open the page of a result in the browser; OUTPUT is the folder that was given with -o, or the page itself."""
-    finish(lambda: _serve(_page(output), port) if serve else _opened(_page(output)), debug=False)
+    finish(lambda: _serve(_page(output), port) if serve else _open(_page(output)), debug=False)
 
 
 def _page(output: Path) -> Path:
@@ -49,7 +49,7 @@ def _page(output: Path) -> Path:
     )
 
 
-def _opened(page: Path) -> int:
+def _open(page: Path) -> int:
     import webbrowser
 
     if not webbrowser.open(page.as_uri()):

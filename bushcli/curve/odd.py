@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-def unfolded(q: Array, values: Array, mirrored: Array | None = None) -> tuple[Array, Array]:
+def both_halves(q: Array, values: Array, mirrored: Array | None = None) -> tuple[Array, Array]:
     """Return an odd curve on both sides of rest, in the order of its displacement.
 
     Parameters

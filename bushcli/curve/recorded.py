@@ -199,7 +199,7 @@ class Recording(Curve):
                 parts.append(replace(branch, start=start, stop=stop, cycle=cycle))
         return tuple(parts)
 
-    def counted(
+    def with_cycle_numbers(
         self, numbers: NDArray[np.int_], columns: tuple[ReadColumn, ...], unused: tuple[str, ...]
     ) -> Recording:
         """Return the recording with the numbers of cycles that the rig counts; its motion is not segmented anew.
@@ -251,7 +251,7 @@ class Recording(Curve):
         """Indices (n,) of the samples in the whole record."""
         return np.arange(len(self.displacement)) if self.selected is None else self.selected
 
-    def bridged(self, used: NDArray[np.bool_]) -> Recording:
+    def with_gaps_interpolated(self, used: NDArray[np.bool_]) -> Recording:
         """Return the recording with straight lines in place of samples that do not count; as it is if none counts.
 
         Parameters

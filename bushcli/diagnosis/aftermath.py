@@ -9,14 +9,15 @@ import numpy as np
 
 from bushcli.case import Case
 from bushcli.diagnosis import answer
+from bushcli.diagnosis.amplitudes import amplitude_faults
 from bushcli.diagnosis.next_test import next_test
 from bushcli.diagnosis.posterior import WeighedModel, credible_sets
 from bushcli.diagnosis.question import Question
-from bushcli.diagnosis.result import DiagnosedChannel, DiagnosedTable, NextTest
+from bushcli.diagnosis.result import UNSEARCHED, DiagnosedChannel, DiagnosedTable, NextTest
 from bushcli.diagnosis.vibrating import diagnosed_table
-from bushcli.faults import masks
+from bushcli.faults import DataFault, masks
 from bushcli.inverse.channel import Channel
-from bushcli.likelihood.calibration import calibrated, factor_of
+from bushcli.likelihood.calibration import calibrate, factor_of
 from bushcli.likelihood.noise import Compared, noise_model
 from bushcli.mismatch.maps import LocalMap
 from bushcli.recording.dynamic.rows import RecordedTable
@@ -24,36 +25,36 @@ from bushcli.runtime.condition import CONTINUE, Condition
 from bushcli.runtime.workers import Workers
 from bushcli.selection.model import Fitted
 from bushcli.selection.model_cache import ModelCache
-from bushcli.selection.queue import Progress
+from bushcli.selection.queue import Progress, Search
 from bushcli.selection.state import CommonData, State
 from cases.interrupt import is_interrupt
 from cases.march import NotConverged
 
 
 class Extras:
-    """The proposed test and the maps; if they fail, the verdict remains and a condition is added."""
+    """Doubts about amplitudes, the proposed test and the maps; if they fail, a condition is added to the verdict."""
 
     def __init__(self) -> None:
         self.test: NextTest | None = None
         self.maps: tuple[LocalMap, ...] = ()
+        self.faults: tuple[DataFault, ...] = ()
         self.conditions: tuple[Condition, ...] = ()
 
     def make(
         self,
-        problem: CommonData,
+        search: Search,
         plain: Fitted,
         models: Sequence[WeighedModel],
         crew: Workers,
         cache: ModelCache,
         maps: bool,
-        searched: bool,
-        notify: Progress,
     ) -> None:
-        """Compute the proposed test and the maps.
+        """Compute the doubts about amplitudes, the proposed test and the maps.
 
         Parameters
         ----------
-        problem : CommonData
+        search : Search
+            If it has not looked at most models, the rivals are not known, and no test is proposed.
         plain : Fitted
             The plain law.
         models : sequence of WeighedModel
@@ -62,13 +63,11 @@ class Extras:
         cache : ModelCache
         maps : bool
             Whether to make maps of the bushing.
-        searched : bool
-            Whether the search has looked at most models; before that the rivals are not known, and no test is proposed.
-        notify : callable
-            Called with the stage, its subject, and a text about it.
         """
+        problem, notify = search.problem, search.progress
         try:
-            if searched and len(credible_sets(models)) > 1:
+            self.faults = amplitude_faults(search, crew)
+            if search.share_left <= UNSEARCHED and len(credible_sets(models)) > 1:
                 notify("next", "test", "which test would separate the rivals")
                 self.test = next_test(problem, models, crew, notify)
             if maps and models[0].effects:
@@ -82,7 +81,7 @@ class Extras:
             if not is_interrupt(error):
                 raise
             crew.stop()
-            message = "interrupted after the search: the proposed test or the map of the bushing is missing"
+            message = "interrupted after the search: doubts about amplitudes, the proposed test or the map is missing"
             self.conditions = (Condition("interrupted", message, CONTINUE),)
 
 
@@ -122,7 +121,7 @@ def calibrated_curves(
     """
     channels = cache.channels(plain.model.task(case))
     return tuple(
-        calibrated(curve, factor_of(channel))
+        calibrate(curve, factor_of(channel))
         for curve, channel in zip(compared, channels, strict=True)
         if curve.recording.kind == "static"
     )

@@ -22,7 +22,7 @@ from bushcli.diagnosis.words import possible_shift
 from bushcli.effects.names import readable_name
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.noise import Compared, noise_model
-from bushcli.mismatch.missing import missing, missing_force
+from bushcli.mismatch.missing_force import describe_missing, missing_force
 from bushcli.recording import Recording, displacement_noise
 from bushcli.runtime.condition import Condition
 from bushcli.selection.model import Model
@@ -81,7 +81,9 @@ def ranked_models(models: Sequence[WeighedModel], search: Search) -> tuple[Ranke
             model.probability,
             model.log_evidence - base,
             model.state.size if model.predicted is None else None,
-            model.state.evidence.judged.phi if model.predicted is None and model.kind == "effects" else None,
+            model.state.evidence.judgement.phi
+            if model.predicted is None and model.kind == "effects"
+            else None,
             {active.identity: active.variant for active in model.model.effects if active.variant},
         )
         for model in (best, *sorted(others, key=lambda model: -model.probability))
@@ -142,7 +144,7 @@ def form_error(best: WeighedModel, plain: State, compared: Sequence[Compared]) -
         The plain law.
     compared : sequence of Compared
     """
-    likelihood, judged = plain.problem.likelihood, best.state.evidence.judged
+    likelihood, judged = plain.problem.likelihood, best.state.evidence.judgement
     if best.unknown:
         return _unknown_force(compared, likelihood.features)
     scale = np.array(judged.scale) - 1.0
@@ -281,7 +283,7 @@ def _long_memory(best: WeighedModel, problem: CommonData) -> list[Condition]:
         memory = f"{channel.noise.correlation_time:.0f} samples"
         if channel.recording.time is not None:
             memory += f" ({channel.noise.correlation_time * float(np.median(np.diff(channel.recording.time))):.2g} s)"
-        like = "".join(f" ({text})" for text in missing([channel], [smooth], 0.0, 0.0).text[:1])
+        like = "".join(f" ({text})" for text in describe_missing([channel], [smooth], 0.0, 0.0).text[:1])
         conditions.append(
             Condition(
                 "noise_with_memory",

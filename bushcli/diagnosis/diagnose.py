@@ -31,7 +31,7 @@ from bushcli.diagnosis.result import UNSEARCHED, Diagnosis, Verdict
 from bushcli.diagnosis.words import possible_shift
 from bushcli.errors import InputError, Problem
 from bushcli.inverse.verdict import history_not_saved
-from bushcli.mismatch.missing import missing
+from bushcli.mismatch.missing_force import describe_missing
 from bushcli.mismatch.record import locate
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import CONTINUE, Condition, history_damaged
@@ -173,8 +173,7 @@ def _calculate(
     outcome = _search(question, search, rough, crew)
     extras = Extras()
     if not outcome.interrupted:
-        searched = search.share_left <= UNSEARCHED
-        extras.make(problem, outcome.plain, outcome.models, crew, cache, maps, searched, notify)
+        extras.make(search, outcome.plain, outcome.models, crew, cache, maps)
     return outcome, extras
 
 
@@ -236,7 +235,7 @@ def _answer(question: Question, outcome: _Outcome, extras: Extras, cache: ModelC
         form_error=answer.form_error(best, search.plain, after),
         missing=None
         if unsearched or verdict == "explained" or (left <= 0.0 and not best.unknown)
-        else missing(
+        else describe_missing(
             [after[i] for i in curves], [problem.likelihood.features[i] for i in curves], unknown, left
         ),
         searched=extent,
@@ -246,7 +245,7 @@ def _answer(question: Question, outcome: _Outcome, extras: Extras, cache: ModelC
         remaining=locate(places[1]),
         next_test=extras.test,
         maps=extras.maps,
-        faults=question.faults,
+        faults=(*question.faults, *extras.faults),
         conditions=(
             *outcome.interrupted,
             *extras.conditions,

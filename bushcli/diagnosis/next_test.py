@@ -34,7 +34,7 @@ from bushcli.diagnosis.menu import Proposal, menu
 from bushcli.diagnosis.next_table import TableProposal, expected_table, noise_of, rows, table_menu
 from bushcli.diagnosis.posterior import CREDIBLE, MEMBER, WeighedModel
 from bushcli.diagnosis.result import NextTest
-from bushcli.effects.active import acting
+from bushcli.effects.active import effects_on_channel
 from bushcli.effects.names import readable_name
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.effects.titles import phrase
@@ -45,6 +45,7 @@ from bushcli.selection.model_cache import ESTIMATED, ModelCache
 from bushcli.selection.state import CommonData
 from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.simulation import Simulation
+from bushcli.standards import observe
 from cases.march import NotConverged
 from cases.mode import modes
 
@@ -168,7 +169,7 @@ def _rival_sets(models: Sequence[WeighedModel]) -> tuple[list[WeighedModel], Arr
     # Those of the credible set, and every other one that the report names.
     order, total = [], 0.0
     for names in sorted(sums, key=lambda names: -sums[names])[:RIVALS]:
-        if total >= CREDIBLE and sums[names] < MEMBER:
+        if total >= CREDIBLE * sum(sums.values()) and sums[names] < MEMBER:
             break
         order.append(names)
         total += sums[names]
@@ -229,7 +230,9 @@ def _simulation(cache: ModelCache, case: Case, model: Model, proposal: Proposal)
     )
     names = labels or [proposal.channel]
     acting_effects = {
-        active.identity: active for name in names for active in acting(effects, name, proposal.channel)
+        active.identity: active
+        for name in names
+        for active in effects_on_channel(effects, name, proposal.channel)
     }
     return Simulation(
         case.geometry,
@@ -276,12 +279,9 @@ def _menu(problem: CommonData) -> list[Proposal]:
             continue
         reach = float(np.abs(recording.displacement).max())
         amplitudes[recording.mode] = max(reach, amplitudes.get(recording.mode, 0.0))
-        path = float(np.abs(np.diff(recording.displacement)).sum())
-        # A hold without its ramp has no speed of its own, and neither has a recording without times.
-        moves = recording.time is not None and any(branch.kind != "hold" for branch in recording.branches)
-        rate[recording.mode] = (
-            path / float(np.ptp(recording.time)) if moves and recording.time is not None else reach / SECONDS
-        )
+        # The fastest ramp, so that "ten times as fast" is. A hold has no speed, nor has a recording without times.
+        fastest = max(observe(recording).rates, default=reach / SECONDS)
+        rate[recording.mode] = max(fastest, rate.get(recording.mode, 0.0))
     proposals = list(menu(amplitudes, rate, mounted)[:PROPOSALS])
     wall = problem.case.geometry.wall
     if wall is not None and mounted:

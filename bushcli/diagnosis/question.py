@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
-from bushcli.case.typical import unusual
+from bushcli.case.typical import unusual_values
 from bushcli.effects.effect import Effect, effects
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.faults import DataFault, find_faults, masks
@@ -79,7 +79,7 @@ class Question:
     def unusual(self) -> tuple[Condition, ...]:
         """A condition for each number of the case and of its recordings that bushings do not have."""
         paths = [recording for recording in self.whole if recording.kind == "static"]
-        return unusual(self.case, self.case.material, paths)
+        return unusual_values(self.case, self.case.material, paths)
 
     @property
     def fatal(self) -> bool:
@@ -143,7 +143,7 @@ def _checked_recordings(
         *recorded_tables(case, tables),
     )
     if not recordings:
-        wanted = case.expected("[[recordings]] with mode and file")
+        wanted = case.expected_tables("[[recordings]] with mode and file")
         raise InputError(Problem(str(case.path), "there are no [[recordings]] to diagnose", "", wanted))
     if model is not None and model not in laws():
         raise InputError(

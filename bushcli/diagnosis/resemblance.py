@@ -129,7 +129,7 @@ def resemblances(
     odds = {name: _odds(state, effect, uniform) for name, effect in active.items()}
     likelihood = state.problem.likelihood
     explained, signal = (
-        math.sqrt(float(values.sum())) for values in (likelihood.explained, likelihood.signal)
+        math.sqrt(float(values.sum())) for values in (likelihood.explained_squares, likelihood.signal)
     )
     for length in range(1, len(active) + 1):
         for removed in combinations(sorted(active), length):

@@ -15,7 +15,7 @@ from bushcli.effects.effect import EffectParameter
 from bushcli.evidence.laplace import standard_errors
 from bushcli.evidence.prior import ParameterPrior
 from bushcli.likelihood.calibration import UNREMARKABLE
-from bushcli.mismatch.missing import constant_factor
+from bushcli.mismatch.missing_force import constant_factor
 from bushcli.selection.queue import Search
 from forms.law import law
 

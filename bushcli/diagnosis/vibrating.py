@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bushcli.diagnosis.result import DiagnosedTable
 from bushcli.recording.dynamic.rows import RecordedTable
 from bushcli.recording.dynamic.table import DynamicTable
-from bushcli.simulate.dynamic_tables import ComparedTable, gathered, temperature_levels
+from bushcli.simulate.dynamic_tables import ComparedTable, merged_preloads, temperature_levels
 from cases.mode import modes
 
 Array = NDArray[np.float64]
@@ -129,7 +129,10 @@ def _conditions(table: DynamicTable, missed: Array, unit: str) -> Iterator[tuple
         elif unit_of_values == "degrees C":
             groups = temperature_levels(values)
         else:
-            groups = [np.flatnonzero(gathered(values) == value) for value in np.unique(gathered(values))]
+            groups = [
+                np.flatnonzero(merged_preloads(values) == value)
+                for value in np.unique(merged_preloads(values))
+            ]
         groups = [rows for rows in groups if len(rows)]
         if len(groups) < 2 or np.ptp(values) == 0.0:
             continue

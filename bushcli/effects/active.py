@@ -29,7 +29,7 @@ class ActiveEffect:
     temperatures : mapping of str to float
         Degrees C of the channels whose temperature is known, for an effect that needs it.
     temperature : float or None
-        Degrees C of the channel that it was taken for (`acting`).
+        Degrees C of the channel that it was taken for (`effects_on_channel`).
     """
 
     effect: Effect
@@ -97,7 +97,7 @@ class ActiveEffect:
         return all(self.values.get(p.name, p.off) == p.off for p in self.effect.amplitudes)
 
     @property
-    def lacking(self) -> tuple[str, ...]:
+    def parameters_without_value(self) -> tuple[str, ...]:
         """Full names of the parameters that the model uses and that have no value."""
         return tuple(self.full_name(p) for p in self.parameters if p.name not in self.values)
 
@@ -140,7 +140,7 @@ class ActiveEffect:
         """Return the effect at a temperature, degrees C, if it depends on that."""
         return replace(self, temperature=temperature) if self.effect.needs_temperature else self
 
-    def started(self, period: float | None = None) -> ActiveEffect:
+    def with_start_values(self, period: float | None = None) -> ActiveEffect:
         """Return the effect with start values for the parameters that have no value.
 
         Parameters
@@ -148,13 +148,13 @@ class ActiveEffect:
         period : float or None
             s, of the highest frequency of the tables of dynamic stiffness that it changes; None without any.
         """
-        starts = {p.name: p.fitted(None, period)[0] for p in self.parameters}
+        starts = {p.name: p.fit_range(None, period)[0] for p in self.parameters}
         return replace(self, values={name: self.values.get(name, start) for name, start in starts.items()})
 
     def off(self) -> ActiveEffect:
         """Return the effect with its amplitudes off; shape parameters keep their values or get their start values."""
         values = {p.name: p.off for p in self.parameters if p.off is not None}
-        return replace(self, values=dict(self.started().values) | values)
+        return replace(self, values=dict(self.with_start_values().values) | values)
 
 
 def identity(effect: Effect, channels: tuple[str, ...] | None) -> str:
@@ -175,7 +175,7 @@ def uniquely_named(active: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
     )
 
 
-def acting(
+def effects_on_channel(
     active: Sequence[ActiveEffect],
     channel: str,
     mode: str,
@@ -226,7 +226,7 @@ def require_values(active: Sequence[ActiveEffect], where: str) -> None:
             "give every parameter of the effect a value; only a fit can start without one",
         )
         for effect in active
-        for name in effect.lacking
+        for name in effect.parameters_without_value
     ]
     if problems:
         raise InputError(*problems)
@@ -257,7 +257,7 @@ def require_time(active: Sequence[ActiveEffect], channel: str, mode: str, where:
             "",
             "add a column with the time in s, or leave this channel out of the effect's channels = [...]",
         )
-        for effect in acting(active, channel, mode)
+        for effect in effects_on_channel(active, channel, mode)
         if effect.effect.needs_time
     ]
     if problems:

@@ -20,7 +20,7 @@ def features_of(active: Sequence[ActiveEffect]) -> list[Installed]:
     features = []
     for effect in active:
         if effect.effect.feature is not None:
-            values = effect.started().values
+            values = effect.with_start_values().values
             words = {p.name: p.choice(values[p.name]) for p in effect.effect.parameters if p.choices}
             numbers = {name: value for name, value in values.items() if name not in words}
             temperature = math.nan if effect.temperature is None else effect.temperature

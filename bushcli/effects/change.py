@@ -39,7 +39,7 @@ class Signal:
         """Return the samples at which the condition (n,) holds, zeros elsewhere."""
         return Signal(np.where(condition, self.value, 0.0), np.where(condition[:, None], self.slope, 0.0))
 
-    def sampled(self, index: NDArray[np.intp]) -> Signal:
+    def at_samples(self, index: NDArray[np.intp]) -> Signal:
         """Return the samples ``index``, any number of them in any order."""
         return Signal(self.value[index], self.slope[index])
 

@@ -27,7 +27,7 @@ from bushcli.effects.exported import CardPart, ForceLawPart
 from bushcli.effects.names import effect_name
 from bushcli.effects.prior import Prior
 from cases.mode import modes
-from forms.law import UnknownName, named
+from forms.law import UnknownName, find_parameter
 from geometry.shape import Mirrors, Shape, Sleeve
 
 if TYPE_CHECKING:
@@ -173,7 +173,7 @@ class EffectParameter:
         factor = scales["shear"] if self.unit == "MPa" else scales[self.scale] if self.scale else 1.0
         return [float(np.clip(value * factor, self.lower, self.upper)) for value in self.scan]
 
-    def fitted(self, shape: Shape | None, period: float | None = None) -> tuple[float, float, float]:
+    def fit_range(self, shape: Shape | None, period: float | None = None) -> tuple[float, float, float]:
         """Return start, lowest and highest value of a fit.
 
         Parameters
@@ -192,7 +192,7 @@ class EffectParameter:
         """Return the word for a value of a parameter that is a choice."""
         return self.choices[round(value)]
 
-    def distinct(
+    def distinct_choices(
         self, shape: Shape, acting: Collection[str], broken: Mirrors = frozenset()
     ) -> tuple[str, ...]:
         """Return the choices that differ in at least one of the modes `acting`; of two mirror images only the first.
@@ -328,7 +328,7 @@ class Effect:
         UnknownName
             When the effect has no such parameter.
         """
-        return named(self.parameters, name, self.name)
+        return find_parameter(self.parameters, name, self.name)
 
     @property
     def branches(self) -> int:
@@ -389,7 +389,7 @@ class Effect:
         return mode_of_channel.specimen in self.specimens and (self.modes is None or mode in self.modes)
 
 
-def unsuited(
+def reasons_against(
     effect: Effect, shape: Shape, other_names: Collection[str] = (), values: Mapping[str, float] | None = None
 ) -> tuple[tuple[str, str], ...]:
     """Return why a specimen cannot have an effect, each reason with what would be valid; empty where it can.
@@ -410,7 +410,7 @@ def unsuited(
     if effect.needs_sleeves and shape.wall is None:
         what = f"between the bonds of this {type(shape).name} there is no cylinder about the axis"
         return ((what, "use another shape, or leave this effect out"),)
-    if effect.adds_sleeves and shape.sleeved(_SLEEVE, _SLEEVE) is None:
+    if effect.adds_sleeves and shape.with_sleeves(_SLEEVE, _SLEEVE) is None:
         what = f"sleeves cannot be added to a {type(shape).name}: it has only those that are drawn"
         expected = (
             "draw the sleeves as bodies in the section or the CAD file, with [geometry.plates.inner_sleeve]"

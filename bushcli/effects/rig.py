@@ -8,7 +8,8 @@ force at recorded zero is subtracted (`is_zeroed`). Every input may depend on pa
 
 `elastic_response` does everything for a force that is a function of the displacement. A force with a history is
 marched elsewhere: `bushing_path` gives the displacement that drives it, `extension` and `parallel` the springs in
-series and the forces beside it, and `reading` the logged force. `vibrating` gives the stiffness of small vibrations.
+series and the forces beside it, and `force_reading` the logged force. `measured_stiffness` gives the stiffness of small
+vibrations.
 """
 
 from __future__ import annotations
@@ -153,7 +154,7 @@ def parallel(
     return force
 
 
-def reading(
+def force_reading(
     active: Sequence[ActiveEffect],
     time: Array | None,
     force: Signal,
@@ -217,7 +218,7 @@ def _read(
     return force
 
 
-def sampled(
+def reading_at_samples(
     active: Sequence[ActiveEffect],
     interpolation: Callable[[Array], Array],
     times: Array,
@@ -276,13 +277,13 @@ class RigStiffness:
     by_part: Complex
     slope: Complex
 
-    def scaled(self, factor: Signal) -> RigStiffness:
+    def times(self, factor: Signal) -> RigStiffness:
         """Return the stiffness times a factor (n,), real or complex."""
         slope = factor.value[:, None] * self.slope + self.value[:, None] * factor.slope
         return RigStiffness(factor.value * self.value, factor.value * self.by_part, slope)
 
 
-def vibrating(
+def measured_stiffness(
     active: Sequence[ActiveEffect],
     stiffness: Complex,
     frequency: Array,
@@ -322,7 +323,7 @@ def vibrating(
         return parallel(active, displacement, bare, local, np.zeros(3))
 
     at_rest = Signal(np.full(3, q), np.zeros((3, len(local))))
-    stop, carried = _rate(beside, q, no_slopes), beside(at_rest).sampled(np.array([1]))
+    stop, carried = _rate(beside, q, no_slopes), beside(at_rest).at_samples(np.array([1]))
     spring = _rate(lambda load: extension(active, load, local), float(carried.value[0]), carried.slope[0, 1:])
     parallel_stiffness = stiffness + stop.value
     soft = 1.0 / (1.0 + spring.value * parallel_stiffness)
@@ -334,7 +335,7 @@ def vibrating(
     for change, parameters in changes:
         if change.vibrate is not None:
             factor, added_stiffness = change.vibrate(omega, parameters)
-            measured = measured.scaled(Signal(factor.value, factor.slope[:, 1:]))
+            measured = measured.times(Signal(factor.value, factor.slope[:, 1:]))
             measured = replace(
                 measured,
                 value=measured.value + added_stiffness.value,
@@ -343,12 +344,12 @@ def vibrating(
     for change, parameters in changes:
         if change.clock is not None:
             late = np.exp(-1j * omega * parameters[change.clock].value)
-            measured = measured.scaled(
+            measured = measured.times(
                 Signal(late, (-1j * omega * late)[:, None] * parameters[change.clock].slope[1:])
             )
     gain = _rate(lambda load: _read(active, local, load, np.zeros(3)), float(carried.value[0]), no_slopes)
     ones = np.ones(len(omega))
-    return measured.scaled(Signal(gain.value * ones, np.tile(gain.slope, (len(ones), 1))))
+    return measured.times(Signal(gain.value * ones, np.tile(gain.slope, (len(ones), 1))))
 
 
 def _rate(change: Callable[[Signal], Signal], point: float, slopes_by_parameter: Array) -> Signal:
@@ -393,29 +394,33 @@ def elastic_response(
     if elapsed is not None and zeroed:
         elapsed = np.concatenate([[0.0], elapsed])
 
-    def carried(q: Array) -> Signal:
+    def rig_force(q: Array) -> Signal:
         force, stiffness, slope = response(q)
         itself = np.zeros((len(q), len(local)))
         itself[:, 0] = 1.0
         bare = Signal(force, np.column_stack([stiffness, slope]))
         return parallel(active, Signal(q, itself), bare, local, elapsed)
 
-    def taken(q: Array) -> Signal:
-        return extension(active, carried(q), local)
+    def series_extension(q: Array) -> Signal:
+        return extension(active, rig_force(q), local)
 
-    q = _shared(displacement.value, taken) if has_springs(active, columns) else displacement.value
-    force, springs = carried(q), taken(q)
+    q = (
+        _share_of_bushing(displacement.value, series_extension)
+        if has_springs(active, columns)
+        else displacement.value
+    )
+    force, springs = rig_force(q), series_extension(q)
     # From q + u(q, p) = d(p): (1 + du/dq) dq = dd - du at fixed q.
     path_slope = (displacement.slope - springs.slope[:, 1:]) / (1.0 + springs.slope[:, 0])[:, None]
     carried_force = Signal(force.value, force.slope[:, 1:] + force.slope[:, :1] * path_slope)
     if zeroed:
-        carried_force = counted(carried_force)
-    return reading(active, travel.time, carried_force, columns)
+        carried_force = from_recorded_zero(carried_force)
+    return force_reading(active, travel.time, carried_force, columns)
 
 
-def counted(force: Signal) -> Signal:
+def from_recorded_zero(force: Signal) -> Signal:
     """Return a force (n,) from the second sample on, counted from the first, at which the rig was set to zero."""
-    return force.sampled(np.arange(1, len(force.value))) - force.sampled(np.array([0]))
+    return force.at_samples(np.arange(1, len(force.value))) - force.at_samples(np.array([0]))
 
 
 def _changes(active: Sequence[ActiveEffect], columns: Sequence[str]) -> list[tuple[RigChange, Given]]:
@@ -446,7 +451,7 @@ def _parameter_signals(active: ActiveEffect, columns: Sequence[str]) -> Given:
     }
 
 
-def _shared(target: Array, taken: Callable[[Array], Signal]) -> Array:
+def _share_of_bushing(target: Array, series_extension: Callable[[Array], Signal]) -> Array:
     """Return q with q + u(q) = target, by Newton's method kept within a shrinking bracket; u is what springs take.
 
     If the force has the sign of q, the solution is between 0 and the target. If it is not there, as with a force at
@@ -454,7 +459,7 @@ def _shared(target: Array, taken: Callable[[Array], Signal]) -> Array:
     """
 
     def excess(q: Array) -> tuple[Array, Array]:
-        springs = taken(q)
+        springs = series_extension(q)
         return q + springs.value - target, 1.0 + springs.slope[:, 0]
 
     low, high = np.minimum(target, 0.0), np.maximum(target, 0.0)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.evidence.prior import ParameterPrior
-from bushcli.likelihood.linearised import cone_fit
+from bushcli.likelihood.linearisation import cone_fit
 
 Array = NDArray[np.float64]
 
@@ -49,7 +49,9 @@ def amplitudes(
     """
     if not len(start):
         return np.zeros(0)
-    ends = [_settled(gram, score, known, start, bounds, at) for at in (start, np.full(len(start), np.inf))]
+    ends = [
+        _converged_sizes(gram, score, known, start, bounds, at) for at in (start, np.full(len(start), np.inf))
+    ]
 
     def objective(end: Array) -> float:
         pairs = zip(known, start + end, strict=True)
@@ -59,7 +61,7 @@ def amplitudes(
     return min(ends, key=objective)
 
 
-def _settled(
+def _converged_sizes(
     gram: Array,
     score: Array,
     known: Sequence[ParameterPrior | None],

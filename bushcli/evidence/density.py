@@ -102,10 +102,10 @@ class Posterior(LeastSquaresProblem):
 
     def rescale(self, x: Array) -> float:
         """Set the variances to those of the likelihood at a point; return the largest factor by which one changed."""
-        factor, self.variances = self.rescaled(x)
+        factor, self.variances = self.variance_change(x)
         return factor
 
-    def rescaled(self, x: Array) -> tuple[float, tuple[float, ...]]:
+    def variance_change(self, x: Array) -> tuple[float, tuple[float, ...]]:
         """Return the variances of the likelihood at a solved point, and the largest factor by which one differs."""
         forces = self.forces(x)
         assert forces is not None
@@ -121,8 +121,8 @@ class Posterior(LeastSquaresProblem):
         for channel, feature, variance, (force, slope) in zip(
             self.channels, self.features, self.variances, forces, strict=True
         ):
-            values.append(self.unit * feature.whitened(feature.of(force - channel.measured), variance))
-            slopes.append(self.unit * feature.whitened(feature.of(slope), variance))
+            values.append(self.unit * feature.whiten(feature.of(force - channel.measured), variance))
+            slopes.append(self.unit * feature.whiten(feature.of(slope), variance))
         prior = [
             self.known[n].row(float(v)) if n in self.known else (0.0, 0.0)
             for n, v in zip(self.names, x, strict=True)

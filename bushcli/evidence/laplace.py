@@ -67,7 +67,7 @@ class Evidence:
         return self.likelihood.left(self.misfit)
 
     @cached_property
-    def judged(self) -> Judged:
+    def judgement(self) -> Judged:
         """Likelihood of the model."""
         return self.likelihood.judge(self.left)
 
@@ -84,7 +84,7 @@ class Evidence:
     @cached_property
     def log(self) -> float:
         """Natural logarithm of the evidence, up to a constant that all models of a diagnosis share."""
-        return self.judged.log + self._laplace(self.judged.scale)[0]
+        return self.judgement.log + self._laplace(self.judgement.scale)[0]
 
     @cached_property
     def log_unknown(self) -> float:
@@ -99,7 +99,7 @@ class Evidence:
         are absorbed by their values, and the remaining misfit does not show them.
         """
         least = self.likelihood.variances()
-        wide = [max(a, float(b)) for a, b in zip(self.judged.scale, least, strict=True)]
+        wide = [max(a, float(b)) for a, b in zip(self.judgement.scale, least, strict=True)]
         units = self._priors[0]
         return self._laplace(wide)[1] * np.outer(units, units)
 
@@ -135,11 +135,9 @@ def _gram(
     features: Sequence[Features], misfit: Sequence[Array], slopes: Sequence[Array], scale: Sequence[float]
 ) -> tuple[Array, Array]:
     """Return second derivative (p, p) and gradient (p,) of half the weighted sum of squares."""
-    J = np.vstack(
-        [feature.whitened(part, v) for feature, part, v in zip(features, slopes, scale, strict=True)]
-    )
+    J = np.vstack([feature.whiten(part, v) for feature, part, v in zip(features, slopes, scale, strict=True)])
     z = np.concatenate(
-        [feature.whitened(part, v) for feature, part, v in zip(features, misfit, scale, strict=True)]
+        [feature.whiten(part, v) for feature, part, v in zip(features, misfit, scale, strict=True)]
     )
     return J.T @ J, J.T @ z
 

@@ -61,7 +61,7 @@ def bushing_of(
             what = f"has no stiffness matrix{' in this state' if source.stiffness_matrix is not None else ''}"
             raise InputError(Problem(source.where, what, "", matrix_remedy(unrelaxed)))
         return BushingData(
-            (), matrix, (*([state] if state else ()), *_of_matrix(source)), unrelaxed=unrelaxed
+            (), matrix, (*([state] if state else ()), *_matrix_remarks(source)), unrelaxed=unrelaxed
         )
     rig = [active for active in source.case.effects if active.effect.acts == "rig"]
     remarks = [f"without effects of the rig: {', '.join(effect.name for effect in rig)}"] if rig else []
@@ -90,13 +90,13 @@ def bushing_of(
         for name, mode, q in paths or _paths_of_channels(reduced, tables):
             ranges.setdefault(mode, (name, mode, float(min(q.min(), 0.0)), float(max(q.max(), 0.0))))
         if not ranges:
-            raise _nothing(source)
+            raise _nothing_to_export(source)
         return BushingData(
             (), None, tuple(remarks), BushingLaw(reduce(reduced, list(ranges.values()), progress))
         )
     as_they_are = source.curves and settled == source.case.effects
     curves = source.curves if as_they_are else _simulated_curves(source, reduced, progress, tables)
-    of_matrix = [] if matrix is None else _of_matrix(source)
+    of_matrix = [] if matrix is None else _matrix_remarks(source)
     if not writer.static and matrix is not None and state:
         of_matrix.append(f"the stiffness matrix is that of the {source.state} rubber, without friction")
     return BushingData(curves, matrix, (*remarks, *of_matrix), unrelaxed=unrelaxed)
@@ -134,7 +134,7 @@ def _dynamic_stiffness(source: ExportSource, progress: Progress | None) -> Bushi
     return BushingData((), None, tuple(remarks), vibrations=tuple(vibrations))
 
 
-def _of_matrix(source: ExportSource) -> list[str]:
+def _matrix_remarks(source: ExportSource) -> list[str]:
     """Return in words which effects the stiffness matrix of a result lacks, though its curves have them."""
     if source.stiffness_matrix is None:
         return []
@@ -150,15 +150,15 @@ def _simulated_curves(
     source: ExportSource, case: Case, progress: Progress | None, tables: TableCache
 ) -> tuple[ForceCurve, ...]:
     """Return the curves of a case with some of the source's effects."""
-    from bushcli.simulate.measured import Measured
     from bushcli.simulate.predict import predict
     from bushcli.simulate.prediction_cache import PredictionCache
+    from bushcli.simulate.recording_cache import RecordingCache
 
     if not case.load_cases and not case.recordings:
         if source.stiffness_matrix is not None:
             return ()
-        raise _nothing(source)
-    response = predict(case, progress=progress, kept=PredictionCache(measured=Measured(tables)))
+        raise _nothing_to_export(source)
+    response = predict(case, progress=progress, kept=PredictionCache(measured=RecordingCache(tables)))
     stopped = [channel for channel in response.channels if channel.stopped]
     if stopped:
         what = f"{stopped[0].name}: no equilibrium beyond {stopped[0].reach:.4g} ({stopped[0].stopped})"
@@ -175,7 +175,7 @@ def _labels_of_paths(case: Case) -> list[str]:
     return [channel.label for channel in channels if channel.six is not None]
 
 
-def _nothing(source: ExportSource) -> InputError:
+def _nothing_to_export(source: ExportSource) -> InputError:
     what = "has neither [[load_cases]] nor [[recordings]], which give the range of displacement"
     if _labels_of_paths(source.case):
         what = 'has only paths of six motions (mode = "path"), which give no curve of a single motion'

@@ -25,7 +25,7 @@ def stresses(order: Order, factor: float = 1.0) -> Mapping[str, float]:
     model = law(material.law)
     return {
         name: order.units.of_stress(value) if model.parameter(name).unit == "MPa" else value
-        for name, value in material.stiffened(factor).items()
+        for name, value in material.scaled_parameters(factor).items()
     }
 
 
@@ -53,11 +53,11 @@ def poisson_field(order: Order, program: str, width: int) -> str:
     if not 0.0 < float(text) < 0.5 or not math.isclose(
         bulk_modulus(material.shear_modulus, float(text)), material.bulk_modulus, rel_tol=0.01
     ):
-        raise bulk_refused(order, program, f"takes Poisson's ratio, which would be written as {text.strip()}")
+        raise bulk_refusal(order, program, f"takes Poisson's ratio, which would be written as {text.strip()}")
     return text
 
 
-def bulk_refused(order: Order, program: str, reason: str) -> InputError:
+def bulk_refusal(order: Order, program: str, reason: str) -> InputError:
     """Return the error that a program would take another bulk modulus than that of the rubber."""
     what = f"the program {reason}: not the bulk modulus of {rubber(order).bulk_modulus:.6g} MPa"
     return InputError(
@@ -70,7 +70,7 @@ def instantaneous_shares(material: ExportedRubber) -> list[tuple[float, float]]:
     return [(g / material.instantaneous, tau) for g, tau in material.series]
 
 
-def joined(numbers: Sequence[float], per_line: int = 8) -> str:
+def comma_lines(numbers: Sequence[float], per_line: int = 8) -> str:
     """Return numbers separated by commas, at most `per_line` on a line."""
     texts = [f"{number:.10g}" for number in numbers]
     return "\n".join(", ".join(texts[i : i + per_line]) for i in range(0, len(texts), per_line))

@@ -13,7 +13,7 @@ Abaqus Analysis User's Guide, Hyperelastic behavior of rubberlike materials. Dho
 
 from __future__ import annotations
 
-from bushcli.export.card import incompressibility, joined, ogden_terms, rubber, stresses
+from bushcli.export.card import comma_lines, incompressibility, ogden_terms, rubber, stresses
 from bushcli.export.writer import Order
 
 LAWS = {
@@ -37,7 +37,7 @@ def hyperelastic(order: Order, moduli: str = "", absent: float = 0.0) -> str:
         numbers = [number for mu, alpha in terms for number in (mu * alpha / 2.0, alpha)]
         numbers += [D] + [absent] * (len(terms) - 1)
     line = f"{keyword}, {moduli}" if moduli else keyword
-    return f"{line}\n{joined(numbers)}"
+    return f"{line}\n{comma_lines(numbers)}"
 
 
 def density(order: Order) -> str:

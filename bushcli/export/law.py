@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bushcli.export.reduce import Reduced, Sine
+from bushcli.export.reduce import ReducedChannel, Sine
 from bushcli.export.units import UnitSystem
 from cases.mode import modes
 
@@ -18,7 +18,7 @@ from cases.mode import modes
 class BushingLaw:
     """The force laws of a bushing, one per channel, in N, mm, rad, s."""
 
-    channels: tuple[Reduced, ...]
+    channels: tuple[ReducedChannel, ...]
 
     def summary(self) -> dict[str, Any]:
         """Return what the result reports: branches, sliders, and the errors against finite elements."""
@@ -78,7 +78,7 @@ def _identifier(name: str) -> str:
     return identifier if identifier[:1].isalpha() else f"channel_{identifier}"
 
 
-def _vibration(channel: Reduced, sine: Sine) -> dict[str, float]:
+def _vibration(channel: ReducedChannel, sine: Sine) -> dict[str, float]:
     stiffness, angle = sine.errors
     return {
         "amplitude": _in_file_units(channel, sine.amplitude),
@@ -90,35 +90,35 @@ def _vibration(channel: Reduced, sine: Sine) -> dict[str, float]:
     }
 
 
-def _in_file_units(channel: Reduced, q: float) -> float:
+def _in_file_units(channel: ReducedChannel, q: float) -> float:
     return math.degrees(q) if modes()[channel.mode].rotational else q
 
 
-def _channel(channel: Reduced, units: UnitSystem) -> dict[str, Any]:
+def _channel(channel: ReducedChannel, units: UnitSystem) -> dict[str, Any]:
     """Return a channel's data in the units of the FMU, whose time is always in s."""
     rotational = modes()[channel.mode].rotational
     length = 1.0 if rotational else units.of_length(1.0)
     force = units.of_moment(1.0) if rotational else units.of_force(1.0)
     data = channel.data
 
-    def scaled(values: Any, factor: float) -> Any:
+    def scale(values: Any, factor: float) -> Any:
         return (factor * np.array(values)).tolist()
 
     clock, softening = dict(data["clock"]), dict(data["softening"])
     if clock:
         clock["classes"] = [
-            {**part, "strain_slope": scaled(part["strain_slope"], 1.0 / length)} for part in clock["classes"]
+            {**part, "strain_slope": scale(part["strain_slope"], 1.0 / length)} for part in clock["classes"]
         ]
     if softening:
-        softening["reached"] = scaled(softening["reached"], length)
-        softening |= {key: scaled(softening[key], force) for key in ("lost", "lost_slope")}
+        softening["reached"] = scale(softening["reached"], length)
+        softening |= {key: scale(softening[key], force) for key in ("lost", "lost_slope")}
     return {
         "rotational": rotational,
-        "displacement": scaled(data["displacement"], length),
-        "force": scaled(data["force"], force),
-        "force_slope": scaled(data["force_slope"], force / length),
-        "elastic": scaled(data["elastic"], force),
-        "elastic_slope": scaled(data["elastic_slope"], force / length),
+        "displacement": scale(data["displacement"], length),
+        "force": scale(data["force"], force),
+        "force_slope": scale(data["force_slope"], force / length),
+        "elastic": scale(data["elastic"], force),
+        "elastic_slope": scale(data["elastic_slope"], force / length),
         "maxwell": data["maxwell"],
         # A slider's stiffness multiplies the elastic force and has no unit; its limit is a force.
         "sliders": [[k, force * limit] for k, limit in data["sliders"]],

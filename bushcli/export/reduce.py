@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case
 from bushcli.curve.misfit import peak_percent, rms_percent
-from bushcli.effects.active import ActiveEffect, acting, in_state
+from bushcli.effects.active import ActiveEffect, effects_on_channel, in_state
 from bushcli.effects.effect import effect_in_force_law
 from bushcli.effects.exported import ForceLawPart
 from bushcli.errors import InputError, Problem
@@ -80,7 +80,7 @@ class Sine:
 
 
 @dataclass(frozen=True)
-class Reduced:
+class ReducedChannel:
     """The force law of one channel.
 
     Attributes
@@ -119,7 +119,7 @@ def reduce(
     case: Case,
     channels: Sequence[tuple[str, str, float, float]],
     progress: Progress | None = None,
-) -> tuple[Reduced, ...]:
+) -> tuple[ReducedChannel, ...]:
     """Return the force law of each channel.
 
     Raises
@@ -135,7 +135,7 @@ def reduce(
     laws = []
     for name, mode, low, high in channels:
         try:
-            laws.append(_Bushing(case, name, mode, progress).reduced(low, high))
+            laws.append(_Bushing(case, name, mode, progress).force_law(low, high))
         except NotConverged as failure:
             what = f"{name}: no equilibrium on the way to {max(abs(low), abs(high)):.4g} ({failure.reason})"
             raise InputError(
@@ -149,7 +149,9 @@ class _Bushing:
 
     def __init__(self, case: Case, name: str, mode: str, progress: Progress | None) -> None:
         self.case, self.name, self.mode, self.progress = case, name, mode, progress
-        active = [effect for effect in acting(case.effects, name, mode) if effect.effect.acts != "rig"]
+        active = [
+            effect for effect in effects_on_channel(case.effects, name, mode) if effect.effect.acts != "rig"
+        ]
         active = [effect for effect in active if not effect.is_off]
         #: Effects that are states of the force law, by state.
         self.states = {
@@ -186,7 +188,7 @@ class _Bushing:
         )
         return simulation, simulation.solve({}, keep_states=keep_states, progress=report)
 
-    def reduced(self, low: float, high: float) -> Reduced:
+    def force_law(self, low: float, high: float) -> ReducedChannel:
         """Return the force law between two displacements."""
         from scipy.interpolate import CubicSpline
 
@@ -225,7 +227,7 @@ class _Bushing:
         program = _program(low, high, times, grows=mullins is not None or permanent_set > 0.0)
         simulated = self.force(program[:, 1], program[:, 0], list(self.states.values()))
         sines = self._sines(data, low, high, 10.0 * max(times)) if clock else ()
-        return Reduced(self.name, self.mode, data, program, simulated, follow(data, program), sines)
+        return ReducedChannel(self.name, self.mode, data, program, simulated, follow(data, program), sines)
 
     def _sines(self, data: Mapping[str, Any], low: float, high: float, hold: float) -> tuple[Sine, ...]:
         """Return vibrations of rising amplitude about the middle, after a ramp and a rest (s) there."""

@@ -57,7 +57,7 @@ class ExportedRubber:
         """Ratio of the initial shear modulus in a sudden step to that after a long rest."""
         return 1.0 + sum(g for g, _ in self.series)
 
-    def stiffened(self, factor: float) -> Mapping[str, float]:
+    def scaled_parameters(self, factor: float) -> Mapping[str, float]:
         """Return the law's parameters for an energy ``factor`` times as large."""
         linear = law_called(self.law).linear
         return {name: value * factor if name in linear else value for name, value in self.parameters.items()}
@@ -90,7 +90,7 @@ def rubber_of(material: Material, active: Sequence[ActiveEffect]) -> ExportedRub
     softening = {name: part.softening for name, part in parts.items() if part.softening is not None}
     return ExportedRubber(
         law=material.law,
-        parameters=long_term.stiffened(factor),
+        parameters=long_term.scaled_parameters(factor),
         bulk_modulus=factor / compliance if compliance else math.inf,
         series=tuple(branch for part in series.values() for branch in part),
         softening=next((replace(mullins, m=mullins.m * factor) for mullins in softening.values()), None),

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bushcli.case import Case, load_case
-from bushcli.case.identified import identified
+from bushcli.case.identified import identified_tables
 from bushcli.case.load import RESULT
 from bushcli.case.rebuild import read_result, rebuilt_case
 from bushcli.effects.active import require_values
@@ -113,7 +113,7 @@ def read_source(path: Path, overrides: Sequence[str] = (), tables: TableCache | 
                 Problem(str(file), "is not a result that can be exported", "", f"one of {commands}")
             )
         try:
-            case = rebuilt_case(dict(result["case"]) | identified(result), file.parent)
+            case = rebuilt_case(dict(result["case"]) | identified_tables(result), file.parent)
             exported = curves_of(result), *matrix_of(result), vibrations_in(result)
             source = ExportSource(case, str(path), *exported)
         except (KeyError, TypeError, AttributeError, ValueError):

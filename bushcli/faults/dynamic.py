@@ -46,6 +46,10 @@ _OFF, _SCATTER = 0.05, 10.0
 _STEADY = 15.0
 #: Sweeps at two temperatures that differ by less are the same.
 _SAME = 0.03
+#: Rows after a larger amplitude are softer than those before it where the mean of at least so many is beyond so many of
+#: its standard errors and more than a servo-hydraulic rig's usual scatter (judgement). One maximum of the sweep is no
+#: other than a plateau within this factor.
+_AFTER, _SURE, _SOFTER, _LARGER = 3, 4.0, 0.01, 1.2
 #: Probability that a table has another angle than is taken for it, before its values are looked at, and that from which
 #: it is mentioned: as for units of static recordings (`bushcli.faults.scale`; judgement).
 _WRONG, _MENTIONED = 0.02, 0.5
@@ -75,7 +79,7 @@ def table_faults(shape: Shape, tables: Sequence[DynamicTable]) -> tuple[DataFaul
             where += f", and {count} more row{'s are' if count > 1 else ' is'} off, too" if count else ""
             remedy = "correct the conditions of the row, or delete it; fits leave it out"
             candidates.append(DataFault(table.name, "spikes", where, remedy, False, off_curve))
-        candidates += [*_temperatures(table, off_curve), *_angle(table, off_curve)]
+        candidates += [*_order(table, off_curve), *_temperatures(table, off_curve), *_angle(table, off_curve)]
         faults += [fault for fault in candidates if fault.kind not in table.accepted_faults]
     return tuple(sorted(faults, key=lambda fault: not fault.fatal))
 
@@ -207,6 +211,41 @@ def _belongs(table: DynamicTable, row: int) -> str:
             conditions = [(other.temperature, "degrees C"), (other.frequency, "Hz")]
             return ", ".join(f"{v[0]:.4g} {unit}" for v, unit in conditions if not np.isnan(v[0]))
     return ""
+
+
+def _order(table: DynamicTable, off_curve: NDArray[np.bool_]) -> Iterator[DataFault]:
+    """Yield a fault if rows after a larger amplitude are softer than those of the same amplitude before it.
+
+    Sweeps from large to small amplitudes alone do not show it: there a rubber that remembers the largest amplitude
+    looks like one that does not, with another exponent of its clock (`benchmarks/dynamic.md`).
+    """
+    changes: list[Array] = []
+    later = np.zeros(len(table), dtype=bool)
+    for rows in table.sweeps():
+        rows = rows[~off_curve[rows]]
+        amplitude = table.amplitude[rows]
+        last = int(np.argmax(amplitude)) if len(rows) else 0
+        before, after = rows[: last + 1], rows[last + 1 :]
+        after = after[table.amplitude[after] * _LARGER < amplitude.max(initial=0.0)]
+        later[after] = True
+        before = before[np.argsort(table.amplitude[before], kind="stable")]
+        after = after[table.amplitude[after] >= 0.99 * table.amplitude[before[:1]]]
+        x, y = np.log(table.amplitude), np.log(table.stiffness)
+        if len(before) > 1:
+            changes.append(y[after] - np.interp(x[after], x[before], y[before]))
+    change = np.concatenate([*changes, np.zeros(0)])
+    if len(change) < _AFTER:
+        return
+    mean, error = float(change.mean()), float(change.std(ddof=1)) / np.sqrt(len(change))
+    if mean > -max(_SOFTER, _SURE * error):
+        return
+    where = f"{later.sum()} rows that were measured after larger amplitudes are softer than those before, by "
+    where += (
+        f"{-100 * np.expm1(mean):.2g} % on average: the larger amplitudes have softened the rubber, or it is "
+    )
+    where += "another specimen"
+    remedy = "measure from small to large amplitudes; fits leave these rows out, accept = "
+    yield DataFault(table.name, "order", where, remedy + '["order"] uses them', False, later)
 
 
 def _temperatures(whole: DynamicTable, off_curve: NDArray[np.bool_]) -> Iterator[DataFault]:

@@ -50,7 +50,7 @@ class DataFault:
     probability: float = 1.0
 
     @property
-    def doubtful(self) -> bool:
+    def is_doubtful(self) -> bool:
         """Whether an unusual specimen may explain it."""
         return self.probability < 1.0
 
@@ -79,7 +79,7 @@ def condition(fault: DataFault) -> Condition:
     "bad_samples" otherwise.
     """
     return Condition(
-        "faulty_data" if fault.fatal else "doubtful_data" if fault.doubtful else "bad_samples",
+        "faulty_data" if fault.fatal else "doubtful_data" if fault.is_doubtful else "bad_samples",
         f"{fault.channel}: {fault.where}",
         fault.remedy,
     )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case
 from bushcli.faults.fault import DataFault, Mask, places
-from bushcli.faults.repeats import clipped, stuck_displacement, stuck_force, stuck_rows
+from bushcli.faults.repeats import clipped_samples, stuck_displacement, stuck_force, stuck_rows
 from bushcli.faults.scale import scales
 from bushcli.faults.sense import extremes, magnitude, no_signal, positions, reversed_sign
 from bushcli.faults.signal import abscissa, slope
@@ -121,7 +121,7 @@ def sample_faults(recording: Recording) -> Iterator[DataFault]:
             remedy = "the recording is repaired; find out why the logger writes it this way"
             yield DataFault(recording.name, repair.kind, repair.text, remedy, False)
     noise = force_noise(recording)
-    clip = clipped(recording.force, recording.displacement, noise)
+    clip = clipped_samples(recording.force, recording.displacement, noise)
     if clip.any():
         fatal = bool(clip.mean() > _MOST_CLIPPED)
         at = places(recording, np.flatnonzero(clip))

@@ -31,7 +31,7 @@ _AT_LIMIT, _CUT_NOISE, _CUT_STEPS, _CUT_SHARE = 3, 5.0, 3.0, 0.01
 _NO_FORCE = 0.05
 
 
-def clipped(force: Array, displacement: Array, noise: float) -> Mask:
+def clipped_samples(force: Array, displacement: Array, noise: float) -> Mask:
     """Return which samples (n,) repeat the largest or the least force while the displacement goes on.
 
     Parameters

@@ -276,7 +276,8 @@ def _unit(scale: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
     if probability < _MENTIONED:
         return None
     certain = "" if proved else f"; the probability of a wrong unit is {100.0 * probability:.0f} %"
-    remedy = best.words if best.of_geometry else f"{best.words}; also check that [geometry] is in mm"
+    sized = scale.kind != "strain" and not best.of_geometry
+    remedy = f"{best.words}; also check that [geometry] is in mm" if sized else best.words
     return DataFault(
         scale.recording.name,
         "unit",
@@ -322,16 +323,15 @@ def _changes(recording: Recording) -> Iterator[_Change]:
             words = f'units = {{ displacement = "{si[0]}", force = "{si[1]}" }}'
             yield _Change(factors[0], factors[1], f"if the file is in {si[0]} and {si[1]}: {words}", 0.2)
     if displacement == "length":
-        for name, size in _DRAWN.items():
+        for unit, mm in _DRAWN.items():
             # Stiffness per modulus grows with the lengths, travel per thickness falls with them.
-            words = f"if [geometry] is in {name}: give its lengths in mm, {size:g} times as large"
-            yield _Change(1.0 / size, 1.0 / size**2, words, 0.4, of_geometry=True)
+            words = f"if [geometry] is in {unit}: give its lengths in mm, {mm:g} times as large"
+            yield _Change(1.0 / mm, 1.0 / mm**2, words, 0.4, of_geometry=True)
     for factor in (1e-3, 1e3):
-        word = "multiply" if factor > 1 else "divide"
-        yield _Change(1.0, factor, f"the force is wrong by a factor of 1000: {word} its column by 1000", 0.4)
-        yield _Change(
-            factor, 1.0, f"the displacement is wrong by a factor of 1000: {word} its column by 1000", 0.4
-        )
+        off, word = ("small", "multiply") if factor > 1 else ("large", "divide")
+        remedy = f"is a thousand times too {off}: {word} its column by 1000"
+        yield _Change(1.0, factor, f"if the force {remedy}", 0.4)
+        yield _Change(factor, 1.0, f"if the displacement {remedy}", 0.4)
 
 
 def _others(kind: str, read: str, common: set[str]) -> Iterator[tuple[str, float, float]]:

@@ -20,7 +20,7 @@ from typing_extensions import override
 from bushcli.curve.curve import Curve
 from bushcli.curve.earlier import Earlier
 from bushcli.curve.misfit import NOISE_FLOOR
-from bushcli.curve.odd import swept_range, unfolded
+from bushcli.curve.odd import both_halves, swept_range
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.inverse.result import Weighting
@@ -28,11 +28,13 @@ from bushcli.recording import (
     Recording,
     force_noise,
 )
+from bushcli.simulate.derivatives import local_slopes
 from bushcli.simulate.extent import Extent, of_path
 from bushcli.simulate.simulation import FollowedPath
 from bushcli.simulate.steps import IDENTIFIED
 from cases.equilibrium import Equilibrium
-from cases.march import History, unsolved
+from cases.local import Cells
+from cases.march import History, failure_at_start
 from cases.mode import modes
 from cases.model import FiniteElementModel
 from cases.simulate import even_targets, is_odd, sweep
@@ -246,6 +248,20 @@ class Channel(FitChannel):
         """
 
     @abstractmethod
+    def local_slopes(self, parameters: Mapping[str, float]) -> tuple[Array, Cells]:
+        """Return derivatives (n, cells) of the force at the samples by the stiffness of each cell, and the cells.
+
+        Parameters
+        ----------
+        parameters : mapping of str to float
+            As in `solve`.
+
+        Raises
+        ------
+        NotConverged
+        """
+
+    @abstractmethod
     def curve(self, answer: ChannelForces) -> Curve:
         """Return the solved curve over the recorded range, smooth enough to be drawn; with effects, along the path."""
 
@@ -302,6 +318,11 @@ class SweptChannel(Channel):
         )
 
     @override
+    def local_slopes(self, parameters: Mapping[str, float]) -> tuple[Array, Cells]:
+        self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
+        return local_slopes(self.model, self.recording.displacement, self.odd)
+
+    @override
     def curve(self, answer: ChannelForces) -> Curve:
         q = self.recording.displacement
         fine = np.linspace(q.min(), q.max(), 101)
@@ -319,7 +340,7 @@ class SweptChannel(Channel):
         from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
 
         q, values = answer.displacement, np.column_stack([answer.force, answer.slope])
-        return np.asarray(CubicSpline(*(unfolded(q, values) if self.odd else (q, values)))(displacement))
+        return np.asarray(CubicSpline(*(both_halves(q, values) if self.odd else (q, values)))(displacement))
 
 
 class FollowedChannel(Channel):
@@ -340,7 +361,7 @@ class FollowedChannel(Channel):
         corrected: Corrected | None = None,
     ) -> None:
         super().__init__(recording, simulation.model, force_noise(recording), weighting, faulty, branch)
-        self.simulation, self.active, self.before = simulation, simulation.active, simulation.remembered
+        self.simulation, self.active, self.before = simulation, simulation.active, simulation.path_before
         self._correction = None if corrected is None else corrected(recording.name, self.model)
 
     @override
@@ -355,7 +376,7 @@ class FollowedChannel(Channel):
         try:
             answer = self.simulation.solve(parameters, names, failure_limit=limit.steps)
         except NoEquilibrium as error:
-            raise unsolved(str(error)) from None
+            raise failure_at_start(str(error)) from None
         limit.learn(answer.history)
         places = self.recording.places
         return ChannelForces(self.recording.displacement, answer.force[places], answer.slope[places])
@@ -367,7 +388,13 @@ class FollowedChannel(Channel):
         if self.coupon:
             return np.zeros((0, 3))
         self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
-        return isochoric_sample(self.comm, self.simulation.reached(limit.given))
+        return isochoric_sample(self.comm, self.simulation.stretches_at_ends(limit.given))
+
+    @override
+    def local_slopes(self, parameters: Mapping[str, float]) -> tuple[Array, Cells]:
+        self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
+        slope, cells = self.simulation.local_slopes()
+        return slope[self.recording.places], cells
 
     @override
     def curve(self, answer: ChannelForces) -> Curve:

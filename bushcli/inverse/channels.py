@@ -16,8 +16,8 @@ from bushcli.inverse.result import Weighting
 from bushcli.recording import Recording, on_branch, read_coupon
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
-from bushcli.simulate.measured import Measured
-from bushcli.simulate.reaction import Paths, followed
+from bushcli.simulate.reaction import Paths, simulation_of_recording
+from bushcli.simulate.recording_cache import RecordingCache
 from cases.mode import modes
 from cases.simulate import Prepare, Rubber, prepare
 from geometry.shape import Shape, shapes
@@ -48,14 +48,14 @@ def curve_channel(
     shape, mode, mesh = shape or case.geometry, modes()[recording.mode], case.mesh.refinement
     faulty = bad_samples(recording) if faulty is None else faulty
     paths = {} if paths is None else paths
-    simulation = followed(recording, case, shape, rubber, mesh, comm, prepared, paths)
+    simulation = simulation_of_recording(recording, case, shape, rubber, mesh, comm, prepared, paths)
     if simulation is None:
         return SweptChannel(recording, prepared(shape, mode, rubber, mesh, comm), weighting, faulty, branch)
     return FollowedChannel(recording, simulation, weighting, faulty, branch, corrected)
 
 
 def coupon_channels(
-    case: Case, rubber: Rubber, weighting: Weighting, measured: Measured | None = None
+    case: Case, rubber: Rubber, weighting: Weighting, measured: RecordingCache | None = None
 ) -> list[Channel]:
     """Return the channels of the case's coupon tests; every rank of a parallel run solves these small models itself."""
     shape, tables = shapes()["coupon"](), None if measured is None else measured.tables
@@ -97,11 +97,11 @@ def bushing_channels(
     rubber: Rubber,
     comm: MPI.Comm = MPI.COMM_WORLD,
     prepared: Prepare = prepare,
-    measured: Measured | None = None,
+    measured: RecordingCache | None = None,
     corrected: Corrected | None = None,
 ) -> list[Channel]:
     """Return the channels of the case's recordings; `prepared` makes their finite-element models."""
-    measured = Measured() if measured is None else measured
+    measured = RecordingCache() if measured is None else measured
     paths: Paths = {}
     channels = []
     for source in case.recordings:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from bushcli.case import Case
-from bushcli.effects.active import ActiveEffect, acting, in_state
+from bushcli.effects.active import ActiveEffect, effects_on_channel, in_state
 from bushcli.effects.assembly import features_of
 from bushcli.effects.names import readable_name
 from bushcli.effects.rig import has_slope
@@ -27,7 +27,7 @@ from bushcli.inverse.dynamic_simulation import DynamicSimulation, Store
 from bushcli.recording.dynamic.rows import ANGLE, MAGNITUDE, SPREAD
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.runtime.condition import Condition
-from bushcli.simulate.dynamic import doubts, effects_left_out, is_in_vibrations, unfit
+from bushcli.simulate.dynamic import doubts, effects_left_out, effects_without_stiffness, is_in_vibrations
 from bushcli.simulate.dynamic_tables import ComparedTable, check_preloads, left_out
 from bushcli.simulate.extent import Extent, of_table
 from cases.mode import modes
@@ -59,14 +59,14 @@ class DynamicChannel(FitChannel):
     ) -> None:
         self.table, self._temperature = table, temperature
         check_preloads(case, table)
-        acting_effects = acting(case.effects, table.name, table.mode, "dynamic", temperature)
-        self.active = tuple(active.started() for active in acting_effects)
+        acting_effects = effects_on_channel(case.effects, table.name, table.mode, "dynamic", temperature)
+        self.active = tuple(active.with_start_values() for active in acting_effects)
         by_force = bool((np.isnan(table.preload) & ~np.isnan(table.preload_force)).any())
         problems: list[Problem] = []
         if stored is not None:
             self.active = tuple(active for active in self.active if _vibrates(active, by_force))
         else:
-            problems += unfit(case.path.name, table.name, self.active)
+            problems += effects_without_stiffness(case.path.name, table.name, self.active)
         problems += self._unfit_rig(case.path.name, by_force)
         if problems:
             raise InputError(*problems)

@@ -16,17 +16,17 @@ from numpy.typing import NDArray
 from bushcli.case import DynamicTest
 from bushcli.case.case import DENSITY
 from bushcli.effects.active import ActiveEffect
-from bushcli.effects.rig import vibrating
+from bushcli.effects.rig import measured_stiffness
 from bushcli.inverse.channel import StepLimit, isochoric_sample
 from bushcli.inverse.problem import differences
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.runtime.interrupt import meet
-from bushcli.simulate.dynamic_tables import gathered
+from bushcli.simulate.dynamic_tables import merged_preloads
 from bushcli.simulate.vibrations import PROMISED, DynamicCurve, Vibrations, branches_of, thinned_of
 from cases.dynamic.amplitude import UnevenModel
 from cases.dynamic.model import Branches
 from cases.equilibrium import Equilibrium
-from cases.march import march, unsolved
+from cases.march import failure_at_start, march
 from cases.model import FiniteElementModel
 from cases.sine import ThinnedSpectrum
 from cases.stretches import principal_stretches
@@ -217,7 +217,7 @@ class DynamicSimulation:
             )
             limit.learn(history)
         if len(vibrations.curves) < len(test.preload):
-            raise unsolved("a preload is unstable")
+            raise failure_at_start("a preload is unstable")
         return [vibrations.curves[i][0] for i in range(len(test.preload))]
 
     def stiffness(
@@ -259,7 +259,9 @@ class DynamicSimulation:
                     held += float(sum(force * step))
                     rescaling = np.exp((derivatives / part[:, None]) @ step)
                     part, derivatives = part * rescaling, derivatives * rescaling[:, None] * rate
-                measured = vibrating(rig, part, frequency, curve.preload, held, names, force[: len(names)])
+                measured = measured_stiffness(
+                    rig, part, frequency, curve.preload, held, names, force[: len(names)]
+                )
                 value[rows] = measured.value
                 slope[rows] = measured.slope + measured.by_part[:, None] * derivatives[:, : len(names)]
         return value, slope
@@ -342,7 +344,7 @@ def _preloads(table: DynamicTable, amplitude: tuple[float, ...] = ()) -> list[_P
     for is_force, values in ((False, displacement), (True, table.preload_force)):
         rows = np.flatnonzero(by_force == is_force)
         if len(rows):
-            levels, number = np.unique(gathered(values[rows]), return_inverse=True)
+            levels, number = np.unique(merged_preloads(values[rows]), return_inverse=True)
             frequency = np.unique(table.frequency[rows])
             test = DynamicTest(
                 table.mode,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bushcli.case.unit import outside, turning, unit
+from bushcli.case.unit import case_file_number, case_file_unit, parameters_in_degrees
 from forms.law import law
 
 if TYPE_CHECKING:
@@ -34,14 +34,14 @@ def parameter_unit(fit: Fit, name: str) -> str:
         return _OF_RUBBER[name]
     of_effects = {active.full_name(p): p for active in fit.effects for p in active.parameters}
     if name in of_effects:
-        return unit(of_effects[name], name in _rotational_parameters(fit))
+        return case_file_unit(of_effects[name], name in _rotational_parameters(fit))
     return law(fit.material.law).parameter(name).unit
 
 
 def values_in_file_units(
     inside: Mapping[str, float], rotational: Mapping[str, EffectParameter]
 ) -> dict[str, float]:
-    """Return values by full name in the units of the case file; `rotational` are those in degrees (`turning`).
+    """Return values by full name in the units of the case file; `rotational`: see `parameters_in_degrees`.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def in_file_units(fit: Fit) -> Fit:
 
 def _rotational_parameters(fit: Fit) -> dict[str, EffectParameter]:
     channels = [(curve.name, curve.recording.mode) for curve in fit.curves]
-    return turning(
+    return parameters_in_degrees(
         fit.effects, [*channels, *((compared.table.name, compared.table.mode) for compared in fit.tables)]
     )
 
@@ -95,7 +95,7 @@ def _value(inside: float, parameter: EffectParameter | None) -> float:
     return (
         inside
         if parameter is None or not math.isfinite(inside)
-        else outside(parameter, inside, rotational=True)
+        else case_file_number(parameter, inside, rotational=True)
     )
 
 

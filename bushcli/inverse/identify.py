@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.case.typical import unusual
+from bushcli.case.typical import unusual_values
 from bushcli.curve.earlier import not_from_rest
 from bushcli.effects.active import ActiveEffect
 from bushcli.errors import InputError, Problem
@@ -42,7 +42,7 @@ from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition, history_damaged
 from bushcli.runtime.executor import Pool
 from bushcli.runtime.interrupt import unwrapped_interrupts
-from bushcli.simulate.extent import outside
+from bushcli.simulate.extent import outside_measured
 from bushcli.simulate.play import check_play
 from cases.mode import modes
 from cases.stability import coupon_limits
@@ -179,7 +179,7 @@ def identify(
     fit = run.result(interrupted, started)
     if run.instead is not None:
         fit = replace(fit, conditions=(*fit.conditions, start_replaced(run.values(run.instead), task)))
-    unlike_bushings = unusual(task.case, task.case.material, run.recordings)
+    unlike_bushings = unusual_values(task.case, task.case.material, run.recordings)
     # Data faults come first: they explain more of a poor fit than any condition found after them.
     return replace(
         fit, faults=run.faults, conditions=(*map(condition, run.faults), *fit.conditions, *unlike_bushings)
@@ -261,7 +261,7 @@ class _Searches:
             condition
             for channel, extent in extents.items()
             if channel not in self.problem.channels
-            for condition in outside(channel.name, extent, fitted, channel.active)
+            for condition in outside_measured(channel.name, extent, fitted, channel.active)
         )
 
     def values(self, x: Array) -> dict[str, float]:

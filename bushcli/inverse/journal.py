@@ -36,7 +36,7 @@ _WORK = "bushcli.inverse.journal.evaluation"
 class AnswersCodec:
     """Converts the answers of all channels at one vector of parameters to arrays and back; none if the march failed."""
 
-    def encoded(self, answers: list[ChannelForces]) -> dict[str, Any]:
+    def encode(self, answers: list[ChannelForces]) -> dict[str, Any]:
         """Return the arrays of the answers by channel and field."""
         arrays: dict[str, Any] = {"channels": np.array(len(answers))}
         for i, answer in enumerate(answers):
@@ -47,7 +47,7 @@ class AnswersCodec:
             }
         return arrays
 
-    def decoded(self, arrays: dict[str, Any], question: tuple[Any, ...]) -> list[ChannelForces]:
+    def decode(self, arrays: dict[str, Any], question: tuple[Any, ...]) -> list[ChannelForces]:
         """Return the answers from their arrays."""
         return [
             ChannelForces(

@@ -11,9 +11,9 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from bushcli.case import Case, Material, MeshOptions, resolved
+from bushcli.case import Case, Material, MeshOptions, case_json
 from bushcli.case.case import DENSITY
-from bushcli.case.unit import turning
+from bushcli.case.unit import parameters_in_degrees
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import EffectParameter
 from bushcli.effects.names import effect_name
@@ -25,7 +25,7 @@ from bushcli.inverse.local import Loss
 from bushcli.inverse.problem import Bounds, LeastSquaresProblem, Progress, coupon_states
 from bushcli.inverse.result import Weighting
 from bushcli.recording.table_cache import TableCache
-from bushcli.simulate.measured import Measured
+from bushcli.simulate.recording_cache import RecordingCache
 from cases.simulate import Prepare, Rubber, prepare
 from forms.law import Law, law, laws
 
@@ -121,7 +121,7 @@ class Task:
     def effects(self) -> tuple[ActiveEffect, ...]:
         """The case's effects with start values of all their parameters."""
         return tuple(
-            active.started(self.period(active))
+            active.with_start_values(self.period(active))
             if any(p.name not in active.values for p in active.parameters)
             else active
             for active in self.case.effects
@@ -158,7 +158,7 @@ class Task:
     def rotational_parameters(self) -> dict[str, EffectParameter]:
         """Parameters of its effects that are in degrees in the case file."""
         static = [(source.label, source.mode) for source in self.case.recordings]
-        return turning(
+        return parameters_in_degrees(
             self.effects, [*static, *((source.label, source.mode) for source in self.case.dynamic)]
         )
 
@@ -186,7 +186,7 @@ class Task:
         ranges = {
             active.full_name(p): (
                 active.values[p.name],
-                *p.fitted(self.case.geometry, self.period(active))[1:],
+                *p.fit_range(self.case.geometry, self.period(active))[1:],
             )
             for active in self.effects
             for p in active.parameters
@@ -218,7 +218,7 @@ class Task:
         coarse: bool = False,
         comm: MPI.Comm = MPI.COMM_WORLD,
         prepared: Prepare = prepare,
-        measured: Measured | None = None,
+        measured: RecordingCache | None = None,
         corrected: Corrected | None = None,
     ) -> tuple[list[Channel], list[Channel]]:
         """Channels of curves to fit, and those to predict; `prepared` makes their finite-element models.
@@ -231,7 +231,7 @@ class Task:
             Ranks that share each model, unless its surfaces can meet.
         prepared : Prepare
             Makes the finite-element model of a channel.
-        measured : Measured, optional
+        measured : RecordingCache, optional
             Cache of the recordings that the caller reads.
         corrected : Corrected, optional
             Returns the correction of a channel's mesh.
@@ -253,7 +253,7 @@ class Task:
                 what, expected = "there are no [[coupons]] to fit a law to", "[[coupons]] with mode and file"
                 if case.needs_fit:
                     what, expected = f"{what}, and no [material.parameters]", "one of both"
-                expected = case.expected(
+                expected = case.expected_tables(
                     f"{expected}; or `bushcli inverse`, which identifies the parameters from [[recordings]]"
                 )
                 raise InputError(Problem(str(case.path), what, "", expected))
@@ -261,9 +261,9 @@ class Task:
         else:
             if not case.recordings and not self._highest_frequencies:
                 what = "there are no [[recordings]] to identify a law from"
-                expected = case.expected("[[recordings]] with mode and file")
+                expected = case.expected_tables("[[recordings]] with mode and file")
                 raise InputError(Problem(str(case.path), what, "", expected))
-            if case.geometry.meeting:
+            if case.geometry.contact_surfaces:
                 # Contact is modelled in one process: each one identifies the law by itself.
                 comm = MPI.COMM_SELF
             all_channels = bushing_channels(case, rubber, comm, prepared, measured, corrected)
@@ -314,14 +314,14 @@ class Task:
         tables : TableCache, optional
             Cache of the binary files that the caller reads.
         """
-        curves, predicted = self.channels(coarse, comm, measured=Measured(tables))
+        curves, predicted = self.channels(coarse, comm, measured=RecordingCache(tables))
         dynamic: list[DynamicChannel] = []
         if self.density and not self._highest_frequencies:
             what = "the density acts in vibrations alone, and there is no table of dynamic stiffness of the bushing"
             expected = '[[recordings]] with kind = "dynamic"; or leave --density out'
             raise InputError(Problem("--density", what, "", expected))
         if self.source == "recordings":
-            if self.case.geometry.meeting:
+            if self.case.geometry.contact_surfaces:
                 comm = MPI.COMM_SELF
             rubber = Rubber(self.law, dict(self.material.parameters), self.material.bulk_modulus)
             dynamic = dynamic_channels(self._case(coarse), rubber, comm, tables)
@@ -389,7 +389,7 @@ class Task:
             )
         }
         return {
-            "case": resolved(self.case),
+            "case": case_json(self.case),
             "start": dict(self.start),
             "data": self.case.data_digest(),
             **options,

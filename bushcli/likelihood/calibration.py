@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.inverse.table_channel import AnyChannel
-from bushcli.likelihood.linearised import Linearised, linearised, weighed
+from bushcli.likelihood.linearisation import Linearised, linearise, weigh
 from bushcli.likelihood.noise import Compared
 
 Array = NDArray[np.float64]
@@ -47,7 +47,7 @@ def factor_of(channel: AnyChannel) -> float:
     return SECTION if channel.coupon or channel.model.mesh.dimension == 2 else SOLID
 
 
-def whitened(rows: Array, channel: Compared, factor: float) -> Array:
+def whiten(rows: Array, channel: Compared, factor: float) -> Array:
     """Multiply misfit (n,) or derivatives (n, k) of a channel by the inverse square root of its covariance.
 
     Parameters
@@ -88,11 +88,9 @@ def linear_fit(
     jacobians : sequence of (n, p) array
         Derivatives of each force by the fitted parameters.
     """
-    plain = linearised(channels, jacobians)
-    misfit = [
-        whitened(np.where(c.known, c.misfit, 0.0), c, f) for c, f in zip(channels, factors, strict=True)
-    ]
-    slopes = [whitened(j, c, f) for c, f, j in zip(channels, factors, jacobians, strict=True)]
+    plain = linearise(channels, jacobians)
+    misfit = [whiten(np.where(c.known, c.misfit, 0.0), c, f) for c, f in zip(channels, factors, strict=True)]
+    slopes = [whiten(j, c, f) for c, f, j in zip(channels, factors, jacobians, strict=True)]
     return replace(plain, misfit=np.concatenate(misfit), jacobian=np.concatenate(slopes))
 
 
@@ -108,7 +106,7 @@ def columns(channels: Sequence[Compared], factors: Sequence[float], jacobians: S
         Derivatives of each force.
     """
     ends = np.cumsum([0, *(len(c.recording.force) for c in channels)])
-    stacked = weighed(channels, jacobians)
+    stacked = weigh(channels, jacobians)
     parts = [
         _with_common_factor(stacked[a:b], channel, factor)
         for a, b, channel, factor in zip(ends[:-1], ends[1:], channels, factors, strict=True)
@@ -116,7 +114,7 @@ def columns(channels: Sequence[Compared], factors: Sequence[float], jacobians: S
     return np.concatenate(parts)
 
 
-def calibrated(channel: Compared, factor: float) -> Compared:
+def calibrate(channel: Compared, factor: float) -> Compared:
     """The channel with its simulated force corrected by the most probable common factor.
 
     The correction is at most SURE standard deviations of the factor; the rest remains misfit.

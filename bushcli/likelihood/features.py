@@ -9,14 +9,14 @@ short branches, by a factor that follows from its correlation.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 
-from bushcli.likelihood.noise import NoiseModel, smoothed
+from bushcli.likelihood.noise import NoiseModel, smooth_force
 from bushcli.recording import Recording, branches
 from bushcli.recording.dynamic.rows import RecordedTable
 
@@ -92,7 +92,7 @@ class Features:
             weights, spread = weights[:, None], spread[:, None]
         return np.asarray(self.basis.T @ np.where(weights > 0.0, rows * weights, 0.0) / spread)
 
-    def whitened(self, z: Array, variance: float) -> Array:
+    def whiten(self, z: Array, variance: float) -> Array:
         """Return features (K,) or (K, k) in units of their standard deviation.
 
         Parameters
@@ -102,10 +102,10 @@ class Features:
             Of every feature, dimensionless, from noise and error of form; along the force, that of calibration is
             added to it.
         """
-        return self._stretched(z, 1.0 / np.sqrt(variance), 1.0 / np.sqrt(variance + self.calibration))
+        return self._scale_along(z, 1.0 / np.sqrt(variance), 1.0 / np.sqrt(variance + self.calibration))
 
-    def coloured(self, rows: Array, variance: float) -> Array:
-        """Return the inverse of `whitened`.
+    def colour(self, rows: Array, variance: float) -> Array:
+        """Return the inverse of `whiten`.
 
         Parameters
         ----------
@@ -114,13 +114,13 @@ class Features:
         variance : float
             Variance of every feature, in units of that of noise.
         """
-        return self._stretched(rows, np.sqrt(variance), np.sqrt(variance + self.calibration))
+        return self._scale_along(rows, np.sqrt(variance), np.sqrt(variance + self.calibration))
 
-    def _stretched(self, z: Array, across: float, along: float) -> Array:
+    def _scale_along(self, z: Array, across: float, along: float) -> Array:
         part = (along - across) * (self.along @ z)
         return np.asarray(across * z + (self.along * part if z.ndim == 1 else np.outer(self.along, part)))
 
-    def shrunk(self, rows: Array) -> Array:
+    def shrink(self, rows: Array) -> Array:
         """Return the smooth part (n,) of a misfit (n,), in its own unit, without the contribution of noise.
 
         A feature z of unit noise is multiplied by 1 - 1/z^2, or by zero if that is negative.
@@ -153,7 +153,7 @@ def features(recording: Recording, noise: NoiseModel, used: Mask, factor: float)
     place = np.arange(len(used), dtype=float)
     # Samples that do not count are interpolated, because a spike would bend the polynomial of its branch.
     bridged = replace(recording, force=np.interp(place, place[used], recording.force[used]))
-    force = basis.T @ (smoothed(bridged) * weights) / spread
+    force = basis.T @ (smooth_force(bridged) * weights) / spread
     size = float(np.linalg.norm(force))
     # What a law predicts of a table is the stiffness itself.
     middle = 0.0 if recording.kind == "dynamic" else float(np.mean(recording.force[used]))
@@ -241,8 +241,3 @@ def _position(clock: Array, hold: bool) -> Array:
         # Relaxation is fast at first.
         since = np.log1p(since / max(float(since[1]), 1e-12))
     return np.asarray(2.0 * since / float(since[-1]) - 1.0)
-
-
-def stacked(parts: Sequence[Array]) -> Array:
-    """Features of all channels one after the other."""
-    return np.concatenate(list(parts))

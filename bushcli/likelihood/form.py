@@ -167,9 +167,9 @@ class Likelihood:
         return np.array([feature.signal for feature in self.features])
 
     @cached_property
-    def explained(self) -> Array:
+    def explained_squares(self) -> Array:
         """Sum of squares D_c that effects may have to explain, by channel."""
-        return self.explained_by(self.nothing)
+        return self.explained_by(self.no_misfit)
 
     @cached_property
     def form(self) -> float:
@@ -199,7 +199,7 @@ class Likelihood:
         lam : float
             Error of form of the law, a share of the force.
         """
-        return np.asarray(1.0 + (phi**2 * self.explained + lam**2 * self.signal) / self.effective)
+        return np.asarray(1.0 + (phi**2 * self.explained_squares + lam**2 * self.signal) / self.effective)
 
     @cached_property
     def doubt(self) -> Array:
@@ -220,7 +220,7 @@ class Likelihood:
         return Left(across, along, across + along / (1.0 + self.calibration) - 1.0)
 
     @property
-    def nothing(self) -> Left:
+    def no_misfit(self) -> Left:
         """Return the remaining misfit of a perfect model."""
         none = np.zeros(len(self.features))
         return Left(none, none, none)
@@ -250,7 +250,7 @@ class Likelihood:
 
     def judge(self, left: Left) -> Judged:
         """Return the likelihood of a model, given its remaining misfit."""
-        return self._judged(left, self.explained_by(left))
+        return self._judge_explained(left, self.explained_by(left))
 
     def coarse(self, left: Left) -> float:
         """Log likelihood if formulas might err by a share of all that the plain law leaves, whatever a model explains.
@@ -258,9 +258,9 @@ class Likelihood:
         It measures how far first-order predictions reach. For the plain law it is bounded, whereas `judge` grants that
         law no error of an effect's formula and may put it hundreds of nats below all other models.
         """
-        return self._judged(left, self.explained).log
+        return self._judge_explained(left, self.explained_squares).log
 
-    def _judged(self, left: Left, explained: Array) -> Judged:
+    def _judge_explained(self, left: Left, explained: Array) -> Judged:
         """Return the likelihood of a model that explains the sums of squares `explained` (channels,)."""
         lam = LAMBDA * np.exp(LAMBDA_SPREAD * _NODES)
         form = _PHIS[:, None, None] ** 2 * explained + lam[None, :, None] ** 2 * self.signal

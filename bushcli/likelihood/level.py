@@ -40,7 +40,7 @@ STEPS = (0.5, 1.0, 1.0, 1.0, 1.0)
 NODES = np.linspace(-2.5, 2.5, 41)
 
 
-def levelled(noise: NoiseModel, features: Features, misfit: Array) -> NoiseModel:
+def refine_noise(noise: NoiseModel, features: Features, misfit: Array) -> NoiseModel:
     """Return the noise with its size and correlation refined from the features of a misfit.
 
     Parameters
@@ -137,7 +137,7 @@ def _falls() -> Array:
 def all_levelled(
     noises: Sequence[NoiseModel], features: Sequence[Features], misfits: Sequence[Array]
 ) -> tuple[NoiseModel, ...]:
-    """Return the noise of every channel with its size refined (`levelled`).
+    """Return the noise of every channel with its size refined (`refine_noise`).
 
     Parameters
     ----------
@@ -146,4 +146,4 @@ def all_levelled(
     misfits : sequence of (K,) array
         Features of the misfit of each channel.
     """
-    return tuple(levelled(*channel) for channel in zip(noises, features, misfits, strict=True))
+    return tuple(refine_noise(*channel) for channel in zip(noises, features, misfits, strict=True))

@@ -130,7 +130,7 @@ class Compared:
     @cached_property
     def smoothed_force(self) -> Array:
         """The recorded force (n,) without its noise."""
-        return smoothed(self.recording)
+        return smooth_force(self.recording)
 
     @property
     def effective_samples(self) -> float:
@@ -162,7 +162,7 @@ def noise_model(
         # Its rows are in units of their errors.
         return NoiseModel(1.0, freedom=recording.freedom)
     used = np.ones(len(recording.force), dtype=bool) if used is None else used
-    signal_noise, sound = _signal_noise(recording, used), recording.bridged(used)
+    signal_noise, sound = _signal_noise(recording, used), recording.with_gaps_interpolated(used)
     sigma = float(np.hypot(signal_noise.sigma, sound.noise_of_motion))
     least = floor * float(np.ptp(sound.force))
     freedom = max(signal_noise.freedom, 1.0)
@@ -208,7 +208,7 @@ def _share_passed(correlation: float) -> float:
     return float(weights @ correlation**gap @ weights / (weights @ weights))
 
 
-def smoothed(recording: Recording) -> Array:
+def smooth_force(recording: Recording) -> Array:
     """Recorded force (n,) without most of its noise: each sample as the other samples of its branch predict it.
 
     A polynomial is fitted to each branch without the sample; the force of short branches is not changed.

@@ -16,22 +16,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
-from scipy.spatial import KDTree
 
-from bushcli.curve.odd import unfolded
 from bushcli.inverse.channel import Channel
 from bushcli.likelihood import calibration
-from bushcli.likelihood.linearised import linearised, weighed
+from bushcli.likelihood.linearisation import linearise, weigh
 from bushcli.likelihood.noise import Compared
-from bushcli.mismatch.field import covariance, estimate, uniform, zoned
+from bushcli.mismatch.field import covariance, estimate, estimate_zones, uniform
 from bushcli.mismatch.maps import LocalMap
 from bushcli.mismatch.places import onto, thickness, zones
-from bushcli.simulate.reaction import Reaction
-from bushcli.simulate.simulation import Simulation
-from cases import local
 from cases.local import Cells
-from cases.program import Program
 from geometry.shape import Mirrors, Shape
 
 Array = NDArray[np.float64]
@@ -110,7 +103,7 @@ def local_map(
         seen = []
         for channel, of_channel, jacobian in zip(channels, compared, jacobians, strict=True):
             notify(channel.name)
-            slope, cells = _slopes(channel, parameters)
+            slope, cells = channel.local_slopes(parameters)
             mirrors, shared = channel.model.mesh.mirrors, calibration.factor_of(channel)
             seen.append(Seen(of_channel, jacobian, slope, cells, mirrors, shared))
         combined = Combined(seen, shape)
@@ -131,33 +124,6 @@ def local_map(
     return combined.map(replace(combined.gains, before=before), scale)
 
 
-# -- the channels ----------------------------------------------------------------------------------------------------
-
-
-def _slopes(channel: Channel, parameters: Mapping[str, float]) -> tuple[Array, Cells]:
-    """Derivatives (n, m) of a channel's force at its samples by the stiffness of its cells, and the cells."""
-    model, simulation = channel.model, channel.simulation
-    model.set_parameters({k: v for k, v in parameters.items() if k in model.constants})
-    if isinstance(simulation, Reaction):
-        return simulation.local()
-    if not isinstance(simulation, Simulation) or not simulation.path_dependent:
-        sweep = local.swept(model, channel.targets)
-        q, slope = sweep.history.displacement, sweep.slope
-        if channel.odd:
-            # Mirrored halves of the rubber change places with the sign of the load.
-            plane, dimension = model.mode.reversed_by, sweep.cells.points.shape[1]
-            image = sweep.cells.centres.copy()
-            if plane is not None and (dimension == 3 or plane == "z"):
-                image[:, dimension - 1 if plane == "z" else "xy".index(plane)] *= -1.0
-            q, slope = unfolded(q, slope, -slope[:, KDTree(sweep.cells.centres).query(image)[1]])
-        return np.asarray(CubicSpline(q, slope)(channel.recording.displacement)), sweep.cells
-    # The rig's part in the curve is left out: it does not change which cells carry the force.
-    steps, q = simulation.steps, simulation.displacement
-    march = local.marched(model, Program(steps.displacement, steps.time if steps.timed else None))
-    clock = np.arange(len(q), dtype=float) if simulation.time is None else simulation.time
-    return steps.interpolation(clock[channel.recording.places]) @ march.slope, march.cells
-
-
 # -- one field for all of them ---------------------------------------------------------------------------------------
 
 
@@ -176,14 +142,14 @@ class Combined:
         self.linear = calibration.linear_fit(compared, shared, jacobians)
         self.slope = calibration.columns(compared, shared, slopes)
         # The same without allowance for a common factor: what a reader calls the misfit.
-        self.plain = linearised(compared, jacobians)
-        self.plain_slope = weighed(compared, slopes)
+        self.plain = linearise(compared, jacobians)
+        self.plain_slope = weigh(compared, slopes)
         self.field = estimate(self.linear, self.slope, covariance(self.cells, thickness(self.cells)))
         self.uniform = uniform(self.plain, self.plain_slope)
         self.beside = uniform(self.plain, self.plain_slope, self.field.change)
-        self.gains = self._gained()
+        self.gains = self._first_order_gains()
 
-    def _gained(self) -> Gains:
+    def _first_order_gains(self) -> Gains:
         """Return the remaining misfit after the fitted parameters have been refitted to first order."""
 
         def left(change: Array | float) -> float:
@@ -241,7 +207,7 @@ class Combined:
 
     def _place(self) -> str:
         labels, members = zones(self.cells, self.mirrors, self.shape)
-        parts = zoned(self.linear, self.slope, members)
+        parts = estimate_zones(self.linear, self.slope, members)
         order = np.argsort(-parts.drop)
         near = parts.drop[order] > parts.drop[order[0]] - APART * parts.variance
         alike = order[near]

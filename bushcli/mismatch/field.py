@@ -24,7 +24,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.likelihood.linearised import OWN, Linearised
+from bushcli.likelihood.linearisation import OWN, Linearised
 from cases.local import Cells
 
 Array = NDArray[np.float64]
@@ -90,7 +90,7 @@ def covariance(cells: Cells, length: float) -> Array:
     return np.asarray(0.5 * (prior + prior.T))
 
 
-def _beside(linear: Linearised, slope: Array) -> tuple[Array, Array]:
+def _without_uniform_factor(linear: Linearised, slope: Array) -> tuple[Array, Array]:
     """Misfit (n,) and derivatives (n, m) without what the fitted parameters and a uniform factor can change."""
     raw = slope.sum(axis=1)
     whole, columns, rest = linear.left(raw), linear.left(slope), linear.rest
@@ -133,16 +133,16 @@ def estimate(linear: Linearised, slope: Array, prior: Array) -> Field:
     prior : shape (m, m)
         From `covariance`.
     """
-    rest, columns = _beside(linear, slope)
+    rest, columns = _without_uniform_factor(linear, slope)
     root = np.linalg.cholesky(prior)
     u, d, vt = np.linalg.svd(columns @ root, full_matrices=False)
     z = u.T @ rest
 
-    def fitted(size: float, variance: float) -> Array:
+    def absorbed(size: float, variance: float) -> Array:
         """Share of the misfit in each direction that the field absorbs."""
         return np.asarray(size**2 * d**2 / (variance + size**2 * d**2))
 
-    largest = rest - u @ (fitted(float(SIZES[-1]), 1.0) * z)
+    largest = rest - u @ (absorbed(float(SIZES[-1]), 1.0) * z)
     variance = linear.inflation(largest)
     likelihoods = _likelihoods(z[None, :] ** 2 / variance, d**2 / variance)[0]
     size = float(SIZES[int(np.argmax(likelihoods))])
@@ -187,7 +187,7 @@ class Zones:
     variance: float
 
 
-def zoned(linear: Linearised, slope: Array, zones: Array) -> Zones:
+def estimate_zones(linear: Linearised, slope: Array, zones: Array) -> Zones:
     """Change one zone at a time.
 
     Parameters
@@ -198,7 +198,7 @@ def zoned(linear: Linearised, slope: Array, zones: Array) -> Zones:
     zones : shape (m, k)
         1 where a cell belongs to the zone, else 0.
     """
-    rest, columns = _beside(linear, slope)
+    rest, columns = _without_uniform_factor(linear, slope)
     columns = columns @ zones
     power = np.sum(columns**2, axis=0)
     towards = -columns.T @ rest

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from bushcli.likelihood.noise import Compared
 from bushcli.mismatch.bins import KINDS, SIDES, Bin, Bins, Side, bin_tests, bins
-from bushcli.mismatch.scan import Box, false_alarm, strongest
+from bushcli.mismatch.scan import Box, false_alarm, strongest_box
 
 Array = NDArray[np.float64]
 Sign = Literal["too_stiff", "too_soft", "too_high", "too_low", "both_ways"]
@@ -152,7 +152,7 @@ def _mismatches(channel: Compared, grid: Bins, excess: float, channels: int) -> 
     left = np.ones(grid.shape, dtype=bool)
     boxes: list[tuple[Box, float]] = []
     for _ in range(_MOST):
-        box = strongest(total * left, count * left)
+        box = strongest_box(total * left, count * left)
         # Sidak's correction: the probability of a false alarm in any of the channels.
         p = 1.0 if box is None else 1.0 - (1.0 - false_alarm(box.z, count, channel.noise.freedom)) ** channels
         if box is None or p > LEVEL:
@@ -165,7 +165,7 @@ def _mismatches(channel: Compared, grid: Bins, excess: float, channels: int) -> 
         left &= ~mask
     mismatches = []
     left = np.ones(grid.shape, dtype=bool)
-    for box, p in _joined(boxes):
+    for box, p in _join(boxes):
         whole = _to_zero(box, total * left, count * left, force)
         mask = whole.mask(grid.shape) & left
         samples = mask[tuple(grid.place)] & known
@@ -177,7 +177,7 @@ def _mismatches(channel: Compared, grid: Bins, excess: float, channels: int) -> 
     return mismatches
 
 
-def _joined(boxes: Sequence[tuple[Box, float]]) -> list[tuple[Box, float]]:
+def _join(boxes: Sequence[tuple[Box, float]]) -> list[tuple[Box, float]]:
     """Join boxes of one sign that together form a box, as they do if the misfit grows with the force."""
     joined = list(boxes)
     for i, j in combinations(range(len(joined)), 2):
@@ -189,7 +189,7 @@ def _joined(boxes: Sequence[tuple[Box, float]]) -> list[tuple[Box, float]]:
         if alike and beside:
             cycles, bands = _hull(a.cycles, b.cycles), _hull(a.bands, b.bands)
             rest = [joined[k] for k in range(len(joined)) if k not in (i, j)]
-            return _joined([(replace(a, cycles=cycles, bands=bands), p), *rest])
+            return _join([(replace(a, cycles=cycles, bands=bands), p), *rest])
     return joined
 
 

@@ -80,7 +80,7 @@ class Box:
         )
 
 
-def strongest(total: Array, count: Array) -> Box | None:
+def strongest_box(total: Array, count: Array) -> Box | None:
     """Return the box with the largest |z|, or one nearly as good with a shorter description; None for an empty grid.
 
     Parameters

@@ -25,10 +25,10 @@ def modes_of_name(name: str, specimen: str) -> tuple[str, ...]:
     specimen : str
         "bushing" or "coupon": the specimen whose modes are considered.
     """
-    return _sure(_mode_words(name, specimen))
+    return _unambiguous_modes(_mode_words(name, specimen))
 
 
-def contradicted(name: str, mode: str) -> tuple[str, ...]:
+def contradicting_modes(name: str, mode: str) -> tuple[str, ...]:
     """Return the modes of which the name of a file speaks, where the given one is not among them.
 
     Short words, which may be units or directions ("rad", "ax"), and those for tension and compression, which a planar
@@ -48,10 +48,10 @@ def contradicted(name: str, mode: str) -> tuple[str, ...]:
         other: {word for word in mode_words if len(word) > 3 and word not in SENSES}
         for other, mode_words in words.items()
     }
-    return _sure({other: mode_words for other, mode_words in plain.items() if mode_words})
+    return _unambiguous_modes({other: mode_words for other, mode_words in plain.items() if mode_words})
 
 
-def _sure(words: Mapping[str, set[str]]) -> tuple[str, ...]:
+def _unambiguous_modes(words: Mapping[str, set[str]]) -> tuple[str, ...]:
     """Return the modes with a word that no other has; all if there is none."""
     others = {mode: set().union(*(words[other] for other in words if other != mode)) for mode in words}
     return tuple(mode for mode in words if words[mode] - others[mode]) or tuple(words)

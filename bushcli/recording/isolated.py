@@ -67,7 +67,7 @@ def read_tables(path: Path, format_name: str, wanted: Collection[str | int]) -> 
     reader = readers()[format_name]
     if not reader.library:
         try:
-            with reader.opened(path) as parts:
+            with reader.open_parts(path) as parts:
                 return _file_contents(path, ((part, _columns(part, wanted, True)) for part in parts))
         except (OSError, ValueError, OverflowError, MemoryError) as error:
             raise _damage_error(path, reader, str(error)) from None
@@ -187,7 +187,7 @@ def _fail(reason: str) -> None:
 def copy_contents(format_name: str, path: Path, wanted: Collection[str | int], output: BinaryIO) -> None:
     """Read a file in this process, and write its contents as the child does."""
     shown, arrays = [], []
-    with readers()[format_name].opened(path) as parts:
+    with readers()[format_name].open_parts(path) as parts:
         if len(parts) > _MOST_PARTS or sum(len(part.names) for part in parts) > _MOST_NAMES:
             raise ValueError(f"has more than {_MOST_PARTS} groups or {_MOST_NAMES} columns")
         longest = max((part.samples for part in parts), default=0)

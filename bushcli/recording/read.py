@@ -10,19 +10,19 @@ from numpy.typing import NDArray
 from bushcli.curve.recorded import ReadColumn, RecordedProgram, Recording, Repair
 from bushcli.curve.segment import turning_points
 from bushcli.curve.signals import branches, select_cycles
+from bushcli.recording.find_table import open_table
 from bushcli.recording.header.above import factor_remarks, rate_remarks
 from bushcli.recording.header.columns import Column, chosen_index, column, untaken_time
 from bushcli.recording.header.name import heading
 from bushcli.recording.header.units import read_unit
-from bushcli.recording.opened import open_table
 from bushcli.recording.several import refuse_several
 from bushcli.recording.six import motion_columns, recorded_path, six_table
 from bushcli.recording.source import WARM, Quantity, Source
 from bushcli.recording.specimen import nominal
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import Table
-from bushcli.recording.time.counted import counted
-from bushcli.recording.time.samples import increasing, timed
+from bushcli.recording.time.cycle_count import cycle_count
+from bushcli.recording.time.samples import program_times, samples_with_times
 from cases.mode import Mode, modes
 from cases.six import MOTIONS
 
@@ -71,20 +71,20 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     forced = column(table, source, mode, "force")
     assert forced is not None
     _refuse_still(table, moved, forced, stamps is not None or source.sample_rate is not None)
-    samples = timed(table, source, stamps, moved, forced, fewest)
+    samples = samples_with_times(table, source, stamps, moved, forced, fewest)
     displacement, force = moved.values[samples.rows], forced.values[samples.rows]
     if np.ptp(force) <= _SMALLEST:
         what = f"{table.label(forced.index)} is {table.text(0, forced.index)} throughout: was the sensor connected?"
-        raise table.refused(what)
+        raise table.refusal(what)
     if mode.specimen == "coupon":
         displacement, force = nominal(source, mode, displacement, force, moved.form, forced.form)
     if source.largest_stretch is not None:
         within = np.asarray(mode.stretch(displacement) <= source.largest_stretch)
         if np.count_nonzero(within) < min(fewest, len(within)):
             what = f"has {np.count_nonzero(within)} points up to largest_stretch = {source.largest_stretch:g}"
-            raise table.refused(what, f"at least {fewest}")
+            raise table.refusal(what, f"at least {fewest}")
         displacement, force, samples = displacement[within], force[within], samples.only(within)
-    machine = mode.specimen == "coupon" and source.measured("force", "coupon", mode.rotational) == "force"
+    machine = mode.specimen == "coupon" and source.dimension("force", "coupon", mode.rotational) == "force"
     read_columns = {"displacement": moved, "force": forced} | ({"time": stamps} if stamps else {})
     path = None
     if source.six is not None:
@@ -111,11 +111,13 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         six=path,
         temperature=_warm(table, source, samples.rows),
     )
-    count = counted(table, samples.rows, recording)
+    count = cycle_count(table, samples.rows, recording)
     if count is not None:
         name = table.names[count[0]]
         columns += (ReadColumn("cycle", count[0] + 1, name, "", False),)
-        recording = recording.counted(count[1], columns, tuple(column for column in unused if column != name))
+        recording = recording.with_cycle_numbers(
+            count[1], columns, tuple(column for column in unused if column != name)
+        )
     return _used_cycles(recording, source)
 
 
@@ -130,14 +132,14 @@ def _warm(table: Table, source: Source, rows: NDArray[np.int_]) -> Array | None:
     units = [unit for text in texts if (unit := read_unit(text)) and unit.kind == "temperature"]
     if not units:
         what = f"{table.label(index)}: {texts[0].strip('[]() ')} is no unit of a temperature"
-        raise table.refused(what, 'units = {temperature = "degC"}, "K" or "degF"')
+        raise table.refusal(what, 'units = {temperature = "degC"}, "K" or "degF"')
     values = units[0].factor * table.numbers(index, source.accept)[rows] + units[0].zero
     beyond = np.flatnonzero(~((values >= WARM[0]) & (values <= WARM[1])))
     if len(beyond):
         row = int(rows[beyond[0]])
         what = f"{table.label(index)} is {table.text(row, index)}, {values[beyond[0]]:.4g} degrees C: no test of rubber"
         expected = 'give its unit, as in units = {temperature = "K"}; or leave the column out'
-        raise table.refused(what, expected, row)
+        raise table.refusal(what, expected, row)
     return np.asarray(values, dtype=np.float64)
 
 
@@ -166,12 +168,12 @@ def _used_cycles(recording: Recording, source: Source) -> Recording:
         last = max(branch.cycle for branch in branches(recording))
         if source.conditioning >= last:
             what = f"conditioning = {source.conditioning}, but the recording has {last} cycle{'s' if last > 1 else ''}"
-            raise source.refused(what, "leave at least one cycle to compare")
+            raise source.refusal(what, "leave at least one cycle to compare")
         requested = source.cycles or range(source.conditioning + 1, last + 1)
         cycles = tuple(cycle for cycle in requested if cycle > source.conditioning)
         if not cycles:
             what = f"conditioning = {source.conditioning} leaves none of the cycles that are to be used"
-            raise source.refused(what)
+            raise source.refusal(what)
     return recording if cycles is None else select_cycles(recording, cycles)
 
 
@@ -192,7 +194,7 @@ def read_coupon(source: Source, tables: TableCache | None = None) -> Recording:
     if _mode(source).specimen != "coupon":
         coupons = ", ".join(mode.name for mode in modes().values() if mode.specimen == "coupon")
         what = f"mode {source.mode} is not a material test"
-        raise source.refused(what, coupons)
+        raise source.refusal(what, coupons)
     return read_recording(source, tables)
 
 
@@ -221,7 +223,7 @@ def read_program(
     _refuse_still(table, moved)
     time: Array | None = None
     if stamps is not None:
-        time = increasing(table, stamps)
+        time = program_times(table, stamps)
     elif source.sample_rate is not None:
         time = np.arange(len(moved.values)) / source.sample_rate
     read_columns: dict[str, Column] = {quantity: moved}
@@ -235,7 +237,7 @@ def read_program(
 def _mode(source: Source) -> Mode:
     mode = modes().get(source.mode)
     if mode is None:
-        raise source.refused(f'"{source.mode}" is not a mode', ", ".join(modes()))
+        raise source.refusal(f'"{source.mode}" is not a mode', ", ".join(modes()))
     return mode
 
 
@@ -247,7 +249,7 @@ def _enough(
     assert channel is not None
     if len(channel.values) < fewest:
         what = f"has only {len(channel.values)} point{'s' if len(channel.values) > 1 else ''}"
-        raise table.refused(what, f"at least {fewest}")
+        raise table.refusal(what, f"at least {fewest}")
     return channel
 
 
@@ -262,4 +264,4 @@ def _refuse_still(table: Table, moved: Column, forced: Column | None = None, tim
     if still and not (q[0] != 0.0 and falls and not turning_points(force, _BACK * np.ptp(force))):
         what = f"{table.label(moved.index)} is {table.text(0, moved.index)} throughout: nothing moves"
         rest = "a hold is read if the displacement counts from rest, the force relaxes, and the file has the times"
-        raise table.refused(what, "" if forced is None else rest)
+        raise table.refusal(what, "" if forced is None else rest)

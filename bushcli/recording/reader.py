@@ -69,7 +69,7 @@ class Reader:
         Name of the format in messages, with its article: ``an MDF file``.
     recognises : callable
         First bytes of the file, its suffix in lower case -> whether it is of this format.
-    opened : callable
+    open_parts : callable
         Path -> context manager that gives the parts of the file. It raises `OSError` or `ValueError` for a damaged
         file.
     library : str
@@ -78,7 +78,7 @@ class Reader:
 
     name: str
     recognises: Callable[[bytes, str], bool]
-    opened: Callable[[Path], AbstractContextManager[Sequence[FilePart]]]
+    open_parts: Callable[[Path], AbstractContextManager[Sequence[FilePart]]]
     library: str = ""
 
 
@@ -99,7 +99,7 @@ def unit_of(values: Any) -> str:
     return values.strip() if isinstance(values, str) else ""
 
 
-def numbered(names: Sequence[str]) -> list[str]:
+def unique_names(names: Sequence[str]) -> list[str]:
     """Return names, repeated ones with a number appended: ``raster``, ``raster 2``."""
     unique: list[str] = []
     for name in names:

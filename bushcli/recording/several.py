@@ -34,10 +34,10 @@ def own_rows(table: Table, source: Source) -> Table:
         if not any(fits):
             shown_value = f"{value:g}" if isinstance(value, float) else value
             shown = ", ".join(list(dict.fromkeys(texts))[:8])
-            raise table.refused(f"{table.label(index)} has no row with {shown_value}", f"it has {shown}")
+            raise table.refusal(f"{table.label(index)} has no row with {shown_value}", f"it has {shown}")
         mask &= fits
     if not mask.any():
-        raise table.refused("has no row with all values of `rows`", "values that stand in one row")
+        raise table.refusal("has no row with all values of `rows`", "values that stand in one row")
     return table if mask.all() else table.of_rows(np.flatnonzero(mask))
 
 
@@ -56,7 +56,7 @@ def refuse_several(table: Table, stamps: Column | None) -> None:
             what = f"{table.label(index)} names {len(labels)} recordings one below the other ({shown})"
             key = name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else f'"{name}"'
             remedy = f'choose one in each table of the case file: rows = {{{key} = "{labels[0]}"}}'
-            raise table.refused(what, remedy)
+            raise table.refusal(what, remedy)
 
 
 def _texts(table: Table, index: int) -> list[str]:

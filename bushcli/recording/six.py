@@ -10,14 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.curve.recorded import RecordedPath
+from bushcli.recording.find_table import NeededColumns, only_table, quoted_names, tables_of_file
 from bushcli.recording.header.columns import Column, chosen_index, column
 from bushcli.recording.header.name import heading
 from bushcli.recording.isolated import FileContents
-from bushcli.recording.opened import NeededColumns, listed, only_table, opened
 from bushcli.recording.source import SixColumns, Source
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import Table
-from bushcli.recording.time.rasters import RasterColumns, interpolated, own_clocks, stamped
+from bushcli.recording.time.rasters import (
+    RasterColumns,
+    columns_with_stamps,
+    interpolate_at_stamps,
+    own_clocks,
+)
 from bushcli.recording.time.samples import Samples
 from cases.mode import modes
 from cases.six import MOTIONS, PAIR_MODES, REACTIONS
@@ -44,7 +49,7 @@ def named_in(table: Table) -> dict[str, int]:
 def six_table(source: Source, chosen: Mapping[str, str], tables: TableCache) -> Table:
     """Return the table of a recording of six motions."""
     axial = modes()["axial"]
-    table = opened(source, list(chosen.values()), tables)
+    table = tables_of_file(source, list(chosen.values()), tables)
     if isinstance(table, FileContents):
         names = {name for part in table.tables for name in _columns(part, chosen)}
         needed = NeededColumns(
@@ -74,30 +79,30 @@ def _on_one_raster(source: Source, tables: Sequence[Table], chosen: Mapping[str,
     parts = []
     for table in tables:
         columns = tuple(_columns(table, chosen).values())
-        stamps = stamped(table, columns, source, modes()["axial"]) if columns else None
+        stamps = columns_with_stamps(table, columns, source, modes()["axial"]) if columns else None
         parts += [] if stamps is None else [stamps]
     if len(parts) < 2:
         return None
     forced = [part for part in parts if any(key in REACTIONS for key in _columns(part.table, chosen))]
     if len(forced) != 1:
         what = f"reactions are in {len(forced)} groups with different time stamps: "
-        what += listed([part.table.part for part in forced])
+        what += quoted_names([part.table.part for part in forced])
         expected = "export them with one common raster; forces are not interpolated"
-        raise source.refused(what, expected)
+        raise source.refusal(what, expected)
     (raster,) = forced
     keys = [key for part in parts for key in _columns(part.table, chosen)]
     for key in keys:
         if keys.count(key) > 1:
             what = f"{key} is in several groups with different time stamps"
             expected = f'name the channel that is meant: motions = {{{key} = "..."}} in the case file'
-            raise source.refused(what, expected)
+            raise source.refusal(what, expected)
     moved = [
         RasterColumns(part.table, (index,), part.stamps)
         for part in parts
         if part is not raster
         for index in part.columns
     ]
-    return interpolated(raster, moved, source, _WORDS)
+    return interpolate_at_stamps(raster, moved, source, _WORDS)
 
 
 Array = NDArray[np.float64]
@@ -122,21 +127,21 @@ def columns_of(
     RecordingError
         The file cannot be read, names no motion, or lacks a column that is given.
     """
-    table = six_table(source, chosen(motions, forces), tables)
+    table = six_table(source, columns_given_by_name(motions, forces), tables)
     columns: dict[str, str | int] = {key: index + 1 for key, index in named_in(table).items()}
     of_motions = {k: v for k, v in columns.items() if k in MOTIONS} if motions is None else dict(motions)
     of_forces = {k: v for k, v in columns.items() if k in REACTIONS} if forces is None else dict(forces)
     if not of_motions:
         listed = ", ".join(name for name in table.names if name)[:300]
         what = f"has no column of a motion; its columns are {listed}" if listed else "has no header"
-        raise source.refused(what, "ux_mm ... rz_deg; or choose columns: motions = {ux = ...}")
+        raise source.refusal(what, "ux_mm ... rz_deg; or choose columns: motions = {ux = ...}")
     for name in of_forces.values():
         # Reactions whose motion stays zero are not read later.
         chosen_index(table, name)
     return of_motions, of_forces
 
 
-def chosen(motions: Columns | None, forces: Columns | None) -> dict[str, str]:
+def columns_given_by_name(motions: Columns | None, forces: Columns | None) -> dict[str, str]:
     """Return the columns that a case file chooses by name, by "ux" to "mz".
 
     Parameters
@@ -192,9 +197,9 @@ def read_motions(source: Source, six: SixColumns, tables: TableCache) -> tuple[A
         if np.any(np.diff(time) <= 0.0):
             row = int(np.argmax(np.diff(time) <= 0.0)) + 1
             what = f"the time does not increase, {time[row]:g} s follows {time[row - 1]:g} s"
-            raise source.refused(what, "put the rows in the order of time")
+            raise source.refusal(what, "put the rows in the order of time")
     if len(poses) < 2:
-        raise source.refused(f"has only {len(poses)} points", "at least 2")
+        raise source.refusal(f"has only {len(poses)} points", "at least 2")
     return time, poses
 
 

@@ -34,6 +34,8 @@ FaultKind = Literal[
     "no_signal",
     "temperature",
     "loss_angle",
+    "amplitude",
+    "order",
 ]
 
 
@@ -168,7 +170,7 @@ class Source:
         """Return the present contents of the file (`bushcli.runtime.canonical`)."""
         return self.file.read_bytes()
 
-    def refused(self, what: str, remedy: str = "") -> RecordingError:
+    def refusal(self, what: str, remedy: str = "") -> RecordingError:
         """Return an error about the file.
 
         Parameters
@@ -178,7 +180,7 @@ class Source:
         """
         return RecordingError(Problem(str(self.file), what, "", remedy))
 
-    def measured(self, quantity: Quantity, specimen: str, rotational: bool) -> str:
+    def dimension(self, quantity: Quantity, specimen: str, rotational: bool) -> str:
         """Return the key of `UNITS` that applies to a column of the file.
 
         Parameters

@@ -33,14 +33,14 @@ def nominal(
             what = (
                 f"reaches a logarithmic strain of {np.abs(strain).max():.3g}, beyond that of a stretch of 20"
             )
-            raise source.refused(what, _IN_PERCENT)
+            raise source.refusal(what, _IN_PERCENT)
         strain = np.expm1(strain)
     if not mode.sheared and (strain <= -1.0).any():
         what, expected = f"a strain of {strain.min():.4g} compresses the specimen to zero size", _IN_PERCENT
         if specimen.gauge_length is not None:
             what = f"the travel of {moved.min():.4g} mm compresses a specimen of {specimen.gauge_length:g} mm"
             what, expected = f"{what} to zero length", "gauge_length in mm; the travel must start at 0"
-        raise source.refused(what, expected)
+        raise source.refusal(what, expected)
     if mode.needs_compressibility:
         volume = 1.0 + strain if strain_form == "volume" else (1.0 + strain) ** 3
         stress = -stress if stress_form == "pressure" else stress
@@ -57,7 +57,7 @@ def nominal(
             expected = (
                 f"reverse = [{listed}] in the table of the case file, or reverse = [] if the signs are right"
             )
-            raise source.refused(what, expected)
+            raise source.refusal(what, expected)
         strain = volume ** (1.0 / 3.0) - 1.0
     elif stress_form == "true" and not mode.sheared:
         stress = stress / (1.0 + strain)

@@ -17,13 +17,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bushcli.errors import Problem, RecordingError
-from bushcli.recording.header.head import header, in_one_order
+from bushcli.recording.header.head import header, unify_column_order
 from bushcli.recording.header.name import named_columns
-from bushcli.recording.text.decode import decoded
+from bushcli.recording.text.decode import read_text
 from bushcli.recording.text.fields import (
     ambiguous_thousands,
     begins_with_missing,
-    ungrouped,
+    without_thousands,
 )
 from bushcli.recording.text.lines import (
     COMMENTS,
@@ -33,9 +33,9 @@ from bushcli.recording.text.lines import (
     lines_of,
     numbers_in,
     split_line,
-    trimmed,
+    trim_end,
 )
-from bushcli.recording.text.rows import AlikeRows, Form, SplitRows, end_of_head, sifted
+from bushcli.recording.text.rows import AlikeRows, Form, SplitRows, end_of_head, split_runs
 from bushcli.recording.text.table import CALCULATE, SHOWN, TextTable
 
 #: Most columns of a table.
@@ -75,7 +75,7 @@ def read_table(
     RecordingError
         When the file cannot be read, has no table of numbers, or has a line that does not fit.
     """
-    text, given = decoded(path), _Given(delimiter, decimal, single)
+    text, given = read_text(path), _Given(delimiter, decimal, single)
     end, table = end_of_head(text), None
     if end:
         try:
@@ -83,7 +83,7 @@ def read_table(
             form = Form.of_head(body, *_dialect(path, body, given))
         except RecordingError:
             form = None
-        lines, runs = ([], []) if form is None else sifted(path, text, end, form)
+        lines, runs = ([], []) if form is None else split_runs(path, text, end, form)
         table = _table(path, lines, runs, given) if runs else None
     if table is None:
         table = _table(path, lines_of(path, text), [], given)
@@ -97,7 +97,7 @@ def _table(path: Path, lines: list[Line], runs: list[AlikeRows], given: _Given) 
     single = _of_one_column(body, given) if given.single else None
     dialect = single or _dialect(path, body, given)
     sheet = Sheet(path, lines, body, [split_line(line.text, dialect.delimiter) for line in body], dialect)
-    remarks = _without_thousands(sheet.split, dialect.decimal)
+    remarks = _remove_thousands(sheet.split, dialect.decimal)
     sheet, width, repeats, reordered = _rows(sheet, 1 if single else 2)
     rows = sheet.split[sheet.start :]
     grouped = None
@@ -108,8 +108,8 @@ def _table(path: Path, lines: list[Line], runs: list[AlikeRows], given: _Given) 
     ):
         return None
     # A sign in front of rows of numbers makes them comments.
-    below = (line for line in sheet.lines if line.comment and line.number > sheet.first)
-    split = ((line.number, split_line(line.uncommented.strip(), dialect.delimiter)) for line in below)
+    below = (line for line in sheet.lines if line.comment and line.number > sheet.first_row_line)
+    split = ((line.number, split_line(line.content.strip(), dialect.delimiter)) for line in below)
     commented = [n for n, cells in split if len(cells) == numbers_in(cells, dialect.decimal) == width]
     if commented:
         several = len(commented) > 1
@@ -129,7 +129,7 @@ def _table(path: Path, lines: list[Line], runs: list[AlikeRows], given: _Given) 
         either = f"{shown} may be {shown.replace(',', '.')} or {plain}"
         what = f"column {column + 1}: {either}, and no other number shows which"
         other = f"if it is a decimal {'comma' if sign == ',' else 'point'}; else write {plain}"
-        raise table.refused(what, f'decimal = "{sign}" in the table of the case file, {other}', row)
+        raise table.refusal(what, f'decimal = "{sign}" in the table of the case file, {other}', row)
     parts: list[SplitRows | AlikeRows] = []
     start, numbers = 0, [line.number for line in body[sheet.start :]]
     for run in runs:
@@ -142,7 +142,7 @@ def _table(path: Path, lines: list[Line], runs: list[AlikeRows], given: _Given) 
 def _with_header(sheet: Sheet, width: int, most: int, remarks: tuple[str, ...], part: str = "") -> TextTable:
     """Return the table of a sheet; last columns that have a name, but no value in any row, are among the columns."""
     delimiter = sheet.dialect.delimiter
-    above = (trimmed(split_line(line.uncommented, delimiter)) for line in sheet.above)
+    above = (trim_end(split_line(line.content, delimiter)) for line in sheet.above)
     widths = (len(f) for f in above if width < len(f) <= most and named_columns(f) >= 2)
     top = header(sheet, max(widths, default=width))
     numbers = [line.number for line in sheet.body[sheet.start :]]
@@ -158,7 +158,7 @@ def _with_header(sheet: Sheet, width: int, most: int, remarks: tuple[str, ...], 
         parts=(SplitRows(sheet.split[sheet.start :], numbers),),
         decimal=sheet.dialect.decimal,
         remarks=remarks,
-        between=tuple((line.number, line.uncommented) for line in inside if line.number not in row_numbers),
+        between=tuple((line.number, line.content) for line in inside if line.number not in row_numbers),
     )
 
 
@@ -198,42 +198,42 @@ def _rows(sheet: Sheet, fewest: int) -> tuple[Sheet, int, list[str], bool]:
     are_rows = [_is_row(fields, decimal, fewest) for fields in split]
     rows = [fields for fields, row in zip(split, are_rows, strict=True) if row]
     raw = Counter(map(len, rows)).most_common(1)[0][0]
-    filled = Counter(len(trimmed(fields)) for fields in rows).most_common(1)[0][0]
+    filled = Counter(len(trim_end(fields)) for fields in rows).most_common(1)[0][0]
     fits = [row and raw == len(f) for f, row in zip(split, are_rows, strict=True)]
     starts = (i for i, fit in enumerate(fits) if fit and (i + 1 == len(fits) or fits[i + 1]))
     start = next(starts, None)
     if start is None:
         raise RecordingError(Problem(str(sheet.path), "has no two consecutive rows of numbers"))
     sheet = replace(sheet, start=start)
-    reordered = in_one_order(sheet)
-    remarks = [*reordered, *_without_text_below(sheet)]
+    reordered = unify_column_order(sheet)
+    remarks = [*reordered, *_remove_text_below(sheet)]
     below = list(enumerate(split[start:], start=start))
-    wrong = [i for i, fields in below if len(fields) != raw and len(trimmed(fields)) != filled]
+    wrong = [i for i, fields in below if len(fields) != raw and len(trim_end(fields)) != filled]
     # A header has as many fields as the rows have.
     full = [i for i, fields in below if len(fields) == raw and fields[-1][:1].isalpha()]
     texts = [i for i in full if not numbers_in(split[i], decimal)]
     repeated = _repeated_lines(body, split, start, sorted({*wrong, *texts}), filled)
     for i in wrong:
         if i not in repeated:
-            fields = len(trimmed(split[i]))
+            fields = len(trim_end(split[i]))
             what = f"{fields} field{'s' if fields != 1 else ''}, where the rows before have {filled}"
             last = " (the last line: was the recording cut off?)" if body[i] is body[-1] else ""
             remedy = f"{filled} numbers; delete the line or put # in front of it"
-            raise sheet.refused(body[i].number, what + last, remedy)
+            raise sheet.refusal(body[i].number, what + last, remedy)
     if repeated:
         head, tail = body[repeated[0]].number, body[repeated[-1]].number
         span = f"{len(repeated)} lines that repeat the header are left out (lines {head} to {tail})"
         remarks.insert(0, span if tail > head else f"line {head} repeats the header and is left out")
         for i in reversed(repeated):
             del body[i], split[i]
-    width = max(len(trimmed(fields)) for fields in split[start:])
+    width = max(len(trim_end(fields)) for fields in split[start:])
     if width > MOST_COLUMNS:
         remedy = f"at most {MOST_COLUMNS}: leave out those not needed"
         raise RecordingError(Problem(str(sheet.path), f"has {width} columns", "", remedy))
     return sheet, width, remarks, bool(reordered)
 
 
-def _without_text_below(sheet: Sheet) -> list[str]:
+def _remove_text_below(sheet: Sheet) -> list[str]:
     """Remove lines of text below the last row of numbers, such as "End of test" or "Max;12.5", and return a remark."""
     body, split, decimal = sheet.body, sheet.split, sheet.dialect.decimal
     end = len(split)
@@ -264,25 +264,25 @@ def _repeated_lines(
     "Cycle 2", may differ in their numbers.
     """
     texts = [line.text.strip() for line in body[:start]]
-    head = {text for text, fields in zip(texts, split, strict=False) if len(trimmed(fields)) == width}
+    head = {text for text, fields in zip(texts, split, strict=False) if len(trim_end(fields)) == width}
     labels = {_NUMBERS.sub("#", text) for text in texts if text not in head}
     repeated: list[int] = []
     for group in (list(run) for _, run in groupby(enumerate(among), lambda pair: pair[1] - pair[0])):
         lines = [i for _, i in group]
         repeats = [body[i].text.strip() for i in lines]
-        full_rows = [text for text, i in zip(repeats, lines, strict=True) if len(trimmed(split[i])) == width]
+        full_rows = [text for text, i in zip(repeats, lines, strict=True) if len(trim_end(split[i])) == width]
         are_repeated = all(text in head or _NUMBERS.sub("#", text) in labels for text in repeats)
         if full_rows and are_repeated and all(text in head for text in full_rows):
             repeated += lines
     return repeated
 
 
-def _without_thousands(split: Sequence[list[str]], decimal: str) -> list[str]:
+def _remove_thousands(split: Sequence[list[str]], decimal: str) -> list[str]:
     """Remove thousands separators from the columns that certainly have them, and return remarks about it."""
     remarks = []
     for column in range(max(map(len, split), default=0)):
         fields = [row[column] if column < len(row) else "" for row in split]
-        numbers = ungrouped(fields, decimal)
+        numbers = without_thousands(fields, decimal)
         for row, plain in numbers.items():
             split[row][column] = plain
         if numbers:
@@ -298,7 +298,7 @@ def _is_row(fields: list[str], decimal: str, fewest: int = 2) -> bool:
     """Whether a line looks like data: two numbers at least, and not more texts (a clock); or one number."""
     count = numbers_in(fields, decimal)
     several = count >= 2 and 2 * count >= len(fields) - fields.count("")
-    return count == len(trimmed(fields)) == 1 if fewest == 1 else several
+    return count == len(trim_end(fields)) == 1 if fewest == 1 else several
 
 
 def _of_one_column(body: Sequence[Line], given: _Given) -> Dialect | None:
@@ -330,7 +330,7 @@ def _dialect(path: Path, body: Sequence[Line], given: _Given) -> Dialect:
             rows = [fields for fields in split if _is_row(fields, sign)]
             common = Counter(map(len, rows)).most_common(1)
             # Rows without any text weigh more: "0,5 1,5" can also be split into three fields, two of them numbers.
-            whole = sum(numbers_in(fields, sign) == len(trimmed(fields)) for fields in rows)
+            whole = sum(numbers_in(fields, sign) == len(trim_end(fields)) for fields in rows)
             points = (common[0][1] if common else 0) + 2.0 * whole
             if points > score:
                 best, score = Dialect(sep, sign), points

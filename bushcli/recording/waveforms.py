@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from bushcli.recording.header.name import match_quality
 from bushcli.recording.header.units import tabulated_unit
-from bushcli.recording.reader import FilePart, numbered, unit_of
+from bushcli.recording.reader import FilePart, unique_names, unit_of
 from bushcli.recording.text.clock_times import UTC, Instant, clock_times, times_of
 
 #: LabVIEW's instant zero, which a waveform has whose start was never set.
@@ -114,7 +114,7 @@ def parts_by_clock(group: str, channels: Sequence[WaveChannel]) -> Iterator[File
             else f"{group}, {_channel_names(members)}"
             for samples, (_, members) in zip(sizes, parts, strict=True)
         ]
-    for name, (sampling, members) in zip(numbered(names), parts, strict=True):
+    for name, (sampling, members) in zip(unique_names(names), parts, strict=True):
         yield _part(name, sampling, members)
 
 

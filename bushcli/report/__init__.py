@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 # Type of a result -> the name of its files in `views` and `json`, and of its functions.
 _NAMES = {
-    "Checked": "check",
+    "CheckResult": "check",
     "MeshResult": "mesh",
     "DirectResult": "direct",
     "DynamicResult": "dynamic",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bushcli.case.case import DENSITY
-from bushcli.case.unit import outside, turning, unit
+from bushcli.case.unit import case_file_number, case_file_unit, parameters_in_degrees
 from bushcli.report.quantity import number
 from forms.law import laws
 
@@ -80,7 +80,7 @@ def _effects(case: Case) -> list[tuple[str, str]]:
     """Return a row for each effect of a case: values, and the channels that have it if it is not on all."""
     channels = [(recording.label, recording.mode) for recording in case.recordings]
     channels += [(load.mode, load.mode) for load in case.load_cases]
-    rotational = turning(case.effects, channels)
+    rotational = parameters_in_degrees(case.effects, channels)
     rows = []
     for effect in case.effects:
         values = []
@@ -89,10 +89,10 @@ def _effects(case: Case) -> list[tuple[str, str]]:
                 values.append(_words(p.choices[round(effect.values[p.name])]))
                 continue
             angular = effect.full_name(p) in rotational
-            unit_text = "" if (unit_name := unit(p, angular)) == "1" else f" {unit_name}"
+            unit_text = "" if (unit_name := case_file_unit(p, angular)) == "1" else f" {unit_name}"
             is_given = p.name in effect.values
             text = (
-                f"{outside(p, effect.values[p.name], angular):.4g}{unit_text}"
+                f"{case_file_number(p, effect.values[p.name], angular):.4g}{unit_text}"
                 if is_given
                 else "to be identified"
             )
@@ -104,13 +104,13 @@ def _effects(case: Case) -> list[tuple[str, str]]:
 
 def _contact(shape: Shape) -> str:
     """Return whether contact is modelled, between which surfaces, and from when on it is active."""
-    if not shape.meeting:
+    if not shape.contact_surfaces:
         return "not modelled (geometry.contact = false): surfaces that meet pass through each other"
     metal = shape.elastic_sleeves
     surfaces = "between the free surfaces of the rubber" + (
         f" and of {', '.join(map(_words, metal))}" if metal else ""
     )
-    if shape.meeting == "sleeves":
+    if shape.contact_surfaces == "sleeves":
         surfaces += ", and the rigid sleeves beyond their bonds"
     elif shape.beyond:
         surfaces += f", and the {' and the '.join(shape.beyond)} sleeve beyond the bond, as drawn"

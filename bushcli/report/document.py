@@ -164,7 +164,7 @@ class Table:
         left = sum(i < self.left for i in columns)
         return replace(self, heads=tuple(self.heads[i] for i in columns), rows=rows, left=left, detail=())
 
-    def shortened(self, most: int) -> Table:
+    def without_middle(self, most: int) -> Table:
         """Return the table without its middle rows if it has more than `most`; its title then says how many it has."""
         if len(self.rows) <= most:
             return self
@@ -223,7 +223,7 @@ class Document:
     warning: Section | None = None  # above everything else
     ends_with_verdict: bool = False  # on a terminal, where the last lines are seen first
 
-    def illustrated(self, pictures: Sequence[Picture]) -> Document:
+    def with_pictures(self, pictures: Sequence[Picture]) -> Document:
         """Return the document with pictures in the places for them."""
 
         def filled(blocks: Iterable[Block]) -> list[Block]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.runtime.digits import beside
+from bushcli.runtime.digits import with_decimals
 from cases.mode import modes
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ class Quantities:
     rest: float = 0.0
     csv_names: tuple[str, str] = ("displacement_mm", "force_N")
 
-    def shown(self, displacement: Array) -> Array:
+    def shown_displacement(self, displacement: Array) -> Array:
         """Convert a displacement from internal units (mm, rad, stretch - 1) to mm, degrees, stretch."""
         return self.rest + self.per_internal * displacement
 
@@ -107,7 +107,7 @@ def number(value: float | None, digits: int = 3, limits: Sequence[float] = ()) -
         return f"{value:.{digits - 1}e}"
     magnitude = math.floor(math.log10(abs(float(f"{value:.{digits - 1}e}"))))
     # All digits before the decimal point are shown: 1234, not 1230, which a reader could take for the exact value.
-    return beside(value, *limits, decimals=max(digits - 1 - magnitude, 0))
+    return with_decimals(value, *limits, decimals=max(digits - 1 - magnitude, 0))
 
 
 def with_std(value: float, std: float) -> str:
@@ -125,7 +125,7 @@ def percent(value: float | None, limit: float | None = None) -> str:
     if value is None or not math.isfinite(value):
         return "-"
     limits, decimals = [] if limit is None else [limit], 2 if abs(value) < 1 else 1 if abs(value) < 10 else 0
-    return f"{beside(value, *limits, decimals=decimals)} %"
+    return f"{with_decimals(value, *limits, decimals=decimals)} %"
 
 
 def interval(low: float, high: float, text_of: Callable[[float], str] = number) -> str:
@@ -135,12 +135,12 @@ def interval(low: float, high: float, text_of: Callable[[float], str] = number) 
     return f"{text_of(low)} to {text_of(high)}" if math.isfinite(high) else f"above {text_of(low)}"
 
 
-def held(name: str, held_out: bool) -> str:
+def channel_label(name: str, held_out: bool) -> str:
     """Return the name of a channel, with "(held out)" where it was not used in a fit."""
     return f"{name} (held out)" if held_out else name
 
 
-def listed(names: list[str]) -> str:
+def join_names(names: list[str]) -> str:
     """Join names as in a sentence: a, b and c."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}" if names else ""
 

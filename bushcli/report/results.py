@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Checked:
+class CheckResult:
     """A case that was checked."""
 
     case: Case
@@ -136,19 +136,19 @@ class InverseResult:
         return [in_file_units(fit) for fit in self.fits_in_base_units]
 
     @property
-    def best(self) -> Fit:
+    def best_fit(self) -> Fit:
         """The first law."""
         return self.fits[0]
 
     @cached_property
     def histories(self) -> tuple[ChannelHistory, ...]:
         """The channels whose path reverses or has holds."""
-        return fit_histories(self.best)
+        return fit_histories(self.best_fit)
 
     @cached_property
     def conditions(self) -> tuple[Condition, ...]:
         """The conditions of the best law, and recorded loops that it does not have."""
-        return with_hysteresis(self.best.conditions, self.histories)
+        return with_hysteresis(self.best_fit.conditions, self.histories)
 
 
 @dataclass(frozen=True)
@@ -160,6 +160,6 @@ class StudyResult:
 
 
 Result: TypeAlias = (
-    "Checked | MeshResult | DirectResult | DynamicResult | FitResult | InverseResult"
+    "CheckResult | MeshResult | DirectResult | DynamicResult | FitResult | InverseResult"
     " | Diagnosis | StudyResult | Design | Batch | Comparison"
 )

@@ -16,8 +16,8 @@ import numpy as np
 
 from bushcli.faults import DataFault
 from bushcli.report.document import Tone
-from bushcli.report.quantity import Quantities, listed, number, percent, quantities
-from bushcli.runtime.digits import beside
+from bushcli.report.quantity import Quantities, join_names, number, percent, quantities
+from bushcli.runtime.digits import with_decimals
 from bushcli.simulate.misfit import Misfit
 
 if TYPE_CHECKING:
@@ -132,11 +132,11 @@ def single_factor(misfits: Sequence[Misfit]) -> SingleFactor | None:
     before = {m.channel: m.rms_percent for m in misfits}
     after = {name: 100 * float(np.linalg.norm(factor * s - recorded[name])) for name, s in scaled.items()}
     agree = all(abs(value / factor - 1.0) <= AGREE for value in factors.values()) if factor > 0 else False
-    takes_away = _joint(after) <= (1.0 - EXPLAINS) * _joint(before)
+    takes_away = _joint_rms(after) <= (1.0 - EXPLAINS) * _joint_rms(before)
     return SingleFactor(factor, factors, before, after, bool(agree and takes_away))
 
 
-def _joint(rms: Mapping[str, float]) -> float:
+def _joint_rms(rms: Mapping[str, float]) -> float:
     return math.sqrt(sum(value**2 for value in rms.values()) / len(rms))
 
 
@@ -144,7 +144,7 @@ def _headline(
     response: Response, misfits: Mapping[str, Misfit], within: bool | None, outside: list[str]
 ) -> str:
     if within is None:
-        stopped = listed([c.name for c in response.channels if c.stopped])
+        stopped = join_names([c.name for c in response.channels if c.stopped])
         return f"Simulated{f', but {stopped} stopped early' if stopped else ''}; no recording to compare with"
     accepted = f"the accepted {response.case.tolerance.text}"
     if within:
@@ -154,11 +154,11 @@ def _headline(
     ratios = [misfits[name].stiffness_ratio for name in outside]
     band = response.case.tolerance.band
     if all(ratio > 1 + band for ratio in ratios):
-        return f"Too stiff: {listed(outside)} outside {accepted}"
+        return f"Too stiff: {join_names(outside)} outside {accepted}"
     if all(ratio < 1 - band for ratio in ratios):
-        return f"Too soft: {listed(outside)} outside {accepted}"
+        return f"Too soft: {join_names(outside)} outside {accepted}"
     # Not `capitalize`, which would write the class of the tolerance in lower case.
-    text = f"{listed(outside)} outside {accepted}"
+    text = f"{join_names(outside)} outside {accepted}"
     return text[:1].upper() + text[1:]
 
 
@@ -224,11 +224,11 @@ def stiffer(ratio: float, limit: float) -> str:
     deviation = 100 * abs(ratio - 1.0)
     if deviation < 0.5 and deviation <= limit:
         return "as stiff as measured"
-    return f"{beside(deviation, limit)} % too {'stiff' if ratio > 1 else 'soft'}"
+    return f"{with_decimals(deviation, limit)} % too {'stiff' if ratio > 1 else 'soft'}"
 
 
 def _factor_text(single: SingleFactor) -> str:
-    misfits = listed([f"{percent(rms)} ({name})" for name, rms in single.rms_after.items()])
+    misfits = join_names([f"{percent(rms)} ({name})" for name, rms in single.rms_after.items()])
     factor, alone = f"{single.factor:.2f}", len(single.by_channel) == 1
     if single.explains:
         gap = "the gap" if alone else "the gap in all channels"
@@ -237,7 +237,7 @@ def _factor_text(single: SingleFactor) -> str:
     if alone:
         best = f"the best, {factor}, leaves {misfits} rms"
         return f"A single factor on the stiffness does not explain the gap: {best}."
-    factors = listed([f"{value:.2f} ({name})" for name, value in single.by_channel.items()])
+    factors = join_names([f"{value:.2f} ({name})" for name, value in single.by_channel.items()])
     need = f"the channels need {factors}, and a common {factor} leaves {misfits} rms"
     return f"No single factor on the stiffness explains the gap: {need}."
 
@@ -251,7 +251,7 @@ def faulty_data(faults: Sequence[DataFault]) -> str:
     """Return a headline without its full stop: the faults that must be corrected before anything else, and where."""
     fatal = [fault for fault in faults if fault.fatal] or list(faults)
     places = dict.fromkeys(f"{fault_kind(fault)} in the {fault.channel} channel" for fault in fatal)
-    return f"Faulty data: {listed(list(places))}, to be corrected first"
+    return f"Faulty data: {join_names(list(places))}, to be corrected first"
 
 
 def fault_lines(faults: Sequence[DataFault]) -> list[str]:

@@ -6,7 +6,7 @@ from __future__ import annotations
 _MOST = 12
 
 
-def beside(value: float, *limits: float, decimals: int = 0) -> str:
+def with_decimals(value: float, *limits: float, decimals: int = 0) -> str:
     """Return a number with at least these decimals: 10.3 or 10.004 beside 10.
 
     Parameters
@@ -18,10 +18,10 @@ def beside(value: float, *limits: float, decimals: int = 0) -> str:
     decimals : int
         Fewest decimals, a number of characters.
     """
-    return _shown(value, limits, "f", decimals)
+    return _text_beside(value, limits, "f", decimals)
 
 
-def significant(value: float, *limits: float, digits: int = 3) -> str:
+def with_digits(value: float, *limits: float, digits: int = 3) -> str:
     """Return a number with at least these significant digits: 140.4 beside 140, and 150 beside it.
 
     Parameters
@@ -33,10 +33,10 @@ def significant(value: float, *limits: float, digits: int = 3) -> str:
     digits : int
         Fewest significant digits, a number of characters.
     """
-    return _shown(value, limits, "g", digits)
+    return _text_beside(value, limits, "g", digits)
 
 
-def _shown(value: float, limits: tuple[float, ...], form: str, least: int) -> str:
+def _text_beside(value: float, limits: tuple[float, ...], form: str, least: int) -> str:
     for digits in range(least, _MOST):
         text = f"{value:.{digits}{form}}"
         shown = float(text)

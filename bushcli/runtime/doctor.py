@@ -16,8 +16,8 @@ from pathlib import Path
 from types import ModuleType
 
 from bushcli.runtime.condition import Condition
-from bushcli.runtime.tried import untried_dolfinx
-from cases.jit import cache_directory, damaged
+from bushcli.runtime.dolfinx_version import untried_dolfinx
+from cases.jit import cache_directory, damaged_kernels
 
 #: Modules that must be importable, with their purpose.
 MODULES = {
@@ -162,7 +162,7 @@ def _cache() -> Examination:
     existing = next(p for p in (cache, *cache.parents) if p.exists())
     writable = existing.is_dir() and os.access(existing, os.W_OK)
     problems = []
-    if broken := damaged(cache):
+    if broken := damaged_kernels(cache):
         names = ", ".join(file.name for file in broken[:3])
         remedy = (
             "nothing to do: they are compiled again when needed; check whether the disk is full or failing"

@@ -26,7 +26,7 @@ import numpy as np
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.bounded import read_bounded
 from bushcli.runtime.canonical import canonical
-from bushcli.runtime.tried import installed_dolfinx
+from bushcli.runtime.dolfinx_version import installed_dolfinx
 
 SUFFIX = ".npz"
 # Names that the store gives; other files in its folder are left alone.
@@ -83,10 +83,10 @@ def _version(file: Path) -> tuple[int, int]:
 class Codec(Protocol):
     """How the answers of one kind of work are written as arrays; an object that can be pickled, for other processes."""
 
-    def encoded(self, answer: Any) -> dict[str, Any]:
+    def encode(self, answer: Any) -> dict[str, Any]:
         """Return the answer as plain arrays by name."""
 
-    def decoded(self, arrays: dict[str, Any], question: tuple[Any, ...]) -> Any:
+    def decode(self, arrays: dict[str, Any], question: tuple[Any, ...]) -> Any:
         """Return the answer to a question from its arrays.
 
         Raises
@@ -181,7 +181,7 @@ class Store:
                 return False, None
             # Read completely first: a damaged archive would stay open.
             with np.load(io.BytesIO(read_bounded(file, _LARGEST)), allow_pickle=False) as arrays:
-                answer = self.codec.decoded({name: arrays[name] for name in arrays.files}, question)
+                answer = self.codec.decode({name: arrays[name] for name in arrays.files}, question)
             self.used |= {file.name} & self._found
             return True, answer
         except FileNotFoundError:
@@ -203,7 +203,7 @@ class Store:
             What the codec can encode.
         """
         content = io.BytesIO()
-        np.savez(content, **self.codec.encoded(answer))
+        np.savez(content, **self.codec.encode(answer))
         fresh = file.with_suffix(f".{os.getpid()}.part")
         try:
             with fresh.open("wb") as out:

@@ -46,11 +46,11 @@ def more_branches(fits: Fits, known: Collection[Key], share: float) -> Iterator[
     explain little of a recording that one which grows stiffer under load explains.
     """
     likelihood = fits.problem.likelihood
-    most = likelihood.judge(likelihood.nothing).log
+    most = likelihood.judge(likelihood.no_misfit).log
     states: Mapping[Key, State] = dict(fits.states)
     for key, state in states.items():
         own = [active.effect for active in state.model.effects if active.can_branch]
-        reach = fits.weights(state)[0] + most - state.evidence.judged.log
+        reach = fits.weights(state)[0] + most - state.evidence.judgement.log
         if key in known or len(state.model.effects) != 1 or not own or reach < fits.total + math.log(share):
             continue
         for prediction in Beside(state, fits.derivatives.additions_beside(state, among=own)).singles():
@@ -85,7 +85,7 @@ def relaxing_models(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> It
         own = np.geomspace(slow, fast, count + 2)[1:-1]
         values = {f"tau{i}": float(tau) for i, tau in enumerate(own, start=1)}
         values |= {f"g{i}": START / count for i in range(1, count + 1)}
-        model = replace(model, effects=(ActiveEffect(maxwell, values).started(),))
+        model = replace(model, effects=(ActiveEffect(maxwell, values).with_start_values(),))
         yield model
     thinned = [
         effect
@@ -94,7 +94,7 @@ def relaxing_models(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> It
     ]
     relaxed = [model]
     for effect in thinned:
-        active = ActiveEffect(effect).started()
+        active = ActiveEffect(effect).with_start_values()
         for finer in ({}, *({p.name: p.start} for p in effect.parameters if p.of_amplitude)):
             model = replace(model, effects=(replace(active, values=dict(active.values) | finer),))
             yield model

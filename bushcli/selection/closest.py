@@ -131,7 +131,7 @@ def come_closest(cache: ModelCache, case: Case, model: Model, used: tuple[Mask, 
     start = plain.bounds.inside(task.vectors()[0])
     if not plain.names or plain.forces(start) is None:
         return None
-    sound = [channel.recording.bridged(m) for channel, m in zip(channels, used, strict=True)]
+    sound = [channel.recording.with_gaps_interpolated(m) for channel, m in zip(channels, used, strict=True)]
     known = known_parameters(case, task.effects, float(task.law.shear_modulus(**model.start)), sound)
     problem = _Closest(plain, [channel.recording for channel in channels], used, known, start)
     problem.watch(problem.reached_stretches(start), start)

@@ -13,7 +13,7 @@ from bushcli.selection.model import Fitted
 class FitCodec:
     """Fits, derivatives and failures as arrays (`bushcli.runtime.store.Codec`)."""
 
-    def encoded(self, answer: Any) -> dict[str, Any]:
+    def encode(self, answer: Any) -> dict[str, Any]:
         """Return an answer as arrays: a fit, a tuple of arrays, or nothing."""
         if answer is None:
             return {"kind": np.array("nothing")}
@@ -33,8 +33,8 @@ class FitCodec:
         arrays = {f"array{i}": np.asarray(value) for i, value in enumerate(answer)}
         return {"kind": np.array("arrays"), "count": np.array(len(arrays)), **arrays}
 
-    def decoded(self, arrays: dict[str, Any], question: tuple[Any, ...]) -> Any:
-        """Return the answer that `encoded` wrote; the model of a fit is that of the question, with other values.
+    def decode(self, arrays: dict[str, Any], question: tuple[Any, ...]) -> Any:
+        """Return the answer that `encode` wrote; the model of a fit is that of the question, with other values.
 
         Parameters
         ----------

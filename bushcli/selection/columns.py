@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case
 from bushcli.effects.active import ActiveEffect
-from bushcli.effects.effect import Effect, EffectParameter, effects, unsuited
+from bushcli.effects.effect import Effect, EffectParameter, effects, reasons_against
 from bushcli.effects.names import effect_name, rig_of
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.evidence.prior import scales_of
@@ -133,7 +133,7 @@ def incompatibility(case: Case, names: Sequence[str]) -> str:
     """Return why the specimen cannot have these effects together; empty if it can."""
     known = list(dict.fromkeys(map(effect_name, names)))
     for name in known:
-        for reason, _ in unsuited(
+        for reason, _ in reasons_against(
             effects()[name], case.geometry, [other for other in known if other != name]
         ):
             return f"{name}: {reason}"
@@ -185,7 +185,7 @@ def _grid(
 
     def values(parameter: EffectParameter) -> list[float]:
         if parameter.choices:
-            words = parameter.distinct(case.geometry, [recording.mode for recording in recordings])
+            words = parameter.distinct_choices(case.geometry, [recording.mode for recording in recordings])
             return [float(parameter.choices.index(word)) for word in words]
         if parameter.unit == "degC":
             return [float(np.mean(warm))]
@@ -444,7 +444,7 @@ def _derivative(
         return slope
     period = recording.span[0] / SAMPLED if recording.kind == "dynamic" else None
     for i, name in enumerate(names):
-        size = trial.effect.parameter(trial.amplitudes[i]).fitted(case.geometry, period)[0]
+        size = trial.effect.parameter(trial.amplitudes[i]).fit_range(case.geometry, period)[0]
         if float(np.abs(slope[:, i]).max()) * size > FLAT * float(np.ptp(force)):
             continue
         moved, _ = solved({**values, name: values[name] + size}, ())

@@ -214,7 +214,10 @@ def pose(
     solid = any(not channel.coupon and channel.model.mesh.dimension == 3 for channel in channels)
     likelihood = Likelihood(features_of(channels, measured.used, measured.noises), measured.plain)
     shear = float(task.law.shear_modulus(**model.start))
-    sound = [channel.recording.bridged(m) for channel, m in zip(channels, measured.used, strict=True)]
+    sound = [
+        channel.recording.with_gaps_interpolated(m)
+        for channel, m in zip(channels, measured.used, strict=True)
+    ]
     problem = Posterior(
         plain,
         likelihood,

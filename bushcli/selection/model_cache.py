@@ -26,8 +26,8 @@ from bushcli.recording.dynamic.rows import RecordedTable, recorded_table
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.canonical import canonical
-from bushcli.simulate.measured import Measured
 from bushcli.simulate.predict import rubber_of
+from bushcli.simulate.recording_cache import RecordingCache
 from cases.feature import Installed
 from cases.march import TOLERANCE
 from cases.mode import Mode
@@ -61,7 +61,7 @@ class ModelCache:
     """
 
     def __init__(self, tables: TableCache | None = None) -> None:
-        self.measured = Measured(tables)
+        self.measured = RecordingCache(tables)
         self.tables = self.measured.tables
         self._bodies: OrderedDict[bytes, FiniteElementModel] = OrderedDict()
         self._sets: OrderedDict[bytes, list[AnyChannel]] = OrderedDict()

@@ -99,8 +99,8 @@ class Beside:
     def alone(self) -> Prediction:
         """Return the prediction for the model itself, with its parameters at their first-order optimum."""
         evidence = self._value(())[0]
-        hope = max(evidence.coarse - evidence.judged.log, 0.0)
-        return Prediction(self.state.model, evidence.log, 0.0, evidence.judged.log, 0.0, hope)
+        hope = max(evidence.coarse - evidence.judgement.log, 0.0)
+        return Prediction(self.state.model, evidence.log, 0.0, evidence.judgement.log, 0.0, hope)
 
     def pairs(self) -> list[Prediction]:
         """Return predictions with two more effects, each at the best points of its grid."""
@@ -178,8 +178,8 @@ class Beside:
         # Each spline also absorbs one unit of noise.
         across = np.minimum(left.across + u.shape[1] / len(features), evidence.left.across)
         less = replace(left, across=across, excess=left.excess + across - left.across)
-        gain = likelihood.judge(less).log - evidence.judged.log
-        variance = float(np.mean(evidence.judged.scale))
+        gain = likelihood.judge(less).log - evidence.judgement.log
+        variance = float(np.mean(evidence.judgement.scale))
         return evidence.log + gain - 0.5 * more * math.log(1.0 + float(likelihood.signal.sum()) / variance)
 
     # -- the linear problem --------------------------------------------------------------------------------------
@@ -188,7 +188,7 @@ class Beside:
         """Features (K,) or (K, k) of all channels with the weights of the fit, then the priors' rows, all zero."""
         problem = self.state.problem
         rows = [
-            feature.whitened(part, v)
+            feature.whiten(part, v)
             for feature, part, v in zip(problem.likelihood.features, parts, self.variances, strict=True)
         ]
         rows.append(np.zeros((len(self.state.fitted.x), *parts[0].shape[1:])))
@@ -229,7 +229,7 @@ class Beside:
         features, start = [], 0
         problem = self.state.problem
         for feature, v in zip(problem.likelihood.features, self.variances, strict=True):
-            features.append(feature.coloured(rows[start : start + feature.count], v))
+            features.append(feature.colour(rows[start : start + feature.count], v))
             start += feature.count
         return features
 
@@ -249,7 +249,7 @@ class Beside:
             top, gained = max(top, solutions[i][0].log), max(gained, solutions[i][0].log - before)
         best = int(np.argmax([evidence.log for evidence, _ in solutions]))
         log = float(logsumexp([evidence.log for evidence, _ in solutions])) - math.log(len(solutions))
-        most = max(evidence.judged.log for evidence, _ in solutions)
+        most = max(evidence.judgement.log for evidence, _ in solutions)
         coarse = max(evidence.coarse for evidence, _ in solutions)
         reach, hoped = coarse - self.coarse_likelihood, coarse
         if len(points[best]) == 1:
@@ -267,7 +267,7 @@ class Beside:
     @cached_property
     def own_likelihood(self) -> float:
         """Log likelihood of the model itself at its first-order optimum."""
-        return self._value(())[0].judged.log
+        return self._value(())[0].judgement.log
 
     @cached_property
     def coarse_likelihood(self) -> float:
@@ -285,7 +285,7 @@ class Beside:
         """Return evidence and amplitudes after alternating between the solution and its variances, as a fit does."""
         evidence, amplitude = self._solve_amplitudes(point)
         for _ in range(TURNS):
-            scale = evidence.judged.scale
+            scale = evidence.judgement.scale
             if max(max(a / b, b / a) for a, b in zip(scale, self.variances, strict=True)) < SETTLED:
                 break
             again, other = Beside(self.state, (), scale, self)._solve_amplitudes(point)
@@ -391,7 +391,7 @@ class Beside:
                     value = float(off + 0.3 * prior.prior.median(prior.scales))
                 values[name] = value
                 i += 1
-            active = replace(addition.trial.active, values=values).started()
+            active = replace(addition.trial.active, values=values).with_start_values()
             model = replace(addition.trial, active=active).add_to(model)
         if model.anchor is None:
             # Bodies with memory are compared on a coarse mesh, whose error is known for the law alone.

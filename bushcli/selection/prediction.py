@@ -114,7 +114,7 @@ def known_amplitudes(
     start = np.array([float(trial.active.values[name]) for name in trial.amplitudes])
     bounds = []
     for k, (name, prior, off) in enumerate(zip(trial.amplitudes, known, start, strict=True)):
-        _, lower, upper = trial.effect.parameter(name).fitted(case.geometry)
+        _, lower, upper = trial.effect.parameter(name).fit_range(case.geometry)
         low, high = lower - off, upper - off
         if k == 0 and trial.size is not None:
             low, high = trial.size / TRIED, trial.size * TRIED

@@ -150,7 +150,7 @@ class Search:
         """Return the smallest fitted model that a model contains and that describes the recordings equally well."""
         state, least = self.states[key], key
         for other, simpler in self.states.items():
-            lost = state.evidence.judged.log - simpler.evidence.judged.log
+            lost = state.evidence.judgement.log - simpler.evidence.judgement.log
             # A further effect, or a further branch of one.
             more = max(len(state.model.identities) - len(simpler.model.identities), 1)
             if state.model.contains(simpler.model) and lost < FAINT * more:
@@ -418,7 +418,9 @@ class Search:
             return
         odds = self.odds(prediction.model)
         # No model is better than one that leaves nothing but noise.
-        gain = self.problem.likelihood.judge(self.problem.likelihood.nothing).log - prediction.log_likelihood
+        gain = (
+            self.problem.likelihood.judge(self.problem.likelihood.no_misfit).log - prediction.log_likelihood
+        )
         limit = prediction.log_evidence + odds + max(gain, 0.0)
         # A law that fits worse than its bound says nothing of the bounds of others.
         changed = frozenset() if is_bound else changes(base.model, prediction.model)

@@ -48,7 +48,8 @@ class CommonData:
     def sound_recordings(self) -> tuple[Recording, ...]:
         """The recordings without samples that do not count: a spike must not set the scale of a prior."""
         return tuple(
-            recording.bridged(used) for recording, used in zip(self.recordings, self.used, strict=True)
+            recording.with_gaps_interpolated(used)
+            for recording, used in zip(self.recordings, self.used, strict=True)
         )
 
     @property
@@ -246,7 +247,7 @@ class State:
             for value, prior in zip(self.fitted.x, self.parameter_priors, strict=True)
             if prior is not None
         )
-        return prior - 2.0 * self.evidence.judged.log
+        return prior - 2.0 * self.evidence.judgement.log
 
     @property
     def size(self) -> float:

@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 CACHED_MODELS = 24
 
 
-class _Kept:
+class _MovableModel:
     """A model that can be moved to another shape."""
 
     def __init__(self, model: FiniteElementModel, refinement: Refinement) -> None:
@@ -72,7 +72,7 @@ class PreparedModels:
     """
 
     def __init__(self) -> None:
-        self._kept: OrderedDict[Hashable, _Kept] = OrderedDict()
+        self._models: OrderedDict[Hashable, _MovableModel] = OrderedDict()
         self.made = self.moved = 0
 
     def __call__(
@@ -100,27 +100,27 @@ class PreparedModels:
         law = rubber.law.name, tuple(rubber.parameters)
         effects = tuple((item.name, tuple(item.values)) for item in features)
         key = (elements or _Whole(shape), mode.name, law, metals, refinement, effects)
-        prepared = self._kept.get(key)
+        prepared = self._models.get(key)
         if prepared is None:
             self.made += 1
-            prepared = self._kept[key] = _Kept(
+            prepared = self._models[key] = _MovableModel(
                 prepare(shape, mode, rubber, refinement, comm, features), refinement
             )
-            if len(self._kept) > CACHED_MODELS:
-                self._kept.popitem(last=False)
+            if len(self._models) > CACHED_MODELS:
+                self._models.popitem(last=False)
             return prepared.model
-        self._kept.move_to_end(key)
+        self._models.move_to_end(key)
         self.moved += 1
         if shape != prepared.model.mesh.shape and not prepared.move(shape):
             model = prepare(shape, mode, rubber, refinement, comm, features)
-            prepared = self._kept[key] = _Kept(model, refinement)
+            prepared = self._models[key] = _MovableModel(model, refinement)
         of_effects = {
             f"{item.name}.{name}": value for item in features for name, value in item.values.items()
         }
         prepared.model.set_parameters(dict(rubber.parameters) | of_effects, rubber.bulk_modulus)
         return prepared.model
 
-    def relocated(self, model: FiniteElementModel, shape: Shape, refinement: Refinement) -> bool:
+    def relocate(self, model: FiniteElementModel, shape: Shape, refinement: Refinement) -> bool:
         """Move one of these models to another shape; return False, and do nothing, if that needs other elements.
 
         Parameters
@@ -131,7 +131,7 @@ class PreparedModels:
         refinement : Refinement
             Refinement of the model's mesh.
         """
-        prepared = next(body for body in self._kept.values() if body.model is model)
+        prepared = next(body for body in self._models.values() if body.model is model)
         mesh = model.mesh
         elements = elements_of(shape, mesh.dimension, mesh.mirrors, refinement)
         if elements is None or elements != elements_of(mesh.shape, mesh.dimension, mesh.mirrors, refinement):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case, LoadCase
-from bushcli.effects.active import ActiveEffect, acting
+from bushcli.effects.active import ActiveEffect, effects_on_channel
 from bushcli.effects.change import Signal
 from bushcli.effects.rig import parallel
 from bushcli.errors import InputError, Problem
@@ -17,8 +17,8 @@ from bushcli.faults import DataFault
 from bushcli.recording import Recording
 from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.admissible import check_travel
-from bushcli.simulate.measured import Measured
 from bushcli.simulate.play import check_play
+from bushcli.simulate.recording_cache import RecordingCache
 from bushcli.simulate.schedule import six_schedule
 from bushcli.simulate.steps import RECORDED
 from cases.load import PrescribedForce
@@ -74,7 +74,7 @@ class SimulatedChannel:
         """Whether the travel of one motion is prescribed or recorded: effects of a rig act along it."""
         return self.path is None and not self.by_force
 
-    def found(self, history: History) -> SimulatedChannel:
+    def with_travel(self, history: History) -> SimulatedChannel:
         """Return the channel with the travel that a march found at the prescribed forces."""
         if not self.by_force or len(history.displacement) < 2:
             return self
@@ -82,20 +82,22 @@ class SimulatedChannel:
         return replace(self, program=program, time=program.time, displacement=program.displacement)
 
 
-def prescribed(case: Case, load: LoadCase, tables: TableCache) -> SimulatedChannel:
+def load_case_channel(case: Case, load: LoadCase, tables: TableCache) -> SimulatedChannel:
     """Return the channel of a load case."""
     program = load.program(tables)
-    active = tuple(effect.started() for effect in acting(case.effects, load.label, load.mode))
+    active = tuple(
+        effect.with_start_values() for effect in effects_on_channel(case.effects, load.label, load.mode)
+    )
     drive = with_all_beside(active, program.time) if load.by_force else None
 
-    def followed(model: FiniteElementModel, keep: bool, report: StepProgress) -> History:
+    def follow(model: FiniteElementModel, keep: bool, report: StepProgress) -> History:
         history = march(model, program, keep_states=keep, progress=report, drive=drive)
-        return history if drive is None else drive.carrying(history)
+        return history if drive is None else drive.with_prescribed_force(history)
 
     return SimulatedChannel(
         load.label,
         load.mode,
-        followed,
+        follow,
         program,
         program.time,
         program.displacement,
@@ -116,15 +118,15 @@ def with_all_beside(active: Sequence[ActiveEffect], time: Array | None = None) -
         return PrescribedForce()
     began = 0.0 if time is None else float(time[0])
 
-    def carried(q: float, force: float, time_of_state: float) -> float:
+    def force_on_all(q: float, force: float, time_of_state: float) -> float:
         displacement, reaction = (Signal(np.array([value]), np.zeros((1, 0))) for value in (q, force))
         elapsed = None if time is None else np.array([time_of_state - began])
         return float(parallel(parallel_effects, displacement, reaction, (), elapsed).value[0])
 
-    return PrescribedForce(carried)
+    return PrescribedForce(force_on_all)
 
 
-def recorded(case: Case, recording: Recording) -> SimulatedChannel:
+def recording_channel(case: Case, recording: Recording) -> SimulatedChannel:
     """Return the channel of a recording.
 
     Without memory in the rubber, one solve over the range serves every cycle; if the curve is odd, one side of it.
@@ -136,9 +138,9 @@ def recorded(case: Case, recording: Recording) -> SimulatedChannel:
     targets = even_targets(low, high, RECORDED)
     furthest = high if high >= -low else low
     program = Program(np.linspace(0.0, furthest, RECORDED // 2 + 1, dtype=np.float64))
-    followed, record = None, recording.record
+    six_path, record = None, recording.record
     if record.six is not None:
-        followed, program, _ = six_schedule(record.six.time, record.six.motion, record.six.free)
+        six_path, program, _ = six_schedule(record.six.time, record.six.motion, record.six.free)
     return SimulatedChannel(
         recording.name,
         recording.mode,
@@ -147,12 +149,12 @@ def recorded(case: Case, recording: Recording) -> SimulatedChannel:
         record.time,
         record.displacement,
         recording,
-        path=followed,
+        path=six_path,
     )
 
 
 def channels_to_simulate(
-    case: Case, measured: Measured
+    case: Case, measured: RecordingCache
 ) -> tuple[list[SimulatedChannel], tuple[DataFault, ...]]:
     """Return the channels to simulate, and faults of the recordings; all files are read before the first march.
 
@@ -163,11 +165,13 @@ def channels_to_simulate(
     """
     recordings, faults = measured(case)
     if not recordings and not case.load_cases and not case.dynamic:
-        expected = case.expected("[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`")
+        expected = case.expected_tables(
+            "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
+        )
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     check_travel(case, recordings, faults)
-    channels = [prescribed(case, load, measured.tables) for load in case.load_cases]
-    channels += [recorded(case, recording) for recording in recordings]
+    channels = [load_case_channel(case, load, measured.tables) for load in case.load_cases]
+    channels += [recording_channel(case, recording) for recording in recordings]
     for channel in [channel for channel in channels if not channel.by_force]:
         check_play(case, channel.name, channel.mode, channel.displacement)
     return channels, faults

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case
 from bushcli.curve.curve import Curve, ExactCurve
-from bushcli.curve.odd import unfolded
+from bushcli.curve.odd import both_halves
 from bushcli.simulate.channels import SimulatedChannel
 from bushcli.simulate.response import SixCurve
 from bushcli.simulate.simulation import Answer
@@ -39,7 +39,7 @@ def curve_of(
         return ExactCurve(mode, q, force, history.time), None
     low, high = float(recording.displacement.min()), float(recording.displacement.max())
     if low < 0.0 < high and is_odd(case.geometry, modes()[mode]):
-        q, force = unfolded(q, force)
+        q, force = both_halves(q, force)
         # The curve ends one step beyond the recorded range: plot and stiffness belong to the recorded range.
         step = float(np.diff(q).max())
         in_range = (q >= low - step) & (q <= high + step)
@@ -57,15 +57,15 @@ def six_curve(history: History, six: SixPath) -> SixCurve:
     return SixCurve(history.displacement, motion, force, six.free, int(np.argmax(work)), six.loaded)
 
 
-def change(force: Array, fine: Array) -> float:
+def force_change(force: Array, fine: Array) -> float:
     """Return the largest change of a force (n,) over its range."""
     return float(np.max(np.abs(force - fine)) / np.ptp(fine))
 
 
-def changed(history: History, fine: History) -> float:
+def history_change(history: History, fine: History) -> float:
     """Return the largest change of the force over its range; for six reactions, the larger of forces and moments."""
     if history.reactions is None or fine.reactions is None:
-        return change(history.force, fine.force)
+        return force_change(history.force, fine.force)
     groups = [(history.reactions[:, part], fine.reactions[:, part]) for part in (slice(0, 3), slice(3, 6))]
     # A group that vanishes is the other's rounding error.
     ranges = [float(np.ptp(ours, axis=0).max()) for _, ours in groups]

@@ -7,12 +7,16 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.curve.odd import unfolded
+from bushcli.curve.odd import both_halves, swept_range
 from bushcli.effects import rig
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.change import Signal
+from bushcli.simulate.steps import IDENTIFIED
+from cases import local
 from cases.march import History
+from cases.model import FiniteElementModel
 from cases.series import Extension
+from cases.simulate import even_targets
 
 Array = NDArray[np.float64]
 
@@ -51,7 +55,7 @@ def elastic_curve(
             slope[:, i] = history.sensitivity[:, inner.index(name)]
     values = np.column_stack([history.force, slope])
     if symmetric:
-        q, values = unfolded(q, values)
+        q, values = both_halves(q, values)
     spline = CubicSpline(q, values)
     stiffness = spline.derivative()
 
@@ -68,7 +72,7 @@ def extension_in_series(
     """Return the function for the extension of springs in series, given one state of the bushing."""
     local = ("", " ", *names)
 
-    def extended(q: float, force: float, time: float) -> Extension:
+    def extension_at(q: float, force: float, time: float) -> Extension:
         rows = np.zeros((2, 1, len(local)))
         rows[0, 0, 0] = rows[1, 0, 1] = 1.0
         displacement, reaction = Signal(np.array([q]), rows[0]), Signal(np.array([force]), rows[1])
@@ -82,4 +86,35 @@ def extension_in_series(
             dict(zip(names, map(float, slope[2:]), strict=True)),
         )
 
-    return extended
+    return extension_at
+
+
+def local_slopes(model: FiniteElementModel, displacement: Array, odd: bool) -> tuple[Array, local.Cells]:
+    """Return derivatives (n, cells) of the force by the stiffness of each cell, and the cells; collective.
+
+    Parameters
+    ----------
+    model : FiniteElementModel
+        Of rubber without memory, with the values of its parameters.
+    displacement : Array
+        Samples at which the derivatives are wanted, shape (n,), mm or rad.
+    odd : bool
+        Whether one side of the curve gives the other.
+
+    Raises
+    ------
+    NotConverged
+    """
+    from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
+    from scipy.spatial import KDTree
+
+    sweep = local.differentiate_sweep(model, even_targets(*swept_range(displacement, odd), IDENTIFIED))
+    q, slope = sweep.history.displacement, sweep.slope
+    if odd:
+        # Mirrored halves of the rubber change places with the sign of the load.
+        plane, dimension = model.mode.reversed_by, sweep.cells.points.shape[1]
+        image = sweep.cells.centres.copy()
+        if plane is not None and (dimension == 3 or plane == "z"):
+            image[:, dimension - 1 if plane == "z" else "xy".index(plane)] *= -1.0
+        q, slope = both_halves(q, slope, -slope[:, KDTree(sweep.cells.centres).query(image)[1]])
+    return np.asarray(CubicSpline(q, slope)(displacement)), sweep.cells

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from mpi4py import MPI
 
 from bushcli.case import Case, DynamicTest, Material
-from bushcli.effects.active import ActiveEffect, acting, in_state, require_values
+from bushcli.effects.active import ActiveEffect, effects_on_channel, in_state, require_values
 from bushcli.effects.assembly import features_of
 from bushcli.effects.effect import effect_in_force_law
 from bushcli.effects.names import readable_name
@@ -17,10 +17,10 @@ from bushcli.errors import InputError, Problem
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.interrupt import meet
 from bushcli.simulate.admissible import check_material
-from bushcli.simulate.extent import Extent, of_test, outside
+from bushcli.simulate.contact import processes_sharing_mesh
+from bushcli.simulate.extent import Extent, of_test, outside_measured
 from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.response import Progress
-from bushcli.simulate.touching import sharing
 from bushcli.simulate.vibrations import PROMISED, DynamicCurve, Vibrations, branches_of, thinned_of
 from cases.history import Interrupted
 from cases.march import NotConverged, march
@@ -101,12 +101,12 @@ def vibrate(
     require_values(case.effects, where)
     problems: list[Problem] = []
     for test in case.vibrations:
-        active = acting(case.effects, test.label, test.mode, "dynamic", test.temperature)
-        problems += unfit(where, test.label, active)
+        active = effects_on_channel(case.effects, test.label, test.mode, "dynamic", test.temperature)
+        problems += effects_without_stiffness(where, test.label, active)
     if problems:
         raise InputError(*problems)
     check_material(case, material)
-    run = _Run(case, material, sharing(case, comm), progress)
+    run = _Run(case, material, processes_sharing_mesh(case, comm), progress)
     try:
         for test in case.vibrations:
             run.test(test, tested)
@@ -123,7 +123,7 @@ def is_in_vibrations(active: ActiveEffect) -> bool:
     return active.effect.acts == "rig" or not still or thinned_of([active]) is not None
 
 
-def unfit(where: str, name: str, active: Sequence[ActiveEffect]) -> list[Problem]:
+def effects_without_stiffness(where: str, name: str, active: Sequence[ActiveEffect]) -> list[Problem]:
     """Return why the effects of a channel give no dynamic stiffness: no branch, or one without such a stiffness.
 
     Parameters
@@ -175,8 +175,8 @@ class _Run:
     def test(self, test: DynamicTest, tested: Sequence[Extent]) -> None:
         """Reach the preloads of a load case, and compute the stiffness about each."""
         name = test.label
-        active = acting(self._case.effects, name, test.mode, "dynamic", test.temperature)
-        self._conditions += outside(name, of_test(test), tested, active)
+        active = effects_on_channel(self._case.effects, name, test.mode, "dynamic", test.temperature)
+        self._conditions += outside_measured(name, of_test(test), tested, active)
         self._conditions += effects_left_out(name, active)
         features = features_of(in_state(active, unrelaxed=False))
         mesh, mode = self._case.mesh.refinement, test.simulated_mode

@@ -10,9 +10,9 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.case import Case, DynamicTest, Material, checks
-from bushcli.effects.active import ActiveEffect, acting, in_state, require_values
+from bushcli.effects.active import ActiveEffect, effects_on_channel, in_state, require_values
 from bushcli.effects.assembly import features_of
-from bushcli.effects.rig import has_slope, vibrating
+from bushcli.effects.rig import has_slope, measured_stiffness
 from bushcli.errors import InputError, Problem
 from bushcli.recording.dynamic.rows import SPREAD
 from bushcli.recording.dynamic.table import DynamicTable
@@ -132,7 +132,7 @@ def compare_tables(
     parts = [(table.rows(rows), warm) for table in tables for rows, warm in by_temperature(case, table)]
     for table, temperature in parts:
         check_preloads(case, table)
-        own = acting(case.effects, table.name, table.mode, "dynamic", temperature)
+        own = effects_on_channel(case.effects, table.name, table.mode, "dynamic", temperature)
         require_values(own, case.path.name)
         amplitudes = table.amplitude[~np.isnan(table.amplitude)]
         thinned = thinned_of(own) is not None and len(amplitudes) > 0
@@ -177,7 +177,7 @@ def compare_tables(
                 # A row that does not say its amplitude is one of the smallest.
                 amplitude = np.nan_to_num(amplitude, nan=curve.test.amplitude[0])
                 part_k = curve.uneven.stiffness(amplitude, frequency)[0]
-            simulated[own] = vibrating(rig, part_k, frequency, curve.preload, curve.force).value
+            simulated[own] = measured_stiffness(rig, part_k, frequency, curve.preload, curve.force).value
         usable = ~np.isnan(simulated)
         if usable.any():
             error = max(curve.reduction_error for curve in response.curves)
@@ -200,7 +200,7 @@ def by_temperature(case: Case, table: DynamicTable) -> list[tuple[NDArray[np.int
     """
     heated = [
         active
-        for active in acting(case.effects, table.name, table.mode, "dynamic")
+        for active in effects_on_channel(case.effects, table.name, table.mode, "dynamic")
         if active.effect.needs_temperature
     ]
     if not heated:
@@ -283,8 +283,8 @@ def _preloads(
     """Return the displacement (n,) of each row's preload, nan where a force is not reached; equal ones are one."""
     displacement = np.where(np.isnan(table.preload) & np.isnan(table.preload_force), 0.0, table.preload)
     forces = np.where(np.isnan(displacement), table.preload_force, np.nan)
-    preload, conditions = gathered(displacement), []
-    levels, mode = gathered(forces), modes()[table.mode]
+    preload, conditions = merged_preloads(displacement), []
+    levels, mode = merged_preloads(forces), modes()[table.mode]
     features = features_of(in_state(case.effects, unrelaxed=False))
     for force in np.unique(levels[~np.isnan(levels)]):
         travel = 0.0
@@ -307,7 +307,7 @@ def _preloads(
     return preload, conditions
 
 
-def gathered(values: Array) -> Array:
+def merged_preloads(values: Array) -> Array:
     """Return preloads (n,), mm, rad, N or N mm, in which those that are one preload are equal to their mean."""
     finite = ~np.isnan(values)
     order = np.flatnonzero(finite)[np.argsort(values[finite], kind="stable")]

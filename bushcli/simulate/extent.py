@@ -88,7 +88,7 @@ def of_test(test: DynamicTest) -> Extent:
     return Extent(test.mode, temperatures, (), tuple(test.frequency), amplitude)
 
 
-def measured(case: Case) -> list[Extent]:
+def tested_temperatures(case: Case) -> list[Extent]:
     """Return the temperatures of the tests of a case, whose files are not read."""
     sources = (*case.recordings, *case.coupons)
     return [
@@ -96,7 +96,7 @@ def measured(case: Case) -> list[Extent]:
     ]
 
 
-def outside(
+def outside_measured(
     name: str, extent: Extent, known: Iterable[Extent], active: Sequence[ActiveEffect]
 ) -> list[Condition]:
     """Return a condition if a prediction lies outside of what was measured.
@@ -118,7 +118,7 @@ def outside(
     alike = [other if other.mode == extent.mode else Extent("", frequency=other.frequency) for other in known]
     comparable = [replace(other, temperature=()) for other in alike] if remembers else []
     comparable += [Extent("", other.temperature) for other in known] if heated else []
-    beyond = list(_beyond(extent, comparable))
+    beyond = list(_excesses(extent, comparable))
     if not beyond:
         return []
     what = f"{name} is predicted outside of what was measured: {'; '.join(beyond)}"
@@ -129,7 +129,7 @@ def outside(
     ]
 
 
-def _beyond(extent: Extent, known: Sequence[Extent]) -> Iterator[str]:
+def _excesses(extent: Extent, known: Sequence[Extent]) -> Iterator[str]:
     rotational = modes()[extent.mode].rotational
     unit, factor = ("degrees", np.degrees(1.0)) if rotational else ("mm", 1.0)
     if modes()[extent.mode].specimen == "coupon":

@@ -17,7 +17,7 @@ from cases.stretches import Surface, surface
 
 
 @contextmanager
-def _silent() -> Iterator[None]:
+def _without_stderr() -> Iterator[None]:
     """Discard the stack of errors that HDF5 prints on stderr before it raises an error, which is sufficient."""
     sys.stderr.flush()
     saved = os.dup(2)
@@ -30,11 +30,11 @@ def _silent() -> Iterator[None]:
         os.close(saved)
 
 
-def written(model: FiniteElementModel, history: History, file: Path) -> str:
+def write_field_file(model: FiniteElementModel, history: History, file: Path) -> str:
     """Write the field file of a march with its states; return why that failed, or an empty text. Parts are removed."""
     assert history.states is not None
     try:
-        with _silent():
+        with _without_stderr():
             write_fields(model, history.displacement, history.states, file)
     except (OSError, RuntimeError) as error:  # HDF5 raises the second on a full disk
         with suppress(OSError):

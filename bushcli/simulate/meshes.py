@@ -9,7 +9,7 @@ from pathlib import Path
 from mpi4py import MPI
 
 from bushcli.case import Case
-from bushcli.case.case import Load
+from bushcli.case.loads import Load
 from bushcli.errors import InputError, Problem
 from cases.fields import write_mesh
 from cases.mode import modes, setting_for

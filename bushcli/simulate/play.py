@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.case.unit import outside, unit
-from bushcli.effects.active import acting
+from bushcli.case.unit import case_file_number, case_file_unit
+from bushcli.effects.active import effects_on_channel
 from bushcli.effects.rig import Travel, bushing_path
 from bushcli.errors import InputError, Problem
 from bushcli.recording.table_cache import TableCache
@@ -33,16 +33,16 @@ def check_play(case: Case, name: str, mode: str, displacement: NDArray[np.float6
     InputError
     """
     travel = Travel(displacement)
-    for active in acting(case.effects, name, mode):
-        if active.effect.rig is None or active.effect.rig.drive is None or active.lacking:
+    for active in effects_on_channel(case.effects, name, mode):
+        if active.effect.rig is None or active.effect.rig.drive is None or active.parameters_without_value:
             continue
         arriving = np.ptp(bushing_path([active], travel, ()).value)
         if np.ptp(displacement) > 0.0 and arriving <= _LEAST * np.ptp(displacement):
             rotational = modes()[mode].rotational
             parameter = active.effect.amplitudes[0]
-            value = outside(parameter, active.values[parameter.name], rotational)
-            travel_in_unit = outside(parameter, float(np.abs(displacement).max()), rotational)
-            largest = f"{travel_in_unit:g} {unit(parameter, rotational)}"
+            value = case_file_number(parameter, active.values[parameter.name], rotational)
+            travel_in_unit = case_file_number(parameter, float(np.abs(displacement).max()), rotational)
+            largest = f"{travel_in_unit:g} {case_file_unit(parameter, rotational)}"
             what = (
                 f"{active.full_name(parameter)} = {value:g} takes up all of the travel of {name}, {largest}"
             )
@@ -63,5 +63,5 @@ def check_play_of_load_cases(case: Case, tables: TableCache) -> None:
     InputError
     """
     for load in case.load_cases:
-        if load.by_travel and acting(case.effects, load.label, load.mode):
+        if load.by_travel and effects_on_channel(case.effects, load.label, load.mode):
             check_play(case, load.label, load.mode, load.program(tables).displacement)

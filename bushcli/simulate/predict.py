@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
 from bushcli.case.hardness import known_from_hardness
-from bushcli.case.typical import unusual
-from bushcli.effects.active import acting, in_state, require_time, state_in_words
+from bushcli.case.typical import unusual_values
+from bushcli.effects.active import effects_on_channel, in_state, require_time, state_in_words
 from bushcli.effects.assembly import features_of
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.faults import DataFault
@@ -25,10 +25,11 @@ from bushcli.runtime.names import file_names
 from bushcli.simulate import fields as field_files
 from bushcli.simulate.admissible import check_material
 from bushcli.simulate.channels import SimulatedChannel, channels_to_simulate
-from bushcli.simulate.curves import change, changed, curve_of
-from bushcli.simulate.extent import Extent, measured, of_path, outside
-from bushcli.simulate.measured import Measured
+from bushcli.simulate.contact import met_unnoticed, not_shared, processes_sharing_mesh, surfaces_that_met
+from bushcli.simulate.curves import curve_of, force_change, history_change
+from bushcli.simulate.extent import Extent, of_path, outside_measured, tested_temperatures
 from bushcli.simulate.prediction_cache import PredictionCache
+from bushcli.simulate.recording_cache import RecordingCache
 from bushcli.simulate.response import (
     ERROR_OVER_CHANGE,
     FINER,
@@ -40,10 +41,9 @@ from bushcli.simulate.response import (
 )
 from bushcli.simulate.simulation import Answer, FollowedPath, Simulation
 from bushcli.simulate.stiffness import check_state, matrices
-from bushcli.simulate.stretched import stretched
-from bushcli.simulate.touching import met_unnoticed, not_shared, sharing, touched
+from bushcli.simulate.strains import strains_over_march
 from cases.history import Interrupted
-from cases.march import History, NotConverged, unsolved
+from cases.march import History, NotConverged, failure_at_start
 from cases.mode import Mode, mode_of, modes
 from cases.model import FiniteElementModel
 from cases.simulate import Rubber
@@ -115,7 +115,7 @@ def predict(
     run = _Prediction(
         case, rubber, mesh_check, fields, progress, comm, kept, pictures, stiffness, stiffness_at, unrelaxed
     )
-    run = run.shared_by(sharing(case, comm))
+    run = run.shared_by(processes_sharing_mesh(case, comm))
     simulated, interrupted = run.simulate_all(channels)
     return _response(case, material, channels, simulated, faults, comm, interrupted)
 
@@ -132,12 +132,15 @@ def _response(
     """Return simulated channels with their conditions; raise them as an interruption if they are not all."""
     unshared = not_shared({channel.name: channel.touched for channel in simulated}, comm)
     doubts = [condition for channel in simulated for condition in conditions(case, channel)]
-    tested = [*measured(case), *(_extent(channel) for channel in channels if channel.recording is not None)]
+    tested = [
+        *tested_temperatures(case),
+        *(_extent(channel) for channel in channels if channel.recording is not None),
+    ]
     for channel in channels:
         if channel.recording is None and channel.by_travel:
-            active = acting(case.effects, channel.name, channel.mode)
-            doubts += outside(channel.name, _extent(channel), tested, active)
-    doubts += unusual(
+            active = effects_on_channel(case.effects, channel.name, channel.mode)
+            doubts += outside_measured(channel.name, _extent(channel), tested, active)
+    doubts += unusual_values(
         case, material, (channel for channel in channels if channel.path is None and not channel.by_force)
     )
     response = Response(
@@ -156,7 +159,7 @@ def _extent(channel: SimulatedChannel) -> Extent:
     return of_path(channel.mode, channel.displacement, channel.time, channel.temperature)
 
 
-def fineness_of(case: Case, material: Material, measured: Measured) -> dict[str, float]:
+def fineness_of(case: Case, material: Material, measured: RecordingCache) -> dict[str, float]:
     """Return how fine the steps along each recorded path have to be, by channel: for other designs of the same case.
 
     Channels whose force does not depend on the path, or whose path cannot be followed to its end, are left out.
@@ -167,7 +170,7 @@ def fineness_of(case: Case, material: Material, measured: Measured) -> dict[str,
         Validated case.
     material : Material
         Used instead of the material of the case.
-    measured : Measured
+    measured : RecordingCache
         Reads the recordings.
 
     Raises
@@ -223,7 +226,7 @@ class _Prediction:
         self, channel: SimulatedChannel, factor: float = 1.0, mode: Mode | None = None
     ) -> FiniteElementModel:
         refinement = replace(self.case.mesh.refinement, factor=factor)
-        features = features_of(acting(self.case.effects, channel.name, channel.mode))
+        features = features_of(effects_on_channel(self.case.effects, channel.name, channel.mode))
         mode = mode or mode_of(channel.mode, channel.path)
         return self.kept.prepared(self.case.geometry, mode, self.rubber, refinement, self.comm, features)
 
@@ -278,18 +281,18 @@ class _Prediction:
             reach, target = failure.last, failure.target
             largest = getattr(failure, "largest", None)
         except NoEquilibrium as failure:
-            history, stopped = unsolved("").history, str(failure)
+            history, stopped = failure_at_start("").history, str(failure)
             reach = target = 0.0
         simulator = self.shared_by(MPI.COMM_SELF)
         if met_unnoticed(self.case, model, history, lambda: simulator.model(channel)):
             return simulator.simulate(channel)
         end = time.perf_counter()
-        channel = channel.found(history)
+        channel = channel.with_travel(history)
         curve, six = curve_of(self.case, channel, history, answer)
         unwritten = ""
         if self.fields is not None and history.states is not None:
             name = file_names(name for name, _ in self.case.channels)[channel.name]
-            unwritten = field_files.written(model, history, self.fields / f"{name}.xdmf")
+            unwritten = field_files.write_field_file(model, history, self.fields / f"{name}.xdmf")
         checked = self.mesh_check and not stopped
         error = self._mesh_error(channel, history, answer) if checked else None
         return Simulated(
@@ -303,7 +306,7 @@ class _Prediction:
             reach=reach,
             target=target,
             unknowns=model.space.dofmap.index_map.size_global,
-            strained=stretched(model, history, self.rubber),
+            strained=strains_over_march(model, history, self.rubber),
             seconds={"mesh_and_forms": ready - start, "march": end - ready},
             surface=field_files.picture(model, history) if self.pictures else None,
             mesh_error=error,
@@ -314,8 +317,8 @@ class _Prediction:
             stiffness=self.matrices(channel),
             unrelaxed=self.unrelaxed,
             state=state_in_words(self.case.effects, self.unrelaxed),
-            touched=touched(model, history),
-            before=None if simulation is None else simulation.remembered,
+            touched=surfaces_that_met(model, history),
+            before=None if simulation is None else simulation.path_before,
             by_force=channel.by_force,
             largest=largest,
         )
@@ -332,12 +335,13 @@ class _Prediction:
         case, recording = self.case, channel.recording
         refinement, prepared = replace(case.mesh.refinement, factor=factor), self.kept.prepared
         if recording is not None:
-            from bushcli.simulate.reaction import followed  # a case of load cases does not need it
+            # A case of load cases does not need it.
+            from bushcli.simulate.reaction import simulation_of_recording
 
-            return followed(
+            return simulation_of_recording(
                 recording, case, case.geometry, self.rubber, refinement, self.comm, prepared, self.paths
             )
-        active = acting(case.effects, channel.name, channel.mode)
+        active = effects_on_channel(case.effects, channel.name, channel.mode)
         if not active or not channel.by_travel:
             return None
         if channel.time is None:
@@ -360,10 +364,10 @@ class _Prediction:
         try:
             simulation = self.simulation(channel, FINER)
             if simulation is not None and answer is not None:
-                share = change(answer.force, simulation.solve({}).force)
+                share = force_change(answer.force, simulation.solve({}).force)
             else:
                 fine = channel.march(self.model(channel, FINER), False, lambda *_: None)
-                share = changed(history, fine)
+                share = history_change(history, fine)
         except (NotConverged, NoEquilibrium):
             return float("inf")
         return 100.0 * ERROR_OVER_CHANGE * share

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from bushcli.simulate.measured import Measured
+from bushcli.simulate.recording_cache import RecordingCache
 from cases.simulate import Prepare, prepare
 
 
@@ -17,7 +17,7 @@ class PredictionCache:
     ----------
     prepared : Prepare
         Makes the finite-element models.
-    measured : Measured
+    measured : RecordingCache
         Reads the recordings.
     fineness : mapping of str to float
         Fineness of the steps along recorded paths, by channel, where it is known
@@ -26,5 +26,5 @@ class PredictionCache:
     """
 
     prepared: Prepare = prepare
-    measured: Measured = field(default_factory=Measured)
+    measured: RecordingCache = field(default_factory=RecordingCache)
     fineness: Mapping[str, float] = field(default_factory=dict)

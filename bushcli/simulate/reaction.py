@@ -13,7 +13,7 @@ from bushcli.case import Case
 from bushcli.curve.earlier import earlier
 from bushcli.curve.recorded import RecordedPath, Recording
 from bushcli.curve.signals import displacement_noise
-from bushcli.effects.active import ActiveEffect, acting, require_time
+from bushcli.effects.active import ActiveEffect, effects_on_channel, require_time
 from bushcli.effects.assembly import features_of
 from bushcli.effects.change import Signal
 from bushcli.simulate.derivatives import columns
@@ -47,7 +47,7 @@ class PathSimulation:
         prepared: Prepare = prepare,
     ) -> None:
         self.recorded = recorded
-        self.active = tuple(effect.started() for effect in active)
+        self.active = tuple(effect.with_start_values() for effect in active)
         self.plan(1.0)
         self.model: FiniteElementModel = prepared(
             shape, mode_of("path", self.six), rubber, refinement, comm, features_of(self.active)
@@ -55,15 +55,7 @@ class PathSimulation:
         self._last: tuple[object, History] | None = None
 
     def plan(self, fineness: float, tolerance: float = TOLERANCE) -> None:
-        """Choose the steps along the path, and the tolerance of its march.
-
-        Parameters
-        ----------
-        fineness : float
-            Factor on the default number of steps, a ratio.
-        tolerance : float
-            That of `cases.march.march`, a ratio.
-        """
+        """Choose the steps along the path, and the tolerance of its march: `FollowedPath.plan`."""
         self.fineness, self._tolerance = fineness, tolerance
         six, self.program, self.steps = six_schedule(
             self.recorded.time, self.recorded.motion, self.recorded.free, fineness
@@ -123,7 +115,7 @@ class Reaction(FollowedPath):
 
     def __init__(self, simulation: PathSimulation, number: int, active: Sequence[ActiveEffect]) -> None:
         self._whole, self._number = simulation, number
-        rig_effects = [effect.started() for effect in active if effect.effect.rig is not None]
+        rig_effects = [effect.with_start_values() for effect in active if effect.effect.rig is not None]
         self.active = (*simulation.active, *rig_effects)
         self.model, self.time = simulation.model, simulation.recorded.time
         self.displacement = simulation.recorded.motion[:, number]
@@ -168,7 +160,7 @@ class Reaction(FollowedPath):
         return Answer(read.value, read.slope, history)
 
     @override
-    def reached(self, failure_limit: int | None = None) -> list[Array]:
+    def stretches_at_ends(self, failure_limit: int | None = None) -> list[Array]:
         stretches: list[Array] = []
         corners = {float(self._whole.program.displacement[i]) for i in self._whole.program.corners}
         ends = corners | {float(self._whole.program.displacement[-1])}
@@ -180,21 +172,14 @@ class Reaction(FollowedPath):
         self._whole.march((), failure_limit=failure_limit, observer=observe)
         return stretches
 
-    def local(self) -> tuple[Array, Cells]:
-        """Derivatives (samples, cells) of the force by the stiffness of each cell, and the cells; collective.
-
-        They are those at the model's present parameters, without the effects of the rig.
-
-        Raises
-        ------
-        NotConverged
-        """
+    @override
+    def local_slopes(self) -> tuple[Array, Cells]:
         stiffness, rows = LocalStiffness(self.model, self._number), list[Array]()
         self._whole.march((), observer=lambda solver: rows.append(stiffness(solver)))
         return self._whole.steps.interpolation(self._clock) @ np.array(rows), stiffness.cells
 
 
-def followed(
+def simulation_of_recording(
     recording: Recording,
     case: Case,
     shape: Shape,
@@ -224,7 +209,7 @@ def followed(
     InputError
         The recording has no time, which an effect needs.
     """
-    active, record = acting(case.effects, recording.name, recording.mode), recording.record
+    active, record = effects_on_channel(case.effects, recording.name, recording.mode), recording.record
     if record.time is None:
         require_time(active, recording.name, recording.mode, str(recording.source))
     if recording.six is not None:

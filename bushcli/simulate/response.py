@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from bushcli.curve.earlier import Earlier
     from bushcli.faults import DataFault
     from bushcli.recording import Recording
-    from bushcli.simulate.stretched import Stretched
-    from bushcli.simulate.touching import Touched
+    from bushcli.simulate.contact import SurfaceContact
+    from bushcli.simulate.strains import Strains
     from cases.march import Attempt
     from cases.stretches import Surface
 
@@ -118,7 +118,7 @@ class Simulated:
         Displacement that it had to reach.
     unknowns : int
         Size of the linear systems.
-    strained : Stretched
+    strained : Strains
         Strains of the rubber at the checked steps.
     seconds : mapping
         Time of "mesh_and_forms" and "march".
@@ -142,7 +142,7 @@ class Simulated:
         if the march without planes of symmetry did not reach its end.
     unrelaxed, state : bool, str
         Whether the matrices are those in a sudden step; the state in words, empty where no effect fades.
-    touched : tuple of Touched
+    touched : tuple of SurfaceContact
         Surfaces that met at the steps of the march.
     before : Earlier or None
         The path before the recording that was assumed, where the rubber remembers it.
@@ -161,7 +161,7 @@ class Simulated:
     reach: float
     target: float
     unknowns: int
-    strained: Stretched
+    strained: Strains
     seconds: Mapping[str, float]
     surface: Surface | None = field(default=None, repr=False)
     mesh_error: float | None = None
@@ -173,7 +173,7 @@ class Simulated:
     stiffness: Mapping[str, tuple[float, Array]] | None = field(default_factory=dict)
     unrelaxed: bool = False
     state: str = ""
-    touched: tuple[Touched, ...] = ()
+    touched: tuple[SurfaceContact, ...] = ()
     before: Earlier | None = None
     by_force: bool = False
     largest: tuple[float, float] | None = None
@@ -210,7 +210,7 @@ class PredictionInterrupted(KeyboardInterrupt):
 
 def conditions(case: Case, channel: Simulated) -> list[Condition]:
     """Return what is doubtful about a channel: an early end, distorted elements, an unstable law, a coarse mesh."""
-    folded = OVERHANGING if case.geometry.meeting == "sleeves" else LONGER_SLEEVES
+    folded = OVERHANGING if case.geometry.contact_surfaces == "sleeves" else LONGER_SLEEVES
     acting = [active.effect for active in case.effects if active.acts_on(channel.name, channel.mode)]
     acts = {effect.acts for effect in acting}
     # An effect of the rig, such as an offset, may give a force at rest as well.

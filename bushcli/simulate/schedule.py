@@ -143,7 +143,7 @@ def schedule(time: Array | None, displacement: Array, noise: float, fineness: fl
     return _schedule_of_legs(clock[corners], values, span, tolerance, fineness, time is not None)
 
 
-def prescribed(time: Array | None, displacement: Array) -> Schedule:
+def prescribed_schedule(time: Array | None, displacement: Array) -> Schedule:
     """Return the steps of a prescribed program: its own points, cut into legs where it turns or stands still."""
     q = np.asarray(displacement, dtype=float)
     clock = np.arange(len(q), dtype=float) if time is None else np.asarray(time, dtype=float)
@@ -257,7 +257,7 @@ def _leg_times(t: Array, q: Array, span: float, fineness: float) -> Array:
     return np.asarray(times)
 
 
-def still(motion: Array, time: Array | None) -> NDArray[np.bool_]:
+def still_motions(motion: Array, time: Array | None) -> NDArray[np.bool_]:
     """Return which motions (6,) stand still apart from noise."""
     at_rest = np.ones(6, dtype=bool)
     for k in range(6):
@@ -281,7 +281,7 @@ def six_schedule(
     clock = np.arange(len(motion), dtype=float) if time is None else np.asarray(time, dtype=float)
     # A motion that stands still is set to its mean, or zero if that is noise.
     values, tolerance = np.array(motion), np.ones(6)
-    for k, stands in enumerate(still(motion, time)):
+    for k, stands in enumerate(still_motions(motion, time)):
         noise = _noise(motion[:, k], time)
         if stands:
             mean = float(motion[:, k].mean())

@@ -23,10 +23,11 @@ from bushcli.effects import rig
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.assembly import features_of
 from bushcli.effects.change import Signal
-from bushcli.simulate.derivatives import columns, elastic_curve, extension_in_series
-from bushcli.simulate.schedule import Schedule, prescribed, schedule
+from bushcli.simulate.derivatives import columns, elastic_curve, extension_in_series, local_slopes
+from bushcli.simulate.schedule import Schedule, prescribed_schedule, schedule
 from bushcli.simulate.steps import CONTACT, FEWEST_OF_LEG, IDENTIFIED, PLANE, SOLID
 from cases.elastic_path import acts_through_branches_off, along_elastic_path
+from cases.local import Cells, differentiate_march
 from cases.march import TOLERANCE, History, march
 from cases.mode import Mode
 from cases.model import FiniteElementModel
@@ -165,7 +166,7 @@ class FollowedPath(ABC):
         """
 
     @abstractmethod
-    def reached(self, failure_limit: int | None = None) -> list[Array]:
+    def stretches_at_ends(self, failure_limit: int | None = None) -> list[Array]:
         """Principal stretches of the rubber at the ends of the path, each of shape (n, 3); collective.
 
         The model has the values with which they are wanted. ``failure_limit``: failed steps that a march is allowed.
@@ -175,8 +176,20 @@ class FollowedPath(ABC):
         NotConverged
         """
 
+    @abstractmethod
+    def local_slopes(self) -> tuple[Array, Cells]:
+        """Derivatives (samples, cells) of the force by the stiffness of each cell, and the cells; collective.
+
+        They are those at the model's present parameters, without the effects of the rig, which do not change which
+        cells carry the force.
+
+        Raises
+        ------
+        NotConverged
+        """
+
     @property
-    def remembered(self) -> Earlier | None:
+    def path_before(self) -> Earlier | None:
         """The assumed path before the first sample, if the rubber remembers it."""
         return None
 
@@ -236,8 +249,8 @@ def logged_force(
     elapsed = np.concatenate([np.zeros(zeroed), np.maximum(steps.time - clock[0], 0.0)])
     total = rig.parallel(active, q, force, names, elapsed)
     if zeroed:
-        total = rig.counted(total)
-    return rig.sampled(active, steps.interpolation, clock, total, names)
+        total = rig.from_recorded_zero(total)
+    return rig.reading_at_samples(active, steps.interpolation, clock, total, names)
 
 
 class Simulation(FollowedPath):
@@ -282,7 +295,8 @@ class Simulation(FollowedPath):
         self.temperature = temperature
         mean = None if temperature is None else float(np.mean(temperature))
         self.active = tuple(
-            effect.started() if mean is None else effect.started().at(mean) for effect in active
+            effect.with_start_values() if mean is None else effect.with_start_values().at(mean)
+            for effect in active
         )
         features = features_of(self.active)
         self.model = prepared(shape, mode, rubber, refinement, comm, features)
@@ -313,7 +327,7 @@ class Simulation(FollowedPath):
     def plan(self, fineness: float, tolerance: float = TOLERANCE) -> None:
         self._fineness, self._tolerance = fineness, tolerance
         if self.noise is None:
-            self.steps = prescribed(self.time, self.displacement)
+            self.steps = prescribed_schedule(self.time, self.displacement)
         else:
             self.steps = schedule(*self._whole_path(), self.noise, fineness)
         earlier = 0 if self.before is None else len(self.before.time)
@@ -332,7 +346,7 @@ class Simulation(FollowedPath):
 
     @property
     @override
-    def remembered(self) -> Earlier | None:
+    def path_before(self) -> Earlier | None:
         return self.before if self.path_dependent else None
 
     # -- solving -------------------------------------------------------------------------------------------------
@@ -353,13 +367,23 @@ class Simulation(FollowedPath):
         return self._answer_by_sweep(active, tuple(names), keep_states, progress, failure_limit)
 
     @override
-    def reached(self, failure_limit: int | None = None) -> list[Array]:
+    def stretches_at_ends(self, failure_limit: int | None = None) -> list[Array]:
         targets = even_targets(*swept_range(self.displacement, self.odd), IDENTIFIED)
         stretches: list[Array] = []
         for side in filter(len, (targets[targets < 0.0], targets[targets > 0.0])):
             sweep(self.model, side, failure_limit=failure_limit)
             stretches.append(principal_stretches(self.model).reshape(-1, 3))
         return stretches
+
+    @override
+    def local_slopes(self) -> tuple[Array, Cells]:
+        if not self.path_dependent:
+            return local_slopes(self.model, self.displacement, self.odd)
+        steps = self.steps
+        march = differentiate_march(
+            self.model, Program(steps.displacement, steps.time if steps.timed else None)
+        )
+        return steps.interpolation(self._clock) @ march.slope, march.cells
 
     def _answer_by_sweep(
         self,
@@ -425,7 +449,7 @@ class Simulation(FollowedPath):
             rested = RESTED * float(np.ptp(times))
             times = np.concatenate([times[0] - rested * np.linspace(1.0, 0.0, lead), times])
             path = rig.bushing_path(active, rig.Travel(np.concatenate([[0.0], steps.displacement])), names)
-            path = path.sampled(np.maximum(np.arange(len(times)) - lead + 1, 0))
+            path = path.at_samples(np.maximum(np.arange(len(times)) - lead + 1, 0))
             ramp = np.minimum(np.arange(1, len(times) + 1) / (lead - 1), 1.0)
             displacement = Signal(ramp * path.value, ramp[:, None] * path.slope)
         else:
@@ -448,7 +472,7 @@ class Simulation(FollowedPath):
         q = Signal(history.displacement, columns(history.path_sensitivity, inner, names, len(history.force)))
         force = Signal(history.force, columns(history.sensitivity, inner, names, len(history.force)))
         if lead:
-            q, force = (signal.sampled(np.arange(lead - 1, len(signal.value))) for signal in (q, force))
+            q, force = (signal.at_samples(np.arange(lead - 1, len(signal.value))) for signal in (q, force))
         read = logged_force(active, steps, self._clock, q, force, names)
         return Answer(read.value, read.slope, history)
 

@@ -22,7 +22,7 @@ from cases.dynamic.slopes import Changes, changes
 from cases.equilibrium import Equilibrium
 from cases.load import PrescribedForce
 from cases.model import FiniteElementModel
-from cases.ranks import summed
+from cases.ranks import sum_over_ranks
 from cases.sine import ThinnedSpectrum
 
 Array = NDArray[np.float64]
@@ -191,7 +191,7 @@ class Vibrations:
         pencil = Pencil(self.model, solver, metal)
         tolerance = CHOSEN_WITH_SLOPES if self._names else CHOSEN
         basis = basis_for(pencil, spread(frequency, self._branches), self._density, tolerance)
-        reduced = basis.reduced()
+        reduced = basis.reduced_pencil()
         number = test.motion
         uneven_too = bool(test.amplitude) and self._thinned is not None
         even = bool(self._names) and not uneven_too
@@ -210,7 +210,7 @@ class Vibrations:
             model,
             self._branches,
             None if pose is None else model.matrix(frequency, self._branches),
-            _touching(self.model),
+            _surfaces_in_contact(self.model),
         )
         if not test.amplitude:
             return [small]
@@ -229,7 +229,7 @@ class Vibrations:
         if self._names:
             # Over the vectors that were added.
             slopes = changes(basis, solver, self._names, self.drive)
-            small = replace(small, model=DynamicModel(basis.reduced(), number, test.transfer, slopes))
+            small = replace(small, model=DynamicModel(basis.reduced_pencil(), number, test.transfer, slopes))
 
         def curve(amplitude: float) -> DynamicCurve:
             balances = uneven.balances(np.full(len(frequency), amplitude), frequency)
@@ -248,7 +248,7 @@ class Vibrations:
         return list(map(curve, test.amplitude))
 
 
-def _touching(model: FiniteElementModel) -> tuple[tuple[str, str], ...]:
+def _surfaces_in_contact(model: FiniteElementModel) -> tuple[tuple[str, str], ...]:
     """Return which surfaces are in contact at the present state; a plate in front of the free ends is one of them."""
     contact = model.surfaces.contact
     met = () if contact is None else touches(contact, model.state.x.array)
@@ -260,6 +260,6 @@ def _touching(model: FiniteElementModel) -> tuple[tuple[str, str], ...]:
         model.parameters.set({_GAP: _AWAY})
         away = model.surfaces.energy()
         model.parameters.set({_GAP: width})
-        if summed(model.comm, near - away) > 0.0:
+        if sum_over_ranks(model.comm, near - away) > 0.0:
             surfaces.append(("free end", "snubber"))
     return tuple(surfaces)

@@ -6,7 +6,7 @@ distinguish, and why.
 """
 
 from bushcli.standards.observed import Observed, observe
-from bushcli.standards.questions import Lack, lacking
+from bushcli.standards.questions import Lack, open_questions
 from bushcli.standards.standard import Clause, Standard, clauses, standards
 
-__all__ = ["Clause", "Lack", "Observed", "Standard", "clauses", "lacking", "observe", "standards"]
+__all__ = ["Clause", "Lack", "Observed", "Standard", "clauses", "observe", "open_questions", "standards"]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from bushcli.case import Case
 from bushcli.recording import RecordedProgram, Recording
 from bushcli.standards.observed import Observed, observe
-from bushcli.standards.questions import Lack, lacking
+from bushcli.standards.questions import Lack, open_questions
 from bushcli.standards.standard import Clause, clauses
 
 
@@ -38,7 +38,7 @@ class Protocol:
     remarks: tuple[tuple[str, str], ...]
 
     @property
-    def violated(self) -> bool:
+    def is_violated(self) -> bool:
         """Whether a recording does not meet a standard that it names; good practice does not count."""
         return any(
             clause.met is False and not clause.practice for _, _, clauses in self.judged for clause in clauses
@@ -73,4 +73,4 @@ def protocol(
     remarks = tuple(
         (file.name, repair.text) for file in read for repair in file.repairs if repair.kind == "columns"
     )
-    return Protocol(bushings, tested, judged, lacking(bushings, tested), files, remarks)
+    return Protocol(bushings, tested, judged, open_questions(bushings, tested), files, remarks)

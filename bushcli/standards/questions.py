@@ -27,7 +27,7 @@ class Lack:
     remedy: str  # the recording that would answer it
 
 
-def lacking(recordings: Sequence[Observed], coupons: Sequence[Observed] = ()) -> tuple[Lack, ...]:
+def open_questions(recordings: Sequence[Observed], coupons: Sequence[Observed] = ()) -> tuple[Lack, ...]:
     """Return the questions that recordings of a bushing and tests of its rubber leave open.
 
     Parameters

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from bushcli.recording.source import Source
-from bushcli.runtime.digits import significant
+from bushcli.runtime.digits import with_digits
 from bushcli.standards.observed import Observed
 
 
@@ -89,7 +89,7 @@ def speed_clause(
     speeds = [60.0 * rate * length for rate in observed.rates]
     ends = [want + side * slack for want, slack in wanted for side in (-1, 1)]
     met = all(any(abs(speed - want) <= slack for want, slack in wanted) for speed in speeds)
-    shown = ", ".join(f"{significant(speed, *ends)} mm/min" for speed in speeds)
+    shown = ", ".join(f"{with_digits(speed, *ends)} mm/min" for speed in speeds)
     return Clause(f"speed {text}", shown, met, practice)
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case.tolerance import DEFAULT
-from bushcli.case.toleranced import toleranced
+from bushcli.case.toleranced import toleranced_number
 from bushcli.errors import InputError, Problem
 from bushcli.study.plan import Plan, problem
 from bushcli.study.rows import Rows
@@ -159,7 +159,7 @@ def summary(
 ) -> Summary | None:
     """Return the statistics of one answer over the designs; None where fewer than two have it."""
     values = table.answers[name]
-    has_answer = np.isfinite(values) & plan.independent[table.design]
+    has_answer = np.isfinite(values) & plan.is_independent[table.design]
     y = values[has_answer]
     if len(y) < 2:
         return None
@@ -269,7 +269,7 @@ def limits_of(text: str, percent: float = DEFAULT.percent) -> tuple[str, Limits]
         The text has none of these forms.
     """
     name, equals, spec = text.rpartition("=")
-    tolerance = toleranced(spec)
+    tolerance = toleranced_number(spec)
     if equals and name.strip() and tolerance is not None:
         return name.strip(), Limits(tolerance.low, tolerance.high)
     try:

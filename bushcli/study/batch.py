@@ -36,7 +36,7 @@ from bushcli.recording.write import write_curve_csv
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.predict import predict
 from bushcli.study.causes import Cause, effect_cause, travel_cause
-from bushcli.study.outliers import FALSE_ALARM, FEWEST, foreign, outlying, tolerance_factor
+from bushcli.study.outliers import FALSE_ALARM, FEWEST, find_outliers, foreign, tolerance_factor
 
 Array = NDArray[np.float64]
 
@@ -293,8 +293,10 @@ def _compare_parts(
         )
     median = np.median([recording.force for recording in sound], axis=0)
     parts = [_batch_part(recording, median) for recording in sound]
-    stiffness, deviation = outlying(np.log([max(part.factor, 1e-9) for part in parts]), FALSE_ALARM / 2.0)
-    shape, _ = outlying(np.log([max(part.rms_percent, 1e-9) for part in parts]), FALSE_ALARM / 2.0)
+    stiffness, deviation = find_outliers(
+        np.log([max(part.factor, 1e-9) for part in parts]), FALSE_ALARM / 2.0
+    )
+    shape, _ = find_outliers(np.log([max(part.rms_percent, 1e-9) for part in parts]), FALSE_ALARM / 2.0)
     # A misfit below the others' is no fault of a part.
     shape &= np.array([part.rms_percent for part in parts]) > np.median([part.rms_percent for part in parts])
     inliers = [recording for recording, *out in zip(sound, stiffness, shape, strict=True) if not any(out)]
@@ -398,7 +400,7 @@ def _conditions(parts: Sequence[BatchPart], faults: Sequence[DataFault], fit: Fi
         source = next(part.recording.source for part in parts if part.name == fault.channel)
         remedy = fault.remedy
         # It corrects the part alone, unless most parts have the same fault.
-        if source is not None and (fault.fatal or fault.doubtful) and 2 * alike <= len(parts):
+        if source is not None and (fault.fatal or fault.is_doubtful) and 2 * alike <= len(parts):
             table = (
                 f'a [[specimens]] table of its own, file = ".../{source.name}", which goes before a pattern'
             )

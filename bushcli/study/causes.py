@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.case.unit import outside, unit
+from bushcli.case.unit import case_file_number, case_file_unit
 from bushcli.effects import rig
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effects
@@ -118,8 +118,8 @@ def _columns(part: Recording, batch: Array) -> Iterator[tuple[str, str, Array]]:
             except (ArithmeticError, ValueError):
                 continue
             if np.isfinite(added).all() and added.any():
-                scale = outside(amplitude, 1.0, rotational)
-                words = f"{amplitude.name} of about {{0:.3g}} {unit(amplitude, rotational)}".strip()
+                scale = case_file_number(amplitude, 1.0, rotational)
+                words = f"{amplitude.name} of about {{0:.3g}} {case_file_unit(amplitude, rotational)}".strip()
                 yield effect.name, words, np.asarray(added / scale, dtype=np.float64)
     sliding = [effect.name for effect in effects().values() if effect.slides]
     if sliding and (part.time is not None or len(part.displacement) > 2):

@@ -18,9 +18,9 @@ from bushcli.case.toleranced import Toleranced
 from bushcli.errors import InputError, Problem
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition
-from bushcli.runtime.digits import significant
+from bushcli.runtime.digits import with_digits
 from bushcli.runtime.executor import Pool
-from bushcli.simulate.measured import Measured
+from bushcli.simulate.recording_cache import RecordingCache
 from bushcli.study.rate_search import MOST_EVALUATIONS, End, search
 from bushcli.study.rates import rates
 from bushcli.study.target import Target
@@ -86,25 +86,25 @@ class Reached:
     spread: Spread | None
 
     @property
-    def wanted(self) -> float:
+    def target_value(self) -> float:
         """The target's value."""
         return self.target.value * self.target.per_shown
 
     @property
     def deviation(self) -> float:
         """Relative deviation, a share."""
-        return self.value / self.wanted - 1.0
+        return self.value / self.target_value - 1.0
 
     @property
-    def allowed(self) -> float:
+    def tolerance(self) -> float:
         """Relative deviation within which the target counts as reached, a share: 0.1 % unless the target has one."""
         given = self.target.deviation / self.target.value
         return REACHED if math.isnan(given) else given
 
     @property
-    def met(self) -> bool:
+    def is_met(self) -> bool:
         """Whether the design has the rate, within the allowed deviation."""
-        return abs(self.deviation) <= self.allowed
+        return abs(self.deviation) <= self.tolerance
 
 
 @dataclass(frozen=True)
@@ -201,7 +201,7 @@ def design(
 
         unit = qmc.LatinHypercube(len(low), rng=np.random.default_rng(seed)).random(starts - 1)
         points += list(low + unit * (high - low))
-    cache = DesignCache(measured=Measured(tables))
+    cache = DesignCache(measured=RecordingCache(tables))
     ends: list[End] = []
     failed, reason = 0, ""
     questions = [(task, tuple(targets), point, low, high) for point in points]
@@ -277,13 +277,13 @@ def _conditions(
     keys: Mapping[str, Dimension], reached: Sequence[Reached], scaled: Array, converged: bool
 ) -> tuple[Condition, ...]:
     conditions = []
-    missed = [rate for rate in reached if not rate.met]
+    missed = [rate for rate in reached if not rate.is_met]
     bound = [key for key, dimension in keys.items() if dimension.at_bound]
     if missed:
         names = ", ".join(
-            f"{rate.target.name} by {'+' * (rate.deviation > 0.0)}{significant(off, -limit, limit)} %"
+            f"{rate.target.name} by {'+' * (rate.deviation > 0.0)}{with_digits(off, -limit, limit)} %"
             for rate in missed
-            for off, limit in [(100 * rate.deviation, 100 * rate.allowed)]
+            for off, limit in [(100 * rate.deviation, 100 * rate.tolerance)]
         )
         remedy = (
             f"widen the bounds of {', '.join(bound)}" if bound else "vary more keys, or use more --starts"

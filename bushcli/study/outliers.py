@@ -30,7 +30,7 @@ FEWEST = 5
 CONTENT, CONFIDENCE = 0.95, 0.95
 
 
-def outlying(values: Array, false_alarm: float = FALSE_ALARM) -> tuple[NDArray[np.bool_], Array]:
+def find_outliers(values: Array, false_alarm: float = FALSE_ALARM) -> tuple[NDArray[np.bool_], Array]:
     """Return which values are outliers, and the deviation of each in standard deviations of those that are not."""
     from scipy.stats import t
 

@@ -71,7 +71,7 @@ class Plan:
         return tuple(variable.key for variable in self.variables)
 
     @property
-    def independent(self) -> NDArray[np.bool_]:
+    def is_independent(self) -> NDArray[np.bool_]:
         """Whether each design was drawn independently, (n,): the others of a Saltelli design mix two drawn ones."""
         numbers = np.arange(len(self.rows))
         if self.sampling != "saltelli":
@@ -84,7 +84,7 @@ class Plan:
         """Whether shares of the designs estimate probabilities: on a grid or at corners they do not."""
         return self.sampling in ("lhs", "sobol", "random", "saltelli")
 
-    def located(self, problem: Problem, number: int) -> Problem:
+    def problem_of_design(self, problem: Problem, number: int) -> Problem:
         """Return a problem of a design with the place of its values, which were passed on like those of --set.
 
         The case is valid without them, so that in a list each problem comes from the line of the design.

@@ -180,12 +180,12 @@ def _shape_derivatives(
     for key, (low, high, distance) in shapes.items():
         works = []
         for other in (high, low):
-            if not bodies.relocated(model, other, case.mesh.refinement):
+            if not bodies.relocate(model, other, case.mesh.refinement):
                 break
             model.system.residual(b)
             works.append(float(b.array_r @ v[: model.system.owned]))
         if len(works) == 2:
             derivatives[key] = model.multiplicity * (works[0] - works[1]) / distance
-    bodies.relocated(model, case.geometry, case.mesh.refinement)
+    bodies.relocate(model, case.geometry, case.mesh.refinement)
     b.destroy()
     return derivatives

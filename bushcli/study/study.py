@@ -12,14 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from bushcli.case import Case, resolved
-from bushcli.case.typical import unusual
+from bushcli.case import Case, case_json
+from bushcli.case.typical import unusual_values
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition, history_damaged
 from bushcli.runtime.executor import Died, Pool
 from bushcli.runtime.store import code_revision, history_of
-from bushcli.simulate.measured import Measured
+from bushcli.simulate.recording_cache import RecordingCache
 from bushcli.study.analysis import Failure, Limits, Summary, columns, failures, summary
 from bushcli.study.bands import Band, band
 from bushcli.study.plan import Plan
@@ -96,7 +96,9 @@ def first_valid_design(cache: DesignCache, task: StudyTask, plan: Plan) -> tuple
         try:
             return task.load(values, cache.tables)[0], values
         except InputError as error:
-            refusal = refusal or InputError(*(plan.located(problem, number) for problem in error.problems))
+            refusal = refusal or InputError(
+                *(plan.problem_of_design(problem, number) for problem in error.problems)
+            )
         except ValueError as error:
             refusal = refusal or error
     if isinstance(refusal, InputError):
@@ -147,7 +149,7 @@ def study(
     for name in (name for name in limits if name not in names):
         what = "is not an answer of this study"
         raise InputError(Problem(f"--limits {name}", what, nearest(name, names), ", ".join(names)))
-    cache = DesignCache(measured=Measured(tables))
+    cache = DesignCache(measured=RecordingCache(tables))
     first_case, values = first_valid_design(cache, task, plan)
     keys = {variable.key: variable.numeric for variable in plan.variables}
     kinds = columns_of(keys, names, curve_columns(first_case) if task.curves else ())
@@ -162,7 +164,7 @@ def study(
     # How many designs have such numbers is known from their rows, which numbers from the first one.
     warnings = [
         replace(condition, message=f"the first design: {condition.message}")
-        for condition in unusual(first_case, first_case.material)
+        for condition in unusual_values(first_case, first_case.material)
     ]
     return _statistics(case, task, plan, rows, limits, resumed, warnings), rows
 
@@ -310,7 +312,7 @@ def definition(task: StudyTask, plan: Plan, case: Case) -> dict[str, Any]:
     # Of a list `vary` has the name of the file only.
     listed = {"list": hashlib.sha256(repr(plan.rows).encode()).hexdigest()} if plan.lines else {}
     return listed | {
-        "case": resolved(case),
+        "case": case_json(case),
         "set": list(task.overrides),
         "vary": {variable.key: variable.spec for variable in plan.variables},
         "sampling": plan.sampling,

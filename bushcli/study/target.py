@@ -6,7 +6,7 @@ import math
 import re
 from dataclasses import dataclass, replace
 
-from bushcli.case.toleranced import toleranced
+from bushcli.case.toleranced import toleranced_number
 from bushcli.errors import InputError, Problem, nearest
 from cases.mode import modes
 
@@ -115,7 +115,7 @@ def target(text: str) -> Target:
         what = "force needs a travel" if loaded else "travel needs a load"
         unit = "Nmm" if modes()[mode].rotational else "N"
         raise InputError(Problem(where, what, "", f"{mode}.force@5=1800, {mode}.travel@500{unit}=1.2"))
-    tolerance = toleranced(wanted)
+    tolerance = toleranced_number(wanted)
     try:
         value, deviation = (
             (tolerance.nominal, tolerance.deviation) if tolerance else (float(wanted), math.nan)

@@ -13,13 +13,13 @@ from typing import Any
 from mpi4py import MPI
 
 from bushcli.case import Case, Material, load_case
-from bushcli.case.hardness import HARDNESS, hardened
+from bushcli.case.hardness import HARDNESS, scaled_to_hardness
 from bushcli.errors import InputError
 from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.bodies import PreparedModels
-from bushcli.simulate.measured import Measured
 from bushcli.simulate.predict import fineness_of, predict
 from bushcli.simulate.prediction_cache import PredictionCache
+from bushcli.simulate.recording_cache import RecordingCache
 from bushcli.simulate.response import Response
 from bushcli.study.answers import Asked, NoAnswer, answer_columns, quantity_unit
 from bushcli.study.variable import Value
@@ -98,7 +98,7 @@ class StudyTask:
         case = load_case(self.case, [*self.overrides, *changed], tables)
         material = self.material if case.needs_fit and self.material is not None else case.material
         if shore_a is not None and self.hardness is not None:
-            material = hardened(material, self.hardness, float(shore_a))
+            material = scaled_to_hardness(material, self.hardness, float(shore_a))
         return replace(case, material=material), material
 
 
@@ -193,7 +193,7 @@ class DesignCache:
     """Finite-element models and recordings, from one design to the next; they serve one thread at a time."""
 
     bodies: PreparedModels = field(default_factory=PreparedModels)
-    measured: Measured = field(default_factory=Measured)
+    measured: RecordingCache = field(default_factory=RecordingCache)
 
     @property
     def tables(self) -> TableCache:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.case.toleranced import Toleranced, toleranced
+from bushcli.case.toleranced import Toleranced, toleranced_number
 from bushcli.errors import InputError, Problem
 
 Array = NDArray[np.float64]
@@ -88,7 +88,7 @@ def variable(text: str) -> Variable:
     key, spec = key.strip(), spec.strip()
     if not equals or not key or not spec:
         raise _error(text, "is not KEY=VALUES", f"e.g. geometry.outer_radius={EXAMPLES}")
-    if (toleranced_value := toleranced(spec)) is not None:
+    if (toleranced_value := toleranced_number(spec)) is not None:
         return of_tolerance(key, toleranced_value)
     parsed = _distribution(key, spec, text) or _range(key, spec, text)
     if parsed is not None:

@@ -102,7 +102,7 @@ class Bodies:
         keep = np.setdiff1d(np.arange(len(self.facets)), facets)
         return replace(self, facets=self.facets[keep], sign=self.sign[keep], names=self.names[keep])
 
-    def beside(self, planes: Sequence[MirrorPlane]) -> Bodies:
+    def with_planes(self, planes: Sequence[MirrorPlane]) -> Bodies:
         """Return the bodies with planes of symmetry."""
         count, (nodes, d) = len(self.basis.nodes), self.X.shape
         rows = nodes + np.arange(count * len(planes)).reshape(-1, count)
@@ -132,17 +132,17 @@ class Bodies:
 
     def displacements(self, unknowns: Array) -> Array:
         """Return the displacements of the nodes, shape (nodes, d)."""
-        return self.followed(unknowns[self.dofs])
+        return self.expand(unknowns[self.dofs])
 
-    def followed(self, values: Array) -> Array:
+    def expand(self, values: Array) -> Array:
         """Return values at all nodes, (nodes, d), from those at the nodes that are followed, (k, d)."""
         positions = values if self.follow is None else np.asarray(self.follow @ values)
         if not self.planes:
             return positions
         return np.concatenate([positions, np.zeros((len(self.X) - len(positions), positions.shape[1]))])
 
-    def gathered(self, nodes: Ints, values: Array) -> Array:
-        """Sum values at nodes over the nodes that they follow, shape (k, d): the transpose of `followed`.
+    def gather(self, nodes: Ints, values: Array) -> Array:
+        """Sum values at nodes over the nodes that they follow, shape (k, d): the transpose of `expand`.
 
         Parameters
         ----------

@@ -15,10 +15,10 @@ from cases.contact.energy import Pressed
 from cases.contact.mirrors import MirrorPlane, mirror_planes
 from cases.contact.search import ContactSearch
 from cases.contact.sleeves import RigidFacets, strip
-from cases.contact.surface import Patch, exterior, on_rubber, patch, places, tagged
+from cases.contact.surface import Patch, exterior, facets_of, on_rubber, patch, places
 from cases.matrix import MISSING, Pattern
 from cases.mode import Mode
-from cases.moved import MovedPoints, StressFree
+from cases.stress_free import MovedPoints, StressFree
 from geometry.mesh import NamedMesh
 
 Array = NDArray[np.float64]
@@ -83,9 +83,9 @@ class Contact:
         self.bodies = Bodies.of(free, strips, axisymmetric)
         if strips:
             # A sleeve continues beyond its bond only where there is no rubber.
-            blocked = ContactSearch(self.bodies).inside(self.bodies.X, BEYOND).other
+            blocked = ContactSearch(self.bodies).points_inside(self.bodies.X, BEYOND).other
             self.bodies = self.bodies.without(np.unique(blocked[blocked >= self.bodies.soft]))
-        self.bodies = self.bodies.beside(planes)
+        self.bodies = self.bodies.with_planes(planes)
         self._search = ContactSearch(self.bodies)
         self._patch, self._free = free, len(free.X)
         self._moved = None if stress_free is None else _surroundings(free, strips, stress_free)
@@ -96,9 +96,13 @@ class Contact:
         self._blocks: Array | None = None
         self.near = False
 
-    def relocated(self, mesh: NamedMesh) -> bool:
+    def relocate(self, mesh: NamedMesh) -> bool:
         """Take over new coordinates of the mesh; return False if the contact has to be built again instead."""
-        if self.bodies.follow is not None or self._moved is not None or mesh.shape.meeting is not True:
+        if (
+            self.bodies.follow is not None
+            or self._moved is not None
+            or mesh.shape.contact_surfaces is not True
+        ):
             return False
         planes = self.bodies.X[self.bodies.movable :]
         self.bodies = replace(self.bodies, X=np.concatenate([places(mesh, self._patch), planes]))
@@ -109,7 +113,7 @@ class Contact:
         """Take the law's present shear modulus (MPa), and the stress-free body's place."""
         self.shear_modulus = shear_modulus
         if self._moved is not None:
-            self._shift = self.bodies.followed(self._moved.displacement())
+            self._shift = self.bodies.expand(self._moved.displacement())
         self._state = None
 
     @property
@@ -118,7 +122,7 @@ class Contact:
         return self._share
 
     @contextmanager
-    def softened(self, share: float) -> Iterator[None]:
+    def soften(self, share: float) -> Iterator[None]:
         """Reduce the stiffness to this share."""
         self._share, self._state = share, None
         try:
@@ -136,20 +140,20 @@ class Contact:
         # A line search may try values that are not finite, which the body's residual shows.
         displacements = np.nan_to_num(self.bodies.displacements(state), posinf=0.0, neginf=0.0)
         self._x = self.bodies.X + self._shift + displacements
-        self._pressed, self.near = None, self._search.meeting(self._x, BEYOND)
+        self._pressed, self.near = None, self._search.facets_meet(self._x, BEYOND)
         if self.near:
-            inside = self._search.inside(self._x)
+            inside = self._search.points_inside(self._x)
             if len(inside):
                 self._pressed = Pressed.of(self.bodies, inside, self._x)
 
     @property
-    def pressed(self) -> Pressed:
+    def pressed_points(self) -> Pressed:
         """Points in contact at the state of `look`."""
         assert self._pressed is not None
         return self._pressed
 
     @property
-    def touching(self) -> bool:
+    def is_touching(self) -> bool:
         """Whether any surfaces meet at the state of `look`."""
         return self._pressed is not None
 
@@ -158,7 +162,7 @@ class Contact:
         """Deepest penetration at the state of `look`, relative to the size of the facets, sought down to `BEYOND`."""
         if not self.near:
             return 0.0
-        inside = self._search.inside(self._x, BEYOND)
+        inside = self._search.points_inside(self._x, BEYOND)
         return float(np.max(inside.depth / self.bodies.size[inside.facet], initial=0.0))
 
     def places(self, facet: Ints, point: Ints) -> Array:
@@ -177,12 +181,12 @@ class Contact:
 
     def energy(self) -> float:
         """Return the energy, N mm."""
-        return self._modulus * self.pressed.energy() if self.touching else 0.0
+        return self._modulus * self.pressed_points.energy() if self.is_touching else 0.0
 
     def add_forces(self, forces: Array) -> None:
         """Add the derivative of the energy to a vector over this rank's unknowns."""
-        if self.touching:
-            self._add(self._modulus * self.pressed.forces(), forces)
+        if self.is_touching:
+            self._add(self._modulus * self.pressed_points.forces(), forces)
 
     def add_action(self, direction: Array, forces: Array) -> None:
         """Add the product of the second derivative and a direction.
@@ -194,7 +198,7 @@ class Contact:
         forces : Array
             Vector over this rank's unknowns, shape (n,), N for displacements; changed in place.
         """
-        if self.touching:
+        if self.is_touching:
             self._add_change(self.bodies.displacements(direction), forces)
 
     def add_slope(self, name: str, shear_rate: float, forces: Array) -> None:
@@ -209,12 +213,12 @@ class Contact:
         forces : Array
             Vector over this rank's unknowns, shape (n,), N per unit of the parameter; changed in place.
         """
-        if not self.touching:
+        if not self.is_touching:
             return
-        self._add(shear_rate * self.pressed.forces(), forces)
+        self._add(shear_rate * self.pressed_points.forces(), forces)
         rate = None if self._moved is None else self._moved.rate(name)
         if rate is not None:
-            self._add_change(self.bodies.followed(rate), forces)
+            self._add_change(self.bodies.expand(rate), forces)
 
     def blocks(self, positive: bool = False) -> tuple[Index, Array]:
         """Second derivative by the unknowns of each pair of facets in contact.
@@ -231,14 +235,14 @@ class Contact:
         values : shape (b, n, n)
             N/mm, the sum over the points of the pair.
         """
-        inside = self.pressed.found
+        inside = self.pressed_points.found
         # Points of a pair have the same unknowns: the matrix gets one block for all of them.
         pair = inside.facet * len(self.bodies.facets) + inside.other
         order = np.argsort(pair, kind="stable")
         starts = np.flatnonzero(np.diff(pair[order], prepend=-1))
-        points = self._modulus * self.pressed.positive_stiffness() if positive else self._stiffness
+        points = self._modulus * self.pressed_points.positive_stiffness() if positive else self._stiffness
         values = np.add.reduceat(points[order], starts, axis=0)
-        return self._unknowns(self.pressed.nodes[order[starts]]), values
+        return self._unknowns(self.pressed_points.nodes[order[starts]]), values
 
     def couplings(self) -> list[Index]:
         """Return blocks of unknowns, shape (b, n), that contact couples or may soon couple."""
@@ -246,7 +250,7 @@ class Contact:
         nodes = np.concatenate([self.bodies.facets[pairs[:, 0]], self.bodies.facets[pairs[:, 1]]], axis=1)
         return [self._unknowns(nodes), self.blocks()[0]]
 
-    def fitted(self, pattern: Pattern, matrix: Any, positive: bool) -> tuple[Pattern, Index, Array]:
+    def fit_pattern(self, pattern: Pattern, matrix: Any, positive: bool) -> tuple[Pattern, Index, Array]:
         """Find the places of the second derivative in a pattern, and give the matrix another if it lacks room.
 
         Parameters
@@ -266,11 +270,11 @@ class Contact:
             Entries of the second derivative, for `Pattern.add`.
         """
         unknowns, values = self.blocks(positive)
-        places = pattern.located(unknowns)
+        places = pattern.locate(unknowns)
         if np.any(places == MISSING):
-            pattern = pattern.widened(self.couplings())
+            pattern = pattern.widen(self.couplings())
             pattern.shape(matrix)
-            places = pattern.located(unknowns)
+            places = pattern.locate(unknowns)
         return pattern, places, values
 
     # -- pieces --------------------------------------------------------------------------------------------------
@@ -282,15 +286,15 @@ class Contact:
     @property
     def _stiffness(self) -> Array:
         if self._blocks is None:
-            self._blocks = self._modulus * self.pressed.stiffness()
+            self._blocks = self._modulus * self.pressed_points.stiffness()
         return self._blocks
 
     def _add(self, values: Array, forces: Array) -> None:
-        np.add.at(forces, self.bodies.dofs, self.bodies.gathered(self.pressed.nodes, values))
+        np.add.at(forces, self.bodies.dofs, self.bodies.gather(self.pressed_points.nodes, values))
 
     def _add_change(self, change: Array, forces: Array) -> None:
         """Add the change of the forces due to a change of the nodes' positions (nodes, d)."""
-        nodal_change = change[self.pressed.nodes]
+        nodal_change = change[self.pressed_points.nodes]
         answer = np.einsum("pxy,py->px", self._stiffness, nodal_change.reshape(len(nodal_change), -1))
         self._add(answer.reshape(nodal_change.shape), forces)
 
@@ -312,14 +316,14 @@ def contact_of(mesh: NamedMesh, space: Any, mode: Mode, stress_free: StressFree 
     stress_free
         Where the stress-free body is; None where it is the mesh.
     """
-    if mode.specimen != "bushing" or not mesh.shape.meeting:
+    if mode.specimen != "bushing" or not mesh.shape.contact_surfaces:
         return None
     if mesh.mesh.comm.size > 1:
         # Pairs of facets on different ranks have no place in a distributed matrix yet: docs/contact.md says so.
         return None
     bonds = [*mode.driven, *mode.held]
     outside = exterior(mesh)
-    free = np.setdiff1d(outside, tagged(mesh, bonds))
+    free = np.setdiff1d(outside, facets_of(mesh, bonds))
     if not len(free):
         return None
     # The half-plane has two coordinates; a twist, the component between them, moves no surface.
@@ -328,8 +332,8 @@ def contact_of(mesh: NamedMesh, space: Any, mode: Mode, stress_free: StressFree 
     surface = patch(mesh, space, free, components)
     strips = []
     drawn = {name: mesh.shape.beyond.get(name) for name in bonds}
-    for name in bonds if mesh.shape.meeting == "sleeves" else [n for n in bonds if drawn[n]]:
-        bonded = on_rubber(mesh, np.intersect1d(tagged(mesh, [name]), outside))
+    for name in bonds if mesh.shape.contact_surfaces == "sleeves" else [n for n in bonds if drawn[n]]:
+        bonded = on_rubber(mesh, np.intersect1d(facets_of(mesh, [name]), outside))
         bond_strip = strip(mesh, space, bonded, surface, components, drawn[name])
         if bond_strip is not None:
             strips.append(bond_strip)

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cases.contact.bodies import Bodies
-from cases.contact.facets import Basis, curvature, reduced
+from cases.contact.facets import Basis, curvature, in_free_directions
 from cases.contact.search import Inside
 
 Array = NDArray[np.float64]
@@ -199,7 +199,9 @@ class Pressed:
         S = np.zeros((p, d + a, d + a))
         along = ((growth - share) / self.found.depth**2)[:, None, None] * r[:, :, None] * r[:, None, :]
         S[:, :d, :d] = share[:, None, None] * np.eye(d) + along
-        S[:, d:, d:] = -share[:, None, None] * np.linalg.inv(reduced(curvature(tangent, bend, r), free))
+        S[:, d:, d:] = -share[:, None, None] * np.linalg.inv(
+            in_free_directions(curvature(tangent, bend, r), free)
+        )
         return B, S
 
     def _facet(self) -> tuple[Array, Array]:

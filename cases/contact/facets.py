@@ -145,7 +145,7 @@ def curvature(slope: Array, bend: Array, r: Array) -> Array:
     return np.asarray(slope @ slope.transpose(0, 2, 1) - np.einsum("pabd,pd->pab", bend, r))
 
 
-def reduced(H: Array, free: Array) -> Array:
+def in_free_directions(H: Array, free: Array) -> Array:
     """H in the directions ``free``, with ones on the diagonal for those that are missing.
 
     Parameters

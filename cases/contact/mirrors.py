@@ -93,13 +93,13 @@ def mirror_planes(mesh: NamedMesh, free: Patch) -> list[MirrorPlane]:
         axis = {"x": 0, "y": 1, "z": mesh.dimension - 1}[name]
         side = float(np.sign(free.X[:, axis].mean()))
         span = 4.0 * float(np.ptp(free.X, axis=0).max())
-        facets = _unfolded(free, axis)
+        facets = _facets_without_fold(free, axis)
         if len(facets):
             planes.append(MirrorPlane(axis, side, facets, float(free.X.min()) - 0.5 * span, 2.0 * span))
     return planes
 
 
-def _unfolded(free: Patch, axis: int) -> Ints:
+def _facets_without_fold(free: Patch, axis: int) -> Ints:
     """Return the facets, except those at the plane that do not face it at rest.
 
     They would meet their mirror images only in a fold of the surface that the mesh does not resolve

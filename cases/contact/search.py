@@ -88,8 +88,8 @@ class ContactSearch:
         # Shape functions at the points of a facet, (n, q).
         self._shares = bodies.basis.values(bodies.points[0]).T
 
-    def meeting(self, x: Array, reach: float) -> bool:
-        """Whether any facets come near enough to each other for `inside` to find a point.
+    def facets_meet(self, x: Array, reach: float) -> bool:
+        """Whether any facets come near enough to each other for `points_inside` to find a point.
 
         Parameters
         ----------
@@ -105,7 +105,7 @@ class ContactSearch:
             return True
         return bool(loops().lib.meeting(self._surface, pointer(x), reach, MAYBE))
 
-    def inside(self, x: Array, reach: float = REACH) -> Inside:
+    def points_inside(self, x: Array, reach: float = REACH) -> Inside:
         """Return the points that penetrate other facets by at most ``reach``, with the nodes at x (nodes, d).
 
         Parameters

@@ -116,7 +116,7 @@ def strip(
     if not X:
         return None
     places = np.concatenate(X)
-    anchors, weights = _anchored(bond.X, places)
+    anchors, weights = _rigid_weights(bond.X, places)
     anchor_points = Anchors(bond.dofs[anchors], bond.where[anchors], bond.cells)
     return RigidFacets(np.array(facets), np.array(sign), places, anchor_points, weights, str(bond.names[0]))
 
@@ -187,7 +187,7 @@ def _cut(basis: Basis, grid: Array) -> list[Array]:
     return [grid[i, j], grid[last - i, last - j]]
 
 
-def _anchored(bond: Array, places: Array) -> tuple[Ints, Array]:
+def _rigid_weights(bond: Array, places: Array) -> tuple[Ints, Array]:
     """Nodes of a bond, and the weights that give a rigid motion of other points from that of these nodes."""
     d = bond.shape[1]
     if d == 2:

@@ -71,10 +71,10 @@ def exterior(mesh: NamedMesh) -> Ints:
     inner.topology.create_connectivity(mesh.dimension - 1, mesh.dimension)
     facets = exterior_facet_indices(inner.topology)
     cut = [name for name in mesh.boundary if name.startswith("mirror_")]
-    return np.setdiff1d(facets, tagged(mesh, cut)).astype(np.int64)
+    return np.setdiff1d(facets, facets_of(mesh, cut)).astype(np.int64)
 
 
-def tagged(mesh: NamedMesh, names: Iterable[str]) -> Ints:
+def facets_of(mesh: NamedMesh, names: Iterable[str]) -> Ints:
     """Numbers of the facets of named boundaries.
 
     Parameters
@@ -147,7 +147,7 @@ def _names(mesh: NamedMesh, facets: Ints) -> NDArray[np.str_]:
     """Boundary of each facet."""
     names = np.full(len(facets), "", dtype="<U64")
     for name in mesh.boundary:
-        names[np.isin(facets, tagged(mesh, [name]))] = name
+        names[np.isin(facets, facets_of(mesh, [name]))] = name
     return names
 
 

@@ -43,9 +43,9 @@ def touches(contact: Contact, state: Array) -> list[Touch]:
         This rank's unknowns, shape (n,).
     """
     contact.look(state)
-    if not contact.touching:
+    if not contact.is_touching:
         return []
-    pressed, bodies = contact.pressed, contact.bodies
+    pressed, bodies = contact.pressed_points, contact.bodies
     inside = pressed.found
     # Each of two soft facets holds half of the energy, and both have points: the sum is one force.
     force = contact.shear_modulus * np.linalg.norm(pressed.own_forces(), axis=1)

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from cases.dynamic.model import Branches, modulus
 from cases.dynamic.reduction import Change, ReducedPencil, Sweep, VectorBasis
-from cases.ranks import summed
+from cases.ranks import sum_over_ranks
 from cases.sine import TabulatedHarmonics, ThinnedSpectrum
 
 Array = NDArray[np.float64]
@@ -111,7 +111,7 @@ class UnevenModel:
             np.einsum("prk,pk->pr", self._root, points.gradients(vector)).ravel() for vector in new_vectors
         ]
         self._strains = np.vstack([self._strains, *strains])
-        self._reduced = basis.reduced()
+        self._reduced = basis.reduced_pencil()
         #: Local shear amplitude of the elastic body over the sleeve's, shape (points,).
         self._elastic = self._local(np.eye(len(self._strains))[self._motion].astype(np.complex128))
 
@@ -240,8 +240,8 @@ class UnevenModel:
             comm = self._basis.pencil.model.comm
             # Real and imaginary part may be parallel: of their span what is larger than rounding errors is added.
             motion = self._basis.vectors[self._motion : self._motion + 1]
-            gram = summed(comm, vectors @ vectors.T)
-            square = float(summed(comm, motion @ motion.T)[0, 0])
+            gram = sum_over_ranks(comm, vectors @ vectors.T)
+            square = float(sum_over_ranks(comm, motion @ motion.T)[0, 0])
             squares, axes = np.linalg.eigh(gram)
             independent = squares > ROUNDED**2 * square
             if not independent.any():
@@ -301,7 +301,9 @@ class UnevenModel:
         weights = np.repeat(self._weight * s, self._root.shape[1])
         strains = self._strains
         parts = np.array([(strains * part) @ strains.T for part in (weights.real, weights.imag)])
-        integral = self._basis.pencil.model.multiplicity * summed(self._basis.pencil.model.comm, parts)
+        integral = self._basis.pencil.model.multiplicity * sum_over_ranks(
+            self._basis.pencil.model.comm, parts
+        )
         m, d = self._reduced.motions, self._reduced.driven
         # Of rigid motions there is the mass alone.
         integral[:, d:m] = 0.0
@@ -316,7 +318,8 @@ class UnevenModel:
         squares = ((x @ self._strains) ** 2).reshape(len(self._weight), -1).sum(axis=1)
         work = np.array([(self._weight * s) @ squares])
         return complex(
-            model.multiplicity * (summed(model.comm, work.real) + 1j * summed(model.comm, work.imag))[0]
+            model.multiplicity
+            * (sum_over_ranks(model.comm, work.real) + 1j * sum_over_ranks(model.comm, work.imag))[0]
         )
 
     def _local(self, x: Complex) -> Array:

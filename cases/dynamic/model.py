@@ -96,7 +96,7 @@ class DynamicModel:
         density : float or None
             Of the rubber, t/mm^3; None = the one for which the model was reduced.
         """
-        return self._taken(np.array(self.reduced.stiffness(sweep(frequencies, branches), density)))
+        return self._entry_of_motion(np.array(self.reduced.stiffness(sweep(frequencies, branches), density)))
 
     def slopes(
         self, frequencies: Array, branches: Branches, density: float | None = None
@@ -108,7 +108,9 @@ class DynamicModel:
         frequencies, branches, density
             As for `stiffness`: Hz, t/mm^3.
         """
-        by_s, by_density = map(self._taken, self.reduced.slopes(sweep(frequencies, branches), density))
+        by_s, by_density = map(
+            self._entry_of_motion, self.reduced.slopes(sweep(frequencies, branches), density)
+        )
         count = len(branches)
         by_g, by_tau = np.empty((2, count, len(frequencies)), dtype=np.complex128)
         for i, (g, tau) in enumerate(branches):
@@ -129,7 +131,8 @@ class DynamicModel:
         """
         points = sweep(frequencies, branches)
         slopes = [
-            self._taken(self.reduced.along(matrix, points, density)) for matrix in self.changes.matrices
+            self._entry_of_motion(self.reduced.along(matrix, points, density))
+            for matrix in self.changes.matrices
         ]
         return np.array(slopes, dtype=np.complex128).reshape(-1, len(frequencies))
 
@@ -153,5 +156,5 @@ class DynamicModel:
         """
         return float(self.reduced.errors(sweep(frequencies, branches), density).max())
 
-    def _taken(self, stiffness: Complex) -> Complex:
+    def _entry_of_motion(self, stiffness: Complex) -> Complex:
         return np.asarray(stiffness[int(self.transfer), :, self.motion, self.motion])

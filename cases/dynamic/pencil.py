@@ -21,11 +21,11 @@ from cases.equilibrium import Equilibrium
 from cases.model import FiniteElementModel
 from cases.motion import PoseMotion
 from cases.newton import negative_eigenvalues
-from cases.ranks import summed
+from cases.ranks import sum_over_ranks
 from cases.reaction import reactions
-from cases.rigid import completed, solved, turned
+from cases.rigid import complete_forces, solve_under_forces, work_on_turning_arms
 from cases.six import possible, skew
-from geometry.dolfinx_api import collapsed
+from geometry.dolfinx_api import collapse
 
 Array = NDArray[np.float64]
 
@@ -94,7 +94,7 @@ class Pencil:
         if negative_eigenvalues(solver.factor) > model.system.free_pressures:
             raise Unstable
         self._metal = [metal[name] for name in model.mesh.sleeves]
-        space, self._parent = collapsed(model.space.sub(0))
+        space, self._parent = collapse(model.space.sub(0))
         self._nodes: Array = space.tabulate_dof_coordinates()[:, : model.mesh.dimension].T
         self._take(solver.q)
 
@@ -128,13 +128,13 @@ class Pencil:
             moves = list(possible(self.model.mesh.mirrors))
             turning = np.zeros((6, 6))
             # Symmetric as the second derivative of the energy (`cases.rigid`).
-            turning[3:, 3:] = turned(self.model, residual, q)
+            turning[3:, 3:] = work_on_turning_arms(self.model, residual, q)
             turning[3:, 3:] += 0.5 * skew(reactions(self.model, residual, q)[3:])
             self.static = turning[np.ix_(moves, moves)]
             motions = motion.over_all(motion.twists(q)[moves])
         else:
             bend = (motion.rate(q + BEND) - motion.rate(q - BEND)) / (2.0 * BEND)
-            work = float(summed(self.model.comm, float(residual.array_r @ bend[: system.owned])))
+            work = float(sum_over_ranks(self.model.comm, float(residual.array_r @ bend[: system.owned])))
             self.static = np.full((1, 1), work * self.model.multiplicity)
             motions = motion.rate(q)[None]
         residual.destroy()
@@ -169,8 +169,8 @@ class Pencil:
 
     def followed_motions(self) -> Array:
         """Response of the body to each of the sleeve's motions, K_eq alone; shape (m, n)."""
-        pull = completed(self.model, self.model.system.pulls(np.ascontiguousarray(self.motions)))
-        return self.motions - solved(self.model, self._solver.factor, pull)
+        pull = complete_forces(self.model, self.model.system.pulls(np.ascontiguousarray(self.motions)))
+        return self.motions - solve_under_forces(self.model, self._solver.factor, pull)
 
     def solve(self, forces: Array) -> Array:
         """Solve K_eq x = f in the free unknowns.
@@ -180,7 +180,7 @@ class Pencil:
         forces
             This rank's contributions, shape (k, n); what acts on constrained unknowns is left out.
         """
-        return solved(self.model, self._solver.factor, completed(self.model, forces))
+        return solve_under_forces(self.model, self._solver.factor, complete_forces(self.model, forces))
 
     def products(self, left: Array, forces: Array) -> Array:
         """Return the work of forces on motions, shape (k, l).
@@ -192,5 +192,5 @@ class Pencil:
         forces
             Contributions of this rank, shape (l, n), N or N mm.
         """
-        work = np.asarray(summed(self.model.comm, left @ forces.T))
+        work = np.asarray(sum_over_ranks(self.model.comm, left @ forces.T))
         return work * self.model.multiplicity

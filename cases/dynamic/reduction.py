@@ -122,9 +122,9 @@ class ReducedPencil:
             Of the rubber, t/mm^3; None = `density`.
         """
         m, P = self.motions, self._dynamic(sweep, density)
-        return self._apart(P[:, :m, :m] + P[:, :m, m:] @ self.states(sweep, density)[:, m:], self.static)
+        return self._split(P[:, :m, :m] + P[:, :m, m:] @ self.states(sweep, density)[:, m:], self.static)
 
-    def _apart(self, forces: Complex, static: Array | float = 0.0) -> tuple[Complex, Complex]:
+    def _split(self, forces: Complex, static: Array | float = 0.0) -> tuple[Complex, Complex]:
         """Return driving-point and transfer stiffness from the works of forces on all motions, (f, m, m)."""
         d = self.driven
         driving = np.asarray(static + forces[:, :d, :d])
@@ -148,7 +148,7 @@ class ReducedPencil:
         x = self.states(sweep, density)
         transposed = x.transpose(0, 2, 1)
         by_density = -sweep.squared[:, None, None] * (transposed @ self.rubber @ x)
-        return np.array(self._apart(transposed @ self.viscous @ x)), np.array(self._apart(by_density))
+        return np.array(self._split(transposed @ self.viscous @ x)), np.array(self._split(by_density))
 
     def along(self, change: Change, sweep: Sweep, density: float | None = None) -> Complex:
         """Return the derivatives x^T (dK/dp) x of both stiffnesses by a parameter, (2, f, driven, driven).
@@ -166,7 +166,7 @@ class ReducedPencil:
         mass = (self.density if density is None else density) * change.rubber + change.metal
         s, squared = sweep.s[:, None, None], sweep.squared[:, None, None]
         matrix = change.equilibrium + s * change.viscous - squared * mass
-        return np.array(self._apart(x.transpose(0, 2, 1) @ matrix @ x, change.static))
+        return np.array(self._split(x.transpose(0, 2, 1) @ matrix @ x, change.static))
 
     def errors(self, sweep: Sweep, density: float | None = None) -> Array:
         """Return the bound of the error of each stiffness over its own size, shape (f,); the worst of its motions.
@@ -230,11 +230,6 @@ class ReducedPencil:
         return np.asarray(errors.max(axis=1)), np.asarray(1.0 / np.sqrt(sizes * beta))
 
 
-def reduced(pencil: Pencil, sweep: Sweep, density: float, tolerance: float) -> ReducedPencil:
-    """Reduce the body to the vectors of `basis_for`."""
-    return basis_for(pencil, sweep, density, tolerance).reduced()
-
-
 def basis_for(pencil: Pencil, sweep: Sweep, density: float, tolerance: float) -> VectorBasis:
     """Choose vectors until the bound of the error is below a tolerance at every point, or no vector makes it smaller.
 
@@ -252,7 +247,7 @@ def basis_for(pencil: Pencil, sweep: Sweep, density: float, tolerance: float) ->
     basis.add(pencil.followed_motions())
     basis.add_rigid()
     for _ in range(MOST_ROUNDS):
-        reduced = basis.reduced()
+        reduced = basis.reduced_pencil()
         errors, weights = reduced.errors_and_weights(sweep)
         if float(errors.max()) <= tolerance:
             break
@@ -326,12 +321,12 @@ class VectorBasis:
         m = self._motions
         return np.vstack([self.vectors[m:], self._viscous, self._inertial])
 
-    def reduced(self) -> ReducedPencil:
+    def reduced_pencil(self) -> ReducedPencil:
         """Return the matrices over the present vectors."""
         pencil, m = self.pencil, self._motions
         matrices = self._matrices(pencil, self.vectors, self._forces)
         forces = np.vstack([self._forces.equilibrium[m:], self._forces.viscous, self._mass])
-        inner = _even(pencil.products(self._parts, forces))
+        inner = _symmetric_part(pencil.products(self._parts, forces))
         return ReducedPencil(m, len(pencil.motions), **vars(matrices), density=self._density, residuals=inner)
 
     def at(self, pencil: Pencil) -> Change:
@@ -352,7 +347,7 @@ class VectorBasis:
             products = pencil.products(vectors, part)
             # Of rigid motions the forces alone are without those of the ground.
             products[rigid] = products[:, rigid].T
-            return _even(products)
+            return _symmetric_part(products)
 
         return Change(**{name: matrix(part) for name, part in vars(forces).items()}, static=pencil.static)
 
@@ -388,6 +383,6 @@ class VectorBasis:
         return np.asarray(coefficients.T @ self._parts[significant])
 
 
-def _even(matrix: Array) -> Array:
+def _symmetric_part(matrix: Array) -> Array:
     """Remove the rounding by which a symmetric matrix is not symmetric."""
     return 0.5 * (matrix + matrix.T)

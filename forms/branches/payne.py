@@ -95,7 +95,7 @@ def contribution(
     fading : Scalar
         Rate at which the range so far is forgotten, 1/s.
     """
-    passed, *_ = _passed(step, path, offset, exponent, fading)
+    passed, *_ = _clock_advance(step, path, offset, exponent, fading)
     return Contribution(passed, step.strain.variables, ufl.as_ufl(0.0))
 
 
@@ -109,17 +109,17 @@ def update(step: Step, *, path: Scalar, offset: Scalar, exponent: Scalar, fading
     path, offset, exponent, fading : Scalar
         As in `contribution`.
     """
-    passed, beyond, distance = _passed(step, path, offset, exponent, fading)
-    Xi, radius = _faded(step, fading)
-    centre = _between(Xi, step.isochoric, beyond / (2 * (distance + ROUNDED)))
+    passed, beyond, distance = _clock_advance(step, path, offset, exponent, fading)
+    Xi, radius = _faded_range(step, fading)
+    centre = _interpolate(Xi, step.isochoric, beyond / (2 * (distance + ROUNDED)))
     return {"passed": passed, "C": step.isochoric, "Xi": centre, "radius": radius + beyond / 2}
 
 
-def _passed(
+def _clock_advance(
     step: Step, path: Scalar, offset: Scalar, exponent: Scalar, fading: Scalar
 ) -> tuple[Scalar, Scalar, Scalar]:
     """Return the clock's advance, by how much the strain leaves its range so far, its distance from the centre."""
-    Xi, radius = _faded(step, fading)
+    Xi, radius = _faded_range(step, fading)
     way, distance = (_distance(tensor, step.isochoric) for tensor in (step.internal["C"], Xi))
     beyond = ufl.max_value(distance - radius, 0)
     # The mean of the radii at beginning and end.
@@ -127,13 +127,13 @@ def _passed(
     return step.duration + speed * way, beyond, distance
 
 
-def _faded(step: Step, fading: Scalar) -> tuple[Symmetric, Scalar]:
+def _faded_range(step: Step, fading: Scalar) -> tuple[Symmetric, Scalar]:
     """Centre and radius of the range, less what is forgotten in the step."""
     decay = ufl.exp(-fading * step.duration)
-    return _between(step.internal["Xi"], step.internal["C"], 1 - decay), decay * step.internal["radius"]
+    return _interpolate(step.internal["Xi"], step.internal["C"], 1 - decay), decay * step.internal["radius"]
 
 
-def _between(A: Symmetric, B: Symmetric, share: Scalar) -> Symmetric:
+def _interpolate(A: Symmetric, B: Symmetric, share: Scalar) -> Symmetric:
     mixed = (1 - share) * A + share * B
     return (1 / cube_root(mixed.det())) * mixed
 

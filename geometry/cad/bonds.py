@@ -11,11 +11,11 @@ from geometry.blocks import Array
 from geometry.cad.axis import Axis, distance_between, from_axis, is_coaxial, own_line
 from geometry.cad.part import Part
 from geometry.cad.roles import INNER, OUTER, RUBBER
-from geometry.cad.rules import STRAIGHT, Rule, hexadecimal, selected
+from geometry.cad.rules import STRAIGHT, Rule, hexadecimal, matching_faces
 from geometry.cad.sampling import Sampled
 from geometry.cad.triangles import view_of
+from geometry.connections import BONDS
 from geometry.errors import GeometryError
-from geometry.joined import BONDS
 from geometry.session import model
 
 FREE = "free"
@@ -141,7 +141,7 @@ def _bond(
     """Faces of a bond, and how they were found."""
     if rules:
         tags_by_rule = [
-            selected([rule], faces, axis, part.size, part.face_names, part.colours) for rule in rules
+            matching_faces([rule], faces, axis, part.size, part.face_names, part.colours) for rule in rules
         ]
         bond_tags = sorted({tag for tags in tags_by_rule for tag in tags})
         if [] in tags_by_rule:
@@ -170,7 +170,7 @@ def _bond(
     named_faces = [face.tag for face in faces if part.face_names.get(face.tag, "").lower().startswith(bond)]
     if named_faces:
         return named_faces, "by the names of faces in the file"
-    coloured = _coloured(bond, part, faces, axis)
+    coloured = _faces_by_colour(bond, part, faces, axis)
     if coloured:
         return coloured, COLOURS
     rubber = [face for face in faces if roles.get(_owner(face.tag)) == RUBBER]
@@ -215,7 +215,7 @@ def selectable(faces: Sequence[Sampled], axis: Axis, part: Part) -> str:
     shown = [
         ("cylinders about the axis of radius {} mm", [f"{r:g}" for r in sorted(axis_radii)]),
         ("cylinders about other lines of radius {} mm", [f"{r:g}" for r in sorted(other_radii)]),
-        ("plane faces with normal {}", sorted({_rounded(normal) for normal in sides})),
+        ("plane faces with normal {}", sorted({_list_text(normal) for normal in sides})),
         ("other faces in the boxes {}", sorted(map(_box, other_faces))),
         ("faces named {}", names),
         ("faces in {}", colours),
@@ -224,7 +224,7 @@ def selectable(faces: Sequence[Sampled], axis: Axis, part: Part) -> str:
     return "; ".join(sentences) or "no cylinders about the axis, names or colours"
 
 
-def _rounded(vector: Array) -> str:
+def _list_text(vector: Array) -> str:
     """Write a vector as in the case file."""
     return "[" + ", ".join(f"{round(float(x), 4) + 0.0:g}" for x in vector) + "]"
 
@@ -232,7 +232,7 @@ def _rounded(vector: Array) -> str:
 def _box(face: Sampled) -> str:
     """Write the box around a face's samples as in the case file, a millimetre wider."""
     return (
-        "[" + ", ".join(map(_rounded, (face.points.min(axis=0) - 1.0, face.points.max(axis=0) + 1.0))) + "]"
+        "[" + ", ".join(map(_list_text, (face.points.min(axis=0) - 1.0, face.points.max(axis=0) + 1.0))) + "]"
     )
 
 
@@ -240,7 +240,7 @@ def _owner(face: int) -> int:
     return int(model().getAdjacencies(2, face)[0][0])
 
 
-def _coloured(bond: str, part: Part, faces: Sequence[Sampled], axis: Axis) -> list[int]:
+def _faces_by_colour(bond: str, part: Part, faces: Sequence[Sampled], axis: Axis) -> list[int]:
     """Return which of the two colours of the faces lies nearer to the axis, or farther from it."""
     groups: dict[tuple[int, int, int], list[Sampled]] = {}
     for face in faces:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from geometry.blocks import Array
-from geometry.cad.found import FoundPart
+from geometry.cad.find_part import FoundPart
 from geometry.session import model
 
 #: A face lies in a plane if its points are no farther from it than this share of the file's largest extent.

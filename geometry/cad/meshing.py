@@ -11,7 +11,7 @@ import numpy as np
 
 from geometry.cad.bonds import FREE
 from geometry.cad.cut import cut
-from geometry.cad.found import CadStatements, FoundPart, find_part
+from geometry.cad.find_part import CadStatements, FoundPart, find_part
 from geometry.cad.frame import vector_text
 from geometry.cad.measure import TETRAHEDRON
 from geometry.cad.part import open_part
@@ -20,8 +20,8 @@ from geometry.errors import GeometryError
 from geometry.estimate import Fine, tetrahedra
 from geometry.grading import Sizes, grade
 from geometry.isolated import isolated, seconds_for
-from geometry.raw import Ints, RawMesh, from_gmsh, mirrored, straightened, to_gmsh
-from geometry.session import model, refusing, session
+from geometry.raw import Ints, RawMesh, add_mirror_image, from_gmsh, straighten_folds, to_gmsh
+from geometry.session import convert_errors, model, session
 from geometry.shape import Mirrors, Names, Refinement
 from geometry.view import View
 
@@ -50,7 +50,7 @@ def generate(statements: CadStatements, mirrors: Mirrors, refinement: Refinement
     raw = part_mesh(statements, refinement)
     for component, plane in enumerate("xyz"):
         if plane in part.planes and plane not in mirrors:
-            raw = mirrored(raw, component, f"mirror_{plane}")
+            raw = add_mirror_image(raw, component, f"mirror_{plane}")
     refuse_flat(raw, str(statements.path), part.view)
     return to_gmsh(raw)
 
@@ -161,10 +161,10 @@ def part_mesh(statements: CadStatements, refinement: Refinement) -> RawMesh:
     """
     part = find_part(statements)
     with session():
-        return _meshed(statements, part, refinement)
+        return _part_mesh(statements, part, refinement)
 
 
-def _meshed(statements: CadStatements, part: FoundPart, refinement: Refinement) -> RawMesh:
+def _part_mesh(statements: CadStatements, part: FoundPart, refinement: Refinement) -> RawMesh:
     open_part(statements.path, statements.unit)
     regions, boundaries = cut(part)
     factor = _factor(refinement)
@@ -176,10 +176,10 @@ def _meshed(statements: CadStatements, part: FoundPart, refinement: Refinement) 
             face_sizes[face] = float(np.clip(gap / (BETWEEN * factor), 0.25 * inside, inside))
     sizes = Sizes(inside, edge, GROWTH, PER_CIRCLE * math.sqrt(factor), face_sizes)
     grade(3, bond_edges(regions, boundaries), sizes)
-    with refusing(str(statements.path), "cannot be meshed", part.view):
+    with convert_errors(str(statements.path), "cannot be meshed", part.view):
         model().mesh.generate(3)
     model().mesh.setOrder(2)
-    raw = straightened(from_gmsh(regions, {name: list(faces) for name, faces in boundaries.items()}))
+    raw = straighten_folds(from_gmsh(regions, {name: list(faces) for name, faces in boundaries.items()}))
     return replace(raw, points=_flat(raw, part.frame.local(raw.points)))
 
 

@@ -17,7 +17,7 @@ Planes = frozenset[Literal["x", "y", "z"]]
 Vector = tuple[float, float, float]
 
 
-def shown(
+def picture_names(
     roles: Mapping[int, str], meshed: Sequence[int], labels: Mapping[int, str]
 ) -> tuple[dict[int, str], dict[int, str]]:
     """Return the names of faces and of solids in the picture; of one body alone no solids, but its faces only.
@@ -119,13 +119,13 @@ def notes_of(
     for bond, words in bonds.how.items():
         count = sum(label == bond for label in bonds.labels.values())
         notes.append(f"{bond} bond ({words}): {count} face{'s' * (count > 1)}, {areas[bond]:.5g} mm2")
-    notes += _unused(part, bonds)
+    notes += _unused_names(part, bonds)
     notes.append(f"a radial load acts along {vector_text(frame.rows[0])}" + (", given" if direction else ""))
     notes.append("planes of symmetry through the centre, normal to: " + (", ".join(sorted(planes)) or "none"))
     return tuple(notes)
 
 
-def _unused(part: Part, bonds: Bonds) -> list[str]:
+def _unused_names(part: Part, bonds: Bonds) -> list[str]:
     """Return sentences about colours and names of faces in the file that defined no bond."""
     sentences = []
     if bonds.unused:

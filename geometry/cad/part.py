@@ -10,7 +10,7 @@ import numpy as np
 from geometry.cad.step import StepText, read_step
 from geometry.cad.triangles import view_of
 from geometry.errors import GeometryError
-from geometry.session import model, options, refusing
+from geometry.session import convert_errors, model, options
 from geometry.size import MILLIMETRES, UNITS, Unit, refuse_size
 
 STEP = (".step", ".stp")
@@ -91,7 +91,7 @@ def open_part(path: Path, unit: Unit | None) -> Part:
     size = _size(path)
     stated = next((name for name, factor in MILLIMETRES.items() if factor == text.unit), "")
     if len(solids) > 1:
-        solids_now = _fragmented(solids, solid_names, str(path))
+        solids_now = _cut_at_each_other(solids, solid_names, str(path))
         lost = " and ".join(word for word, values in (("names", names), ("colours", colours)) if values)
         return Part(solids_now, size=size, unit=stated, lost=lost)
     return Part(dict(zip(solids, solid_names, strict=True)), names, colours, size, stated)
@@ -107,7 +107,7 @@ def _read(path: Path, scale: float = 1.0) -> None:
     for sew in (0, 1):
         option("Geometry.OCCSewFaces", sew)
         option("Geometry.OCCMakeSolids", sew)
-        with refusing(str(path), "cannot be read as CAD"):
+        with convert_errors(str(path), "cannot be read as CAD"):
             model().occ.importShapes(str(path), highestDimOnly=False)
         model().occ.synchronize()
         if model().getEntities(3) or sew:
@@ -181,7 +181,7 @@ def _on_surface(solid: int) -> tuple[float, float, float]:
     return float(x), float(y), float(z)
 
 
-def _fragmented(solids: list[int], names: list[str], where: str) -> dict[int, str]:
+def _cut_at_each_other(solids: list[int], names: list[str], where: str) -> dict[int, str]:
     """Cut the solids at each other, so that they share faces where they touch."""
     volumes = [float(model().occ.getMass(3, tag)) for tag in solids]
     _, fragments = model().occ.fragment([(3, tag) for tag in solids[:1]], [(3, tag) for tag in solids[1:]])

@@ -48,14 +48,14 @@ def roles_of(solids: Mapping[int, str], given_roles: Mapping[str, str], where: s
             roles[tag] = next((role for role, words in _WORDS.items() if re.search(words, name, re.I)), "")
     for key in given_roles:
         if key not in used_keys:
-            listed = _listed(solids)
+            listed = _solids_text(solids)
             raise GeometryError(where, f'geometry.solids: there is no solid "{key}"', listed)
     if RUBBER not in roles.values():
         raise GeometryError(
             where,
             f"holds {len(solids)} solid{'s' * (len(solids) > 1)}, and no name says which one is the rubber",
-            f'geometry.solids = {{"1" = "rubber", ...}} of {_listed(solids)}',
-            _numbered(solids),
+            f'geometry.solids = {{"1" = "rubber", ...}} of {_solids_text(solids)}',
+            _numbered_view(solids),
         )
     plates = 0
     for tag, role in roles.items():
@@ -65,7 +65,7 @@ def roles_of(solids: Mapping[int, str], given_roles: Mapping[str, str], where: s
     return roles
 
 
-def _numbered(solids: Mapping[int, str]) -> View | None:
+def _numbered_view(solids: Mapping[int, str]) -> View | None:
     """A picture of the solids with their numbers."""
     labels: dict[int, str] = {}
     for number, (tag, name) in enumerate(solids.items(), start=1):
@@ -74,7 +74,7 @@ def _numbered(solids: Mapping[int, str]) -> View | None:
     return view_of(labels)
 
 
-def _listed(solids: Mapping[int, str]) -> str:
+def _solids_text(solids: Mapping[int, str]) -> str:
     return ", ".join(
         f"{number}: {name or 'no name'}, {model().occ.getMass(3, tag):.4g} mm3"
         for number, (tag, name) in enumerate(solids.items(), start=1)

@@ -53,7 +53,7 @@ class Rule(BaseModel):
         return value
 
     @model_validator(mode="after")
-    def _something(self) -> Any:
+    def _require_condition(self) -> Any:
         if not self.model_fields_set:
             raise ValueError("give radius, normal, box, face or colour")
         return self
@@ -113,7 +113,7 @@ def _rules(value: Any) -> Any:
 Rules = Annotated[tuple[Rule, ...], BeforeValidator(_rules)]
 
 
-def selected(
+def matching_faces(
     rules: Sequence[Rule],
     faces: Sequence[Sampled],
     axis: Axis,

@@ -23,7 +23,7 @@ SIMPLE = ("Plane", "Cylinder", "Cone", "Sphere", "Torus")
 TRIANGLE6 = 9
 
 
-def measured(solids: Iterable[int], size: float) -> tuple[dict[int, float], dict[int, float]]:
+def areas_and_volumes(solids: Iterable[int], size: float) -> tuple[dict[int, float], dict[int, float]]:
     """Return areas of faces (mm^2) and volumes of solids (mm^3) where OpenCASCADE's are inexact.
 
     Parameters
@@ -47,11 +47,11 @@ def measured(solids: Iterable[int], size: float) -> tuple[dict[int, float], dict
     with contextlib.suppress(Exception):
         model().mesh.generate(2)
         model().mesh.setOrder(2)
-        return _integrated(sides, size)
+        return _integrals(sides, size)
     return {}, {}
 
 
-def _integrated(sides: dict[int, list[int]], size: float) -> tuple[dict[int, float], dict[int, float]]:
+def _integrals(sides: dict[int, list[int]], size: float) -> tuple[dict[int, float], dict[int, float]]:
     tags, coordinates, _ = model().mesh.getNodes()
     number = np.zeros(int(tags.max()) + 1, dtype=np.int64)
     number[tags] = np.arange(len(tags))

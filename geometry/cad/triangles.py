@@ -43,7 +43,7 @@ def view_of(labels: Mapping[int, str], bodies: Mapping[int, str] | None = None) 
     number[tags] = np.arange(len(tags))
     points = coordinates.reshape(-1, 3)
 
-    def gathered(named_faces: Iterable[tuple[int, str]]) -> tuple[Array, NDArray[np.int_]]:
+    def collect(named_faces: Iterable[tuple[int, str]]) -> tuple[Array, NDArray[np.int_]]:
         triangles, label = [np.zeros((0, 3, 3))], [np.zeros(0, dtype=int)]
         for face, name in named_faces:
             nodes = model().mesh.getElementsByType(2, face)[1].reshape(-1, 3).astype(int)
@@ -56,6 +56,6 @@ def view_of(labels: Mapping[int, str], bodies: Mapping[int, str] | None = None) 
         for solid, name in bodies.items()
         for _, face in model().getBoundary([(3, solid)], oriented=False)
     ]
-    shown, closed = gathered(labels.items()), gathered(sides)
+    shown, closed = collect(labels.items()), collect(sides)
     model().mesh.clear()
     return View(*shown, names, solids=closed[0], solid_label=closed[1])

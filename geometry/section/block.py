@@ -74,20 +74,20 @@ def block(drawn: Drawn, refinement: Refinement, solid: bool) -> RawMesh | None:
     along = max(2, math.ceil(0.5 * (inner.length + outer.length) / (LONG * width)))
     if refinement.along is not None:
         along = max(1, math.ceil(refinement.elements(refinement.along, 1) / (2 if half else 1)))
-    s = _graded(across, GRADING[0], "both")
-    t = _graded(along, GRADING[1], "stop" if half else "both")
-    points = _blended(inner, top, outer, bottom, s, t)
+    s = _graded_shares(across, GRADING[0], "both")
+    t = _graded_shares(along, GRADING[1], "stop" if half else "both")
+    points = _transfinite_nodes(inner, top, outer, bottom, s, t)
     raw = _quadrilaterals(points, {"bottom": bottom.name, "top": top.name})
     return raw if _sound(points) else None
 
 
-def _graded(elements: int, grading: float, fine: str) -> Array:
+def _graded_shares(elements: int, grading: float, fine: str) -> Array:
     """Shares of corners and mid-side nodes."""
     corners = Interval(0.0, 1.0, elements, grading, fine).vertices()  # type: ignore[arg-type]
     return np.sort(np.concatenate([corners, 0.5 * (corners[1:] + corners[:-1])]))
 
 
-def _snapped(shares: Array, bends: tuple[float, ...]) -> Array:
+def _snap_to_bends(shares: Array, bends: tuple[float, ...]) -> Array:
     """Move corners of elements to where a side bends; the mid-side nodes stay in the middle."""
     corners = shares[::2].copy()
     for bend in bends:
@@ -101,10 +101,10 @@ def _snapped(shares: Array, bends: tuple[float, ...]) -> Array:
     return snapped
 
 
-def _blended(inner: _Side, top: _Side, outer: _Side, bottom: _Side, s: Array, t: Array) -> Array:
+def _transfinite_nodes(inner: _Side, top: _Side, outer: _Side, bottom: _Side, s: Array, t: Array) -> Array:
     """Nodes, shape (len(s), len(t), 2): s from the inner to the outer bond, t upward."""
-    left, right = (side.at(_snapped(t, side.bends)) for side in (inner, outer))
-    below, above = (side.at(_snapped(s, side.bends)) for side in (bottom, top))
+    left, right = (side.at(_snap_to_bends(t, side.bends)) for side in (inner, outer))
+    below, above = (side.at(_snap_to_bends(s, side.bends)) for side in (bottom, top))
     a, b = s[:, None, None], t[None, :, None]
     corners = (
         (1 - a) * (1 - b) * left[0] + a * (1 - b) * right[0] + (1 - a) * b * left[-1] + a * b * right[-1]
@@ -135,14 +135,14 @@ def _sides(drawn: Drawn) -> tuple[_Side, _Side, _Side, _Side] | None:
         groups[-1][1].append(tag)
     if len(groups) != 4 or [groups[0][0], groups[2][0]] != ["inner", "outer"]:
         return None
-    inner, end, outer, other_end = _chained([_followed(name, tags) for name, tags in groups])
+    inner, end, outer, other_end = _orient_sides([_side_along(name, tags) for name, tags in groups])
     if inner.points[0, 1] > inner.points[-1, 1]:
         # Round the other way: downward inside, outward below, upward outside, inward above.
-        return _reversed(inner), _reversed(other_end), outer, end
-    return inner, end, _reversed(outer), _reversed(other_end)
+        return _reverse(inner), _reverse(other_end), outer, end
+    return inner, end, _reverse(outer), _reverse(other_end)
 
 
-def _followed(name: str, tags: list[int]) -> _Side:
+def _side_along(name: str, tags: list[int]) -> _Side:
     parts: list[Array] = []
     lengths: list[float] = []
     for tag in tags:
@@ -158,19 +158,21 @@ def _followed(name: str, tags: list[int]) -> _Side:
     return _Side(name, np.concatenate(parts), tuple(float(end) for end in ends))
 
 
-def _chained(sides: list[_Side]) -> list[_Side]:
+def _orient_sides(sides: list[_Side]) -> list[_Side]:
     """Turn each side so that it ends where the next one is: the signs of a cut face's curves are not reliable."""
 
-    def nearest(point: Array, other_side: _Side) -> float:
+    def distance_to_end(point: Array, other_side: _Side) -> float:
         return float(np.linalg.norm(other_side.points[[0, -1]] - point, axis=1).min())
 
     return [
-        side if nearest(side.points[-1], next_side) <= nearest(side.points[0], next_side) else _reversed(side)
+        side
+        if distance_to_end(side.points[-1], next_side) <= distance_to_end(side.points[0], next_side)
+        else _reverse(side)
         for side, next_side in zip(sides, [*sides[1:], sides[0]], strict=True)
     ]
 
 
-def _reversed(side: _Side) -> _Side:
+def _reverse(side: _Side) -> _Side:
     return _Side(side.name, side.points[::-1], tuple(1.0 - bend for bend in side.bends[::-1]))
 
 

@@ -12,7 +12,7 @@ from geometry.blocks import Array
 from geometry.errors import GeometryError
 from geometry.section.crossing import polyline
 from geometry.section.outline import CLOSE, FREE, RUBBER, Loop, OutlineCurve
-from geometry.session import model, refusing
+from geometry.session import convert_errors, model
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def _faces(loops: Sequence[Loop], where: str) -> tuple[list[int], list[str]]:
         if number in holes:
             continue
         inside = [wires[hole] for hole, owner in holes.items() if owner == number]
-        with refusing(where, "an outline encloses no area"):
+        with convert_errors(where, "an outline encloses no area"):
             face, *cut = [(2, occ.addPlaneSurface([wire])) for wire in (wires[number], *inside)]
             # Wires of holes in one face would have to run the other way round: OpenCASCADE does not turn all of them.
             faces.extend(tag for _, tag in (occ.cut([face], cut)[0] if cut else [face]))
@@ -152,7 +152,7 @@ def _holes(loops: Sequence[Loop]) -> dict[int, int]:
         inner: [
             outer
             for outer in rubber
-            if outer != inner and all(_inside(p, polygons[outer]) for p in polygons[inner])
+            if outer != inner and all(_is_inside(p, polygons[outer]) for p in polygons[inner])
         ]
         for inner in rubber
     }
@@ -164,7 +164,7 @@ def _holes(loops: Sequence[Loop]) -> dict[int, int]:
     }
 
 
-def _inside(point: Any, polygon: Any) -> bool:
+def _is_inside(point: Any, polygon: Any) -> bool:
     """Whether a ray to the right crosses the polygon an odd number of times."""
     a, b = polygon, np.roll(polygon, -1, axis=0)
     crosses = (a[:, 1] > point[1]) != (b[:, 1] > point[1])
@@ -208,15 +208,15 @@ def _boundaries(loops: Sequence[Loop], half: bool) -> dict[str, tuple[int, ...]]
             # Only edges whose boxes are as near as one of the edges can be nearest.
             beyond = np.maximum(np.maximum(lowest - points[:, None], points[:, None] - highest), 0.0)
             boxes = np.linalg.norm(beyond, axis=2).max(axis=0)
-            limit = _apart(points, lines[int(np.argmin(boxes))][1]) + 1e-5 * size
-            gaps = {i: _apart(points, lines[i][1]) for i in map(int, np.flatnonzero(boxes <= limit))}
+            limit = _distance(points, lines[int(np.argmin(boxes))][1]) + 1e-5 * size
+            gaps = {i: _distance(points, lines[i][1]) for i in map(int, np.flatnonzero(boxes <= limit))}
             # Among edges that lie on each other, the named one is used.
             name = lines[min(gaps, key=lambda i: (round(gaps[i] / size, 6), lines[i][0] == FREE))][0]
         boundaries[name] = (*boundaries.get(name, ()), int(tag))
     return boundaries
 
 
-def _apart(points: Array, line: Array) -> float:
+def _distance(points: Array, line: Array) -> float:
     """Largest distance of points from a polyline."""
     a, d = line[:-1], np.diff(line, axis=0)
     share = np.einsum("pij,ij->pi", points[:, None] - a, d) / np.maximum(np.einsum("ij,ij->i", d, d), 1e-300)

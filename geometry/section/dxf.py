@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from geometry.connections import BONDS
 from geometry.errors import GeometryError
 from geometry.isolated import isolated
-from geometry.joined import BONDS
 from geometry.section.outline import FREE, RUBBER, Loop, OutlineCurve, is_straight
 from geometry.section.spline import pieces
 from geometry.size import MILLIMETRES, Unit
@@ -111,7 +111,7 @@ def _all_curves(
         except RecursionError:
             raise GeometryError(where, "has a block that contains itself") from None
         except Exception as error:  # noqa: BLE001 - ezdxf and SciPy raise anything for impossible values
-            what = f"{_named(entity)} cannot be drawn: {' '.join(str(error).split()) or type(error).__name__}"
+            what = f"{_entity_text(entity)} cannot be drawn: {' '.join(str(error).split()) or type(error).__name__}"
             raise GeometryError(where, what, "delete it or draw it again") from None
     if len(curves) > MOST_CURVES or next(left, None) is None:
         what = f"has more than {MOST_CURVES} curves, or blocks with more than {MOST_PARTS} parts"
@@ -121,7 +121,7 @@ def _all_curves(
     return curves
 
 
-def _named(entity: Any) -> str:
+def _entity_text(entity: Any) -> str:
     """Return how messages name an entity: by its type, its number in the file, and its layer."""
     return f'{entity.dxftype()} {entity.dxf.get("handle", "")} on layer "{entity.dxf.get("layer", "0")}"'
 
@@ -217,12 +217,12 @@ def _loops(curves: Sequence[OutlineCurve], where: str, off: Sequence[str]) -> tu
     loops, open_curves = [], []
     for layer in dict.fromkeys(curve.name for curve in curves):
         layer_curves = [curve for curve in curves if curve.name == layer]
-        closed, left = _chained(layer_curves, gap)
+        closed, left = _closed_chains(layer_curves, gap)
         body = RUBBER if layer in (FREE, *BONDS) else layer
         loops += [Loop(loop, body) for loop in closed]
         open_curves += left
     # Where corners of a sleeve and of the rubber coincide, an outline continues on the layer that it began on.
-    closed, left = _chained(sorted(open_curves, key=lambda curve: curve.name in BONDS), gap)
+    closed, left = _closed_chains(sorted(open_curves, key=lambda curve: curve.name in BONDS), gap)
     if left:
         ends = [p for curve in left for p in (curve.points[0], curve.points[-1])]
         end_points = np.array(ends)
@@ -251,7 +251,7 @@ def _body(loop: Sequence[OutlineCurve]) -> str:
     return body_names.pop() if len(names) == 2 and len(body_names) == 1 and FREE not in body_names else RUBBER
 
 
-def _chained(
+def _closed_chains(
     curves: Sequence[OutlineCurve], gap: float
 ) -> tuple[list[tuple[OutlineCurve, ...]], list[OutlineCurve]]:
     """Closed chains of curves, and the curves that are left."""
@@ -270,10 +270,10 @@ def _chained(
             if not (unused[number] and within_gap[number].any()):
                 break
             unused[number] = False
-            following = curves[number] if within_gap[number, 0] else curves[number].reversed()
-            chain.append(_moved(following, end))
+            following = curves[number] if within_gap[number, 0] else curves[number].reverse()
+            chain.append(_start_at(following, end))
         if _meet(chain[0].points[0], chain[-1].points[-1], gap):
-            chain[0] = _moved(chain[0], chain[-1].points[-1])
+            chain[0] = _start_at(chain[0], chain[-1].points[-1])
             closed.append(tuple(chain))
         else:
             left += chain
@@ -284,7 +284,7 @@ def _meet(a: tuple[float, float], b: tuple[float, float], gap: float) -> bool:
     return float(np.hypot(a[0] - b[0], a[1] - b[1])) <= gap
 
 
-def _moved(curve: OutlineCurve, start: tuple[float, float]) -> OutlineCurve:
+def _start_at(curve: OutlineCurve, start: tuple[float, float]) -> OutlineCurve:
     """The curve with its first point where the last one ended."""
     return OutlineCurve(
         curve.kind, (start, *curve.points[1:]), curve.name, curve.degree, curve.knots, curve.weights

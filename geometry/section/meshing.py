@@ -12,12 +12,12 @@ from geometry.errors import GeometryError
 from geometry.estimate import Fine, triangles
 from geometry.grading import Sizes, grade
 from geometry.isolated import isolated, seconds_for
-from geometry.raw import RawMesh, from_gmsh, mirrored, revolved, to_gmsh
+from geometry.raw import RawMesh, add_mirror_image, from_gmsh, revolve, to_gmsh
 from geometry.section.block import block
 from geometry.section.draw import Drawn, draw
-from geometry.section.found import FoundSection
+from geometry.section.find_section import FoundSection
 from geometry.section.outline import RUBBER
-from geometry.session import model, options, refusing, session
+from geometry.session import convert_errors, model, options, session
 from geometry.shape import Mirrors, Names, Refinement
 
 # Elements from bond to bond in the interior, longest over shortest, growth per distance from a bond's edge, elements on
@@ -57,9 +57,9 @@ def generate(
         )
     raw = section_mesh(section, where, refinement, quadrilaterals=dimension == 3)
     if section.symmetric and "z" not in mirrors:
-        raw = mirrored(raw, 1, "mirror_z")
+        raw = add_mirror_image(raw, 1, "mirror_z")
     if dimension == 3:
-        raw = revolved(raw, _angles(mirrors, refinement))
+        raw = revolve(raw, _angles(mirrors, refinement))
     return to_gmsh(raw)
 
 
@@ -131,10 +131,10 @@ def section_mesh(
         Mesh with quadrilaterals instead of triangles.
     """
     with session():
-        return _meshed(section, where, refinement, quadrilaterals)
+        return _section_mesh(section, where, refinement, quadrilaterals)
 
 
-def _meshed(section: FoundSection, where: str, refinement: Refinement, quadrilaterals: bool) -> RawMesh:
+def _section_mesh(section: FoundSection, where: str, refinement: Refinement, quadrilaterals: bool) -> RawMesh:
     drawn = draw(section.loops, where, half=section.symmetric)
     across = SOLID_ACROSS if quadrilaterals else ACROSS
     factor = refinement.factor * (1.0 if refinement.across is None else refinement.across / across)
@@ -153,7 +153,7 @@ def _meshed(section: FoundSection, where: str, refinement: Refinement, quadrilat
         options().setNumber("Mesh.SubdivisionAlgorithm", 1)
         options().setNumber("Mesh.MeshSizeFactor", 2.0)
         options().setNumber("Mesh.Algorithm", 8)
-    with refusing(where, "the section cannot be meshed", section.view):
+    with convert_errors(where, "the section cannot be meshed", section.view):
         model().mesh.generate(2)
     model().mesh.setOrder(2)
     return from_gmsh(drawn.regions, drawn.boundaries)

@@ -74,7 +74,7 @@ class OutlineCurve:
     knots: tuple[float, ...] = ()
     weights: tuple[float, ...] = ()
 
-    def reversed(self) -> OutlineCurve:
+    def reverse(self) -> OutlineCurve:
         """The same curve from its end to its start."""
         top = self.knots[-1] + self.knots[0] if self.knots else 0.0
         return OutlineCurve(
@@ -125,17 +125,17 @@ def loops_of(edges: Sequence[Edge], where: str) -> tuple[Loop, ...]:
                 key, f'body = "{edge.body}" is given for an edge that does not begin an outline'
             )
         start = curves[-1].points[-1] if edge.start is None else edge.start
-        if curves and _apart(curves[-1].points[-1], start) > CLOSE * size:
+        if curves and _distance(curves[-1].points[-1], start) > CLOSE * size:
             raise GeometryError(
                 key,
-                f"the outline has a gap of {_apart(curves[-1].points[-1], start):.3g} mm between "
-                f"{_shown(curves[-1].points[-1])} and {_shown(start)}",
+                f"the outline has a gap of {_distance(curves[-1].points[-1], start):.3g} mm between "
+                f"{_point_text(curves[-1].points[-1])} and {_point_text(start)}",
                 "each edge begins where the previous one ends",
             )
         if curves:
             start = curves[-1].points[-1]
         end = edge.to
-        if curves and _apart(curves[0].points[0], end) <= CLOSE * size:
+        if curves and _distance(curves[0].points[0], end) <= CLOSE * size:
             end = curves[0].points[0]
         curves.append(_curve(edge, start, end, key, size))
         if len(curves) > 1 and end == curves[0].points[0]:
@@ -145,8 +145,8 @@ def loops_of(edges: Sequence[Edge], where: str) -> tuple[Loop, ...]:
         first_point, last_point = curves[0].points[0], curves[-1].points[-1]
         raise GeometryError(
             where,
-            f"the outline is open: it begins at {_shown(first_point)} and ends at {_shown(last_point)}, "
-            f"{_apart(first_point, last_point):.3g} mm apart",
+            f"the outline is open: it begins at {_point_text(first_point)} and ends at {_point_text(last_point)}, "
+            f"{_distance(first_point, last_point):.3g} mm apart",
             "a closed outline",
         )
     return tuple(loops)
@@ -159,8 +159,8 @@ def _curve(
         raise GeometryError(key, "is given as an arc and as a spline", "arc_through or spline_through")
     between = edge.spline_through or (() if edge.arc_through is None else (edge.arc_through,))
     points = (start, *between, end)
-    if _apart(start, end) <= CLOSE * size and not between:
-        raise GeometryError(key, f"has no length: it begins and ends at {_shown(start)}")
+    if _distance(start, end) <= CLOSE * size and not between:
+        raise GeometryError(key, f"has no length: it begins and ends at {_point_text(start)}")
     if edge.arc_through is not None and is_straight(points, size):
         points = (start, end)
     kind: Literal["line", "arc", "spline"] = (
@@ -183,7 +183,7 @@ def is_straight(points: Sequence[tuple[float, float]], size: float) -> bool:
     return abs(float(np.cross(np.append(b - a, 0), np.append(c - a, 0))[2])) <= CLOSE * size**2
 
 
-def _apart(a: tuple[float, float], b: tuple[float, float]) -> float:
+def _distance(a: tuple[float, float], b: tuple[float, float]) -> float:
     return math.hypot(a[0] - b[0], a[1] - b[1])
 
 
@@ -192,5 +192,5 @@ def _size(points: Sequence[tuple[float, float]]) -> float:
     return float(np.ptp(array, axis=0).max(initial=0.0)) if len(array) else 0.0
 
 
-def _shown(point: tuple[float, float]) -> str:
+def _point_text(point: tuple[float, float]) -> str:
     return f"({point[0]:g}, {point[1]:g})"

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from geometry.connections import BONDS
 from geometry.errors import GeometryError
-from geometry.joined import BONDS
 from geometry.section.outline import FREE, Loop, OutlineCurve
 
 #: Names of edges that do not name a plate.
@@ -55,7 +55,7 @@ def _plate(name: str, loops: Sequence[Loop], where: str) -> Loop:
     outline_chain, other_chain = chains
     start, end = outline_chain[0].points[0], outline_chain[-1].points[-1]
     if math.dist(end, other_chain[0].points[0]) > math.dist(end, other_chain[-1].points[-1]):
-        other_chain = [curve.reversed() for curve in other_chain[::-1]]
+        other_chain = [curve.reverse() for curve in other_chain[::-1]]
     length = sum(math.dist(curve.points[0], curve.points[-1]) for curve in outline_chain)
     first_point, last_point = other_chain[0].points[0], other_chain[-1].points[-1]
     outline = [p for curve in (*outline_chain, *other_chain) for p in curve.points]

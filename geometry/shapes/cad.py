@@ -9,13 +9,13 @@ from typing import Any, ClassVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 from typing_extensions import override
 
-from geometry.cad.found import CadStatements, FoundPart, find_part
+from geometry.cad.find_part import CadStatements, FoundPart, find_part
 from geometry.cad.part import STEP
-from geometry.cad.ready import SUFFIXES as MESHES
-from geometry.cad.ready import ReadyMesh, read_mesh
+from geometry.cad.ready_mesh import SUFFIXES as MESHES
+from geometry.cad.ready_mesh import ReadyMesh, read_mesh
 from geometry.cad.rules import Rules, Vector
-from geometry.file import beside
-from geometry.metal import Metal, Plate, described, metals
+from geometry.file import existing_file
+from geometry.metal import Metal, Plate, metal_text, metals
 from geometry.shape import Meets, Mirrors, Names, Refinement, shown_measures
 from geometry.size import MILLIMETRES, UNSTATED, Unit
 from geometry.view import View
@@ -76,17 +76,17 @@ class Cad(Meets):
     def _beside_the_case(cls, value: str, info: ValidationInfo) -> str:
         if Path(value).suffix.lower() not in SUFFIXES:
             raise ValueError(f"is not a {', '.join(SUFFIXES)} file")
-        return beside(Path(info.context["folder"]) if info.context else Path(), value)
+        return existing_file(Path(info.context["folder"]) if info.context else Path(), value)
 
     def contents(self) -> bytes:
         """Return the present contents of the file: saved results of another file are not those of this shape."""
         return Path(self.file).read_bytes()
 
     def __hash__(self) -> int:
-        return hash((self._wanted, tuple(self.plates.items())))
+        return hash((self._statements, tuple(self.plates.items())))
 
     @property
-    def _wanted(self) -> CadStatements:
+    def _statements(self) -> CadStatements:
         path = Path(self.file)
         return CadStatements(
             path,
@@ -103,7 +103,7 @@ class Cad(Meets):
         )
 
     @property
-    def found(self) -> FoundPart | ReadyMesh:
+    def interpretation(self) -> FoundPart | ReadyMesh:
         """The interpretation of the file.
 
         Raises
@@ -114,11 +114,11 @@ class Cad(Meets):
         if path.suffix.lower() in MESHES:
             scale = MILLIMETRES[self.unit or "mm"]
             return read_mesh(path, path.stat().st_mtime, scale, self.axis, self.origin, self.direction)
-        return find_part(self._wanted)
+        return find_part(self._statements)
 
     @property
     @override
-    def counted(self) -> tuple[str, ...]:
+    def element_directions(self) -> tuple[str, ...]:
         # A finished mesh is used as it is; tetrahedra follow no direction.
         return () if Path(self.file).suffix.lower() in MESHES else ("across",)
 
@@ -129,36 +129,36 @@ class Cad(Meets):
         # BREP and meshes have no unit.
         stated = self.unit is not None or Path(self.file).suffix.lower() in STEP
         return (
-            *self.found.notes,
+            *self.interpretation.notes,
             *(() if stated else (UNSTATED,)),
-            *(f"{name}: {described(sleeve)}" for name, sleeve in metal.items()),
+            *(f"{name}: {metal_text(sleeve)}" for name, sleeve in metal.items()),
         )
 
     @property
     @override
     def view(self) -> View | None:
-        return self.found.view
+        return self.interpretation.view
 
     @property
     @override
     def overall(self) -> float | None:
-        return super().overall if isinstance(self.found, ReadyMesh) else self.found.size
+        return super().overall if isinstance(self.interpretation, ReadyMesh) else self.interpretation.size
 
     @property
     @override
     def wall(self) -> Wall | None:
-        return self.found.wall
+        return self.interpretation.wall
 
     @property
     @override
     def beyond(self) -> Mapping[str, tuple[float, float]]:
-        part = self.found
+        part = self.interpretation
         return {} if isinstance(part, ReadyMesh) else part.beyond
 
     @property
     @override
     def mirror_planes(self) -> Mirrors:
-        return self.found.planes
+        return self.interpretation.planes
 
     @override
     def generate(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Names:
@@ -176,10 +176,10 @@ class Cad(Meets):
         from geometry.cad.meshing import generate
         from geometry.raw import to_gmsh
 
-        part = self.found
+        part = self.interpretation
         if isinstance(part, ReadyMesh):
             return to_gmsh(part.raw)
-        return generate(self._wanted, mirrors, refinement)
+        return generate(self._statements, mirrors, refinement)
 
     @override
     def cells(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> float:
@@ -196,18 +196,18 @@ class Cad(Meets):
         """
         from geometry.cad.meshing import part_cells
 
-        part = self.found
+        part = self.interpretation
         if isinstance(part, ReadyMesh):
             return float(sum(len(cells) for cells in part.raw.cells.values()))
         return part_cells(part, mirrors, refinement)
 
     @override
     def measures(self) -> Mapping[str, float]:
-        return shown_measures(self.found.measures, self.found.regions)
+        return shown_measures(self.interpretation.measures, self.interpretation.regions)
 
     @property
     @override
     def elastic_sleeves(self) -> Mapping[str, Metal]:
-        part = self.found
+        part = self.interpretation
         known_names = part.regions if isinstance(part, ReadyMesh) else part.roles.values()
         return metals(self.plates, part.regions, known_names, self.file)

@@ -10,10 +10,10 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 from typing_extensions import override
 
-from geometry.file import beside
-from geometry.metal import Metal, Plate, described, is_rigid, metals
+from geometry.file import existing_file
+from geometry.metal import Metal, Plate, is_rigid, metal_text, metals
 from geometry.section.dxf import Drawing, read_dxf
-from geometry.section.found import FoundSection, find_section
+from geometry.section.find_section import FoundSection, find_section
 from geometry.section.outline import Edge, Loop, loops_of
 from geometry.shape import Meets, Mirrors, Names, Refinement, shown_measures
 from geometry.size import STATES, UNSTATED, Unit
@@ -85,7 +85,7 @@ class Section(Meets):
     def _beside_the_case(cls, value: str | None, info: ValidationInfo) -> str | None:
         if value is None or not info.context:
             return value
-        return beside(Path(info.context["folder"]), value)
+        return existing_file(Path(info.context["folder"]), value)
 
     @model_validator(mode="after")
     def _one_source(self) -> Any:
@@ -103,7 +103,7 @@ class Section(Meets):
         return hash((self.outline, self.file, self.unit, self.centre, tuple(self.plates.items())))
 
     @property
-    def found(self) -> FoundSection:
+    def interpretation(self) -> FoundSection:
         """The interpretation of the outlines.
 
         Raises
@@ -131,11 +131,11 @@ class Section(Meets):
     @property
     @override
     def notes(self) -> tuple[str, ...]:
-        section, metal, drawing = self.found, self.elastic_sleeves, self._drawing
+        section, metal, drawing = self.interpretation, self.elastic_sleeves, self._drawing
         symmetry = "symmetric" if section.symmetric else "not symmetric"
         unit = () if drawing is None else (STATES.format(drawing.stated),) if drawing.stated else ()
         bodies = (
-            f"{region} ({described(metal[region])})" if region in metal else region
+            f"{region} ({metal_text(metal[region])})" if region in metal else region
             for region in section.regions
         )
         return (
@@ -148,7 +148,7 @@ class Section(Meets):
     @property
     @override
     def view(self) -> View | None:
-        section = self.found
+        section = self.interpretation
         captions = {
             name: caption(name, "rigid" if is_rigid(sleeve) else "elastic", section.measures[name], True)
             for name, sleeve in self.elastic_sleeves.items()
@@ -158,12 +158,12 @@ class Section(Meets):
     @property
     @override
     def wall(self) -> Wall | None:
-        return self.found.wall
+        return self.interpretation.wall
 
     @property
     @override
     def mirror_planes(self) -> Mirrors:
-        return frozenset({"x", "y", "z"}) if self.found.symmetric else frozenset({"x", "y"})
+        return frozenset({"x", "y", "z"}) if self.interpretation.symmetric else frozenset({"x", "y"})
 
     @override
     def generate(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Names:
@@ -180,7 +180,7 @@ class Section(Meets):
         """
         from geometry.section.meshing import generate
 
-        return generate(self.found, self.where, dimension, mirrors, refinement)
+        return generate(self.interpretation, self.where, dimension, mirrors, refinement)
 
     @override
     def cells(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> float:
@@ -197,14 +197,14 @@ class Section(Meets):
         """
         from geometry.section.meshing import section_cells
 
-        return section_cells(self.found, dimension, mirrors, refinement)
+        return section_cells(self.interpretation, dimension, mirrors, refinement)
 
     @override
     def measures(self) -> Mapping[str, float]:
-        return shown_measures(self.found.measures, self.found.regions)
+        return shown_measures(self.interpretation.measures, self.interpretation.regions)
 
     @property
     @override
     def elastic_sleeves(self) -> Mapping[str, Metal]:
-        regions = self.found.regions
+        regions = self.interpretation.regions
         return metals(self.plates, regions, regions, self.where)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from bushcli.case import load_case, resolved
+from bushcli.case import case_json, load_case
 from bushcli.cli import main
 from tests.cli.test_six import CASE
 
@@ -72,7 +72,7 @@ def test_the_folder_of_a_prediction_means_its_case_while_that_is_the_same(
 ) -> None:
     out = tmp_path / "out"
     assert bushcli("check", recorded, "-q", "-o", out).exit_code == 0
-    assert resolved(load_case(out / "result.json")) == resolved(load_case(recorded))
+    assert case_json(load_case(out / "result.json")) == case_json(load_case(recorded))
     recorded.write_text(recorded.read_text().replace("length = 40.0", "length = 41.0"))
     refused = bushcli("check", out)
     assert refused.exit_code == 2

@@ -23,7 +23,7 @@ from bushcli.diagnosis import diagnose as driver
 from bushcli.runtime.store import SUFFIX
 from bushcli.runtime.workers import Workers
 from bushcli.selection.search_extent import SearchExtent
-from cases.march import unsolved
+from cases.march import failure_at_start
 
 ROOT = Path(__file__).parents[2]
 
@@ -350,7 +350,7 @@ def extras(monkeypatch: pytest.MonkeyPatch, stopped: str, error: BaseException) 
         ("_maps", KeyboardInterrupt(), "interrupted", "the map of the bushing is missing"),
         # The form in which an interruption leaves PETSc's callbacks.
         ("_maps", RuntimeError("KeyboardInterrupt"), "interrupted", "the map of the bushing is missing"),
-        ("_maps", unsolved("at 2 mm"), "no_map", "at 2 mm"),
+        ("_maps", failure_at_start("at 2 mm"), "no_map", "at 2 mm"),
     ],
 )
 def test_what_stops_the_extras_is_a_condition_beside_the_verdict(

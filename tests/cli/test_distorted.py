@@ -32,7 +32,7 @@ amplitude = 4.6
 def test_distorted_elements_are_reported_with_a_remedy(
     cli: Cli, tmp_path: Path, amplitude: float, names: list[str]
 ) -> None:
-    """The rubber folds between 4.0 and 4.5 mm, on the default and on a finer mesh (`simulate.stretched`)."""
+    """The rubber folds between 4.0 and 4.5 mm, on the default and on a finer mesh (`simulate.strains`)."""
     (tmp_path / "case.toml").write_text(CASE.replace("4.6", str(amplitude)))
     done = cli("direct", tmp_path / "case.toml", "-o", tmp_path / "out", "--no-fields")
     assert done.returncode == 0, done.stderr

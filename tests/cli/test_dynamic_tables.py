@@ -72,6 +72,15 @@ def test_fit_gives_the_spectrum_of_a_coupon(case):
     assert found["equilibrium"] * sum(one["g"] for one in found["terms"]) == pytest.approx(1.5, rel=0.03)
 
 
+@pytest.mark.parametrize("command", ["diagnose", "inverse"])
+def test_a_command_without_use_for_moduli_of_a_coupon_names_the_one_that_has(case, command):
+    bushing = CASE[CASE.index("[[recordings]]") : CASE.index("[[coupons]]")]
+    case.write_text(CASE.replace(bushing, ""))
+    done = run(command, case)
+    assert done.exit_code == 2
+    assert "dynamic moduli of a coupon are for `bushcli fit`" in " ".join(done.output.split())
+
+
 def test_what_is_asked_ends_with_exit_code_2_and_the_key(case):
     case.write_text(CASE.replace('amplitude_is = "double"\n', ""))
     done = run("check", case)

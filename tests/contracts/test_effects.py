@@ -24,7 +24,7 @@ from bushcli.case.catalogue import as_json
 from bushcli.effects import library
 from bushcli.effects.active import ActiveEffect, require_time, require_values
 from bushcli.effects.effect import Effect, UnknownName, effect, effects
-from bushcli.effects.rig import RigStiffness, Travel, elastic_response, vibrating
+from bushcli.effects.rig import RigStiffness, Travel, elastic_response, measured_stiffness
 from bushcli.effects.titles import phrase
 from bushcli.errors import InputError
 from bushcli.evidence.prior import ODDS, effect_odds
@@ -68,7 +68,7 @@ def cubic(q: np.ndarray, k: float = K, c: float = C) -> tuple[np.ndarray, np.nda
 
 
 def typical(one: Effect) -> ActiveEffect:
-    started = ActiveEffect(one).started()
+    started = ActiveEffect(one).with_start_values()
     known = {
         p.name: TYPICAL[started.full_name(p)] for p in started.parameters if started.full_name(p) in TYPICAL
     }
@@ -166,7 +166,7 @@ VIBRATING = [one for one in ALL if one.acts == "rig" and "dynamic" in one.kinds]
 def measured(active: list[ActiveEffect], part: np.ndarray = STIFFNESS) -> RigStiffness:
     """Return K* on the rig about a preload of 3 mm and 900 N."""
     names = [one.full_name(p) for one in active for p in one.parameters]
-    return vibrating(active, part, FREQUENCY, 3.0, 900.0, names)
+    return measured_stiffness(active, part, FREQUENCY, 3.0, 900.0, names)
 
 
 @pytest.mark.parametrize("one", VIBRATING, ids=lambda one: one.name)
@@ -328,12 +328,12 @@ def test_every_parameter_has_a_prior_with_its_source(one: Effect) -> None:
 
 @pytest.mark.parametrize("one", ALL, ids=lambda one: one.name)
 def test_values_go_through_json(one: Effect) -> None:
-    active = ActiveEffect(one).started()
+    active = ActiveEffect(one).with_start_values()
     again = ActiveEffect(effect(one.name), json.loads(json.dumps(dict(active.values))))
     assert again == active
-    assert active.lacking == ()
+    assert active.parameters_without_value == ()
     needed = {active.full_name(p) for p in active.parameters}
-    assert set(ActiveEffect(one).lacking) == needed
+    assert set(ActiveEffect(one).parameters_without_value) == needed
     off = active.off().values
     assert all(off[p.name] == p.off for p in active.parameters if p.off is not None)
 
@@ -355,8 +355,8 @@ def test_the_registry_needs_none_of_the_finite_element_stack() -> None:
 
 def test_a_branch_is_complete_or_absent() -> None:
     one = ActiveEffect(effect("viscoelasticity"), {"g1": 0.3, "tau2": 4.0})
-    assert one.lacking == ("viscoelasticity.tau1", "viscoelasticity.g2")
-    assert one.started().values == {"g1": 0.3, "tau1": 10.0, "g2": 0.1, "tau2": 4.0}
+    assert one.parameters_without_value == ("viscoelasticity.tau1", "viscoelasticity.g2")
+    assert one.with_start_values().values == {"g1": 0.3, "tau1": 10.0, "g2": 0.1, "tau2": 4.0}
     assert one.off().values == {"g1": 0.0, "tau1": 10.0, "g2": 0.0, "tau2": 4.0}
 
 
@@ -364,7 +364,7 @@ def test_values_and_time_are_asked_for_where_they_are_needed() -> None:
     one = ActiveEffect(effect("viscoelasticity"), {"g1": 0.3}, channels=("axial",))
     with pytest.raises(InputError, match=r"case\.toml: effects\.viscoelasticity\.tau1 is not given"):
         require_values([one], "case.toml")
-    require_values([one.started()], "case.toml")
+    require_values([one.with_start_values()], "case.toml")
     with pytest.raises(InputError, match=r"axial\.csv: has no time, which the effect viscoelasticity needs"):
         require_time([one], "axial", "axial", "axial.csv")
     require_time([one], "torsional", "torsional", "torsional.csv")  # the effect does not act in this mode

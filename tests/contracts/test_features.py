@@ -107,7 +107,7 @@ def prepared_by_name(name: str, *words: str) -> Prepared:
     codes = dict(zip((p.name for p in one.parameters if p.choices), words, strict=True))
     started = (
         ActiveEffect(one, {key: float(one.parameter(key).choices.index(word)) for key, word in codes.items()})
-        .started()
+        .with_start_values()
         .at(60.0)
     )
     return Prepared(

@@ -48,17 +48,17 @@ ALLOWED = {
     ("cases/compiling.py", "_places"): "points of the form compiler's dummy domain",
     ("cases/compiling.py", "_numbers"): "spaces on the form compiler's dummy domain",
     (
-        "geometry/cad/found.py",
+        "geometry/cad/find_part.py",
         "find_part",
     ): "a part by its file and the time of its change, for shapes that are equal",
     (
         "geometry/cad/meshing.py",
         "part_mesh",
     ): "a part's tetrahedra by its file, the time of its change, and their size: all modes share them",
-    ("geometry/cad/ready.py", "read_mesh"): "a mesh by its file and the time of its change",
+    ("geometry/cad/ready_mesh.py", "read_mesh"): "a mesh by its file and the time of its change",
     ("geometry/isolated.py", "_reader"): "the process that reads files for this one",
     ("geometry/section/dxf.py", "read_dxf"): "a drawing by its file and the time of its change",
-    ("geometry/section/found.py", "find_section"): "the measures of a section by its outlines",
+    ("geometry/section/find_section.py", "find_section"): "the measures of a section by its outlines",
 }
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef
@@ -251,7 +251,9 @@ KEPT = {
     "a list of a class": "class A:\n    seen = []\n    def f(self):\n        self.seen.append(1)\n",
     "a name that is bound anew": "last = None\ndef f(x):\n    global last\n    last = x\n",
     "an object that keeps models": "from bushcli.simulate.bodies import PreparedModels\n_prepared = PreparedModels()\n",
-    "an object that keeps recordings": "from bushcli.simulate.measured import Measured\n_measured = Measured()\n",
+    "an object that keeps recordings": (
+        "from bushcli.simulate.recording_cache import RecordingCache\n_cache = RecordingCache()\n"
+    ),
     "an object that keeps both": "from bushcli.study.task import DesignCache\nCACHE = DesignCache()\n",
     "an object that keeps tables": "from bushcli.recording.table_cache import TableCache\ntables = TableCache()\n",
     "models of a diagnosis": "from bushcli.selection.model_cache import ModelCache\nmodels = ModelCache()\n",

@@ -57,7 +57,7 @@ def without_effects(treloar):
 @pytest.mark.parametrize("name", ["permanent_set", "rig_compliance", "viscoelasticity"])
 def test_effects_are_the_bushings_and_not_the_coupons(treloar, without_effects, name):
     # The coupons have no time, which viscoelasticity would need, and were not tested in the bushing's rig.
-    having = replace(treloar, effects=(ActiveEffect(effect(name)).started(),))
+    having = replace(treloar, effects=(ActiveEffect(effect(name)).with_start_values(),))
     with_it = fit_coupons(having, "neo_hookean")
     assert with_it.parameters == without_effects.parameters
     assert with_it.conditions == without_effects.conditions

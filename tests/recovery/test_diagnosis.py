@@ -13,7 +13,7 @@ from rich.console import Console
 
 from bushcli.case import Case, load_case
 from bushcli.diagnosis.diagnose import diagnose
-from bushcli.effects.active import ActiveEffect, acting
+from bushcli.effects.active import ActiveEffect, effects_on_channel
 from bushcli.effects.effect import effect
 from bushcli.report.json.diagnosis import diagnosis_json
 from bushcli.report.views.diagnosis import diagnosis_document
@@ -79,13 +79,13 @@ def case(
     shaped = load_case(folder / "case.toml", ())
     time, q = program or path()
     fine = np.arange(4 * len(q) - 3) / 4
-    active = [ActiveEffect(effect(name), values).started() for name, values in secret.items()]
+    active = [ActiveEffect(effect(name), values).with_start_values() for name, values in secret.items()]
     answer = Simulation(
         shaped.geometry,
         modes()["axial"],
         Rubber(law("yeoh"), YEOH, 2000.0),
         shaped.mesh.refinement,
-        acting(active, "axial", "axial"),
+        effects_on_channel(active, "axial", "axial"),
         # Four steps per sample, so that the truth has no error by its steps.
         np.interp(fine, np.arange(len(time)), time),
         np.interp(fine, np.arange(len(q)), q),
@@ -251,7 +251,7 @@ def with_torsion(folder: Path, secret: dict[str, dict[str, float]], zero: float 
     time, q = path()
     turn = np.radians(2.0) * q
     body = Rubber(law("yeoh"), YEOH, 2000.0)
-    active = [ActiveEffect(effect(name), values).started() for name, values in secret.items()]
+    active = [ActiveEffect(effect(name), values).with_start_values() for name, values in secret.items()]
     assembled = [one for one in active if one.effect.acts == "assembly"]
     answer = Simulation(
         whole.geometry, modes()["torsional"], body, whole.mesh.refinement, assembled, time, turn, None

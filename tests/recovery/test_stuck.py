@@ -52,7 +52,7 @@ def test_the_law_does_not_keep_the_place_of_an_effect(tmp_path: Path) -> None:
     measured = FittedSamples(problem.used, problem.likelihood.plain, problem.noises)
 
     def objective(law: dict[str, float], rig: dict[str, float]) -> float:
-        started = ActiveEffect(effect("rig_compliance"), rig).started()
+        started = ActiveEffect(effect("rig_compliance"), rig).with_start_values()
         found: Any = fit(cache, problem.case, Model("yeoh", law, False, (started,)), measured)
         return pose(cache, problem.case, found.model, measured)[1].objective(found.x)
 

@@ -169,3 +169,19 @@ def test_how_the_payne_effect_depends_on_the_amplitude_is_identified(tmp_path):
     assert payne["name"] == "payne"
     assert payne["parameters"]["exponent"]["value"] == pytest.approx(1.6, abs=0.2)
     assert said["misfit"]["after"]["rig"] < 1.5 * said["misfit"]["noise"]["rig"]
+
+
+@pytest.mark.parametrize(("accept", "doubted"), [("[]", ["double"]), ('["amplitude"]', [])])
+def test_double_amplitudes_of_one_table_contradict_the_other_table(tmp_path, accept, doubted):
+    # Every second row as another laboratory wrote it: from peak to peak, which it does not say.
+    made(tmp_path, RUBBER, FILLED, TABLE, 0.0, (0.005, 0.15))
+    head, *rows = (tmp_path / "rig.csv").read_text().splitlines()
+    split = [row.rpartition(",") for row in rows[1::2]]
+    for name, own in (("rig", rows[::2]), ("double", [f"{row},{2 * float(a)}" for row, _, a in split])):
+        (tmp_path / f"{name}.csv").write_text("\n".join([head, *own]) + "\n")
+    other = TABLE.replace("rig", "double") + f"accept = {accept}\n"
+    (tmp_path / "case.toml").write_text(RUBBER.format(0.4) + TABLE + other)
+    asked = ["diagnose", str(tmp_path / "case.toml"), "--json", "-q", "--no-maps", "--effects", "payne"]
+    said = json.loads(CliRunner().invoke(main, asked, catch_exceptions=False).stdout)
+    assert [fault["channel"] for fault in said["data_faults"] if fault["kind"] == "amplitude"] == doubted
+    assert all(fault["probability"] > 0.95 and not fault["fatal"] for fault in said["data_faults"])

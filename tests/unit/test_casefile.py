@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bushcli.case import Case, load_case, resolved
+from bushcli.case import Case, case_json, load_case
 from bushcli.case.effects import DeclaredChannel, build
 from bushcli.case.schema import EffectTable
-from bushcli.effects.active import acting, uniquely_named
+from bushcli.effects.active import effects_on_channel, uniquely_named
 from bushcli.effects.effect import effect
 from bushcli.errors import CaseError, InputError
 from bushcli.recording.table_cache import TableCache
@@ -143,7 +143,7 @@ def test_a_program_may_be_a_file(folder):
     case = load(folder, CASE, "load_cases.0={mode = 'axial', file = 'axial.csv'}")
     assert case.load_cases[0].path == ()
     assert case.load_cases[0].source.file == folder / "axial.csv"
-    assert resolved(case)["load_cases"][0] == {"mode": "axial", "steps": 20, "file": "axial.csv"}
+    assert case_json(case)["load_cases"][0] == {"mode": "axial", "steps": 20, "file": "axial.csv"}
 
 
 def test_channels_have_unique_names(folder):
@@ -156,7 +156,7 @@ def test_channels_have_unique_names(folder):
 
 
 def test_resolved_is_json_in_the_units_of_the_case_file(folder):
-    shown = resolved(load(folder, CASE, "material.bulk_modulus=inf"))
+    shown = case_json(load(folder, CASE, "material.bulk_modulus=inf"))
     assert json.loads(json.dumps(shown, allow_nan=False)) == shown
     assert shown["material"]["bulk_modulus"] == "inf"
     assert shown["load_cases"][1] == {"mode": "torsional", "steps": 20, "path": [0, 30, -30], "rate": 2}
@@ -611,7 +611,7 @@ def test_any_value_of_any_key_is_accepted_or_refused_but_never_crashes(folder, k
         if case is None:
             assert key.partition(".")[0] in error
         else:
-            json.dumps(resolved(case), allow_nan=False)
+            json.dumps(case_json(case), allow_nan=False)
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -661,7 +661,7 @@ def test_effects_are_read_by_their_own_names_in_internal_units(folder):
     assert stop.values == pytest.approx({"stiffness": 300 * 180 / math.pi, "gap": -math.pi / 9})
     assert stop.acts_on("torsional", "torsional")
     assert not stop.acts_on("axial", "axial")
-    assert branches.lacking == ("viscoelasticity.tau1", "viscoelasticity.tau2")
+    assert branches.parameters_without_value == ("viscoelasticity.tau1", "viscoelasticity.tau2")
 
 
 def test_what_belongs_to_a_rig_may_be_in_several_with_values_of_their_own(folder):
@@ -685,7 +685,7 @@ channels = ["torsional"]
     # Degrees in the file.
     assert torsional.values["displacement"] == pytest.approx(math.radians(0.2))
     assert axial.values["displacement"] == 0.1
-    assert [one["name"] for one in resolved(load(folder, text))["effects"]] == ["offset", "offset"]
+    assert [one["name"] for one in case_json(load(folder, text))["effects"]] == ["offset", "offset"]
     assert uniquely_named((torsional,))[0].name == "offset"
     assert [one.name for one in uniquely_named((torsional, axial))] == ["offset@torsional", "offset"]
 
@@ -700,8 +700,8 @@ def test_an_effect_acts_on_its_kinds_of_channels_only(monkeypatch):
 
     (active,), findings = built(static, dynamic)
     assert not findings
-    assert not acting([active], "slow", "axial")
-    assert acting([active], "sweep", "axial", "dynamic") == (active,)
+    assert not effects_on_channel([active], "slow", "axial")
+    assert effects_on_channel([active], "sweep", "axial", "dynamic") == (active,)
     (finding,) = built(static, dynamic, channels=["slow"])[1]
     assert finding.what.endswith('"slow": mass does not act on recordings and load cases along a path')
     assert finding.expected.endswith("; tables of dynamic stiffness")
@@ -710,7 +710,7 @@ def test_an_effect_acts_on_its_kinds_of_channels_only(monkeypatch):
 
 
 def test_resolved_effects_are_a_case_again(folder):
-    shown = resolved(load(folder, EFFECTS))["effects"]
+    shown = case_json(load(folder, EFFECTS))["effects"]
     assert shown[1] == {
         "name": "bump_stop",
         "parameters": {"stiffness": 300.0, "gap": -20.0},
@@ -719,7 +719,7 @@ def test_resolved_effects_are_a_case_again(folder):
     assert json.loads(json.dumps(shown, allow_nan=False)) == shown
     again = [{key: value for key, value in entry.items() if value is not None} for entry in shown]
     data = "effects=[" + ", ".join(toml(entry) for entry in again) + "]"
-    assert resolved(load(folder, CASE, data))["effects"] == shown
+    assert case_json(load(folder, CASE, data))["effects"] == shown
 
 
 def toml(value) -> str:
@@ -734,8 +734,10 @@ def test_a_choice_is_a_word_with_a_usual_one(folder):
     for given, code in (("", 0.0), (", bond='inner_bottom'", 1.0)):
         case = load(folder, rigid, one.replace("BOND", given))
         assert case.effects[0].values == {"length": 2.0, "bond": code}
-        assert case.effects[0].lacking == ()
-        assert resolved(case)["effects"][0]["parameters"]["bond"] == ("inner_bottom" if code else "inner_top")
+        assert case.effects[0].parameters_without_value == ()
+        assert case_json(case)["effects"][0]["parameters"]["bond"] == (
+            "inner_bottom" if code else "inner_top"
+        )
     # Debonding is not modelled on an elastic sleeve, but on the other one it is.
     outer = one.replace("BOND", ", bond='outer_top'")
     assert load(folder, CASE, outer).effects[0].values["bond"] == 2.0
@@ -767,7 +769,7 @@ def test_a_ratio_of_a_channel_has_no_other_unit_in_degrees(folder):
     both = "effects=[{name='gain', parameters={error=0.05}}]"
     assert load(folder, CASE, both).effects[0].values == {"error": 0.05}
     twist = "effects=[{name='gain', channels=['torsional'], parameters={error=0.05}}]"
-    assert resolved(load(folder, CASE, twist))["effects"][0]["parameters"] == {"error": 0.05}
+    assert case_json(load(folder, CASE, twist))["effects"][0]["parameters"] == {"error": 0.05}
 
 
 def test_effects_are_set_by_name_or_by_number(folder):
@@ -836,7 +838,7 @@ def test_a_path_of_six_motions_is_one_more_kind_of_load_case(folder):
     assert (posed.vibrating_mode, posed.shown_motion) == ("axial", " (uz)")
     assert posed.place(1.5) == "1.5 s of the path"
     np.testing.assert_allclose(posed.pose, [0.0, 0.0, 2.0, 0.0, 0.0, math.radians(1.0)])
-    shown = resolved(case)["load_cases"]
+    shown = case_json(case)["load_cases"]
     assert shown[0] == {
         "mode": "path", "steps": 4, "path": {"time": [0, 1, 3], "uz": [0, 0, 2], "rz": [0, 1, 1]},
     }  # fmt: skip

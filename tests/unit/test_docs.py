@@ -165,7 +165,7 @@ def test_the_effects_shown_are_valid(tmp_path):
     shown = blocks(DOCS / "effects.md", "toml")[0], blocks(DOCS / "case-file.md", "toml")[-1]
     for text in shown:
         case.write_text(blocks(DOCS / "case-file.md", "toml")[0] + text, encoding="utf-8")
-        assert all(effect.lacking == () for effect in load_case(case).effects)
+        assert all(effect.parameters_without_value == () for effect in load_case(case).effects)
 
 
 # -- recordings ------------------------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from bushcli.case.load import load_part
 from bushcli.errors import CaseError
 from geometry.cad.step import read_step
 from geometry.errors import GeometryError
-from geometry.file import beside
+from geometry.file import existing_file
 from geometry.section.crossing import refuse_crossings
 from geometry.section.dxf import MOST_CURVES, read_dxf
 from geometry.section.outline import Loop, OutlineCurve
@@ -47,7 +47,7 @@ def test_what_is_no_file_or_too_large_is_refused(tmp_path, suffix, kind):
 
 def test_a_name_that_no_file_can_have_is_refused(tmp_path):
     with pytest.raises(ValueError, match="no such file"):
-        beside(tmp_path, "a\0.step")
+        existing_file(tmp_path, "a\0.step")
 
 
 HOSTILE = {

@@ -12,12 +12,12 @@ from contextlib import suppress
 import ezdxf
 import pytest
 
-from geometry.cad.found import CadStatements, find_part
-from geometry.cad.ready import read_mesh
+from geometry.cad.find_part import CadStatements, find_part
+from geometry.cad.ready_mesh import read_mesh
 from geometry.errors import GeometryError
 from geometry.isolated import Mistake, isolated, seconds_for
 from geometry.section.dxf import read_dxf
-from geometry.section.found import find_section
+from geometry.section.find_section import find_section
 from tests.parts import make
 
 #: Closes the outline of rubber whose free end at the top is left out.

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bushcli.case import load_case, resolved
+from bushcli.case import case_json, load_case
 from bushcli.case.hardness import from_hardness, known_from_hardness, youngs_modulus
 from bushcli.errors import CaseError
 from forms.law import laws
@@ -42,7 +42,7 @@ def test_every_law_has_the_shear_modulus_of_the_hardness(name: str) -> None:
 def test_a_case_from_a_hardness_says_so(tmp_path: Path) -> None:
     found = load_case(case(tmp_path, "hardness = 60"))
     assert not found.needs_fit
-    shown = resolved(found)["material"]
+    shown = case_json(found)["material"]
     assert shown["hardness"] == 60.0
     (said,) = known_from_hardness(found.material)
     assert said.name == "from_hardness"

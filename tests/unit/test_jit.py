@@ -134,29 +134,29 @@ def test_damaged_kernels_are_compiled_anew(tmp_path):
     whole = compiled(tmp_path)
     assert len(whole) == 2
     folder = whole[0].parent
-    assert jit.damaged(folder) == []
+    assert jit.damaged_kernels(folder) == []
     contents = [library.read_bytes() for library in whole]
     sums = [checksum_file(library).read_text() for library in whole]
     assert sums == [checksum(content) for content in contents]
     for library in whole:
         # Only the first page is left, as after a full disk.
         os.truncate(library, 4096)
-    assert jit.damaged(folder) == whole
+    assert jit.damaged_kernels(folder) == whole
     assert compiled(tmp_path) == whole
-    assert jit.damaged(folder) == []
+    assert jit.damaged_kernels(folder) == []
     for library, content in zip(whole, contents, strict=True):
         assert library.stat().st_size == len(content)
         # Zeros in place of the code, and the length as before.
         library.write_bytes(content[:4096] + bytes(len(content) - 8192) + content[-4096:])
         assert jit.is_whole(library)
-    assert jit.damaged(folder) == whole
+    assert jit.damaged_kernels(folder) == whole
     assert compiled(tmp_path) == whole
-    assert jit.damaged(folder) == []
+    assert jit.damaged_kernels(folder) == []
     # Kernels of an earlier version have no checksum; they are loaded, and not compiled again.
     times = [library.stat().st_mtime_ns for library in whole]
     for library in whole:
         checksum_file(library).unlink()
-    assert jit.damaged(folder) == []
+    assert jit.damaged_kernels(folder) == []
     assert [library.stat().st_mtime_ns for library in compiled(tmp_path)] == times
 
 

@@ -70,7 +70,7 @@ def test_rates_with_an_old_factorisation_are_those_of_a_fresh_one(
     program = Program(np.linspace(0, reach, 9)[1:])
     names = tuple(chosen.parameters)
     found = march(model, program, sensitivity=names).sensitivity
-    monkeypatch.setattr(Rates, "iterated", lambda *_: None)
+    monkeypatch.setattr(Rates, "iterate", lambda *_: None)
     exact = march(model, program, sensitivity=names).sensitivity
     assert np.abs((found - exact) / np.abs(exact).max(axis=0)).max() < 2e-6
     assert np.abs(found - exact).max() > 0
@@ -105,7 +105,7 @@ def own_energy(strain, *, C1):
 def compiled(monkeypatch, tmp_path):
     """A function that was compiled in a new folder, and the records there; compiling it again is an error."""
     monkeypatch.setenv("BUSHCLI_CACHE", str(tmp_path))
-    jit._entered.cache_clear()
+    jit._locked_folder.cache_clear()
     function = answers.volumetric_slopes(SETTINGS["axisymmetric"])
     kernels.Kernel(function)
 
@@ -114,7 +114,7 @@ def compiled(monkeypatch, tmp_path):
 
     monkeypatch.setattr(compiling, "compiled_function", again)
     yield function, list(jit.cache_directory().glob("point-*.json"))
-    jit._entered.cache_clear()
+    jit._locked_folder.cache_clear()
 
 
 def test_a_compiled_kernel_is_found_by_its_note(compiled):

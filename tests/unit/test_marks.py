@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bushcli.case.load import unedited
+from bushcli.case.load import unedited_lines
 
 
 def test_marked_lines_are_named(tmp_path):
@@ -10,7 +10,7 @@ def test_marked_lines_are_named(tmp_path):
     path.write_text(
         "# lines marked <-- are to be completed\n[geometry]  # <-- dimensions\nlength = 40.0\na = 1 # <-- b\n"
     )
-    (found,) = unedited(path)
+    (found,) = unedited_lines(path)
     assert found.name == "unedited_case"
     assert "lines 2, 4" in found.message
 
@@ -18,5 +18,5 @@ def test_marked_lines_are_named(tmp_path):
 def test_a_case_without_marks_and_a_part_are_left_alone(tmp_path):
     path = tmp_path / "case.toml"
     path.write_text("[geometry]  # lengths < 40\n")
-    assert unedited(path) == ()
-    assert unedited(tmp_path / "part.step") == ()
+    assert unedited_lines(path) == ()
+    assert unedited_lines(tmp_path / "part.step") == ()

@@ -80,7 +80,7 @@ def test_a_sound_part_is_understood_and_meshed(name, folder, capfd):
 def test_what_is_no_bushing_is_refused_with_a_sentence_and_a_picture(name, folder):
     shape = CAD(file=str(make(name, folder)))
     with pytest.raises(GeometryError, match=PARTS[name][2]) as error:
-        shape.found  # noqa: B018 - asking is the test
+        shape.interpretation  # noqa: B018 - asking is the test
     assert error.value.view is not None or PARTS[name][2].startswith("which is impossible")
 
 
@@ -140,10 +140,10 @@ def test_what_names_do_not_tell_the_case_says(folder):
     file = str(make("nameless_sleeves", folder))
     roles = {"1": "inner_sleeve", "2": "rubber", "3": "outer_sleeve"}
     rigid = CAD(file=file, solids=roles)
-    assert rigid.found.regions == ("rubber",)
+    assert rigid.interpretation.regions == ("rubber",)
     assert rigid.measures()["inner_bond"] == pytest.approx(2 * np.pi * 10 * 40)
     elastic = CAD(file=file, solids=roles, plates={"outer_sleeve": {}})
-    assert elastic.found.regions == ("rubber", "outer_sleeve")
+    assert elastic.interpretation.regions == ("rubber", "outer_sleeve")
     assert elastic.measures()["outer_bond"] == pytest.approx(2 * np.pi * 24 * 40)
     stiff = CAD(file=file, solids=roles, plates={"outer_sleeve": {"rigid": True}})
     assert any("outer_sleeve, rigid, 11561 mm3" in note for note in stiff.notes)
@@ -159,7 +159,7 @@ def test_what_names_do_not_tell_the_case_says(folder):
         assert f"outer sleeve, {state}, 11561 mm³" in legend
         assert len(set(legend.values())) == len(legend)
     with pytest.raises(GeometryError, match='there is no solid "7"'):
-        CAD(file=file, solids={"7": "rubber"}).found  # noqa: B018
+        CAD(file=file, solids={"7": "rubber"}).interpretation  # noqa: B018
 
 
 @pytest.mark.slow
@@ -182,9 +182,9 @@ def test_units_rules_and_axis_of_the_case(folder):
     collar = np.pi * (27**2 - 22**2)
     assert ruled.measures()["outer_bond"] == pytest.approx(2 * np.pi * 22 * 40 + collar)
     given = CAD(file=flanged, axis=(0, 0, -1), origin=(0, 0, 3), direction=(0, 1, 0))
-    assert given.found.frame.rows[2] == (0.0, 0.0, -1.0)
-    assert given.found.frame.centre == (0.0, 0.0, 3.0)
-    assert given.found.frame.rows[0] == (0.0, 1.0, 0.0)
+    assert given.interpretation.frame.rows[2] == (0.0, 0.0, -1.0)
+    assert given.interpretation.frame.centre == (0.0, 0.0, 3.0)
+    assert given.interpretation.frame.rows[0] == (0.0, 1.0, 0.0)
     for wrong, said in (
         ({"direction": (0, 0, 1)}, "geometry.direction: is along the axis"),
         ({"axis": (1, 0, 0)}, r"about the given axis; most curved faces are about \(0, 0, 1\)"),
@@ -203,7 +203,7 @@ def test_units_rules_and_axis_of_the_case(folder):
         ),
     ):
         with pytest.raises(GeometryError, match=said):
-            CAD(file=flanged, **wrong).found  # noqa: B018
+            CAD(file=flanged, **wrong).interpretation  # noqa: B018
 
 
 @pytest.mark.slow
@@ -231,7 +231,7 @@ def test_a_part_whose_file_states_a_wrong_unit_is_that_of_a_right_file(folder):
     part = CAD(file=str(make("voids_in_metres", folder)), unit="mm")
     voids = 2 * 0.6 * (18**2 - 14**2)
     assert part.measures()["rubber"] == pytest.approx((np.pi * (22**2 - 10**2) - voids) * 40)
-    assert part.found.size == pytest.approx(44.0)
+    assert part.interpretation.size == pytest.approx(44.0)
     build(part, 3, frozenset({"y"}), part.coarse)
 
 
@@ -264,10 +264,10 @@ def test_an_eccentric_bore_turns_about_its_own_axis(folder):
     """The curved area is mostly that of the outside, 2 mm beside the bore."""
     file = str(make("eccentric", folder))
     found = CAD(file=file)
-    assert found.found.frame.centre == pytest.approx((2.0, 0.0, 0.0), abs=1e-6)
+    assert found.interpretation.frame.centre == pytest.approx((2.0, 0.0, 0.0), abs=1e-6)
     assert any("an axis of its own, 2 mm from that of most faces" in note for note in found.notes)
     given = CAD(file=file, axis=(0, 0, 1), origin=(0, 0, 0))
-    assert given.found.frame.centre == (0.0, 0.0, 0.0)
+    assert given.interpretation.frame.centre == (0.0, 0.0, 0.0)
     assert any("the given origin is 2 mm from the inner bond's own axis" in note for note in given.notes)
     assert not any("torsion" in note for note in CAD(file=str(make("plain", folder))).notes)
     # A radius about a line beside the axis, and a box that also contains the bore.
@@ -303,7 +303,7 @@ def test_meshes_are_taken_as_they_are(order, suffix, version, folder):
 def test_a_mesh_without_bonds_is_refused(folder):
     file = _written(folder / "nobonds.msh", 1, names=("bore", "rim"))
     with pytest.raises(GeometryError, match=r'no outer facets are in a group "inner".*there are: bore, rim'):
-        CAD(file=str(file)).found  # noqa: B018
+        CAD(file=str(file)).interpretation  # noqa: B018
 
 
 @pytest.mark.parametrize(
@@ -316,14 +316,14 @@ def test_a_mesh_without_bonds_is_refused(folder):
 def test_bodies_of_a_mesh_share_nodes(rings, said, folder):
     file = _written(folder / "loose.msh", 1, rings=rings)
     with pytest.raises(GeometryError, match=said) as error:
-        CAD(file=str(file)).found  # noqa: B018
+        CAD(file=str(file)).interpretation  # noqa: B018
     assert error.value.view is not None
 
 
 def test_bonds_of_a_mesh_share_no_nodes(folder):
     file = _written(folder / "touching.msh", 1, ends="inner")
     with pytest.raises(GeometryError, match=r"bond touch each other at \(22, 0, -?20\)") as error:
-        CAD(file=str(file)).found  # noqa: B018
+        CAD(file=str(file)).interpretation  # noqa: B018
     assert error.value.view is not None
 
 
@@ -341,7 +341,7 @@ def test_measures_of_a_mesh_have_its_curved_sides(folder):
 def test_a_quarter_of_a_mesh_is_refused(folder):
     file = _written(folder / "quarter.msh", 2, share=0.25)
     with pytest.raises(GeometryError, match="holds 90 of 360 degrees of a bushing"):
-        CAD(file=str(file)).found  # noqa: B018
+        CAD(file=str(file)).interpretation  # noqa: B018
 
 
 @pytest.mark.parametrize("suffix", [".msh", ".inp"])
@@ -350,16 +350,16 @@ def test_elements_of_rubber_are_rubber_although_each_body_has_a_group(suffix, fo
     rings = ((10, 16), (16, 17), (17, 22))
     groups = {"Rubber": (0, 2), "Shim": (1,)}
     shape = CAD(file=str(_written(folder / f"shim{suffix}", 2, rings=rings, groups=groups)))
-    assert shape.found.regions == ("rubber", "shim")
+    assert shape.interpretation.regions == ("rubber", "shim")
     exact = np.pi * 40 * np.array([22**2 - 10**2 - (17**2 - 16**2), 17**2 - 16**2])
-    assert [shape.measures()[name] for name in shape.found.regions] == pytest.approx(exact, rel=1e-3)
+    assert [shape.measures()[name] for name in shape.interpretation.regions] == pytest.approx(exact, rel=1e-3)
 
 
 def test_a_mesh_without_rubber_is_refused(folder):
     groups = {"Housing": (0,), "Shim": (1,)}
     file = _written(folder / "metal.msh", 1, rings=((10, 16), (16, 22)), groups=groups)
     with pytest.raises(GeometryError, match="all elements are in groups of metal: housing, shim"):
-        CAD(file=str(file)).found  # noqa: B018
+        CAD(file=str(file)).interpretation  # noqa: B018
 
 
 def test_layers_of_one_element_are_computed(folder):
@@ -435,6 +435,6 @@ def _reach(body):
 
 def test_a_part_of_very_many_faces_is_refused_before_it_takes_minutes(folder, monkeypatch):
     monkeypatch.setattr("geometry.isolated._reader", None)
-    monkeypatch.setattr("geometry.cad.found.MOST_FACES", 3)
+    monkeypatch.setattr("geometry.cad.find_part.MOST_FACES", 3)
     with pytest.raises(GeometryError, match="solids have 4 faces, of which at most 3 are interpreted"):
         CAD(file=str(make("plain", folder).rename(folder / "many.step"))).notes  # noqa: B018

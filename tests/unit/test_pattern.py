@@ -29,7 +29,7 @@ def dense(pattern):
 
 def test_entries_are_dropped_added_or_missing(pattern):
     """Dropped for constrained and rigid (negative) unknowns; missing where no cell couples two unknowns."""
-    places = pattern.located(np.array([[0, 3, 4], [2, -1, 1]], dtype=np.int32))
+    places = pattern.locate(np.array([[0, 3, 4], [2, -1, 1]], dtype=np.int32))
     dropped = len(pattern.values) - 1
     assert places[0, 0, 1] == places[0, 1, 0] == MISSING
     assert (places[0, 2] == dropped).all()
@@ -39,8 +39,8 @@ def test_entries_are_dropped_added_or_missing(pattern):
 
 def test_a_wider_pattern_holds_further_couplings(pattern):
     block = np.array([[0, 3, 5]], dtype=np.int32)
-    wide = pattern.widened([block])
-    places = wide.located(block)
+    wide = pattern.widen([block])
+    places = wide.locate(block)
     assert (places != MISSING).all()
     wide.values[:] = 0.0
     wide.add(places, np.arange(1.0, 10.0).reshape(1, 3, 3))
@@ -48,4 +48,4 @@ def test_a_wider_pattern_holds_further_couplings(pattern):
     found = dense(wide)
     np.testing.assert_array_equal(found[np.ix_(block[0], block[0])], 2.0 * np.arange(1.0, 10.0).reshape(3, 3))
     assert found[4, 4] == 1.0
-    assert (pattern.located(block) == MISSING).any()
+    assert (pattern.locate(block) == MISSING).any()

@@ -26,7 +26,7 @@ def known(drift, differentiated=True):
         found.add(q, cubic(q) + drift * q)
         if differentiated:
             # The tangent does not know of the drift.
-            found.differentiated(rate(q))
+            found.take_rate(rate(q))
     return found
 
 

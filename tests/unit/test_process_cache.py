@@ -75,8 +75,8 @@ def test_saved_answers_have_the_name_of_the_work_and_not_of_the_cache(tmp_path, 
 class _Numbers:
     """Writes the answers of `use`."""
 
-    def encoded(self, answer):
+    def encode(self, answer):
         return {"answer": answer}
 
-    def decoded(self, found, question):
+    def decode(self, found, question):
         return tuple(map(int, found["answer"]))

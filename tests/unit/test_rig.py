@@ -14,9 +14,9 @@ from bushcli.effects.rig import (
     bushing_path,
     elastic_response,
     extension,
+    force_reading,
     has_springs,
     parallel,
-    reading,
 )
 
 SWEEP = np.linspace(-5.0, 5.0, 2001)
@@ -157,17 +157,17 @@ def test_a_force_is_read_between_its_times_and_corners_are_kept():
     time = np.array([0.0, 1.0, 2.0, 3.0, 4.0])
     tent = Signal(np.array([0.0, 1.0, 2.0, 1.0, 0.0]), np.zeros((5, 0)))
     at = np.linspace(0.0, 4.0, 41)
-    got = reading([], time, tent, (), at=at, corners=[2])
+    got = force_reading([], time, tent, (), at=at, corners=[2])
     np.testing.assert_allclose(got.value, 2 - np.abs(at - 2), atol=1e-14)
     # Without the corner the cubic rounds it off, by a quarter of a step at most.
-    rounded = reading([], time, tent, (), at=at).value
+    rounded = force_reading([], time, tent, (), at=at).value
     assert 0.01 < np.abs(rounded - got.value).max() < 0.25
 
 
 def test_at_a_corner_the_derivative_by_the_lag_is_the_mean_of_both_sides():
     time = np.array([0.0, 1.0, 2.0, 3.0])
     bent = Signal(np.array([0.0, 2.0, 4.0, 3.0]), np.zeros((4, 1)))
-    got = reading([active("time_lag", lag=0.0)], time, bent, ["time_lag.lag"], corners=[2])
+    got = force_reading([active("time_lag", lag=0.0)], time, bent, ["time_lag.lag"], corners=[2])
     np.testing.assert_allclose(got.slope[:, 0], [-1.0, -2.0, -0.5, 0.5], atol=1e-14)
     np.testing.assert_array_equal(got.value, bent.value)
 
@@ -197,7 +197,7 @@ def test_the_pieces_for_a_march_make_the_same_force():
     springs = extension(acting, Signal(got - 5.0, zero), columns)
     q = path.value - springs.value
     carried = parallel(acting, Signal(q, zero), Signal(300.0 * q, zero), columns)
-    np.testing.assert_allclose(reading(acting, None, carried, columns).value, got, atol=1e-9)
+    np.testing.assert_allclose(force_reading(acting, None, carried, columns).value, got, atol=1e-9)
     np.testing.assert_allclose(springs.slope, np.column_stack([got - 5.0, np.zeros(len(q))]), atol=1e-12)
 
 

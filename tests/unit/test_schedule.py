@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bushcli.simulate.schedule import RESOLUTION, WITHIN, Leg, prescribed, schedule
+from bushcli.simulate.schedule import RESOLUTION, WITHIN, Leg, prescribed_schedule, schedule
 from cases.feature import Feature, Installed
 from cases.march import march
 from cases.mode import modes
@@ -229,12 +229,12 @@ def test_without_time_the_sample_numbers_stand_for_it():
 def test_a_prescribed_program_keeps_its_points_and_is_cut_where_it_turns_or_stands():
     q = np.array([0.0, 1.0, 3.0, 3.0, 3.0, 1.0, -1.0, -2.0, 0.0])
     time = np.array([0.0, 1.0, 2.0, 3.0, 9.0, 10.0, 11.0, 12.0, 13.0])
-    steps = prescribed(time, q)
+    steps = prescribed_schedule(time, q)
     np.testing.assert_array_equal(steps.time, time)
     np.testing.assert_array_equal(steps.displacement, q)
     assert steps.legs == (Leg(0, 2, False), Leg(2, 4, True), Leg(4, 7, False), Leg(7, 8, False))
     np.testing.assert_allclose(steps.interpolation(time), np.eye(9), atol=1e-12)
-    assert not prescribed(None, q).timed
+    assert not prescribed_schedule(None, q).timed
 
 
 @pytest.mark.parametrize("count", [5, 12])

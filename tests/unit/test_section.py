@@ -71,11 +71,11 @@ def box(low, high, bottom, top, left="free", right="free"):
 )
 def test_what_is_no_section_is_refused(outline, said):
     with pytest.raises(GeometryError, match=said):
-        SECTION.model_validate({"outline": outline}).found  # noqa: B018 - asking is the test
+        SECTION.model_validate({"outline": outline}).interpretation  # noqa: B018 - asking is the test
 
 
 def test_measures_are_those_of_the_ring():
-    found = SECTION(outline=RING).found
+    found = SECTION(outline=RING).interpretation
     assert found.symmetric
     assert found.regions == ("rubber",)
     assert found.measures["rubber"] == pytest.approx(np.pi * (20**2 - 10**2) * 40)
@@ -87,7 +87,7 @@ def test_measures_are_those_of_the_ring():
         {"to": [13.0, 2.0]},
         {"to": [13.0, -2.0]},
     ]
-    holed = SECTION(outline=[*RING, *square]).found
+    holed = SECTION(outline=[*RING, *square]).interpretation
     assert holed.measures["rubber"] == pytest.approx(np.pi * (20**2 - 10**2) * 40 - 2 * np.pi * 15 * 16)
     assert holed.symmetric
 
@@ -96,9 +96,9 @@ def test_the_centre_is_the_middle_of_the_inner_bond_or_given():
     shifted = [
         {k: [v[0], v[1] + 7.0] if k in ("from", "to") else v for k, v in edge.items()} for edge in RING
     ]
-    found = SECTION(outline=shifted).found
+    found = SECTION(outline=shifted).interpretation
     assert (found.centre, found.symmetric) == (7.0, True)
-    assert not SECTION(outline=shifted, centre=6.0).found.symmetric
+    assert not SECTION(outline=shifted, centre=6.0).interpretation.symmetric
 
 
 def test_four_sides_make_quadrilaterals_and_others_triangles():
@@ -168,11 +168,13 @@ def drawing(path, unit=4, gap=0.0, layer="outer"):
 
 def test_a_drawing_is_read_with_layers_as_names(tmp_path):
     shape = SECTION(file=drawing(tmp_path / "part.dxf"))
-    assert shape.found.measures["inner_bond"] == pytest.approx(2 * np.pi * 10 * 40)
-    assert shape.found.measures["outer_bond"] == pytest.approx(2 * np.pi * 20 * 37)
+    assert shape.interpretation.measures["inner_bond"] == pytest.approx(2 * np.pi * 10 * 40)
+    assert shape.interpretation.measures["outer_bond"] == pytest.approx(2 * np.pi * 20 * 37)
     assert build(shape, 2).boundary.keys() == {"inner", "outer", "free"}
     inches = SECTION(file=drawing(tmp_path / "inches.dxf", unit=1))
-    assert inches.found.measures["rubber"] == pytest.approx(25.4**3 * shape.found.measures["rubber"])
+    assert inches.interpretation.measures["rubber"] == pytest.approx(
+        25.4**3 * shape.interpretation.measures["rubber"]
+    )
     assert "the file states the unit of length mm" in shape.notes
     assert "the file states the unit of length inch" in inches.notes
     assert "the file states the unit of length inch" in SECTION(file=inches.file, unit="mm").notes
@@ -182,13 +184,13 @@ def test_a_drawing_is_read_with_layers_as_names(tmp_path):
 def test_the_case_gives_the_unit_of_a_drawing_that_states_none_or_a_wrong_one(tmp_path, number):
     path = drawing(tmp_path / "part.dxf", unit=number)
     inches = SECTION(file=path, unit="inch")
-    assert inches.found.measures["inner_bond"] == pytest.approx(2 * np.pi * 10 * 40 * 25.4**2)
+    assert inches.interpretation.measures["inner_bond"] == pytest.approx(2 * np.pi * 10 * 40 * 25.4**2)
     assert not [note for note in inches.notes if "unit" in note]
 
 
 def test_a_drawing_without_a_unit_is_in_mm_and_a_note_says_so(tmp_path):
     shape = SECTION(file=drawing(tmp_path / "part.dxf", unit=0))
-    assert shape.found.measures["inner_bond"] == pytest.approx(2 * np.pi * 10 * 40)
+    assert shape.interpretation.measures["inner_bond"] == pytest.approx(2 * np.pi * 10 * 40)
     assert [note for note in shape.notes if "states no unit" in note]
     assert not [note for note in SECTION(outline=RING).notes if "unit" in note]
 
@@ -207,7 +209,7 @@ def test_a_sleeve_is_drawn_with_its_bore_on_a_layer_of_its_own(tmp_path, layers,
     document.saveas(tmp_path / "part.dxf")
     shape = SECTION(file=str(tmp_path / "part.dxf"), plates={"core": {"youngs_modulus": 70000.0}})
     assert shape.elastic_sleeves["core"].youngs_modulus == 70000.0
-    measures = shape.found.measures
+    measures = shape.interpretation.measures
     assert measures["rubber"] == pytest.approx(np.pi * (20**2 - 10**2) * 40)
     assert measures["core"] == pytest.approx(np.pi * (10**2 - 8**2) * 2 * end)
     assert measures["inner_bond"] == pytest.approx(2 * np.pi * 8 * 2 * end)
@@ -216,7 +218,7 @@ def test_a_sleeve_is_drawn_with_its_bore_on_a_layer_of_its_own(tmp_path, layers,
 def test_rubber_whose_free_edges_have_a_name_is_refused_with_the_remedy():
     named = [edge if "name" in edge else edge | {"name": "gummi"} for edge in RING]
     with pytest.raises(GeometryError, match=r'there is no rubber.*no name, or "free", for the free edges'):
-        SECTION(outline=named).found  # noqa: B018
+        SECTION(outline=named).interpretation  # noqa: B018
 
 
 def test_a_unit_without_a_drawing_is_refused():
@@ -234,14 +236,14 @@ def test_a_unit_without_a_drawing_is_refused():
 )
 def test_a_drawing_that_is_no_section_is_refused(tmp_path, changed, said):
     with pytest.raises(GeometryError, match=said):
-        SECTION(file=drawing(tmp_path / "part.dxf", **changed)).found  # noqa: B018
+        SECTION(file=drawing(tmp_path / "part.dxf", **changed)).interpretation  # noqa: B018
 
 
 def test_a_file_that_is_no_drawing_is_refused(tmp_path):
     file = tmp_path / "part.dxf"
     file.write_text("no drawing\n")
     with pytest.raises(GeometryError, match="DXF"):
-        SECTION(file=str(file)).found  # noqa: B018
+        SECTION(file=str(file)).interpretation  # noqa: B018
 
 
 def with_void(path, draw):
@@ -254,7 +256,7 @@ def with_void(path, draw):
         space.add_line(corners[i], corners[(i + 1) % 4], dxfattribs={"layer": name})
     draw(document, space)
     document.saveas(path)
-    return SECTION(file=str(path)).found.measures["rubber"]
+    return SECTION(file=str(path)).interpretation.measures["rubber"]
 
 
 DIAMOND = [(13, -12), (15, -10), (17, -12), (15, -14)]
@@ -324,7 +326,7 @@ def test_a_damaged_drawing_is_refused(tmp_path):
     file = tmp_path / "part.dxf"
     file.write_bytes(b"AutoCAD Binary DXF\r\n\x1a\x00" + bytes(range(200)))
     with pytest.raises(GeometryError, match="DXF"):
-        SECTION(file=str(file)).found  # noqa: B018
+        SECTION(file=str(file)).interpretation  # noqa: B018
 
 
 def test_a_plate_on_a_layer_of_its_own_has_its_volume_not_the_area_of_its_edges(tmp_path):
@@ -334,5 +336,5 @@ def test_a_plate_on_a_layer_of_its_own_has_its_volume_not_the_area_of_its_edges(
         space.add_lwpolyline(corners, close=True, dxfattribs={"layer": "ring"})
 
     with_void(tmp_path / "part.dxf", draw)
-    found = SECTION(file=str(tmp_path / "part.dxf"), plates={"ring": {}}).found
+    found = SECTION(file=str(tmp_path / "part.dxf"), plates={"ring": {}}).interpretation
     assert found.measures["ring"] == pytest.approx(np.pi * (16**2 - 14**2) * 24)

@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from bushcli.case import load_case, resolved
+from bushcli.case import case_json, load_case
 from bushcli.case.example import write_case
 from bushcli.case.from_files import case_from_files
 from bushcli.case.rebuild import rebuilt_case
 from bushcli.cli import main
 from bushcli.errors import CaseError, InputError
 from bushcli.recording import read_program, read_recording
-from bushcli.recording.guess import contradicted, mode_of_name, modes_of_name
+from bushcli.recording.guess import contradicting_modes, mode_of_name, modes_of_name
 
 CASE = """
 [geometry]
@@ -100,7 +100,7 @@ def test_a_name_that_two_modes_share_is_asked(tmp_path):
     ],
 )
 def test_a_name_that_speaks_of_another_mode(name, mode, says):
-    assert contradicted(name, mode) == says
+    assert contradicting_modes(name, mode) == says
 
 
 def test_a_file_whose_name_says_another_mode_is_asked_about(tmp_path):
@@ -207,7 +207,7 @@ def test_machine_units_of_a_case(tmp_path, text):
     assert found.coupons[0].mode == "uniaxial"
     np.testing.assert_allclose(recording.displacement, Q / 20.0, atol=1e-6)
     np.testing.assert_allclose(recording.force, 100.0 * Q / 8.0, atol=1e-4)
-    shown = resolved(found)["coupons"][0]
+    shown = case_json(found)["coupons"][0]
     assert shown["gauge_length"] == 20.0
     assert shown["area"] == pytest.approx(8.0)
 
@@ -231,7 +231,7 @@ def test_the_file_of_a_program_is_read_as_that_of_a_recording(tmp_path):
     read = read_program(source)
     np.testing.assert_allclose(read.displacement, -20.0 * Q, atol=1e-2)
     np.testing.assert_allclose(read.time, 0.1 * np.arange(len(Q)), atol=1e-12)
-    assert rebuilt_case(resolved(used), tmp_path).load_cases[0].source == source
+    assert rebuilt_case(case_json(used), tmp_path).load_cases[0].source == source
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from bushcli.case.schema_recordings import RecordingTable
 from bushcli.cli import main
 from bushcli.recording import Recording, select_cycles
 from bushcli.recording.source import Source, Specimen
-from bushcli.standards import clauses, lacking, observe, standards
+from bushcli.standards import clauses, observe, open_questions, standards
 
 
 def test_every_standard_has_a_source_and_modes():
@@ -39,7 +39,8 @@ def ramps(
 
 def questions(*recordings: Recording, coupons: tuple[Recording, ...] = ()) -> list[str]:
     return [
-        lack.question for lack in lacking([observe(r) for r in recordings], [observe(r) for r in coupons])
+        lack.question
+        for lack in open_questions([observe(r) for r in recordings], [observe(r) for r in coupons])
     ]
 
 
@@ -73,7 +74,7 @@ def test_one_rate_leaves_viscosity_and_friction_open():
     # Two recordings at different rates in different modes have only one rate in each mode.
     assert question in questions(one, ramps([0, 2, 0, 2, 0], 5.0, mode="radial"))
     silent = Recording("axial", one.displacement, one.force, name="silent")
-    [lack] = [lack for lack in lacking([observe(silent)]) if lack.question == question]
+    [lack] = [lack for lack in open_questions([observe(silent)]) if lack.question == question]
     assert lack.why == "there is no time"
 
 

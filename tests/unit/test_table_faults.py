@@ -107,7 +107,42 @@ def test_the_rise_of_the_stiffness_tells_the_loss_angle_from_its_complement(glas
     assert kinds(table) == []
     turned = replace(table, storage=table.loss, loss=table.storage)
     (fault,) = table_faults(PLAIN, [turned])
-    assert (fault.kind, fault.fatal, fault.doubtful) == ("loss_angle", False, True)
+    assert (fault.kind, fault.fatal, fault.is_doubtful) == ("loss_angle", False, True)
     assert fault.probability > 0.9
     assert 'loss_angle_is = "complement"' in fault.remedy
     assert kinds(replace(turned, accepted_faults=("loss_angle",))) == []
+
+
+def softened(order, share):
+    """Return sweeps over these amplitudes at two frequencies, softer by a share after the largest amplitude."""
+    amplitude, frequency = np.tile(order, 2), np.repeat([1.0, 10.0], len(order))
+    after = np.tile(np.arange(len(order)) > np.argmax(order), 2)
+    size = (
+        400.0 * (1.0 + 0.1 * np.log(frequency) - 0.15 * np.log(amplitude)) * np.where(after, 1 - share, 1.0)
+    )
+    scatter = 1.0 + 0.003 * np.random.default_rng(1).standard_normal(len(size))
+    empty = relaxing(0.2).rows(np.zeros(len(size), dtype=int))
+    return replace(
+        empty, frequency=frequency, amplitude=amplitude, storage=size * scatter, loss=0.1 * size
+    ), after
+
+
+def test_rows_after_larger_amplitudes_that_are_softer_are_left_out():
+    table, after = softened([0.05, 0.1, 0.2, 0.5, 0.2, 0.1, 0.05], 0.06)
+    (fault,) = table_faults(PLAIN, [table])
+    assert (fault.kind, fault.fatal) == ("order", False)
+    assert "by 6.1 % on average" in fault.where
+    np.testing.assert_array_equal(fault.samples, after)
+    assert kinds(replace(table, accepted_faults=("order",))) == []
+
+
+@pytest.mark.parametrize(
+    ("order", "share"),
+    [
+        ([0.05, 0.1, 0.2, 0.5, 0.2, 0.1, 0.05], 0.0),
+        ([0.05, 0.1, 0.2, 0.5], 0.1),
+        ([0.5, 0.2, 0.1, 0.05], 0.1),
+    ],
+)
+def test_the_order_of_a_sweep_is_doubted_only_where_amplitudes_return_softer(order, share):
+    assert kinds(softened(order, share)[0]) == []

@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from bushcli.case import load_case
-from bushcli.case.typical import unusual
+from bushcli.case.typical import unusual_values
 from bushcli.cli import main
 from bushcli.errors import InputError
 from bushcli.recording import RecordedProgram
@@ -37,7 +37,7 @@ def found(tmp_path):
     def look(*changes, paths=()):
         (tmp_path / "case.toml").write_text(CASE)
         case = load_case(tmp_path / "case.toml", list(changes))
-        return unusual(case, case.material, paths)
+        return unusual_values(case, case.material, paths)
 
     return look
 

@@ -13,7 +13,7 @@ import pytest
 from click.testing import CliRunner
 from numpy.testing import assert_allclose
 
-from bushcli.case import Case, load_case, resolved
+from bushcli.case import Case, case_json, load_case
 from bushcli.case.rebuild import rebuilt_case
 from bushcli.cli import main
 from bushcli.effects.effect import effect
@@ -81,7 +81,7 @@ def test_angles_and_density_are_converted_and_shown_as_written(tmp_path: Path) -
     assert not test.transfer
     assert found.load_cases == ()
     assert found.material.density == pytest.approx(1.2e-9)  # t/mm^3
-    shown = resolved(found)
+    shown = case_json(found)
     assert shown["material"]["density"] == 1200
     assert shown["load_cases"] == [
         {
@@ -292,7 +292,7 @@ def test_preload_by_force_is_the_travel_that_carries_it(tmp_path: Path, response
     assert free.preload == pytest.approx(0.0, abs=1e-6)
     assert_allclose(loaded.stiffness, up.stiffness, rtol=1e-5)
     assert_allclose(free.stiffness, rest.stiffness, rtol=1e-5)
-    assert resolved(one("axial", dynamic, tmp_path))["load_cases"][0]["dynamic"]["preload_force"] == [
+    assert case_json(one("axial", dynamic, tmp_path))["load_cases"][0]["dynamic"]["preload_force"] == [
         up.force,
         0,
     ]

@@ -262,10 +262,10 @@ def test_a_bond_that_is_off_at_the_bottom_is_the_mirror_image_of_one_at_the_top(
     )
     np.testing.assert_allclose(bottom, -top[::-1], rtol=1e-6)
     choice = effect("debonding").parameter("bond")
-    alike = len(choice.distinct(bushing(), [mode])) == 2
+    alike = len(choice.distinct_choices(bushing(), [mode])) == 2
     assert alike == bool(np.allclose(top, bottom, rtol=1e-6))
     # Together with an effect that is not symmetric about the mid-plane, all choices differ.
-    assert choice.distinct(bushing(), [mode], frozenset("z")) == BONDS
+    assert choice.distinct_choices(bushing(), [mode], frozenset("z")) == BONDS
 
 
 def test_a_swaged_sleeve_takes_the_bond_with_it():

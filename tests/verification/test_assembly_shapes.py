@@ -9,7 +9,7 @@ import pytest
 
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.assembly import features_of
-from bushcli.effects.effect import effect, effects, unsuited
+from bushcli.effects.effect import effect, effects, reasons_against
 from cases.march import march
 from cases.mode import modes
 from cases.program import Program
@@ -101,9 +101,9 @@ def test_what_has_no_coaxial_sleeves_is_refused() -> None:
     for shape in (mount, flat):
         assert shape.wall is None
         for one in effects().values():
-            assert bool(unsuited(one, shape)) == one.needs_sleeves
+            assert bool(reasons_against(one, shape)) == one.needs_sleeves
     # The rigid sleeves of a section are not meshed, so there is no metal whose modulus could change.
-    ((what, instead),) = unsuited(effect("sleeve_compliance"), by_outline())
+    ((what, instead),) = reasons_against(effect("sleeve_compliance"), by_outline())
     assert "section" in what
     assert "geometry.plates" in instead
-    assert not unsuited(effect("sleeve_compliance"), PLAIN)
+    assert not reasons_against(effect("sleeve_compliance"), PLAIN)

@@ -13,7 +13,7 @@ import pytest
 from mpi4py import MPI
 
 from bushcli.simulate.bodies import PreparedModels
-from bushcli.simulate.touching import touched
+from bushcli.simulate.contact import surfaces_that_met
 from cases.contact import bodies as surfaces
 from cases.contact.contact import DEEPEST
 from cases.contact.facets import Basis
@@ -138,7 +138,7 @@ def test_a_part_of_the_stiffness_has_no_negative_eigenvalues(case, request):
     model, history = request.getfixturevalue(case)
     contact = model.surfaces.contact
     contact.look(history.states[-1])
-    whole, part = contact.pressed.stiffness(), contact.pressed.positive_stiffness()
+    whole, part = contact.pressed_points.stiffness(), contact.pressed_points.positive_stiffness()
     scale = np.abs(whole).max()
     assert np.linalg.eigvalsh(part).min() > -1e-12 * scale
     added = np.linalg.eigvalsh(part - whole)
@@ -166,7 +166,7 @@ def test_action_is_reaction(touching):
     model, history = touching
     contact = model.surfaces.contact
     contact.look(history.states[-1])
-    forces = contact.pressed.forces()
+    forces = contact.pressed_points.forces()
     assert np.abs(forces).sum() > 0.0
     np.testing.assert_allclose(forces.sum(axis=(0, 1)), 0.0, atol=1e-12 * np.abs(forces).sum())
 
@@ -211,7 +211,7 @@ def test_a_part_that_meets_its_mirror_image_is_the_whole_part(arched):
     contact.look(history.states[-1])
     assert 0.0 < contact.penetration < DEEPEST
     assert contact._x[:, 1].min() > -0.02
-    (met,) = touched(model, history)
+    (met,) = surfaces_that_met(model, history)
     assert met.surfaces == ("void", "void")
 
 
@@ -262,8 +262,10 @@ def test_surfaces_that_stay_apart_are_not_searched(mode, q, monkeypatch):
 def test_surfaces_that_come_near_are_looked_at_once_for_each_equilibrium(monkeypatch):
     """Until the surfaces meet, the states that Newton's method tries between equilibria are not searched."""
     calls = []
-    usual = ContactSearch.inside
-    monkeypatch.setattr(ContactSearch, "inside", lambda self, *more: calls.append(1) or usual(self, *more))
+    usual = ContactSearch.points_inside
+    monkeypatch.setattr(
+        ContactSearch, "points_inside", lambda self, *more: calls.append(1) or usual(self, *more)
+    )
     _, history = closed([-0.1, -0.2, -0.3])
     assert len(calls) <= 2 * len(history.attempts)
 
@@ -274,7 +276,7 @@ def test_points_inside_are_at_the_nearest_point_of_the_facet(case, request):
     model, history = request.getfixturevalue(case)
     contact = model.surfaces.contact
     contact.look(history.states[-1])
-    bodies, found = contact.bodies, contact.pressed.found
+    bodies, found = contact.bodies, contact.pressed_points.found
     x = contact._x
     steps = np.linspace(0.0, 1.0, 41)
     grid = np.stack(np.meshgrid(*[steps] * found.xi.shape[1]), axis=-1).reshape(-1, found.xi.shape[1])
@@ -312,8 +314,8 @@ def test_facets_are_compared_with_all_that_are_near(dimension):
         sign, names = np.ones(len(nodes)), np.repeat("free", len(nodes))
         places = np.concatenate([X, more])
         search = ContactSearch(surfaces.Bodies(basis, nodes, sign, places, soft, nodes, None, False, names))
-        assert search.meeting(np.concatenate([x, more]), 0.5)
-        found.append(search.inside(np.concatenate([x, more])))
+        assert search.facets_meet(np.concatenate([x, more]), 0.5)
+        found.append(search.points_inside(np.concatenate([x, more])))
     alone, all_pairs = found
     assert len(alone) > 30
     for name in ("facet", "point", "other", "xi", "free", "r"):
@@ -363,7 +365,7 @@ def test_a_plain_bushing_is_pressed_to_64_percent_of_its_thickness():
 def test_what_met_is_told_with_its_force(touching):
     """The pair of walls is reported with first touch, place and a positive force."""
     model, history = touching
-    (found,) = touched(model, history)
+    (found,) = surfaces_that_met(model, history)
     assert found.surfaces == ("free", "free")
     assert found.first == pytest.approx(-0.6)
     assert found.at == pytest.approx(-0.7)
@@ -380,7 +382,7 @@ def test_sleeves_beyond_the_bond_hold_what_bulges_over_them():
     march(model, Program(np.linspace(2.0, 8.0, 4)))
     contact = model.surfaces.contact
     contact.look(model.state.x.array)
-    assert contact.touching
+    assert contact.is_touching
     assert contact.penetration < DEEPEST
 
 
@@ -403,6 +405,6 @@ def test_a_narrow_slot_is_pressed_to_one_and_a_half_times_its_closing_travel():
     model, history = closed(np.linspace(end / 10, end, 10), rubber, shapes()["section"](outline=outline))
     assert history.displacement[-1] == end
     contact = model.surfaces.contact
-    assert contact.touching
+    assert contact.is_touching
     assert contact.share == 1.0
     assert contact.penetration < DEEPEST

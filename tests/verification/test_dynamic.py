@@ -18,7 +18,7 @@ from scipy.special import jv, yv
 from bushcli.simulate.stiffness import matrices_along
 from cases.dynamic.model import DynamicModel, sweep
 from cases.dynamic.pencil import Pencil
-from cases.dynamic.reduction import reduced
+from cases.dynamic.reduction import basis_for
 from cases.equilibrium import Equilibrium
 from cases.feature import Feature, Installed
 from cases.march import march
@@ -63,7 +63,12 @@ def vibrating(
         if solver.q == q and not found:
             pencil = Pencil(model, solver, metal or {})
             found.append(
-                (DynamicModel(reduced(pencil, sweep(frequencies, branches), density, tolerance)), pencil)
+                (
+                    DynamicModel(
+                        basis_for(pencil, sweep(frequencies, branches), density, tolerance).reduced_pencil()
+                    ),
+                    pencil,
+                )
             )
 
     march(model, Program(path), observer=observe)

@@ -131,7 +131,7 @@ def test_softening_in_one_dimension_is_what_was_given():
     assert law.advance(1.0, 1.0) == pytest.approx(10.0 - 1.5**2 * (2 / 3) * (1 - 4 / 9), rel=1e-4)
     assert law.advance(3.0, 1.0) == pytest.approx(30.0)  # beyond all curves
     kept = list(law.state)
-    law.begin(0.2)
+    law.initialise(0.2)
     assert law.state == [0.2]
     assert kept == [3.0]
 
@@ -221,7 +221,7 @@ def test_set_and_warming_in_one_dimension_have_their_closed_forms():
     assert kept.state == [2.0, -1.0]
     warm = ChannelForceLaw(straight | {"warming": [0.2, 5.0]})
     assert warm.advance(1.0, 5.0) == pytest.approx(10.0 * (1 - 0.2 * (1 - np.exp(-1.0))))
-    warm.begin(1.0)
+    warm.initialise(1.0)
     assert warm.force == pytest.approx(10.0)
 
 
@@ -396,7 +396,7 @@ def test_branches_on_a_clock_are_those_of_the_law_in_one_dimension():
             law.advance(q0 + (q1 - q0) * i / 8, (t1 - t0) / 8)
         found.append(law.force)
     assert found == pytest.approx(exact, abs=2e-3 * max(map(abs, exact)))
-    law.begin(0.3)
+    law.initialise(0.3)
     assert law.state[law.reached : law.largest] == pytest.approx([0.03, 0.0, 0.03, 0.0])
 
 

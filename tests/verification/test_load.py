@@ -70,7 +70,7 @@ def test_the_force_of_a_law_that_softens_ends_at_its_limit_point(reference_bushi
 def test_the_search_finds_the_root(curve, load, expected):
     slope = (curve(1e-6) - curve(-1e-6)) / 2e-6
     search = ForceSearch(PrescribedForce(), abs(load), 0.0, 0.0, slope)
-    q = search.first(load)
+    q = search.first_trial(load)
     while (better := search.better(q, float(curve(q)), 0.0, load)) is not None:
         q = better
     assert curve(q) == pytest.approx(load, rel=2e-7)
@@ -79,7 +79,7 @@ def test_the_search_finds_the_root(curve, load, expected):
 
 def test_the_search_ends_where_the_force_falls():
     search = ForceSearch(PrescribedForce(), 1.2, 0.0, 0.0, 1.0)
-    q = search.first(1.2)
+    q = search.first_trial(1.2)
     while (better := search.better(q, float(np.sin(q)), 0.0, 1.2)) is not None and np.isfinite(better):
         q = better
     assert search.reason == LIMIT_POINT

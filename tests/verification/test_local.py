@@ -12,10 +12,10 @@ from bushcli.case import load_case
 from bushcli.curve.curve import Curve
 from bushcli.inverse.channels import curve_channel
 from bushcli.likelihood.noise import Compared, NoiseModel, noise_model
-from bushcli.mismatch.bushing import _slopes, local_map
+from bushcli.mismatch.bushing import local_map
 from bushcli.recording import Recording
 from cases.feature import Installed
-from cases.local import marched, swept
+from cases.local import differentiate_march, differentiate_sweep
 from cases.march import march
 from cases.mode import modes, setting_for
 from cases.model import FiniteElementModel
@@ -38,7 +38,7 @@ def reach(mode):
 def test_incompressible_rubber_carries_the_whole_force_in_its_cells(mode, reference_bushing, rubber):
     """Incompressible rubber with s times the law has s times the force: the sum over the cells is the force itself."""
     model = prepare(reference_bushing, modes()[mode], rubber("yeoh", np.inf), COARSE)
-    local = swept(model, np.array([0.5, 1.0]) * reach(mode))
+    local = differentiate_sweep(model, np.array([0.5, 1.0]) * reach(mode))
     assert local.slope.shape == (3, len(local.cells.volume))
     np.testing.assert_allclose(local.slope.sum(axis=1), local.history.force, rtol=1e-6, atol=1e-6)
     # Cells of a solid have chords for arcs, so that their volume is that of the formula only to 0.2 %.
@@ -52,7 +52,7 @@ def test_cells_of_compressible_rubber_add_up_to_the_derivative_by_the_whole_law(
     """Yeoh's energy is linear in its constants: a factor on all of them, not on kappa, changes Q by sum c dQ/dc."""
     chosen = rubber("yeoh", 200.0)
     model = prepare(reference_bushing, modes()[mode], chosen, COARSE)
-    local = swept(model, np.array([reach(mode)]))
+    local = differentiate_sweep(model, np.array([reach(mode)]))
     program = Program(np.array([reach(mode)]))
     exact = march(model, program, sensitivity=tuple(chosen.parameters)).sensitivity[-1]
     assert local.slope[-1].sum() == pytest.approx(exact @ list(chosen.parameters.values()), rel=1e-6)
@@ -83,7 +83,7 @@ def test_cells_of_a_spot_add_up_to_the_difference_that_it_makes(mode, reference_
     model = prepare(reference_bushing, modes()[mode], rubber("yeoh", 200.0), COARSE)
     spot = Spot(model, upper_inner)
     q = reach(mode)
-    local = swept(model, np.array([q]))
+    local = differentiate_sweep(model, np.array([q]))
     centres = local.cells.centres
     inside = (np.hypot(*centres.T[:-1]) if centres.shape[1] == 3 else centres[:, 0]) < 17.0
     inside &= centres[:, -1] > 0.0
@@ -115,7 +115,7 @@ def test_a_march_with_memory_carries_its_force_in_the_cells(reference_bushing, r
         features=[Installed("viscoelasticity", feature, values)],
     )
     q, time = np.array([0.0, 1.0, 2.0, 2.0, 0.5]), np.array([0.0, 1.0, 2.0, 6.0, 7.0])
-    local = marched(model, Program(q, time))
+    local = differentiate_march(model, Program(q, time))
     assert local.history.force[3] < 0.97 * local.history.force[2]
     np.testing.assert_allclose(local.slope.sum(axis=1), local.history.force, rtol=1e-6, atol=1e-6)
 
@@ -125,7 +125,7 @@ def test_axial_shear_is_carried_where_it_is_large(rubber):
     shape = shapes()["plain"](inner_radius=10.0, outer_radius=20.0, length=200.0)
     refinement = Refinement(across=6, along=24)
     model = prepare(shape, modes()["axial"], rubber("neo_hookean", np.inf, C10=0.5), refinement)
-    local = swept(model, np.array([0.1]))
+    local = differentiate_sweep(model, np.array([0.1]))
     r, z = local.cells.centres.T
     middle = np.abs(z) < 50.0
     density = (local.slope[-1] / local.cells.volume * r**2)[middle]
@@ -263,7 +263,7 @@ def test_a_channel_whose_rubber_remembers_is_seen_at_its_samples(tmp_path):
     rubber = Rubber(law("yeoh"), TRUTH, np.inf)
     channel = curve_channel(used, case, rubber, "relative", MPI.COMM_WORLD)
     force = channel.at_samples(channel.solve(TRUTH, ["C10"]))[0]
-    slope, cells = _slopes(channel, TRUTH)
+    slope, cells = channel.local_slopes(TRUTH)
     assert slope.shape == (71, len(cells.volume))
     assert force[0] > 1.02 * force[29]
     np.testing.assert_allclose(slope.sum(axis=1), force, rtol=1e-6, atol=1e-6 * np.abs(force).max())

@@ -9,8 +9,8 @@ import pytest
 
 from bushcli import recording
 from bushcli.case import load_case
-from bushcli.simulate.measured import Measured
 from bushcli.simulate.predict import predict
+from bushcli.simulate.recording_cache import RecordingCache
 from bushcli.simulate.simulation import Simulation
 from bushcli.study.answers import default_answers
 from bushcli.study.task import DesignCache, StudyTask, evaluate, with_fineness
@@ -89,7 +89,7 @@ def test_a_design_that_cannot_be_simulated_ends_in_its_row_and_not_the_study(rec
 
 def test_a_file_that_was_written_anew_is_read_anew(recorded):
     recorded.write_text(CASE)
-    measured, file = Measured(), recorded.parent / "axial.csv"
+    measured, file = RecordingCache(), recorded.parent / "axial.csv"
     first = measured(load_case(recorded))[0][0]
     assert measured(load_case(recorded))[0][0] is first
     file.write_text(file.read_text().replace("450.000", "440.000"))

@@ -37,7 +37,7 @@ BONDED = np.exp(12.0 / 8.314462618e-3 * (1.0 / 323.15 - 1.0 / 293.15))
 def coupon(branch, warm=None, stiffer=1.0):
     active = [ActiveEffect(effect("viscoelasticity"), branch)]
     if warm is not None:
-        active.append(ActiveEffect(effect("temperature"), warm).started().at(50.0))
+        active.append(ActiveEffect(effect("temperature"), warm).with_start_values().at(50.0))
     rubber = Rubber(law("yeoh"), {name: stiffer * value for name, value in YEOH.items()})
     return prepare(shapes()["coupon"](), modes()["uniaxial"], rubber, features=features_of(active))
 

@@ -40,7 +40,7 @@ def _displacement(values: Values, x: Scalar, shape: Shape) -> Moved:
     if shape.elastic_sleeves or not wall.straight:
         steep = ufl.conditional(ufl.And(share > 0, share < 1), steep, 0)
         share = ufl.min_value(ufl.max_value(share, 0), 1)
-    longest = wall.longest
+    longest = wall.extent
     # Stretches from the mesh along r, around the axis, and along z.
     across, along = 1 + values["thickness"] * steep, 1 + values["length"] / longest
     around = 1 + values["thickness"] * share / r

@@ -45,7 +45,7 @@ def _displacement(values: Values, x: Scalar, shape: Shape) -> Moved:
         steep = ufl.conditional(ufl.And(share > 0, share < 1), steep, 0)
         share = ufl.min_value(ufl.max_value(share, 0), 1)
     offset = [values.get(name, 0.0) for name in ("offset", "offset_across", "offset_along")]
-    rotated = _turned(values, x, shape)
+    rotated = _tilt_displacement(values, x, shape)
     if rotated is not None:
         return Moved.by(share * (ufl.as_vector(offset) + rotated))
     # M = I + offset (x) grad(share), whose inverse is Sherman and Morrison's; share does not depend on z.
@@ -58,7 +58,7 @@ def _displacement(values: Values, x: Scalar, shape: Shape) -> Moved:
     return Moved(share * ufl.as_vector(offset), inverse, ratio)
 
 
-def _turned(values: Values, x: Scalar, shape: Shape) -> Scalar | None:
+def _tilt_displacement(values: Values, x: Scalar, shape: Shape) -> Scalar | None:
     """Displacement of the inner sleeve's points by its tilts about its centre; None without tilts.
 
     With g half the tilts, as a vector, the rotation by 2 atan |g| about it is I + 2 (G + G G) / (1 + g . g), G being
@@ -88,7 +88,7 @@ def feature() -> Feature:
 
     return Feature(
         stress_free=_displacement,
-        arms=_turned,
+        arms=_tilt_displacement,
         breaks=frozenset({"x"}),
         breaks_with=(
             ("offset_across", frozenset({"y"})),

@@ -32,7 +32,7 @@ def _running_maximum(q: Signal, sign: int) -> Signal:
     farthest = np.maximum.accumulate(excursion)
     news = np.where(excursion == farthest, np.arange(len(excursion)), 0)
     holder = np.maximum.accumulate(news)
-    return q.sampled(holder).where(farthest > 0.0)
+    return q.at_samples(holder).where(farthest > 0.0)
 
 
 EFFECT = Effect(

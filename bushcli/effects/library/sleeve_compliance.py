@@ -38,7 +38,7 @@ class Compliant(Sleeve):
 def _sleeves(shape: Shape, values: Mapping[str, float]) -> Shape:
     """Give a bushing the sleeves that it lacks, held at their ends."""
     sleeve = Compliant(thickness=values["thickness"], grip="ends")
-    sleeved = shape.sleeved(sleeve, sleeve)
+    sleeved = shape.with_sleeves(sleeve, sleeve)
     if sleeved is None:
         raise TypeError(f"a {type(shape).__name__} has no sleeves")
     return sleeved

@@ -39,7 +39,7 @@ ZERO, GAS = 273.15, 8.314462618e-3
 _GLASS, _LARGEST = 5.0, 100.0
 
 
-def heated(values: Values, temperature: Scalar, shift: str) -> tuple[Scalar, Scalar, Scalar]:
+def factors_at_temperature(values: Values, temperature: Scalar, shift: str) -> tuple[Scalar, Scalar, Scalar]:
     """Return the factors on the law's moduli, on the branches' moduli beyond these, and on the relaxation times."""
     above = temperature - values["reference"]
     absolute = values["reference"] + ZERO
@@ -59,7 +59,7 @@ def feature(shift: str) -> Feature:
     """Return the change of moduli and times."""
     from cases.feature import Feature
 
-    return Feature(heated=partial(heated, shift=shift))
+    return Feature(heated=partial(factors_at_temperature, shift=shift))
 
 
 EFFECT = Effect(

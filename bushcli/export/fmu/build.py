@@ -34,7 +34,7 @@ def build(data: dict[str, Any], version: Literal[2, 3]) -> bytes:
     except ImportError:
         what = f"needs {library}, which is not installed"
         raise InputError(Problem(f"--to fmu{version}", what, "", remedy("fmu"))) from None
-    with tempfile.TemporaryDirectory(prefix="bushcli-fmu-") as folder, _undisturbed():
+    with tempfile.TemporaryDirectory(prefix="bushcli-fmu-") as folder, _undo_side_effects():
         text = json.dumps(data)
         # The module's name is unique: a program may load several FMUs into one Python.
         digest = hashlib.sha256(f"{version}{text}".encode()).hexdigest()[:12]
@@ -62,7 +62,7 @@ def _script(version: int, data: str) -> str:
 
 
 @contextlib.contextmanager
-def _undisturbed() -> Iterator[None]:
+def _undo_side_effects() -> Iterator[None]:
     """Undo side effects of the builders: folders on the search path, modules, printed lines."""
     path, modules = list(sys.path), set(sys.modules)
     with contextlib.redirect_stdout(io.StringIO()):

@@ -103,7 +103,7 @@ class StrainClass:
         self.strain = Cubic(q, data["strain"], data["strain_slope"])
         self.maxwell = [(data["share"] * g, tau) for g, tau in clock["maxwell"]]
 
-    def passed(
+    def clock_time(
         self, start: float, end: float, duration: float, strain_range: list[float]
     ) -> tuple[float, list[float]]:
         """Return what passes on the clock while the strain moves, s, and centre and half of the range at the end.
@@ -163,7 +163,7 @@ class ChannelForceLaw:
         self.state = [0.0] * (self.elapsed + bool(self.warming))
 
     @property
-    def driven(self) -> float:
+    def displacement_from_set(self) -> float:
         """Displacement from the position to which the rubber has set, mm or rad, or in the unit of the data."""
         if not self.set:
             return self.q
@@ -172,7 +172,7 @@ class ChannelForceLaw:
     @property
     def force(self) -> float:
         """The present force."""
-        q = self.driven
+        q = self.displacement_from_set
         force = self.static(q) + sum(self.state[: self.branches])
         if self.softening is not None:
             force -= self.softening(q, self.state[self.largest])
@@ -199,12 +199,12 @@ class ChannelForceLaw:
         else:
             self.state[place] = value
 
-    def begin(self, q: float) -> None:
+    def initialise(self, q: float) -> None:
         """Start at rest at a displacement, mm or rad, or in the unit of the data, with relaxed branches."""
         self.state[:] = [0.0] * len(self.state)
         self._move(q)
         for i, strain_class in enumerate(self.classes):
-            self.state[self.reached + 2 * i] = strain_class.strain(self.driven)
+            self.state[self.reached + 2 * i] = strain_class.strain(self.displacement_from_set)
 
     def advance(self, q: float, duration: float) -> float:
         """Move to a displacement at constant speed, and return the force there.
@@ -217,10 +217,10 @@ class ChannelForceLaw:
             Duration of the motion, s; 0 for a sudden step.
         """
         parts = min(MOST_PARTS, max(1, math.ceil(abs(q - self.q) / (PART * self.range))))
-        start, last = self.q, self.driven
+        start, last = self.q, self.displacement_from_set
         for part in range(1, parts + 1):
             self._move(start + (q - start) * part / parts)
-            displacement = self.driven
+            displacement = self.displacement_from_set
             self._follow(last, displacement, duration / parts)
             last = displacement
         if self.warming:
@@ -234,7 +234,7 @@ class ChannelForceLaw:
             index = self.extremes
             self.state[index : index + 2] = max(self.state[index], q), min(self.state[index + 1], q)
         if self.softening is not None:
-            self.state[self.largest] = max(self.state[self.largest], abs(self.driven))
+            self.state[self.largest] = max(self.state[self.largest], abs(self.displacement_from_set))
 
     def _follow(self, start: float, end: float, duration: float) -> None:
         """Advance the branches by a motion; the result is exact for a rise of H that is linear in time."""
@@ -245,7 +245,7 @@ class ChannelForceLaw:
         for i, strain_class in enumerate(self.classes):
             state_of_class = slice(self.reached + 2 * i, self.reached + 2 * i + 2)
             strains = strain_class.strain(start), strain_class.strain(end)
-            time, self.state[state_of_class] = strain_class.passed(
+            time, self.state[state_of_class] = strain_class.clock_time(
                 *strains, duration, self.state[state_of_class]
             )
             self._relax(self.clocked + i * len(strain_class.maxwell), strain_class.maxwell, rise, time)

@@ -63,10 +63,10 @@ class Variables:
             q = getattr(self, f"{name}_displacement") + step_size * getattr(self, f"{name}_velocity")
             channel.advance(q, step_size)
 
-    def begin(self) -> None:
+    def initialise(self) -> None:
         """Start at rest at the given displacement, with relaxed branches."""
         for name, channel in self.law.channels.items():
-            channel.begin(getattr(self, f"{name}_displacement"))
+            channel.initialise(getattr(self, f"{name}_displacement"))
 
     def _kinds(self) -> list[tuple[str, str]]:
         return [

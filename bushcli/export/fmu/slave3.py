@@ -60,7 +60,7 @@ class Bushing(Fmi3Slave, Variables):  # type: ignore[misc]  # its type is not kn
 
     def exit_initialization_mode(self):  # type: ignore[no-untyped-def]
         """Begin at rest."""
-        self.begin()
+        self.initialise()
 
     def do_step(self, current_time, step_size):  # type: ignore[no-untyped-def]
         """Take a step."""

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bushcli.export.card import instantaneous_shares, joined, rubber
+from bushcli.export.card import comma_lines, instantaneous_shares, rubber
 from bushcli.export.hyperelastic import LAWS, density, hyperelastic
 from bushcli.export.writer import FREQUENCY_PRONY, FREQUENCY_TABULAR, TIME_PRONY, Order, Writer
 from cases.dynamic.model import modulus
@@ -41,12 +41,14 @@ def write(order: Order) -> str:
         frequency = np.logspace(low, high, int(np.ceil(_PER_DECADE * (high - low))) + 1)
         s = modulus(frequency, material.series)
         rows = zip(s.imag, -s.real, units.of_frequency(1.0) * frequency, strict=True)
-        lines += [joined([loss, storage, 0.0, 0.0, f]) for loss, storage, f in rows]
+        lines += [comma_lines([loss, storage, 0.0, 0.0, f]) for loss, storage, f in rows]
     elif material.series:
-        lines += [joined([share, 0.0, units.of_time(tau)]) for share, tau in instantaneous_shares(material)]
+        lines += [
+            comma_lines([share, 0.0, units.of_time(tau)]) for share, tau in instantaneous_shares(material)
+        ]
     if material.softening is not None:
         soft = material.softening
-        lines += ["*MULLINS EFFECT", joined([1.0 / soft.inverse_r, units.of_stress(soft.m), soft.beta])]
+        lines += ["*MULLINS EFFECT", comma_lines([1.0 / soft.inverse_r, units.of_stress(soft.m), soft.beta])]
     return "\n".join(lines)
 
 

@@ -7,7 +7,7 @@ and D3 belong to terms 1/D_i (J - 1)^(2 i) that the law does not have: they are 
 
 from __future__ import annotations
 
-from bushcli.export.card import bulk_refused, incompressibility
+from bushcli.export.card import bulk_refusal, incompressibility
 from bushcli.export.hyperelastic import LAWS, density, hyperelastic
 from bushcli.export.writer import Order, Writer
 
@@ -25,7 +25,7 @@ def write(order: Order) -> str:
     """
     D = incompressibility(order)
     if D < _LEAST:
-        raise bulk_refused(
+        raise bulk_refusal(
             order, "calculix", f"replaces D1 = {D:.3g}, which is below {_LEAST:g}, by its default"
         )
     return f"*MATERIAL, NAME={order.name}\n{density(order)}{hyperelastic(order, absent=_ABSENT)}"

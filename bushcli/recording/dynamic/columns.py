@@ -179,7 +179,7 @@ def groups(table: Table, source: DynamicSource, mode: Mode) -> list[ColumnGroup]
         if name.quantity and any(condition.quantity == ACROSS for condition in name.conditions):
             if source.across is None:
                 what = "the columns' names have a length or a strain; it may be the amplitude or the preload"
-                raise table.refused(what, 'across = "amplitude" or "preload" in the recording\'s table')
+                raise table.refusal(what, 'across = "amplitude" or "preload" in the recording\'s table')
             conditions_of_name = (
                 replace(condition, quantity=source.across) if condition.quantity == ACROSS else condition
                 for condition in name.conditions
@@ -222,7 +222,7 @@ def _unique(
             several = " and ".join(table.label(i) for i in among[:8])
             what = f"{several} could each be the {quantity.replace('_', ' ')}"
             expected = f"name one, or give its number: columns = {{{quantity} = ...}} in the case file"
-            raise table.refused(what, expected)
+            raise table.refusal(what, expected)
         unique[quantity] = (among[0], names[among[0]])
     return unique
 
@@ -251,7 +251,7 @@ def numbers(
     remedy = f"units = {{{key} = {proposed[0]}}} or {proposed[1]} in the recording's table of the case file"
     if given is not None and unit is None:
         what = f"{table.label(index)}: {given!r} is not a unit of the {quantity.replace('_', ' ')}"
-        raise table.refused(what, remedy)
+        raise table.refusal(what, remedy)
     if unit is None and quantity == "loss_angle" and np.abs(values).max() > _LARGEST_RADIANS:
         unit = read_unit("deg")
         remark = f"{table.label(index)} has no unit; it is in degrees, because a loss angle has at most 1.571 radians"
@@ -259,7 +259,7 @@ def numbers(
         unit = read_unit("1")
     if unit is None:
         what = f"{table.label(index)} is the {quantity.replace('_', ' ')}, and neither it nor the case file has a unit"
-        raise table.refused(what, remedy)
+        raise table.refusal(what, remedy)
     if unit.kind not in kinds:
         article = "an" if unit.kind[0] in "aeiou" else "a"
         where = f"{table.label(index)}: {column.written or given} is a unit of {article} {unit.kind}"
@@ -267,7 +267,7 @@ def numbers(
         expected = f"columns = {{{key} = ...}}, if another column is meant"
         if unit.kind == "stress":
             expected = 'a modulus is that of a coupon: [[coupons]] with mode = "uniaxial", for example'
-        raise table.refused(what, expected)
+        raise table.refusal(what, expected)
     return unit.factor * values + unit.zero, remark
 
 

@@ -12,7 +12,7 @@ from bushcli.recording.dynamic.columns import above
 from bushcli.recording.dynamic.harmonics import LARGEST_THIRD, bursts, harmonics
 from bushcli.recording.dynamic.source import LOOP_COLUMNS, DynamicSource
 from bushcli.recording.dynamic.table import TablePart, refuse_rows
-from bushcli.recording.opened import opened
+from bushcli.recording.find_table import tables_of_file
 from bushcli.recording.read import read_recording
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
@@ -35,10 +35,10 @@ def read_loops(source: DynamicSource, plain: Source, tables: TableCache) -> list
         expected = (
             "columns = {frequency = ..., storage = ..., loss = ...} in the recording's table of the case file"
         )
-        raise plain.refused(what, expected) from None
+        raise plain.refusal(what, expected) from None
     if record.time is None:
         what = "has loops without a time, so that their frequency is not known"
-        raise plain.refused(what, "columns = {time = ...} in the case file")
+        raise plain.refusal(what, "columns = {time = ...} in the case file")
     time, moved, force = record.time, record.displacement, record.force
     fitted = [
         fit for burst in bursts(time, moved) if (fit := harmonics(time, moved, force, burst)) is not None
@@ -49,7 +49,7 @@ def read_loops(source: DynamicSource, plain: Source, tables: TableCache) -> list
         expected = (
             "bursts of constant frequency and amplitude; a sweep of frequency, or a triangle, gives no K*"
         )
-        raise plain.refused(what, expected)
+        raise plain.refusal(what, expected)
     remarks = [
         f"{plain.file.name}: {len(sines)} sine bursts give a row each, by a fit of harmonics to whole periods"
     ]
@@ -59,7 +59,7 @@ def read_loops(source: DynamicSource, plain: Source, tables: TableCache) -> list
         )
     temperature = source.temperature
     if temperature is None:
-        table = opened(plain, list(columns.values()), tables)
+        table = tables_of_file(plain, list(columns.values()), tables)
         stated = above(table).get("temperature") if isinstance(table, Table) else None
         temperature = np.nan if stated is None else stated.value
     complex_ = np.array([sine.stiffness for sine in sines])

@@ -27,11 +27,11 @@ from bushcli.recording.dynamic.columns import (
     with_values,
 )
 from bushcli.recording.dynamic.loops import read_loops
-from bushcli.recording.dynamic.names import CONDITIONS, Stated
+from bushcli.recording.dynamic.names import CONDITIONS, Peak, Stated
 from bushcli.recording.dynamic.source import HIGHEST, DynamicSource
 from bushcli.recording.dynamic.stiffness import StiffnessColumns, complex_stiffness
 from bushcli.recording.dynamic.table import DynamicTable, Quantity, TablePart, refuse_rows
-from bushcli.recording.opened import listed, opened
+from bushcli.recording.find_table import quoted_names, tables_of_file
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import Table
@@ -70,6 +70,7 @@ def read_dynamic(source: DynamicSource, tables: TableCache | None = None) -> Dyn
         parts = [replace(part, modulus=part.modulus or "G") for part in parts]
     arrays = {key: np.concatenate([part.arrays[key] for part in parts]) for key in _ARRAYS}
     places = tuple(place for part in parts for place in part.places)
+    arrays["amplitude"] = arrays["amplitude"] * source.amplitude_factor
     amplitude, temperature = arrays["amplitude"], arrays["temperature"]
     refuse_rows(
         amplitude == 0.0,
@@ -97,6 +98,7 @@ def read_dynamic(source: DynamicSource, tables: TableCache | None = None) -> Dyn
     if mode.specimen == "coupon":
         quantity = source.quantity or ("G" if "G" in moduli else "E")
     remarks = tuple(dict.fromkeys(text for part in parts for text in part.remarks))
+    amplitude_is = {part.amplitude_is for part in parts}
     return DynamicTable(
         name=source.label,
         mode=source.mode,
@@ -106,6 +108,7 @@ def read_dynamic(source: DynamicSource, tables: TableCache | None = None) -> Dyn
         places=places,
         remarks=remarks,
         accepted_faults=source.accepted_faults,
+        amplitude_is=amplitude_is.pop() if len(amplitude_is) == 1 else "",
     )
 
 
@@ -121,10 +124,11 @@ def _parts(file: Path, source: DynamicSource, mode: Mode, tables: TableCache) ->
     )
     if set(source.columns) & {"time", "displacement", "force"}:
         return read_loops(source, plain, tables)
-    contents = opened(plain, [name for name in source.columns.values() if isinstance(name, str)], tables)
-    tables_of_file = [contents] if isinstance(contents, Table) else list(contents.tables)
-    tables_of_file = [with_conditions_above(with_names_above(table)) for table in tables_of_file]
-    fitting = [table for table in tables_of_file if is_dynamic(table, source)]
+    names = [name for name in source.columns.values() if isinstance(name, str)]
+    contents = tables_of_file(plain, names, tables)
+    sheets = [contents] if isinstance(contents, Table) else contents.tables
+    complete = (with_conditions_above(with_names_above(table)) for table in sheets)
+    fitting = [table for table in complete if is_dynamic(table, source)]
     if not fitting:
         return read_loops(source, plain, tables)
     parts: list[TablePart] = []
@@ -139,7 +143,8 @@ def _parts(file: Path, source: DynamicSource, mode: Mode, tables: TableCache) ->
             group_parts[0] = replace(group_parts[0], remarks=(*group_parts[0].remarks, remark))
         parts += group_parts
     if len(fitting) > 1:
-        remark = f"{file.name}: {len(fitting)} sheets or groups are read together: {listed([t.part for t in fitting])}"
+        together = quoted_names([table.part for table in fitting])
+        remark = f"{file.name}: {len(fitting)} sheets or groups are read together: {together}"
         parts[0] = replace(parts[0], remarks=(remark, *parts[0].remarks))
     return parts
 
@@ -147,7 +152,7 @@ def _parts(file: Path, source: DynamicSource, mode: Mode, tables: TableCache) ->
 def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -> TablePart:
     """Return the rows of a group of columns, in internal units."""
     if not len(table):
-        raise table.refused("has a group of columns without values")
+        raise table.refusal("has a group of columns without values")
     remarks = list(table.remarks)
     arrays: dict[str, Array] = {}
     # All that is asked is asked at once.
@@ -158,7 +163,8 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
             remarks += [remark] if remark else []
         except RecordingError as error:
             asked += error.problems
-    stated, peak = above(table) | dict(group.conditions), ""
+    stated = above(table) | dict(group.conditions)
+    peak: Peak = ""
     try:
         peak = _peak(table, group, stated, source)
     except RecordingError as error:
@@ -179,7 +185,7 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
     if np.isnan(frequency).any():
         what = "has no column of a frequency, and neither its header nor the case file states one"
         expected = "frequency = ... (Hz) in the recording's table, or columns = {frequency = ...}"
-        raise table.refused(what, expected)
+        raise table.refusal(what, expected)
     refuse_rows(
         frequency <= 0.0,
         places,
@@ -205,7 +211,7 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
     arrays = {key: arrays.get(key, unknown) for key in _ARRAYS}
     moduli = {name.modulus for quantity, (_, name) in group.columns.items() if quantity in MEASURED} - {""}
     modulus: Literal["E", "G", ""] = next(iter(moduli)) if len(moduli) == 1 else ""
-    return TablePart(arrays, places, (*remarks, *said_of), modulus)
+    return TablePart(arrays, places, (*remarks, *said_of), modulus, peak)
 
 
 def _stated_value(
@@ -217,11 +223,11 @@ def _stated_value(
     if condition is not None and condition.unit.kind not in suited_kinds(quantity, mode):
         unit = f"a unit of a {condition.unit.kind}, which mode {mode.name} has not"
         what = f"states a {quantity.replace('_', ' ')} in {unit}"
-        raise table.refused(what, f"{quantity} = ... in the recording's table of the case file")
+        raise table.refusal(what, f"{quantity} = ... in the recording's table of the case file")
     return condition.value if condition is not None else math.nan if given is None else float(given)
 
 
-def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source: DynamicSource) -> str:
+def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source: DynamicSource) -> Peak:
     """Return whether the file's amplitude is the peak or the double amplitude; ask for it where nothing says it."""
     if "amplitude" in group.columns:
         index, column = group.columns["amplitude"]
@@ -229,15 +235,15 @@ def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source
     elif source.amplitude is None and "amplitude" in stated:
         stated_peak, label = stated["amplitude"].peak, "the amplitude that the file states"
     else:
-        stated_peak, label = source.amplitude_is or "peak", ""
+        return source.amplitude_is or "peak"
     if source.amplitude_is is not None and stated_peak and stated_peak != source.amplitude_is:
         what = f'{label} is the {stated_peak} amplitude, and the case file has amplitude_is = "{source.amplitude_is}"'
-        raise table.refused(what, "leave amplitude_is out, or name another column")
+        raise table.refusal(what, "leave amplitude_is out, or name another column")
     peak = source.amplitude_is or stated_peak
     if not peak:
         what = (
             f"{label} may be the peak (half of the travel of a cycle) or the double amplitude (peak to peak)"
         )
         expected = 'amplitude_is = "peak" or "double" in the recording\'s table of the case file'
-        raise table.refused(what, expected)
+        raise table.refusal(what, expected)
     return peak

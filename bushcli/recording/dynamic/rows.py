@@ -96,7 +96,7 @@ class RecordedTable(Recording):
             self.table.frequency.min()
         )
 
-    def bridged(self, used: NDArray[np.bool_]) -> RecordedTable:
+    def with_gaps_interpolated(self, used: NDArray[np.bool_]) -> RecordedTable:
         """Return the recording as it is: rows do not follow one another.
 
         Parameters

@@ -58,6 +58,8 @@ class DynamicSource:
         Of the whole file: Hz; mm, rad or strain (peak); mm, rad or strain; N, N mm or MPa; degrees C.
     accepted_faults : tuple of FaultKind
         Kinds of faults that the case file says are none.
+    amplitude_factor : float
+        On all amplitudes, where a diagnosis supposes that the file means others than are read.
     """
 
     mode: str
@@ -80,6 +82,7 @@ class DynamicSource:
     preload_force: float | None = None
     temperature: float | None = None
     accepted_faults: tuple[FaultKind, ...] = ()
+    amplitude_factor: float = 1.0
 
     @property
     def label(self) -> str:

@@ -90,7 +90,7 @@ def complex_stiffness(columns: StiffnessColumns) -> tuple[Array, Array, tuple[st
         have = ", ".join(columns.labels.values()) or "none of them"
         what = f"K' and K'' need two of |K*|, K', K'', loss angle, tan delta and damping; there is {have}"
         expected = "columns = {storage = ..., loss = ...} in the case file, if others are meant"
-        raise columns.table.refused(what, expected)
+        raise columns.table.refusal(what, expected)
     first, second = values[pair[0]], values[pair[1]]
     second = np.tan(second) if pair[1] == "loss_angle" else second
     storage, loss = _SOLVED[pair[0], pair[1].replace("loss_angle", "tan_delta")](first, second)
@@ -102,7 +102,7 @@ def complex_stiffness(columns: StiffnessColumns) -> tuple[Array, Array, tuple[st
             what = f"loss angles of {low:.3g} to {high:.3g} degrees are those of a fluid"
             complement = 'loss_angle_is = "complement" if the file has 90 degrees minus them'
             expected = f'{complement}, "loss" if they were measured so'
-            raise columns.table.refused(what, expected)
+            raise columns.table.refusal(what, expected)
     return storage, loss, tuple(remarks)
 
 
@@ -131,7 +131,7 @@ def _quantity_of_modulus(columns: StiffnessColumns, values: Mapping[str, Array])
             return best, [f"{label} is read as {shown}, which agrees with the loss and the angle"]
     what = f"{label} may be |K*| or K', and the file does not say which"
     expected = 'stiffness_is = "magnitude" for |K*|, or "storage" for K\', in the recording\'s table of the case file'
-    raise columns.table.refused(what, expected)
+    raise columns.table.refusal(what, expected)
 
 
 def _refuse_impossible(columns: StiffnessColumns, values: Mapping[str, Array]) -> None:
@@ -141,7 +141,7 @@ def _refuse_impossible(columns: StiffnessColumns, values: Mapping[str, Array]) -
         if (angle < 0.0).all():
             what = f"{columns.labels['loss_angle']} is negative throughout: the force would run behind the motion"
             expected = "change the sign of the column, if it has the phase of the motion behind the force"
-            raise columns.table.refused(what, expected)
+            raise columns.table.refusal(what, expected)
         refuse_rows(
             (angle < 0.0) | (angle >= 0.5 * np.pi),
             columns.places,

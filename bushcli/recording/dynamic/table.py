@@ -51,6 +51,8 @@ class DynamicTable:
         How the files were read, and what was understood from them.
     accepted_faults : tuple of FaultKind
         Kinds of faults that the case file says are none.
+    amplitude_is : {"peak", "double", ""}
+        What the amplitudes of its files were taken for; empty where they were computed, or differ between the files.
     """
 
     name: str
@@ -70,6 +72,7 @@ class DynamicTable:
     places: tuple[str, ...] = field(default=(), repr=False)
     remarks: tuple[str, ...] = ()
     accepted_faults: tuple[FaultKind, ...] = ()
+    amplitude_is: Literal["peak", "double", ""] = ""
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -104,7 +107,14 @@ class DynamicTable:
         A frequency sweep is a curve over frequency at one amplitude, an amplitude sweep one over amplitude at one
         frequency; the rows of either are in the order of the file.
         """
-        abscissa = "frequency" if self.over_frequency else "amplitude"
+        return self._curves("frequency" if self.over_frequency else "amplitude")
+
+    def sweeps(self) -> list[NDArray[np.intp]]:
+        """Return the rows of each sweep over amplitude in the order of the file; none if a row has no amplitude."""
+        return [] if np.isnan(self.amplitude).any() else self._curves("amplitude")
+
+    def _curves(self, abscissa: str) -> list[NDArray[np.intp]]:
+        """Return the rows that agree in all conditions but one, in the order of the file."""
         conditions = [
             key
             for key in ("frequency", "amplitude", "preload", "preload_force", "temperature")
@@ -168,3 +178,4 @@ class TablePart:
     places: tuple[str, ...]
     remarks: tuple[str, ...] = ()
     modulus: Literal["E", "G", ""] = ""
+    amplitude_is: Literal["peak", "double", ""] = ""

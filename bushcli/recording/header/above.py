@@ -87,7 +87,7 @@ _CALLED = re.compile(
     r"(?:\b|(?<=[a-z])(?=[FS]))\w{0,20}(?:scale|scaling|gains?|multipliers?|factors?|faktor(?:en)?|skalierung"
     r"|verstärkung|multiplikator(?:en)?|facteurs?|échelle|fattore|fattori|factores|moltiplicatore|multiplicador)\b"
     r"|\b(?:multipl(?:y|ied)|divided?)\b|\w{0,10}multiplizier\w*|\bdividier\w*|系数|比例|倍率|係数"
-    rf"|\b(?:in|units?|einheiten|multiples|vielfachen?)\s+(?:of|von)\s+(?={_N})|(?<![^\W_])[x×*]\s*(?={_N})",
+    rf"|\b(?:in|units?|einheiten|multiples|vielfachen?)\s+(?:of|von)\s+(?={_N})|(?<![^\W_])(?<!\*)[x×*]\s*(?={_N})",
     re.IGNORECASE,
 )
 #: A factor in words, or before a unit: "Force in thousands", "Kraftwerte in 1000 N".

@@ -62,11 +62,11 @@ def unit_of(column: NamedColumn) -> KnownUnit:
     if wanted.given:
         unit = scaled_unit(wanted.given, wanted.measured)
         if unit is None or unit.measured != wanted.measured:
-            raise column.refused(f': "{wanted.given}" is not a unit of {KIND[wanted.measured]}')
+            raise column.refusal(f': "{wanted.given}" is not a unit of {KIND[wanted.measured]}')
         return KnownUnit(unit)
     units = [*_written_units(column), *_units_beside(column)] or list(_doubtful(column))
     if any(abs(unit.factor - units[0].factor) > 1e-9 * units[0].factor for unit in units):
-        raise column.refused(f" is in {' and in '.join(dict.fromkeys(unit.name for unit in units))}")
+        raise column.refusal(f" is in {' and in '.join(dict.fromkeys(unit.name for unit in units))}")
     if not units:
         # The name says whether it is a strain or a stretch.
         measured, plain = column.wanted.measured, column.head.without(column.wanted.allowed)
@@ -91,7 +91,7 @@ def _written_units(column: NamedColumn) -> Iterator[Unit]:
     """Yield the units in the name of a column and in the row of units."""
     plain = column.head.without(column.wanted.allowed)
     is_stretch = plain.quality("stretch") > plain.quality("strain")
-    for text in column.written:
+    for text in column.written_units:
         # The J of "Volume ratio (J)" is its symbol, and no joule.
         none = plain_unit(text) in SYMBOLS and column.wanted.is_special(column.head)
         if column.wanted.measured == "strain":
@@ -134,7 +134,7 @@ def _units_beside(column: NamedColumn) -> Iterator[Unit]:
             expected = (
                 f'one unit; or units = {{{column.wanted.quantity} = "..."}} in the table of the case file'
             )
-            raise table.refused(what, expected, row)
+            raise table.refusal(what, expected, row)
         yield _unit_of_text(column, written[0])
 
 
@@ -153,7 +153,7 @@ def _unit_above(column: NamedColumn) -> KnownUnit | None:
     elif unknown:
         reason = f'what line {unknown[0]} states is not a unit of {KIND[wanted.measured]}: "{unknown[1]}"'
     if reason:
-        raise column.refused(f" has no unit, and {reason}")
+        raise column.refusal(f" has no unit, and {reason}")
     read = (
         KnownUnit(unit, (f"{column.label} is read in {unit.name}, which line {line} states",))
         for line, unit in stated
@@ -177,13 +177,13 @@ def _unit_of_text(column: NamedColumn, text: str) -> Unit:
             shown = f': "{text}" may be a factor, the range of the sensor, or the number of a channel'
         elif number and find_unit(text[number.end() :], measured) is not None:
             shown = f': "{text}" may be the range of the sensor, or a factor and the unit'
-        raise column.refused(shown, slip(text, measured))
+        raise column.refusal(shown, slip(text, measured))
     if unit.measured != measured:
         # As written: "Force [KG]" is in KG.
         bare = plain_unit(text)
         name = bare if bare.lower() == unit.name.lower() else unit.name
         what = f" is in {name}, but mode {column.wanted.mode.name} needs a {KIND[measured]}"
-        raise column.refused(what, instead=_SIZES.get((measured, unit.measured), ""))
+        raise column.refusal(what, instead=_SIZES.get((measured, unit.measured), ""))
     return unit
 
 
@@ -204,4 +204,4 @@ def _doubtful(column: NamedColumn) -> Iterator[Unit]:
         if unit is not None and unit.measured == wanted.measured:
             yield unit
         elif either or word == head.at_end or unit or len(word) <= _LONGEST_UNIT or word[:1].isdigit():
-            raise column.refused(f': it is not clear whether "{word}" is a unit')
+            raise column.refusal(f': it is not clear whether "{word}" is a unit')

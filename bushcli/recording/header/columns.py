@@ -124,7 +124,7 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
         if (values <= 0).any():
             row = int(np.argmax(values <= 0))
             what = f"{header_column.label}: a stretch of {table.text(row, index)} is impossible"
-            raise table.refused(
+            raise table.refusal(
                 what, 'if it is a strain, give units = {displacement = "strain"} or "percent"', row
             )
         values = values - 1.0
@@ -168,7 +168,7 @@ def _index_of(
                 "it in front of its channel, and the channels are read with their own times"
             )
         several = " and ".join(map(table.label, best[:8]))
-        raise table.refused(f"{several} could each be the {wanted.quantity}", expected)
+        raise table.refusal(f"{several} could each be the {wanted.quantity}", expected)
     elif not best and wanted.quantity == "time":
         for column in doubtful[:1]:
             unit_of(column)
@@ -226,7 +226,7 @@ def _missing(table: Table, wanted: WantedColumn, doubtful: list[NamedColumn]) ->
         )
         what += f"; {next(short, 'the table has no header')}"
     expected = f"or choose a column by name or number: columns = {{{wanted.quantity} = ...}} in the case file"
-    return table.refused(what + (f"; {other}" if other else ""), expected)
+    return table.refusal(what + (f"; {other}" if other else ""), expected)
 
 
 def untaken_time(table: Table, taken: Collection[int]) -> list[str]:
@@ -252,7 +252,7 @@ def chosen_index(table: Table, chosen: str | int) -> int:
     width = len(table.names)
     if isinstance(chosen, int):
         if chosen > width:
-            raise table.refused(f"has no column {chosen}", f"the table has {width} columns")
+            raise table.refusal(f"has no column {chosen}", f"the table has {width} columns")
         return chosen - 1
     plain, wanted = [heading(name).name for name in table.names], heading(chosen).name
     folded = [name.strip().casefold() for name in table.names]
@@ -264,5 +264,5 @@ def chosen_index(table: Table, chosen: str | int) -> int:
         raise RecordingError(Problem(table.where, f'has no column "{chosen}"', near, listed))
     if any(not np.array_equal(table.numbers(hits[0]), table.numbers(i)) for i in hits[1:]):
         numbers = ", ".join(str(i + 1) for i in hits)
-        raise table.refused(f'has {len(hits)} columns named "{chosen}"', f"give a number: {numbers}")
+        raise table.refusal(f'has {len(hits)} columns named "{chosen}"', f"give a number: {numbers}")
     return hits[0]

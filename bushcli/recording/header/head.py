@@ -13,7 +13,7 @@ from itertools import pairwise, takewhile
 from bushcli.recording.header.name import heading, is_units_row, match_quality, named_columns
 from bushcli.recording.header.numbers import factor_in
 from bushcli.recording.header.units import NO_UNIT, certain_unit, is_unit, plain_unit, tabulated_unit
-from bushcli.recording.text.lines import Line, Sheet, numbers_in, split_line, trimmed
+from bushcli.recording.text.lines import Line, Sheet, numbers_in, split_line, trim_end
 from bushcli.recording.text.table import SHOWN
 
 _APART = "each table in a file of its own: a # in front of this line would mix their columns"
@@ -52,7 +52,7 @@ def header(sheet: Sheet, width: int) -> Header:
     above, (delimiter, decimal) = sheet.above, sheet.dialect
     full: list[tuple[Line, list[str]]] = []
     for line in reversed(above):
-        fields = _fields(line.uncommented, delimiter, width)
+        fields = _fields(line.content, delimiter, width)
         if fields and re.match(r"%[^\W\d_]", fields[0]) and not match_quality(fields[0][1:], "strain"):
             fields[0] = fields[0][1:]  # MATLAB's comment without a blank: "%time_s"
         texts = fields is not None and any(re.search(r"[^\W\d_]|[%‰°\"'′″]", f) for f in fields)
@@ -80,28 +80,32 @@ def header(sheet: Sheet, width: int) -> Header:
         if is_known and units != empty:
             units = _merge_units(sheet, rows, line.number, units)
             continue
-        _no_data(sheet, [row for row in passed if row.number > line.number])
+        _refuse_lost_lines(sheet, [row for row in passed if row.number > line.number])
         # The sign may begin a comment or be the unit of the first column.
         first = fields[0]
         is_unit = units[0] or first.startswith("%") or heading(first).written
         if line.text.lstrip().startswith("%") and not is_unit and match_quality(first, "strain"):
             what = f'"% {first[:SHOWN]}": the % may begin a comment or be the unit of the strain'
-            raise sheet.refused(line.number, what, f'"# {first[:SHOWN]}" or "{first[:SHOWN]} [%]"')
+            raise sheet.refusal(line.number, what, f'"# {first[:SHOWN]}" or "{first[:SHOWN]} [%]"')
         if units == empty:
             units, place = _units_above(fields, further) or (units, place)
         units = _merge_units(sheet, rows, place, units)
         _refuse_other_names(sheet, fields, units, further)
-        preamble = tuple((row.number, row.uncommented) for row in above if row.number < line.number)
+        preamble = tuple((row.number, row.content) for row in above if row.number < line.number)
         # A name in cells that are merged over two rows stands in the upper one.
         upper = further[0][1] if further and further[0][0].number == line.number - 1 else fields
         fields = [name or merged for name, merged in zip(fields, upper, strict=True)]
         return Header(tuple(fields), units, place or line.number, preamble)
     units = _merge_units(sheet, rows, place, units)
     lost = [
-        line for line in above if not line.comment and len(trimmed(split_line(line.text, delimiter))) == width
+        line
+        for line in above
+        if not line.comment and len(trim_end(split_line(line.text, delimiter))) == width
     ]
-    _no_data(sheet, [line for line in lost if numbers_in(split_line(line.text, delimiter), decimal)])
-    return Header(empty, units, place, tuple((row.number, row.uncommented) for row in above))
+    _refuse_lost_lines(
+        sheet, [line for line in lost if numbers_in(split_line(line.text, delimiter), decimal)]
+    )
+    return Header(empty, units, place, tuple((row.number, row.content) for row in above))
 
 
 def _merge_units(
@@ -120,7 +124,7 @@ def _merge_units(
         if len(texts) > 1:
             (upper, first), (lower, second) = list(texts.values())[:2]
             what = f"column {column + 1} is in {upper} by line {first} and in {lower} by line {second}"
-            raise sheet.refused(second, what, "one row of units: delete the other one")
+            raise sheet.refusal(second, what, "one row of units: delete the other one")
         if texts and plain_unit(units[column]) in NO_UNIT:
             merged[column] = next(iter(texts.values()))[0]
     return tuple(merged)
@@ -157,7 +161,7 @@ def _refuse_other_names(
             ]
             if all(pair) and pair[0][0].factor != pair[1][0].factor:
                 what = f"column {column + 1} is in {pair[0][0].name} here and in {pair[1][0].name} by the lines below"
-                raise sheet.refused(line.number, what, "one row of names with units")
+                raise sheet.refusal(line.number, what, "one row of names with units")
 
 
 def _are_units_above(fields: list[str]) -> bool:
@@ -195,7 +199,7 @@ def _below_units(sheet: Sheet, number: int, fields: Sequence[str]) -> bool:
     ):
         shown = " ".join(fields)[:SHOWN]
         what = f'"{shown}" stands below the row of units, and it is not clear whether it has factors or other units'
-        raise sheet.refused(number, what, "put # in front of a remark")
+        raise sheet.refusal(number, what, "put # in front of a remark")
     return True
 
 
@@ -209,27 +213,27 @@ def _fields(text: str, delimiter: str, width: int) -> list[str] | None:
         attempts.append(text.split())
         attempts.append(re.sub(r"\s+([\[(][^\])]*[\])])", r"\1", text).split())
     for fields in attempts:
-        if len(fields) == width or len(fields := trimmed(fields)) == width:
+        if len(fields) == width or len(fields := trim_end(fields)) == width:
             return fields
     return None
 
 
-def _no_data(sheet: Sheet, lines: Sequence[Line]) -> None:
+def _refuse_lost_lines(sheet: Sheet, lines: Sequence[Line]) -> None:
     """Refuse lines between the header and the first row: they would be dropped silently."""
     for line in lines:
         if re.search(r"\w|[%‰°\"'′″]", line.text):
             what = f'"{line.text.strip()[:SHOWN]}" is neither a header nor a row of numbers'
             expected = "names, units or numbers in all columns; put # in front of a remark"
-            raise sheet.refused(line.number, what, expected)
+            raise sheet.refusal(line.number, what, expected)
 
 
-def in_one_order(sheet: Sheet) -> list[str]:
+def unify_column_order(sheet: Sheet) -> list[str]:
     """Put the columns of all tables of a file into the order of the first, and return remarks about it.
 
     The headers of the further tables become equal to the first one. A comment can be such a header too: a user may
     have put the # in front of it.
     """
-    body, split, first, (delimiter, decimal) = sheet.body, sheet.split, sheet.first, sheet.dialect
+    body, split, first, (delimiter, decimal) = sheet.body, sheet.split, sheet.first_row_line, sheet.dialect
     names, units, text = _first_header(takewhile(lambda line: line.number < first, sheet.lines), delimiter)
     if not names:
         return []
@@ -245,7 +249,7 @@ def in_one_order(sheet: Sheet) -> list[str]:
     below_names = False
     for line in (line for line in between if line.comment or line.number in index):
         i = index.get(line.number)
-        cells = trimmed(split_line(line.uncommented.strip(), delimiter) if i is None else split[i])
+        cells = trim_end(split_line(line.content.strip(), delimiter) if i is None else split[i])
         # A comment with a number, or with another number of fields, is a row or a remark.
         fits = i is not None or (len(cells) == len(names) and not numbers_in(cells, decimal))
         has_names = fits and named_columns(cells) >= 2
@@ -256,7 +260,7 @@ def in_one_order(sheet: Sheet) -> list[str]:
         if has_names:
             if cells != names and (sorted(cells) != sorted(names) or len(set(names)) < len(names)):
                 what = f"a further header below the first rows has other names: {', '.join(cells)[:200]}"
-                raise sheet.refused(line.number, what, _APART)
+                raise sheet.refusal(line.number, what, _APART)
             same = cells == names
             order = list(range(len(names))) if same else [cells.index(name) for name in names]
             changed.append((line.number, order))
@@ -266,7 +270,7 @@ def in_one_order(sheet: Sheet) -> list[str]:
                 )
         elif len(cells) != len(order or names) or _put_in_order(cells, order) != units:
             what = f'"{" ".join(cells)}" below the first rows: other units than above them'
-            raise sheet.refused(line.number, what, _APART)
+            raise sheet.refusal(line.number, what, _APART)
         if i is not None:
             split[i] = list(names if has_names else units)
             body[i] = replace(line, text=text[has_names])
@@ -285,7 +289,7 @@ def _first_header(lines: Iterable[Line], delimiter: str) -> tuple[list[str], lis
     text: dict[bool, str] = {}
     below_names = False
     for line in lines:
-        cells = trimmed(split_line(line.uncommented.strip(), delimiter))
+        cells = trim_end(split_line(line.content.strip(), delimiter))
         has_names = named_columns(cells) >= 2
         if has_names or _is_units(cells, below_names):
             names, units = (cells, units) if has_names else (names, cells)

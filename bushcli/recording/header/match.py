@@ -66,7 +66,7 @@ class WantedColumn:
         mode : Mode
         quantity : Quantity
         """
-        measured = source.measured(quantity, mode.specimen, mode.rotational)
+        measured = source.dimension(quantity, mode.specimen, mode.rotational)
         form = {"stress": source.specimen.stress, "strain": source.specimen.strain}.get(measured)
         allowed = TRUE[measured] if form == "true" else frozenset[str]()
         allowed |= {"shear", "simple"} if mode.sheared else set()
@@ -102,7 +102,7 @@ class NamedColumn:
         return self.table.label(self.index)
 
     @property
-    def written(self) -> tuple[str, ...]:
+    def written_units(self) -> tuple[str, ...]:
         """Its units as written in its name and in the row of units."""
         row = self.table.units[self.index]
         has_row = plain_unit(row) != ""
@@ -112,12 +112,12 @@ class NamedColumn:
     @property
     def units(self) -> list[Unit | None]:
         """What these mean; None for an unknown one."""
-        return [find_unit(text, self.wanted.measured) for text in self.written]
+        return [find_unit(text, self.wanted.measured) for text in self.written_units]
 
     @property
     def is_understood(self) -> bool:
         """Whether it has units, and all of them are known."""
-        return bool(self.written) and None not in self.units
+        return bool(self.written_units) and None not in self.units
 
     @property
     def rank(self) -> int:
@@ -125,7 +125,9 @@ class NamedColumn:
         wanted, words = self.wanted, set(self.head.words)
         special = wanted.is_special(self.head)
         units = [
-            u for text, u in zip(self.written, self.units, strict=True) if not (special and text in SYMBOLS)
+            u
+            for text, u in zip(self.written_units, self.units, strict=True)
+            if not (special and text in SYMBOLS)
         ]
         directions = {wanted.mode.name} | ({"axial"} if wanted.mode.name in _ALONG else set())
         quality = wanted.quality(self.head)
@@ -137,7 +139,7 @@ class NamedColumn:
         more = 5 * self.head.is_measured + 10 * (not wanted.allowed.isdisjoint(words))
         return quality + more if quality and not foreign else 0
 
-    def refused(self, what: str, near: str = "", instead: str = "") -> RecordingError:
+    def refusal(self, what: str, near: str = "", instead: str = "") -> RecordingError:
         """Return the error about its unit; the remedy is to give the unit, or what stands `instead`."""
         table = self.table
         where = f"{table.path}:{table.header_line}" if table.header_line else table.where
@@ -190,7 +192,9 @@ def candidates(table: Table, wanted: WantedColumn) -> list[int]:
     best = [column for column, quality in zip(columns, rank, strict=True) if quality == max(rank) > 0]
     # Beside "Force [N]", a column "Force [a.u.]" or "2*Force [N]" is not meant.
     if any(column.is_understood for column in best):
-        best = [column for column in best if column.is_understood or not column.written or len(best) == 1]
+        best = [
+            column for column in best if column.is_understood or not column.written_units or len(best) == 1
+        ]
     # Beside "Axial Force", the mode decides which force is meant.
     of_mode = [column.index for column in best if wanted.mode.name in column.head.words]
     neutral = [column.index for column in best if modes().keys().isdisjoint(column.head.words)]
@@ -230,7 +234,7 @@ def identical(table: Table, columns: Sequence[int], wanted: WantedColumn) -> boo
 
     def units(index: int) -> tuple[object, ...]:
         column = NamedColumn(table, index, wanted)
-        pairs = zip(column.written, column.units, strict=True)
+        pairs = zip(column.written_units, column.units, strict=True)
         return tuple((unit.measured, unit.factor) if unit else text for text, unit in pairs)
 
     try:

@@ -58,7 +58,7 @@ def meaning_of(column: NamedColumn, source: Source, chosen: bool) -> tuple[str, 
         is_first = any(text in column.head.name for text in ("1st", "first"))
         if (words & _UNCONVERTED[key]) - ({"kirchhoff", "pk"} if is_first else set()):
             what = f"{column.label} is not an engineering {key} by its name, and not a true one"
-            raise column.table.refused(
+            raise column.table.refusal(
                 what, f"choose another column, or give {_possible_values(column, key)}"
             )
         # Shear stress and amount of shear are the same in the deformed and the undeformed body.
@@ -73,7 +73,7 @@ def meaning_of(column: NamedColumn, source: Source, chosen: bool) -> tuple[str, 
                 nominal = bool(_NOMINAL & words) and not column.head.quality("stretch")
                 if true or (not volume and (is_unnamed or nominal)):
                     what = f"{column.label} may be the change of volume or that of a length: the mode is {mode.name}"
-                    raise column.table.refused(what, f"give {_possible_values(column, 'strain')}")
+                    raise column.table.refusal(what, f"give {_possible_values(column, 'strain')}")
                 linear = not volume and bool(column.head.quality("stretch") or {"linear", "axial"} & words)
                 measure = "engineering" if linear else "volume"
                 if not volume and not linear:
@@ -106,7 +106,7 @@ def _refuse_other(column: NamedColumn, key: str, chosen: bool) -> None:
     if wanted.measured not in ("strain", "stress") or len(head.name) == 1:
         special = []
     # A unit of another quantity is refused where units are read; one of this quantity says what the column is.
-    says = not chosen or wanted.quality(head) or column.written
+    says = not chosen or wanted.quality(head) or column.written_units
     plain = [] if says else [kind for kind in WORDS if head.quality(kind) >= 3]
     other = next((kind for kind in (*special, *plain) if kind != wanted.measured), "")
     if other:
@@ -120,7 +120,7 @@ def _refuse_other(column: NamedColumn, key: str, chosen: bool) -> None:
             remedy = f"give {size[other]} of the specimen in mm{'2' if other == 'force' else ''}, or {remedy}"
         elif coupon and wanted.measured in size:
             remedy = f"leave out {size[wanted.measured]}, or {remedy}"
-        raise column.table.refused(what, f"choose another column; {remedy}")
+        raise column.table.refusal(what, f"choose another column; {remedy}")
 
 
 def refuse_date(column: NamedColumn, time: Array) -> None:
@@ -132,7 +132,7 @@ def refuse_date(column: NamedColumn, time: Array) -> None:
         kind = "days since 1900" if is_day else "milliseconds since 1970"
         what = f"{column.label}: {column.table.text(0, column.index)} looks like a date in {kind}, not like seconds"
         expected = 'write the time in s, or give units = {time = "s"} in the table of the case file if it is'
-        raise column.table.refused(what, expected, 0)
+        raise column.table.refusal(what, expected, 0)
 
 
 def ranges_of(column: NamedColumn, numbers: Array, assumed: bool) -> list[str]:
@@ -144,7 +144,7 @@ def ranges_of(column: NamedColumn, numbers: Array, assumed: bool) -> list[str]:
             number = column.table.text(row, column.index)
             what = f'{column.label}: {number} is beyond the range "{text}", and no unit is given'
             expected = f'units = {{{column.wanted.quantity} = "..."}} in the table of the case file'
-            raise column.table.refused(what, expected, row)
+            raise column.table.refusal(what, expected, row)
         remarks.append(f'{column.label}: "{text}" is taken for the range of the sensor, and not applied')
     return remarks
 
@@ -158,7 +158,7 @@ def refuse_other_strain(column: NamedColumn, read: Unit, values: Array) -> None:
         other, value = "stretch" if is_strain else "strain", column.table.text(0, column.index)
         what = f"{column.label} is read as a {read.name}, and begins with {value} as a {other} does"
         expected = f'units = {{displacement = "{other}"}} in the table of the case file, or "{read.name}" if it is one'
-        raise column.table.refused(what, expected, 0)
+        raise column.table.refusal(what, expected, 0)
 
 
 def says_compression(name: str) -> bool:
@@ -190,4 +190,4 @@ def refuse_compression(column: NamedColumn, source: Source, values: Array) -> No
         its = "its values" if by_column else f"the values of {column.label}"
         what = f"{says}, and {its} are positive: they would be read as tension"
         expected = 'reverse = ["displacement", "force"] in the table of the case file, or reverse = [] if it is tension'
-        raise column.table.refused(what, expected)
+        raise column.table.refusal(what, expected)

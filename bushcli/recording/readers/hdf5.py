@@ -24,7 +24,7 @@ _MOST, _WIDEST = 10_000, 1_000
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Sequence[FilePart]]:
+def open_parts(path: Path) -> Iterator[Sequence[FilePart]]:
     """Yield the tables of a file, and the vectors of each group side by side."""
     import h5py
 
@@ -100,6 +100,6 @@ READER = Reader(
     recognises=lambda head, suffix: any(
         head[at : at + 8] == b"\x89HDF\r\n\x1a\n" for at in (0, 512, 1024, 2048, 4096)
     ),
-    opened=opened,
+    open_parts=open_parts,
     library="h5py",
 )

@@ -25,9 +25,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording.reader import FilePart, Reader, numbered
+from bushcli.recording.reader import FilePart, Reader, unique_names
 from bushcli.recording.text.clock_times import Instant
-from bushcli.recording.text.decode import decoded
+from bushcli.recording.text.decode import read_text
 from bushcli.recording.text.fields import is_number, to_float
 
 Array = NDArray[np.float64]
@@ -60,9 +60,9 @@ class _Segment:
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Sequence[FilePart]]:
+def open_parts(path: Path) -> Iterator[Sequence[FilePart]]:
     """Yield the segments, those that continue each other as one."""
-    segments = list(_segments(decoded(path).splitlines()))
+    segments = list(_segments(read_text(path).splitlines()))
     if not segments:
         raise ValueError("holds no segment with channels")
     # The first clock of a segment continues that of the segment before.
@@ -77,7 +77,7 @@ def opened(path: Path) -> Iterator[Sequence[FilePart]]:
         for label, clock in labelled
     ]
     parts = []
-    for name, (_, clock) in zip(numbered(names), labelled, strict=True):
+    for name, (_, clock) in zip(unique_names(names), labelled, strict=True):
         columns, origin = [clock.x, *clock.values], clock.origin
         titles = ["time" if clock.x_unit == "s" else "x", *clock.names]
         if clock.begin is not None and clock.x_unit == "s":
@@ -256,5 +256,5 @@ def _join_segments(segments: Sequence[_Segment]) -> _Segment | None:
 READER = Reader(
     name="a LabVIEW measurement file (.lvm)",
     recognises=lambda head, suffix: head.removeprefix(b"\xef\xbb\xbf").startswith(_MARK.encode()),
-    opened=opened,
+    open_parts=open_parts,
 )

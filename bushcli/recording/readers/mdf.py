@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording.reader import FilePart, Reader, numbered
+from bushcli.recording.reader import FilePart, Reader, unique_names
 from bushcli.recording.text.clock_times import Instant
 
 #: The stamps of all groups count from the beginning of the measurement.
@@ -19,7 +19,7 @@ _BEGIN = Instant("beginning of the measurement", 0)
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Sequence[FilePart]]:
+def open_parts(path: Path) -> Iterator[Sequence[FilePart]]:
     """Yield the groups of channels."""
     from asammdf import MDF
 
@@ -32,7 +32,7 @@ def opened(path: Path) -> Iterator[Sequence[FilePart]]:
             name = getattr(group.channel_group, "acq_name", "") or (source.name if source else "") or ""
             names.append(name.strip() or f"group {i + 1}")
         parts = []
-        for (i, group), name in zip(groups, numbered(names), strict=True):
+        for (i, group), name in zip(groups, unique_names(names), strict=True):
             master = file.masters_db.get(i)
             titles = [channel.name for channel in group.channels]
             units = [file.get_channel_unit(group=i, index=k) or "" for k in range(len(titles))]
@@ -59,6 +59,6 @@ def _load(file: Any, group: int, index: int) -> NDArray[Any]:
 READER = Reader(
     name="an MDF file",
     recognises=lambda head, suffix: head.startswith((b"MDF     ", b"UnFinMF ")),
-    opened=opened,
+    open_parts=open_parts,
     library="asammdf",
 )

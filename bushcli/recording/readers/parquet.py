@@ -16,7 +16,7 @@ from bushcli.recording.text.clock_times import UTC
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Sequence[FilePart]]:
+def open_parts(path: Path) -> Iterator[Sequence[FilePart]]:
     """Yield the only table."""
     import pyarrow.parquet as parquet
 
@@ -48,6 +48,6 @@ def opened(path: Path) -> Iterator[Sequence[FilePart]]:
 READER = Reader(
     name="a Parquet file",
     recognises=lambda head, suffix: head.startswith(b"PAR1"),
-    opened=opened,
+    open_parts=open_parts,
     library="pyarrow",
 )

@@ -33,7 +33,7 @@ _TYPES = {"SHORT_INTEGER": "i2", "FLOATING_POINT": "f4"}
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Sequence[FilePart]]:
+def open_parts(path: Path) -> Iterator[Sequence[FilePart]]:
     """Yield the channels, with a time by the sampling interval."""
     header = _header(path)
     order, kind = header.get("FORMAT", ""), header.get("DATA_TYPE", "SHORT_INTEGER") or "SHORT_INTEGER"
@@ -124,5 +124,5 @@ READER = Reader(
     recognises=lambda head, suffix: (
         head.startswith(b"FORMAT\0") or (head.startswith(b"FORMAT ") and b"NUM_HEADER_BLOCKS" in head[:512])
     ),
-    opened=opened,
+    open_parts=open_parts,
 )

@@ -15,7 +15,7 @@ _UNITS = ("unit_string", "NI_UnitDescription", "unit", "Unit", "units")
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Sequence[FilePart]]:
+def open_parts(path: Path) -> Iterator[Sequence[FilePart]]:
     """Yield the groups of channels, by clock."""
     from nptdms import TdmsFile
 
@@ -36,6 +36,6 @@ def opened(path: Path) -> Iterator[Sequence[FilePart]]:
 READER = Reader(
     name="a TDMS file",
     recognises=lambda head, suffix: head.startswith(b"TDSm"),
-    opened=opened,
+    open_parts=open_parts,
     library="nptdms",
 )

@@ -27,7 +27,7 @@ _SAYS_PERCENT = re.compile(r"%|percent|prozent", re.IGNORECASE)
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Sequence[FilePart]]:
+def open_parts(path: Path) -> Iterator[Sequence[FilePart]]:
     """Yield the worksheets."""
     from openpyxl import load_workbook
 
@@ -154,6 +154,6 @@ READER = Reader(
         head.startswith(b"PK\x03\x04")
         and (suffix in (".xlsx", ".xlsm") or b"[Content_Types].xml" in head or b"xl/" in head)
     ),
-    opened=opened,
+    open_parts=open_parts,
     library="openpyxl",
 )

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from bushcli.recording.header.name import heading
-from bushcli.recording.reader import FilePart, Reader, numbered
+from bushcli.recording.reader import FilePart, Reader, unique_names
 
 #: Largest size of the unpacked stream, bytes; a series of ten specimens has some ten million.
 _MOST_BYTES = 400_000_000
@@ -58,7 +58,7 @@ class _Node:
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Sequence[FilePart]]:
+def open_parts(path: Path) -> Iterator[Sequence[FilePart]]:
     """Yield the specimens."""
     from zs2decode import parser
 
@@ -95,7 +95,9 @@ def opened(path: Path) -> Iterator[Sequence[FilePart]]:
             texts = _value(parameter, "QS_TextPar") if _value(parameter, "ID") == _SPECIMEN else None
             if isinstance(texts, (list, tuple)) and texts and str(texts[0]).strip():
                 specimens.append(str(texts[0]).strip())
-    labels = numbered(specimens if len(specimens) == count else [f"specimen {i + 1}" for i in range(count)])
+    labels = unique_names(
+        specimens if len(specimens) == count else [f"specimen {i + 1}" for i in range(count)]
+    )
     yield [part for block, name in zip(blocks, labels, strict=True) for part in _parts(block, name, names)]
 
 
@@ -127,4 +129,4 @@ def recognises(head: bytes, suffix: str) -> bool:
     return magic == _MARK
 
 
-READER = Reader(name="a Zwick file (zs2)", recognises=recognises, opened=opened, library="zs2decode")
+READER = Reader(name="a Zwick file (zs2)", recognises=recognises, open_parts=open_parts, library="zs2decode")

@@ -51,7 +51,7 @@ def refused_if_unreadable(path: Path, expected: str, too_large: str) -> Iterator
         raise RecordingError(Problem(str(path), f"cannot be read: {error}")) from None
 
 
-def decoded(path: Path) -> str:
+def read_text(path: Path) -> str:
     """Return the text of a file, without byte-order mark, with line feeds between lines."""
     with refused_if_unreadable(path, "a CSV file", "every tenth row is enough for a fit"):
         content = read_bounded(path, LARGEST_FILE)

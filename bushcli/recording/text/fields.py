@@ -85,7 +85,7 @@ def is_thousands(field: str, sign: str) -> bool:
     return _THOUSANDS[sign].fullmatch(field) is not None
 
 
-def ungrouped(fields: Sequence[str], decimal: str) -> dict[int, str]:
+def without_thousands(fields: Sequence[str], decimal: str) -> dict[int, str]:
     """Return the fields of a column that have thousands separators, by index, without the separators.
 
     One number that can only be written with separators, such as ``1.234,5``, proves that the sign separates thousands

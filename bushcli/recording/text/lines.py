@@ -29,7 +29,7 @@ class Line:
     comment: bool
 
     @property
-    def uncommented(self) -> str:
+    def content(self) -> str:
         """The text without the signs that make it a comment."""
         return re.sub(r"^\s*(#|%(?=\s)|//)+", "", self.text)
 
@@ -66,16 +66,16 @@ class Sheet:
     start: int = 0
 
     @property
-    def first(self) -> int:
+    def first_row_line(self) -> int:
         """Number of the line of the first row."""
         return self.body[self.start].number
 
     @property
     def above(self) -> list[Line]:
         """Lines above it."""
-        return [line for line in self.lines if line.number < self.first]
+        return [line for line in self.lines if line.number < self.first_row_line]
 
-    def refused(self, line: int, what: str, remedy: str) -> RecordingError:
+    def refusal(self, line: int, what: str, remedy: str) -> RecordingError:
         """Return an error about a line."""
         return RecordingError(Problem(f"{self.path}:{line}", what, "", remedy))
 
@@ -120,7 +120,7 @@ def split_line(text: str, delimiter: str) -> list[str]:
     return text.split() if delimiter == " " else [field.strip() for field in text.split(delimiter)]
 
 
-def trimmed(fields: list[str]) -> list[str]:
+def trim_end(fields: list[str]) -> list[str]:
     """Return the fields without empty ones at the end: trailing delimiters."""
     end = len(fields)
     while end and not fields[end - 1]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.recording.text.fields import NUMBER, is_grouped, is_number, only_numbers, to_float
-from bushcli.recording.text.lines import COMMENTS, Line, lines_of, split_line, trimmed
+from bushcli.recording.text.lines import COMMENTS, Line, lines_of, split_line, trim_end
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int_]
@@ -39,7 +39,7 @@ class Form:
     def of_head(head: Sequence[Line], delimiter: str, decimal: str) -> Form | None:
         """Return the form that the last lines of a head have; None where they differ, or have one only by lines."""
         rows = [split_line(line.text, delimiter) for line in head[-_ALIKE:]]
-        filled = {len(trimmed(fields)) for fields in rows}
+        filled = {len(trim_end(fields)) for fields in rows}
         if len({len(fields) for fields in rows}) != 1 or len(filled) != 1 or delimiter in (decimal, "|"):
             return None
         width = filled.pop()
@@ -92,7 +92,7 @@ class SplitRows:
         """Return the number of the line of a row, from 0."""
         return self.lines[row]
 
-    def written(self, row: int, column: int) -> str:
+    def text(self, row: int, column: int) -> str:
         """Return a field; an empty text where the row has fewer."""
         fields = self.fields[row]
         return fields[column] if column < len(fields) else ""
@@ -101,7 +101,7 @@ class SplitRows:
         """Return the fields of a column."""
         return [fields[column] if column < len(fields) else "" for fields in self.fields]
 
-    def parsed(self, column: int, decimal: str) -> tuple[Array, bool]:
+    def parse_column(self, column: int, decimal: str) -> tuple[Array, bool]:
         """Return the fields of a column as numbers (n,), nan where they are none, and whether all are numbers."""
         texts = self.texts(column)
         return np.array([to_float(text, decimal) for text in texts]), only_numbers(texts, decimal)
@@ -142,7 +142,7 @@ class AlikeRows:
         """Return the number of the line of a row, from 0."""
         return self.at + row
 
-    def written(self, row: int, column: int) -> str:
+    def text(self, row: int, column: int) -> str:
         """Return a field; an empty text where the row has fewer."""
         start = self.begin if row == 0 else int(self._ends[row - 1]) + 1
         fields = split_line(self.whole[start : int(self._ends[row])], self.form.delimiter)
@@ -162,7 +162,7 @@ class AlikeRows:
         lines = (line for piece in self._pieces() for line in piece.split("\n")[:-1])
         return [split_line(line, self.form.delimiter)[column] for line in lines]
 
-    def parsed(self, column: int, decimal: str) -> tuple[Array, bool]:
+    def parse_column(self, column: int, decimal: str) -> tuple[Array, bool]:
         """Return the fields of a column as numbers (n,), nan where they are none, and whether all are numbers."""
         if column >= len(self.form.numeric) or not self.form.numeric[column]:
             return np.full(len(self), np.nan), False
@@ -182,7 +182,7 @@ class AlikeRows:
             return replace(self, begin=start, end=int(self._ends[rows[-1]]) + 1, at=self.at + int(rows[0]))
         width = len(self.form.numeric)
         return SplitRows(
-            [[self.written(i, k) for k in range(width)] for i in rows], [self.line(int(i)) for i in rows]
+            [[self.text(i, k) for k in range(width)] for i in rows], [self.line(int(i)) for i in rows]
         )
 
 
@@ -196,7 +196,7 @@ def end_of_head(text: str) -> int:
     return position if text.count("\n", position) > HEAD else 0
 
 
-def sifted(path: Path, text: str, begin: int, form: Form) -> tuple[list[Line], list[AlikeRows]]:
+def split_runs(path: Path, text: str, begin: int, form: Form) -> tuple[list[Line], list[AlikeRows]]:
     """Return the runs of a form behind a head, and all other lines; the last line of a run is one of these."""
     lines: list[Line] = []
     runs: list[AlikeRows] = []

@@ -141,7 +141,7 @@ class Table(ABC):
         name = self.names[column]
         return f"column {column + 1} ({name[:SHOWN]})" if name else f"column {column + 1}"
 
-    def refused(self, what: str, remedy: str = "", row: int | None = None) -> RecordingError:
+    def refusal(self, what: str, remedy: str = "", row: int | None = None) -> RecordingError:
         """Return an error about the table, or about one of its rows.
 
         Parameters
@@ -153,7 +153,7 @@ class Table(ABC):
         """
         return RecordingError(Problem(self.where if row is None else self.place(row), what, "", remedy))
 
-    def refuse_code(self, row: int, column: int, value: float) -> RecordingError:
+    def refusal_of_code(self, row: int, column: int, value: float) -> RecordingError:
         """Return the error for a value that looks like a code for a missing one.
 
         Parameters
@@ -168,7 +168,7 @@ class Table(ABC):
             "if it is one, delete the row or put # in front of it; if it was measured, "
             f"accept = [{value:g}] in the table of the case file"
         )
-        return self.refused(what, expected, row)
+        return self.refusal(what, expected, row)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -205,7 +205,7 @@ class ArrayTable(Table):
         raw = self.columns[column]
         if raw is None:
             what = f"{self.label(column)} was not loaded: the file is large"
-            raise self.refused(what, "name the column in `columns` of the case file")
+            raise self.refusal(what, "name the column in `columns` of the case file")
         dated = self.clock(column)
         values = raw.astype(np.float64) if dated is None else dated.seconds
         bad = ~(np.abs(values) <= LARGEST)
@@ -215,10 +215,10 @@ class ArrayTable(Table):
             if bad.sum() > 1:
                 what += f", and likewise in {int(bad.sum()) - 1} more samples"
             expected = "delete these samples, or export the file without them"
-            raise self.refused(what, expected, row)
+            raise self.refusal(what, expected, row)
         code = sentinel(values, lambda row: self.text(row, column), accepted)
         if code is not None:
-            raise self.refuse_code(code, column, float(values[code]))
+            raise self.refusal_of_code(code, column, float(values[code]))
         return values
 
     def of_rows(self, rows: Index) -> ArrayTable:
@@ -235,7 +235,7 @@ class ArrayTable(Table):
         if np.isnat(raw).any():
             row = int(np.argmax(np.isnat(raw)))
             what = f"{self.label(column)}: the date is missing"
-            raise self.refused(what, "export the file without these samples", row)
+            raise self.refusal(what, "export the file without these samples", row)
         return times_of(raw, UTC if self.units[column] == UTC else "date")
 
 
@@ -279,17 +279,17 @@ class TextTable(Table):
     def text(self, row: int, column: int) -> str:
         """Return a field as written in the file."""
         part, index = self._part(row)
-        return part.written(index, column)
+        return part.text(index, column)
 
     def numbers(self, column: int, accepted: Collection[float] = ()) -> NDArray[np.float64]:
         """Return a column as numbers; see `Table.numbers`."""
-        pieces = [part.parsed(column, self.decimal) for part in self.parts]
+        pieces = [part.parse_column(column, self.decimal) for part in self.parts]
         values = np.concatenate([numbers for numbers, _ in pieces])
         if not all(whole for _, whole in pieces) or not np.all(np.abs(values) <= LARGEST):
             self._refuse(column, values)
         code = sentinel(values, lambda row: self.text(row, column), accepted)
         if code is not None:
-            raise self.refuse_code(code, column, values[code])
+            raise self.refusal_of_code(code, column, values[code])
         return values
 
     def of_rows(self, rows: Index) -> TextTable:
@@ -318,7 +318,7 @@ class TextTable(Table):
             )
             for holds, what, remedy in faults:
                 if holds:
-                    raise self.refused(f"{self.label(column)}: {what}", remedy, i)
+                    raise self.refusal(f"{self.label(column)}: {what}", remedy, i)
 
     def clock(self, column: int, form: str = "") -> ClockTimes | None:
         """Return a column of dates or times of day as seconds since the first; see `Table.clock`."""

@@ -128,13 +128,13 @@ class JoinedTable(Table):
         return table.clock(index, form)
 
 
-def joined(tables: Sequence[Table], source: Source, mode: Mode) -> list[Table]:
+def join_by_clock(tables: Sequence[Table], source: Source, mode: Mode) -> list[Table]:
     """Return tables, those with equal time stamps as one: some loggers write a group for each channel."""
     groups: list[list[RasterColumns]] = []
     separate = list(tables[_MOST_COMPARED:])
     for table in tables[:_MOST_COMPARED]:
         try:
-            raster = stamped(table, (), source, mode)
+            raster = columns_with_stamps(table, (), source, mode)
         except RecordingError:
             raster = None  # it is said where the table is needed
         if raster is None:
@@ -171,7 +171,9 @@ def joined(tables: Sequence[Table], source: Source, mode: Mode) -> list[Table]:
     return tables_by_clock + separate
 
 
-def stamped(table: Table, columns: Sequence[int], source: Source, mode: Mode) -> RasterColumns | None:
+def columns_with_stamps(
+    table: Table, columns: Sequence[int], source: Source, mode: Mode
+) -> RasterColumns | None:
     """Return columns with the time stamps of their table; None if it has none."""
     chosen = source.columns.get("time")
     if isinstance(chosen, int) or (chosen is not None and not has_columns(table, source, mode, ["time"])):
@@ -204,12 +206,14 @@ def _same_clock(raster: RasterColumns, other: RasterColumns, together: bool) -> 
 def on_one_raster(tables: Iterable[Table], source: Source, mode: Mode) -> Table | None:
     """Return the columns of the force with the travel interpolated at their time stamps; None if that is impossible."""
     tables = list(tables)
-    forced = _only(tables, source, mode, "force")
-    moved = _only(tables, source, mode, "displacement")
-    return None if forced is None or moved is None else interpolated(forced, [moved], source)
+    forced = _group_with(tables, source, mode, "force")
+    moved = _group_with(tables, source, mode, "displacement")
+    return None if forced is None or moved is None else interpolate_at_stamps(forced, [moved], source)
 
 
-def _only(tables: Sequence[Table], source: Source, mode: Mode, quantity: Quantity) -> RasterColumns | None:
+def _group_with(
+    tables: Sequence[Table], source: Source, mode: Mode, quantity: Quantity
+) -> RasterColumns | None:
     """Return the only group that has a quantity; None if no group has it."""
     if isinstance(source.columns.get(quantity), int):
         return None  # a column's number is ambiguous if the columns are in several groups
@@ -223,13 +227,15 @@ def _only(tables: Sequence[Table], source: Source, mode: Mode, quantity: Quantit
         listed = ", ".join(f'"{table.part}"' for table in having[:8])
         what = f"the channels have different time stamps, and the {quantity} could be in {listed}"
         key = f'columns = {{{quantity} = "..."}} in the case file'
-        raise source.refused(what, f"name the channel that is meant: {key}")
+        raise source.refusal(what, f"name the channel that is meant: {key}")
     table, chosen = having[0], source.columns.get(quantity)
     indices = [i for i, name in enumerate(table.names) if name == chosen]
-    raster = stamped(table, indices or candidates(table, wanted) or by_unit(table, wanted), source, mode)
+    raster = columns_with_stamps(
+        table, indices or candidates(table, wanted) or by_unit(table, wanted), source, mode
+    )
     if raster is None:
         what = f'the {quantity} is in group "{table.part}", which has no time, apart from the other channels'
-        raise source.refused(what, f"{_RASTER}, or with a time in each group")
+        raise source.refusal(what, f"{_RASTER}, or with a time in each group")
     return raster
 
 
@@ -273,11 +279,13 @@ def own_clocks(
             "leave `time` out of `columns`, and each channel is read with its own time; or delete the "
             "column that is not a time of these channels"
         )
-        raise table.refused(what, expected)
+        raise table.refusal(what, expected)
     if not all(_same_clock(reference, raster, True) for raster in rasters[: len(forced)]):
         what = f"{words[1]} have different columns of time"
-        raise table.refused(what, "forces are not interpolated: " + _RASTER)
-    return interpolated(replace(reference, columns=tuple(forced)), travels, source, words, together=True)
+        raise table.refusal(what, "forces are not interpolated: " + _RASTER)
+    return interpolate_at_stamps(
+        replace(reference, columns=tuple(forced)), travels, source, words, together=True
+    )
 
 
 def clock_columns(table: Table, source: Source, mode: Mode) -> list[int]:
@@ -315,7 +323,7 @@ def _first_rows(table: Table, count: int) -> Table:
     return table if count == len(table) else table.of_rows(np.arange(count))
 
 
-def interpolated(
+def interpolate_at_stamps(
     forced: RasterColumns,
     moved: Sequence[RasterColumns],
     source: Source,
@@ -379,7 +387,7 @@ def _common_stamps(
         if (np.diff(raster.time) < 0.0).any():
             row = int(np.argmax(np.diff(raster.time) < 0.0)) + 1
             what = f"the time runs backwards, {raster.time[row]:g} s follows {raster.time[row - 1]:g} s"
-            raise raster.table.refused(what, _RASTER, row)
+            raise raster.table.refusal(what, _RASTER, row)
         # Stamps with too few digits get equal intervals.
         even = even_stamps(raster.time)
         rasters.append(
@@ -392,7 +400,7 @@ def _common_stamps(
         if shift is None:
             what = f"{forced.name} and {raster.name} have different time stamps"
             what += ", and the file does not say that they count from the same instant"
-            raise source.refused(what, f"{_RASTER}, or with dates")
+            raise source.refusal(what, f"{_RASTER}, or with dates")
         raster = replace(raster, stamps=replace(raster.stamps, values=raster.time + shift))
         rows &= (forced.time >= raster.time[0]) & (forced.time <= raster.time[-1]) & (len(raster.time) > 1)
         values = raster.table.numbers(raster.columns[0], source.accept)
@@ -406,5 +414,5 @@ def _common_stamps(
     if np.count_nonzero(rows) < 2:
         spans = " and ".join(dict.fromkeys(raster.span for raster in (forced, *motions)))
         what = f"{spans} do not overlap in time"
-        raise source.refused(what, "were they recorded in the same run?")
+        raise source.refusal(what, "were they recorded in the same run?")
     return forced, motions, rows, gaps

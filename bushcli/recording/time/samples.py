@@ -69,7 +69,7 @@ class Samples:
         return replace(self, rows=self.rows[mask], time=time, repairs=(*self.repairs, *repairs))
 
 
-def timed(
+def samples_with_times(
     table: Table, source: Source, stamps: Column | None, moved: Column, forced: Column, fewest: int
 ) -> Samples:
     """Return the samples with their times, repaired or computed as the case specifies."""
@@ -81,13 +81,13 @@ def timed(
         for key in ("sample_rate", "rate"):
             if getattr(source, key) is not None:
                 what = f"{key} has no meaning: {table.label(stamps.index)} gives the time"
-                raise table.refused(what, f"delete {key} from the case file")
+                raise table.refusal(what, f"delete {key} from the case file")
         mask: Mask = np.ones(len(table), dtype=bool)
         channels = (stamps.values, moved.values, forced.values)
         mask[1:] = np.logical_or.reduce([values[1:] != values[:-1] for values in channels])
         time, mask, text = _repair_times(table, stamps, mask)
         if mask.sum() < fewest:
-            raise table.refused(f"has only {mask.sum()} different rows", f"at least {fewest}")
+            raise table.refusal(f"has only {mask.sum()} different rows", f"at least {fewest}")
         repairs = (Repair("time", text),) if text else ()
         samples = Samples(np.flatnonzero(mask), time, tuple(map(int, np.flatnonzero(~mask))), repairs)
     for channel, other in ((forced, moved), (moved, forced)):
@@ -196,10 +196,10 @@ def _time_error(table: Table, index: int, time: Array, repeated: Mask) -> Record
         if back
         else "write the time with more digits; of rows with the same time keep the one measured at that time"
     )
-    return table.refused(what, expected, row)
+    return table.refusal(what, expected, row)
 
 
-def increasing(table: Table, stamps: Column) -> Array:
+def program_times(table: Table, stamps: Column) -> Array:
     """Return the times of a program, (n,), s; a program is written by the user, so nothing is repaired."""
     if (np.diff(stamps.values) <= 0).any():
         raise _time_error(table, stamps.index, stamps.values, np.zeros(len(stamps.values), dtype=bool))
@@ -218,12 +218,12 @@ def _missing_time(source: Source, table: Table, displacement: Array) -> tuple[Ar
         if (steps <= SMALLEST_STEP * float(np.ptp(displacement))).any():
             row = int(np.argmin(steps)) + 1
             what = "rate: the displacement does not move, so the time cannot be computed from the speed"
-            raise table.refused(what, "give sample_rate, samples per second", row)
+            raise table.refusal(what, "give sample_rate, samples per second", row)
         ends = [0, *(branch.stop - 1 for branch in segment(displacement))]
         travel = float(np.abs(np.diff(displacement[ends])).sum())
         if steps.sum() > (1.0 + _MOST_NOISE) * travel:
             what = f"rate: noise makes the travelled path {steps.sum() / travel:.3g} times as long as its program"
-            raise table.refused(what, "give sample_rate, samples per second")
+            raise table.refusal(what, "give sample_rate, samples per second")
         time = np.concatenate([[0.0], np.cumsum(steps)]) / source.rate
         text = (
             "no column has the time; it is computed from the travelled path and the rate that the case gives"

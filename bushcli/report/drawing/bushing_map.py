@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
-from textwrap import fill
-
 import numpy as np
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import PolyCollection
 from matplotlib.colors import Normalize, to_rgba
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from bushcli.mismatch.maps import LocalMap
-from bushcli.report.drawing.looks import DIVERGING, GREY, INK
-from bushcli.report.drawing.picture import literal, new_figure, section_axes, style
-from bushcli.report.drawing.projection import cut, cut_view, face_edges, normals, once, outline, shade
+from bushcli.report.drawing.looks import DIVERGING, GREY
+from bushcli.report.drawing.picture import body_axes, colour_bar, paint, section_axes, style, wrap
+from bushcli.report.drawing.projection import (
+    SECTION,
+    Layer,
+    Projection,
+    cut,
+    cut_view,
+    face_edges,
+    line_layer,
+    normals,
+    once,
+    outline,
+    shade,
+)
 from bushcli.report.plots.places import numbering
 from cases.stretches import Surface
 
@@ -28,8 +37,6 @@ _FADED = 0.25
 _BEYOND = 0.01
 # Least end of the colour scale, a change of stiffness; a smaller one would show noise in full colours.
 _LEAST = 0.02
-# Characters in a line of the title.
-_LINE = 50
 _LONGEST = 4.6  # inches of the drawing's longer side
 # Corners of a face in order around it, among those of a cell: of a simplex, in tensor-product and in ring numbering.
 _SECTION = {"simplex": ((0, 1, 2),), "tensor": ((0, 1, 3, 2),), "ring": ((0, 1, 2, 3),)}
@@ -56,63 +63,56 @@ def map_title(local_map: LocalMap) -> str:
 def map_figure(local_map: LocalMap) -> Figure:
     """Draw the map in colours that are symmetric about zero change."""
     flat = local_map.points.shape[1] == 2
-    if not flat:
-        polygons, values, order = _solid(local_map)
-    else:  # the faces of the half-plane and of its mirror image
-        (corners,) = _SECTION[numbering(local_map)]
-        faces = local_map.points[local_map.cells[:, corners]]
-        polygons = np.concatenate([faces, faces * np.array([-1.0, 1.0])])
-        values, order = np.concatenate([local_map.factor, local_map.factor]), np.ones(len(polygons))
+    view, faces, values, edges = (_section if flat else _solid)(local_map)
     top = float(np.quantile(np.abs(local_map.factor), 1.0 - _BEYOND)) if len(local_map.factor) else 0.0
     norm = Normalize(-100.0 * max(top, _LEAST), 100.0 * max(top, _LEAST))
     mappable = ScalarMappable(norm, _COLOURS)
-    colours = np.array(mappable.to_rgba(100.0 * values))
+    fill = np.array(mappable.to_rgba(100.0 * values))
     if not local_map.helps_locally:
-        colours[:, :3] = 1.0 - _FADED * (1.0 - colours[:, :3])
-    colours[:, :3] *= order[:, None]
-    low, high = polygons.reshape(-1, 2).min(axis=0), polygons.reshape(-1, 2).max(axis=0)
+        fill[:, :3] = 1.0 - _FADED * (1.0 - fill[:, :3])
+    if not flat:
+        fill[:, :3] *= shade(faces, view)[:, None]
+    ink = np.tile((0.25, 0.25, 0.25, 0.18), (len(fill), 1)) if flat else fill
+    # The edges of a solid are a little nearer to the eye than the faces that they bound.
+    near = view.depth(edges).mean(axis=1) + 0.02 * float(np.ptp(local_map.points))
+    layers = [
+        Layer(faces, fill, ink, view.depth(faces).mean(axis=1), 0.3),
+        line_layer(edges, to_rgba(GREY[0]), near, 0.9),
+    ]
+    corners = view.project(faces).reshape(-1, 2)
+    low, high = corners.min(axis=0), corners.max(axis=0)
     margin = 0.04 * float((high - low).max())
-    size = (high - low) * _LONGEST / float((high - low).max())
     with style():
-        figure = new_figure(max(size[0] + 1.7, 4.6), size[1] + 1.1)
-        axes = figure.add_subplot()
-        # The edges of a solid are its own, which have no value, not those of the cells.
-        lines = np.isnan(values)
-        edges = np.where(lines[:, None], to_rgba(GREY[0]), (0.25, 0.25, 0.25, 0.18) if flat else colours)
-        colours[lines] = 0.0
-        axes.add_collection(
-            PolyCollection(
-                list(polygons),
-                facecolors=list(colours),
-                edgecolors=list(edges),
-                linewidths=list(np.where(lines, 0.9, 0.3)),
-                rasterized=not flat,
-            )
-        )
-        axes.set_aspect("equal")
-        axes.set_xlim(low[0] - margin, high[0] + margin)
-        axes.set_ylim(low[1] - margin, high[1] + margin)
-        bar = figure.colorbar(mappable, ax=axes, shrink=0.8, pad=0.03)
-        bar.set_label("change of stiffness that helps: softer (-), stiffer (+) [%]", fontsize=9)
+        figure, axes = body_axes(low - margin, high + margin, _LONGEST, (1.7, 1.1))
+        paint(axes, view, layers, rasterized=not flat)
+        label = "change of stiffness that helps: softer (-), stiffer (+) [%]"
+        bar = colour_bar(figure, axes, mappable, label, shrink=0.8, pad=0.03)
         if not local_map.helps_locally:
             bar.solids.set_alpha(_FADED)  # type: ignore[union-attr]  # drawn for a mappable
         # Nothing is softer by more than 100 %.
         bar.ax.set_ylim(max(-100.0, float(norm.vmin or 0.0)), norm.vmax)
-        bar.outline.set_visible(False)  # type: ignore[operator]
         if flat:
             section_axes(axes, ("radius [mm]", "axis [mm]"))
         else:
             axes.set_axis_off()
             height = f"axis z upwards; {float(np.ptp(local_map.points[:, 2])):.3g} mm high"
             axes.annotate(height, (0.0, 0.0), xycoords="axes fraction", fontsize=8.5, color=GREY[0])
-        axes.set_title(literal(fill(map_title(local_map), _LINE)), fontsize=10.5, color=INK[0])
+        axes.set_title(wrap(map_title(local_map), figure.get_figwidth(), 10.5), fontsize=10.5)
         return figure
 
 
-def _solid(local_map: LocalMap) -> tuple[Array, Array, Array]:
-    """Return the outer faces of the solid, distant ones first; a whole body is cut open in a plane beside y = 0.
+def _section(local_map: LocalMap) -> tuple[Projection, Array, Array, Array]:
+    """Return the faces of the half-plane and of its mirror image, as `_solid` does; without edges."""
+    (corners,) = _SECTION[numbering(local_map)]
+    half = np.insert(local_map.points[local_map.cells[:, (*corners, corners[-1])[:4]]], 1, 0.0, axis=-1)
+    faces = np.concatenate([half, half * np.array([-1.0, 1.0, 1.0])])
+    return SECTION, faces, np.tile(local_map.factor, 2), np.empty((0, 2, 3))
 
-    The sharp edges of the body are among them, as faces without area and without value.
+
+def _solid(local_map: LocalMap) -> tuple[Projection, Array, Array, Array]:
+    """Return a view, the faces (n, 4, 3) that it shows, their values, and the sharp edges (m, 2, 3) of the body.
+
+    A whole body is cut open in a plane beside y = 0.
     """
     kind = numbering(local_map)
     corners = np.array(_SOLID[kind])
@@ -143,15 +143,4 @@ def _solid(local_map: LocalMap) -> tuple[Array, Array, Array]:
     whole = np.ones(len(visible), dtype=bool)
     sharp = once(face_edges(shapes)[outline(Surface(shapes, shapes, shapes[..., 0], whole, 0.0))])
     sharp = sharp[(sharp[:, 0] != sharp[:, 1]).any(axis=1)]  # the last corner of a triangle stands twice
-    # A little nearer to the eye than the faces that they bound.
-    depth = np.concatenate(
-        [
-            view.depth(shapes).mean(axis=1),
-            view.depth(sharp).mean(axis=1) + 0.02 * float(np.ptp(local_map.points)),
-        ]
-    )
-    shapes = np.concatenate([shapes, sharp[:, [0, 1, 1, 0]]])
-    values = np.concatenate([values, np.full(len(sharp), np.nan)])
-    order = np.argsort(depth)
-    bright = shade(shapes, view)[order]
-    return view.project(shapes)[order], values[order], bright
+    return view, shapes, values, sharp

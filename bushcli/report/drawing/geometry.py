@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.colors import to_rgb
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgba, to_rgba_array
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from bushcli.report.drawing.looks import GREY, INK, METAL
-from bushcli.report.drawing.picture import literal, new_figure, section_axes, style
-from bushcli.report.drawing.projection import cut, shade, view_from
+from bushcli.report.drawing.picture import directions, literal, new_figure, paint, section_axes, style, wrap
+from bushcli.report.drawing.projection import SECTION, Layer, cut, shade, view_from
 from geometry.view import View
 
 Array = NDArray[np.float64]
@@ -50,13 +48,13 @@ def geometry_figure(view: View, title: str, measures: Mapping[str, float]) -> Fi
             sides = figure.subplots(1, 2)
             _solid(sides[0], view, opened=False)
             sides[0].set_title("outside", fontsize=10)
-            if view.assembled:
+            if view.shows_assembly:
                 _fill_section(sides[1], view)
                 sides[1].set_title("cut in the plane of x and z", fontsize=10)
             else:
                 _solid(sides[1], view, opened=True)
                 sides[1].set_title("without the quarter in front", fontsize=10)
-        figure.suptitle(literal("\n".join(textwrap.wrap(title, 60 if view.flat else 95))), fontsize=10.5)
+        figure.suptitle(wrap(title, figure.get_figwidth(), 10.5), fontsize=10.5)
         labels = {name: literal(_label(name, measures, view)) for name in view.names}
         handles = [
             Patch(facecolor=_colour(name, view), edgecolor=GREY[0], label=label)
@@ -90,16 +88,9 @@ def _colour(name: str, view: View) -> str:
     return _PLATES[plates.index(name) % len(_PLATES)]
 
 
-def _fill(axes: Axes, triangles: Array, fill: Any) -> None:
-    shapes = PolyCollection(
-        list(triangles), facecolors=fill, edgecolors=fill, linewidths=0.3, rasterized=True
-    )
-    axes.add_collection(shapes)
-
-
 def _section(axes: Axes, view: View) -> None:
-    fill = [_colour(view.names[i], view) for i in view.label]
-    _fill(axes, view.triangles[:, :, [0, 2]], fill)
+    fill = to_rgba_array([_colour(name, view) for name in view.names])[view.label]
+    paint(axes, SECTION, [Layer(view.triangles, fill, fill, np.zeros(len(fill)), 0.3)])
     ink = [INK[0] if view.names[i] == "free" else _colour(view.names[i], view) for i in view.line_label]
     width = [1.0 if view.names[i] == "free" else 3.5 for i in view.line_label]
     axes.add_collection(LineCollection(list(view.lines[:, :, [0, 2]]), colors=ink, linewidths=width))
@@ -124,7 +115,7 @@ def _fill_section(axes: Axes, view: View) -> None:
             crossing = (start[:, 1] > height) != (end[:, 1] > height)
             a, b = start[crossing], end[crossing]
             at = np.sort(a[:, 0] + (height - a[:, 1]) * (b[:, 0] - a[:, 0]) / (b[:, 1] - a[:, 1]))
-            image[row, np.searchsorted(at, x) % 2 == 1] = (*to_rgb(_colour(view.names[number], view)), 1.0)
+            image[row, np.searchsorted(at, x) % 2 == 1] = to_rgba(_colour(view.names[number], view))
     extent = (low[0], high[0], low[2], high[2])
     axes.imshow(image, origin="lower", extent=extent, interpolation="nearest")
     axes.margins(0.03)
@@ -152,15 +143,11 @@ def _solid(axes: Axes, view: View, opened: bool) -> None:
         left, of_left = cut(triangles, -x, above=True)
         triangles = np.concatenate([left, behind])
         label = label[np.concatenate([of_left, of_front[of_behind]])]
-    colours = np.array([to_rgb(_colour(name, view)) for name in view.names]).reshape(-1, 3)
-    order = np.argsort(eye.depth(triangles.mean(axis=1)))
-    fill = (colours[label] * shade(triangles, eye, _CONTRAST)[:, None])[order]
-    _fill(axes, eye.project(triangles)[order], fill)
+    fill = to_rgba_array([_colour(name, view) for name in view.names])[label]
+    fill[:, :3] *= shade(triangles, eye, _CONTRAST)[:, None]
+    paint(axes, eye, [Layer(triangles, fill, fill, eye.depth(triangles).mean(axis=1), 0.3)])
     extent = float(np.abs(view.triangles).max(initial=1.0))
-    start = np.array([-0.9 * extent, -0.95 * extent])
-    for vector, name in zip(np.eye(3), "xyz", strict=True):
-        end, arrow = start + 0.22 * extent * eye.project(vector), {"arrowstyle": "<-", "lw": 0.8}
-        axes.annotate(name, xy=tuple(start), xytext=tuple(end), fontsize=8, arrowprops=arrow)
+    directions(axes, eye, np.array([-0.9 * extent, -0.95 * extent]), 0.22 * extent)
     axes.set_aspect("equal")
     axes.autoscale_view()
     axes.set_axis_off()

@@ -6,8 +6,9 @@ order nor the colour shows how coarse the elements are. This module does not dep
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias, TypeVar
+from typing import NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +39,22 @@ class Projection:
     def depth(self, points: Array) -> Array:
         """Return the distance of points (..., 3) towards the eye (...), mm; larger is nearer."""
         return np.asarray(points @ self.towards)
+
+
+class Layer(NamedTuple):
+    """Polygons that are painted alike; those of larger depth are painted later."""
+
+    polygons: Array  # (n, 3 or 4, 3), mm
+    fill: Array  # (n, 4), red, green, blue and opacity, 0 to 1
+    ink: Array  # (n, 4), of the lines around them
+    depth: Array  # (n,), mm
+    width: float  # of the lines, points
+
+
+def line_layer(segments: Array, ink: Sequence[float], depth: Array, width: float) -> Layer:
+    """Return segments (n, 2, 3), mm, as polygons without area, in one ink (4,)."""
+    inks = np.tile(ink, (len(segments), 1))
+    return Layer(segments[:, [0, 1, 1, 0]], np.zeros_like(inks), inks, depth, width)
 
 
 SECTION = Projection(np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0]))
@@ -170,7 +187,7 @@ def outline(surface: Surface) -> NDArray[np.bool_]:
     return np.asarray(((count == 1) | sharp | parts)[group])
 
 
-def revolved(surface: Surface) -> Surface:
+def body_of_revolution(surface: Surface) -> Surface:
     """Return the body of revolution of a half-plane with a quarter left open: its outside and the two cut faces."""
     edges = np.stack([np.arange(4), (np.arange(4) + 1) % 4], axis=1)
     middle = np.round(face_edges(surface.reference).mean(axis=1), 5)
@@ -180,7 +197,7 @@ def revolved(surface: Surface) -> Surface:
     ends = edges[side]
     angles = np.radians(np.arange(0.0, _SECTOR + _MERIDIANS / 2, _MERIDIANS))
 
-    def swept(points: Array) -> Array:
+    def sweep(points: Array) -> Array:
         lines = points[face[:, None], ends]
         rings = np.stack([_rotate(lines, angle) for angle in angles])
         walls = np.stack([rings[:-1, :, 0], rings[:-1, :, 1], rings[1:, :, 1], rings[1:, :, 0]], axis=2)
@@ -191,10 +208,10 @@ def revolved(surface: Surface) -> Surface:
     walls = np.tile(values[:, [0, 1, 1, 0]], (pieces, 1))
     stretch = np.concatenate([walls, surface.stretch, surface.stretch])
     rubber = np.concatenate([np.tile(surface.rubber[face], pieces), surface.rubber, surface.rubber])
-    return Surface(swept(surface.reference), swept(surface.deformed), stretch, rubber, surface.displacement)
+    return Surface(sweep(surface.reference), sweep(surface.deformed), stretch, rubber, surface.displacement)
 
 
-def revolved_view() -> Projection:
+def view_of_revolution() -> Projection:
     """Return the view into the open quarter, from above."""
     middle = np.radians((_SECTOR + 360.0) / 2.0)
     return view_from(np.array([np.cos(middle), np.sin(middle), 0.75]))

@@ -10,9 +10,9 @@ import numpy as np
 from bushcli.report.document import Panels, Picture
 from bushcli.report.drawing.body import deformed_figure, mesh_figure
 from bushcli.report.drawing.geometry import geometry_figure
-from bushcli.report.drawing.picture import picture, plotted
+from bushcli.report.drawing.picture import draw_panels, picture
 from bushcli.report.plots.direct import capital
-from bushcli.report.quantity import listed, quantities
+from bushcli.report.quantity import join_names, quantities
 
 if TYPE_CHECKING:
     from bushcli.diagnosis.result import Diagnosis
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 INTERPRETED = "How the file was interpreted"
 
 
-def drawn(plots: Iterable[Panels | Picture]) -> list[Picture]:
+def pictures_of(plots: Iterable[Panels | Picture]) -> list[Picture]:
     """Return the plots as pictures."""
-    return [plotted(plot) if isinstance(plot, Panels) else plot for plot in plots]
+    return [draw_panels(plot) if isinstance(plot, Panels) else plot for plot in plots]
 
 
 def direct_pictures(result: DirectResult, names: Mapping[str, str]) -> Iterator[Panels | Picture]:
@@ -66,7 +66,7 @@ def direct_pictures(result: DirectResult, names: Mapping[str, str]) -> Iterator[
         meshes.append(channel.surface)
         with_surface = [other for other in response.channels if other.surface is not None]
         served = [other.name for other in with_surface if _same(channel.surface, other.surface)]  # type: ignore[arg-type]
-        title = f"Mesh for {listed(served)}"
+        title = f"Mesh for {join_names(served)}"
         yield picture(f"{file}-mesh", "mesh", title, mesh_figure(channel.surface, title), channel.name)
 
 
@@ -75,7 +75,7 @@ def mesh_pictures(shape: Shape, meshes: Sequence[Meshed]) -> Iterator[Picture]:
     yield from _interpretation(shape)
     for mesh in meshes:
         if mesh.surface is not None:
-            title = f"Mesh for {listed(list(mesh.modes))}: {mesh.cells} elements"
+            title = f"Mesh for {join_names(list(mesh.modes))}: {mesh.cells} elements"
             yield picture(f"mesh-{mesh.name}", "mesh", title, mesh_figure(mesh.surface, title))
 
 

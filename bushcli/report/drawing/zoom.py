@@ -18,7 +18,7 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from bushcli.report.document import Picture, Plot, Region, Series, Stripe
-from bushcli.report.drawing.prepared import pane, position, prepared, shade, tick, ticks
+from bushcli.report.drawing.preparation import pane, position, prepare, shade, tick, ticks
 
 Array = NDArray[np.floating[Any]]
 
@@ -67,7 +67,7 @@ def figure(picture: Picture) -> Markup:
 
 def svg(plot: Plot, prefix: str = "") -> Markup:
     """Return one plot with its legend; all text is escaped."""
-    plot = prepared(plot)
+    plot = prepare(plot)
     left, top, width, height = pane(plot)
     ends = zip(plot.limits, "xy", strict=True)
     lines = [band for band in plot.bands if band.x[0] == band.x[1] or band.y[0] == band.y[1]]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from bushcli.inverse.file_units import in_file_units
-from bushcli.report.json.common import cleaned, faults_json, head, part
+from bushcli.report.json.common import faults_json, head, json_value, select
 from bushcli.report.quantity import quantities
 from bushcli.report.views.batch import stiffness
 from bushcli.study.batch import Batch
@@ -20,7 +20,7 @@ def batch_json(batch: Batch) -> dict[str, Any]:
         "law": fit.material.law,
         "bulk_modulus": fit.material.bulk_modulus,
         "parameters": {
-            name: part(estimate, "value std lower upper at_bound")
+            name: select(estimate, "value std lower upper at_bound")
             for name, estimate in fit.parameters.items()
         },
         "converged": fit.converged,
@@ -33,10 +33,10 @@ def batch_json(batch: Batch) -> dict[str, Any]:
         },
         "parts": [
             {
-                **part(member, "name mode factor std deviation rms_percent noise_percent"),
+                **select(member, "name mode factor std deviation rms_percent noise_percent"),
                 "stiffness": stiffness(member),
                 "own_simulation": member.simulated,
-                **part(member, "outlier"),
+                **select(member, "outlier"),
                 "causes": member.causes,
             }
             for member in batch.parts
@@ -44,19 +44,19 @@ def batch_json(batch: Batch) -> dict[str, Any]:
         "outliers": [member.name for member in batch.outliers],
         "curves": [
             {
-                **part(curve, "mode parts"),
+                **select(curve, "mode parts"),
                 "stiffness": units.stiffness(curve.mean.secant_stiffness()),
                 "scatter_percent": 100.0 * curve.scatter,
                 "k": curve.k,
                 "content": CONTENT,
                 "confidence": CONFIDENCE,
-                "displacement": units.shown(curve.mean.displacement),
+                "displacement": units.shown_displacement(curve.mean.displacement),
                 "force": curve.mean.force,
-                **part(curve, "lower upper"),
+                **select(curve, "lower upper"),
             }
             for curve in batch.curves
             for units in [quantities(curve.mode)]
         ],
         "data_faults": faults_json(batch.faults),
     }
-    return cleaned(document)
+    return json_value(document)

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 
 from bushcli.recording import Recording, branches, force_noise
-from bushcli.report.json.common import cleaned, faults_json, head, part
+from bushcli.report.json.common import faults_json, head, json_value, select
 from bushcli.report.json.dynamic import table_json
 from bushcli.report.quantity import quantities
-from bushcli.report.results import Checked
+from bushcli.report.results import CheckResult
 
 
-def check_json(checked: Checked) -> dict[str, Any]:
+def check_json(checked: CheckResult) -> dict[str, Any]:
     """Return a checked case, the contents of its recordings, their faults and their protocol as JSON-ready data."""
     document = head("check", checked.case, checked.conditions)
     document["data_faults"] = faults_json(checked.faults)
@@ -34,7 +34,7 @@ def check_json(checked: Checked) -> dict[str, Any]:
                 "holds_s": test.holds,
                 "rests_s": test.rests,
                 "pauses_s": test.pauses,
-                **part(test, "timed from_rest unloads"),
+                **select(test, "timed from_rest unloads"),
             }
             for test in (*tests.recordings, *tests.coupons)
             for per in [quantities(test.mode).per_internal]
@@ -45,11 +45,11 @@ def check_json(checked: Checked) -> dict[str, Any]:
         ],
         "open_questions": tests.lacks,
         "sources": [
-            {"channel": file.name, "columns": file.columns, **part(file, "unused")} for file in tests.files
+            {"channel": file.name, "columns": file.columns, **select(file, "unused")} for file in tests.files
         ],
         "remarks": [{"channel": channel, "text": text} for channel, text in tests.remarks],
     }
-    return cleaned(document)
+    return json_value(document)
 
 
 def _summary(curve: Recording) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bushcli import __version__
-from bushcli.case import resolved
+from bushcli.case import case_json
 
 if TYPE_CHECKING:
     from bushcli.case import Case, Material
@@ -46,14 +46,14 @@ def head(
     """
     return {
         "command": command,
-        "case": resolved(case),
+        "case": case_json(case),
         "versions": versions(),
         "timings_s": dict(timings or {}),
         "problems": list(problems),
     }
 
 
-def part(value: object, names: str) -> dict[str, Any]:
+def select(value: object, names: str) -> dict[str, Any]:
     """Return attributes that have the same names in JSON."""
     return {name: getattr(value, name) for name in names.split()}
 
@@ -67,17 +67,17 @@ def versions() -> dict[str, str]:
     programs = {"bushcli": __version__, "python": platform.python_version()}
     for name, distribution in _PROGRAMS.items():
         loaded = str(getattr(sys.modules.get(name), "__version__", ""))
-        programs[name] = loaded or _declared(name, distribution)
+        programs[name] = loaded or _version(name, distribution)
     petsc = sys.modules.get("petsc4py.PETSc")
     if petsc is not None:
         programs["petsc"] = ".".join(map(str, petsc.Sys.getVersion()))
     else:
         # petsc4py is released with PETSc, and their version numbers agree except for the last part.
-        programs["petsc"] = ".".join(_declared("petsc4py", "petsc4py").split(".")[:2])
+        programs["petsc"] = ".".join(_version("petsc4py", "petsc4py").split(".")[:2])
     return programs
 
 
-def _declared(module: str, distribution: str) -> str:
+def _version(module: str, distribution: str) -> str:
     try:
         return importlib.metadata.version(distribution)
     except importlib.metadata.PackageNotFoundError:
@@ -87,7 +87,7 @@ def _declared(module: str, distribution: str) -> str:
 def faults_json(faults: Iterable[DataFault]) -> list[dict[str, Any]]:
     """Return faults of recordings as JSON-ready data."""
     return [
-        part(fault, "channel kind where remedy fatal probability")
+        select(fault, "channel kind where remedy fatal probability")
         | {"samples": int(np.count_nonzero(fault.samples))}
         for fault in faults
     ]
@@ -95,21 +95,21 @@ def faults_json(faults: Iterable[DataFault]) -> list[dict[str, Any]]:
 
 def material_json(material: Material) -> dict[str, Any]:
     """Return a law with its parameters."""
-    return part(material, "law bulk_modulus parameters")
+    return select(material, "law bulk_modulus parameters")
 
 
-def cleaned(value: Any) -> Any:
+def json_value(value: Any) -> Any:
     """Return a value in JSON's own types."""
     if is_dataclass(value):
-        return {field.name: cleaned(getattr(value, field.name)) for field in fields(value)}
+        return {field.name: json_value(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, Mapping):
-        return {str(key): cleaned(item) for key, item in value.items()}
+        return {str(key): json_value(item) for key, item in value.items()}
     if isinstance(value, np.ndarray):
-        return cleaned(value.tolist())
+        return json_value(value.tolist())
     if isinstance(value, (list, tuple)):
-        return [cleaned(item) for item in value]
+        return [json_value(item) for item in value]
     if isinstance(value, np.generic):
-        return cleaned(value.item())
+        return json_value(value.item())
     if isinstance(value, float) and not math.isfinite(value):
         return None if math.isnan(value) else "inf" if value > 0 else "-inf"
     return value

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from bushcli.report.json.common import cleaned, part, versions
+from bushcli.report.json.common import json_value, select, versions
 from bushcli.study.compare import Comparison
 
 
 def compare_json(comparison: Comparison) -> dict[str, Any]:
     """Return a comparison as JSON-ready data."""
-    return cleaned(
+    return json_value(
         {
             "command": "compare",
             "case": comparison.items[0].result["case"],
@@ -20,9 +20,9 @@ def compare_json(comparison: Comparison) -> dict[str, Any]:
                 {"name": item.name, "command": item.result.get("command"), "problems": list(names)}
                 for item, names in zip(comparison.items, comparison.problems, strict=True)
             ],
-            "keys": {difference.key: part(difference, "values percent") for difference in comparison.keys},
+            "keys": {difference.key: select(difference, "values percent") for difference in comparison.keys},
             "numbers": {
-                difference.key: part(difference, "values percent") for difference in comparison.numbers
+                difference.key: select(difference, "values percent") for difference in comparison.numbers
             },
             "curves": comparison.curves,
             "problems": [],

@@ -7,7 +7,7 @@ from typing import Any
 from bushcli.curve.cycles import Cycle
 from bushcli.curve.holds import Hold
 from bushcli.report.cycles import ChannelHistory, shown_values
-from bushcli.report.json.common import part
+from bushcli.report.json.common import select
 from bushcli.report.quantity import Quantities, quantities
 
 
@@ -17,7 +17,7 @@ def history_json(history: ChannelHistory) -> dict[str, Any]:
     return {
         "cycles": [
             {
-                **part(cycle, "number closed"),
+                **select(cycle, "number closed"),
                 "displacement": [units.at(q) - units.rest for q in (cycle.lowest, cycle.highest)],
                 "rate": None if cycle.rate is None else units.per_internal * cycle.rate,
                 "recorded": _values(recorded, units, errors=True),
@@ -27,7 +27,7 @@ def history_json(history: ChannelHistory) -> dict[str, Any]:
         ],
         "holds": [
             {
-                **part(hold, "number cycle"),
+                **select(hold, "number cycle"),
                 "displacement": units.at(hold.displacement) - units.rest,
                 "duration": hold.duration,
                 "recorded": _values(recorded, units, errors=True),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bushcli.report.json.common import cleaned, head, part
+from bushcli.report.json.common import head, json_value, select
 from bushcli.report.views.design import overrides
 from bushcli.study.design import Design
 
@@ -13,24 +13,25 @@ def design_json(design: Design) -> dict[str, Any]:
     """Return a design as JSON-ready data."""
     document = head("design", design.case, design.conditions)
     document |= {
-        **part(design, "converged evaluations"),
-        "met": all(goal.met for goal in design.targets),
+        **select(design, "converged evaluations"),
+        "met": all(goal.is_met for goal in design.targets),
         "design": {
-            key: part(dimension, "value lower upper start at_bound") for key, dimension in design.keys.items()
+            key: select(dimension, "value lower upper start at_bound")
+            for key, dimension in design.keys.items()
         },
         "set": overrides(design),
         "targets": {
             goal.target.name: {
                 "unit": goal.target.unit,
-                "wanted": goal.wanted,
+                "wanted": goal.target_value,
                 "allowed": goal.target.deviation * goal.target.per_shown,
                 "value": goal.value,
                 "deviation_percent": 100 * goal.deviation,
-                "met": goal.met,
+                "met": goal.is_met,
                 "derivatives": goal.slopes,
                 **({"tolerances": goal.spread} if goal.spread else {}),
             }
             for goal in design.targets
         },
     }
-    return cleaned(document)
+    return json_value(document)

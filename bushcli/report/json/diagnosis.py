@@ -10,18 +10,18 @@ from bushcli.diagnosis.result import Diagnosis, Quantity
 from bushcli.diagnosis.words import sentence
 from bushcli.effects.names import effect_name
 from bushcli.mismatch.record import Mismatch
-from bushcli.report.json.common import cleaned, faults_json, head, material_json, part
+from bushcli.report.json.common import faults_json, head, json_value, material_json, select
 from bushcli.report.json.dynamic import compared_json
 from bushcli.report.quantity import Quantities, quantities
 from bushcli.report.views.diagnosis.paragraph import paragraph
-from bushcli.report.views.diagnosis.values import derived, shown
+from bushcli.report.views.diagnosis.values import reciprocals, shown_quantity
 from bushcli.report.views.diagnosis.words import headline
 
 
 def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return a diagnosis as JSON-ready data."""
     keys = {key: of(diagnosis) for key, of in _KEYS.items()}
-    return cleaned(head("diagnose", diagnosis.case, diagnosis.conditions) | keys)
+    return json_value(head("diagnose", diagnosis.case, diagnosis.conditions) | keys)
 
 
 def _rivals(diagnosis: Diagnosis) -> list[list[str]]:
@@ -47,10 +47,10 @@ def _misfit(diagnosis: Diagnosis) -> dict[str, dict[str, float | None]]:
 
 
 def _quantity(diagnosis: Diagnosis, name: str, quantity: Quantity) -> dict[str, Any]:
-    value = shown(name, quantity, diagnosis.measured_channels)
+    value = shown_quantity(name, quantity, diagnosis.measured_channels)
     return {
         "value": quantity.word or value.value,
-        **part(value, "with_form_error std unit lower upper"),
+        **select(value, "with_form_error std unit lower upper"),
         "meaning": quantity.meaning,
         "prior": None
         if value.prior is None
@@ -60,18 +60,20 @@ def _quantity(diagnosis: Diagnosis, name: str, quantity: Quantity) -> dict[str, 
             "tail": quantity.prior_tail,
             "source": quantity.prior_source,
         },
-        "derived": {key: {"value": value, "unit": unit} for key, (value, unit) in derived(quantity).items()},
+        "derived": {
+            key: {"value": value, "unit": unit} for key, (value, unit) in reciprocals(quantity).items()
+        },
     }
 
 
 def _mismatch(diagnosis: Diagnosis, mismatch: Mismatch) -> dict[str, Any]:
     units = quantities(mismatch.mode)
     return {
-        **part(mismatch, "channel mode cycle branch side"),
+        **select(mismatch, "channel mode cycle branch side"),
         "displacement_from": units.per_internal * mismatch.displacement_from,
         "displacement_to": units.per_internal * mismatch.displacement_to,
         "rate": None if mismatch.rate is None else [units.per_internal * rate for rate in mismatch.rate],
-        **part(mismatch, "share sign relative difference rms p"),
+        **select(mismatch, "share sign relative difference rms p"),
         "text": sentence(mismatch, len(diagnosis.channels)),
     }
 
@@ -82,17 +84,17 @@ def _next_test(diagnosis: Diagnosis) -> dict[str, Any] | None:
         return None
     units = _units(diagnosis, test.channel)
     return {
-        **part(test, "name channel"),
+        **select(test, "name channel"),
         "points": [units.per_internal * point for point in test.points],
         "rates": [units.per_internal * rate for rate in test.rates],
         "holds": test.holds,
         "unit": units.displacement_unit or "1",
-        **part(test, "minutes separates information possible text frequency temperature"),
+        **select(test, "minutes separates information possible text frequency temperature"),
         "amplitude": [units.per_internal * amplitude for amplitude in test.amplitude],
     }
 
 
-def _missing(diagnosis: Diagnosis) -> dict[str, Any] | None:
+def _missing_physics(diagnosis: Diagnosis) -> dict[str, Any] | None:
     if diagnosis.missing is None:
         return None
     profiles = []
@@ -101,9 +103,9 @@ def _missing(diagnosis: Diagnosis) -> dict[str, Any] | None:
         scale = units.per_internal if profile.along in ("displacement", "rate") else 1.0
         length = units.displacement_unit or "1"
         unit = {"displacement": length, "time": "s", "cycle": "1", "rate": f"{length}/s"}[profile.along]
-        axis = part(profile, "channel along branch") | {"unit": unit, "x": scale * profile.x}
-        profiles.append(axis | part(profile, "mean std"))
-    return part(diagnosis.missing, "probability share text") | {"profiles": profiles}
+        axis = select(profile, "channel along branch") | {"unit": unit, "x": scale * profile.x}
+        profiles.append(axis | select(profile, "mean std"))
+    return select(diagnosis.missing, "probability share text") | {"profiles": profiles}
 
 
 def _units(diagnosis: Diagnosis, name: str) -> Quantities:
@@ -131,19 +133,19 @@ _KEYS: dict[str, Callable[[Diagnosis], Any]] = {
     "effects": lambda diagnosis: [
         {
             "name": effect_name(effect.name),
-            **part(effect, "title channels summary"),
+            **select(effect, "title channels summary"),
             "parameters": {
                 name: _quantity(diagnosis, f"{effect.name}.{name}", quantity)
                 for name, quantity in effect.parameters.items()
             },
-            **part(effect, "probability evidence plausible remark"),
+            **select(effect, "probability evidence plausible remark"),
         }
         for effect in diagnosis.effects
     ],
     **_fields("probability models"),
     "rivals": _rivals,
     **_fields("groups form_error"),
-    "missing": _missing,
+    "missing": _missing_physics,
     **_fields("searched"),
     "data_faults": lambda diagnosis: faults_json(diagnosis.faults),
     "mismatch": lambda diagnosis: [
@@ -158,7 +160,7 @@ _KEYS: dict[str, Callable[[Diagnosis], Any]] = {
         {
             **table_json,
             "plain": {} if K is None else {"storage": K.real, "loss": K.imag},
-            **part(table, "places remaining held_out"),
+            **select(table, "places remaining held_out"),
         }
         for table in diagnosis.tables
         for (table_json,), K in [(compared_json([table.compared]), table.compared.started)]
@@ -167,7 +169,7 @@ _KEYS: dict[str, Callable[[Diagnosis], Any]] = {
     "maps": lambda diagnosis: [
         {
             "channel": bushing_map.name,
-            **part(bushing_map, "channels local_gain uniform_gain helps_locally text"),
+            **select(bushing_map, "channels local_gain uniform_gain helps_locally text"),
         }
         for bushing_map in diagnosis.maps
     ],

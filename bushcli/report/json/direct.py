@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from bushcli.report.cycles import energy_unit
-from bushcli.report.json.common import cleaned, faults_json, head, material_json, part
+from bushcli.report.json.common import faults_json, head, json_value, material_json, select
 from bushcli.report.json.cycles import history_json
 from bushcli.report.json.dynamic import compared_json
 from bushcli.report.json.fit import fit_part
@@ -38,7 +38,7 @@ def direct_json(result: DirectResult) -> dict[str, Any]:
         document["fit"] = fit_part(result.fit)
     if result.tables is not None:
         document["dynamic"] = compared_json(result.tables)
-    return cleaned(document)
+    return json_value(document)
 
 
 def _channel(channel: Simulated, misfit: Misfit | None) -> dict[str, Any]:
@@ -76,7 +76,7 @@ def _channel(channel: Simulated, misfit: Misfit | None) -> dict[str, Any]:
             "first": displacement_at(channel, contact.first),
             "largest_force": contact.force,
             "at": displacement_at(channel, contact.at),
-            **part(contact, "radius height"),
+            **select(contact, "radius height"),
         }
         for contact in channel.touched
     ]
@@ -94,7 +94,7 @@ _CURVE: dict[str, Callable[[Simulated, Quantities], Any]] = {
         "energy": energy_unit(channel.mode),
     },
     "time": lambda channel, _: channel.curve.time,
-    "displacement": lambda channel, units: units.shown(channel.curve.displacement) - units.rest,
+    "displacement": lambda channel, units: units.shown_displacement(channel.curve.displacement) - units.rest,
     "force": lambda channel, _: channel.curve.force,
     "stiffness": lambda channel, units: {
         "initial": units.stiffness(channel.curve.initial_stiffness()),
@@ -144,13 +144,13 @@ def _verdict(verdict: DirectVerdict, misfits: Mapping[str, Misfit]) -> dict[str,
             channels[channel.name] |= stiffnesses | {"unit": units.stiffness_unit}
     factor = verdict.single_factor
     return {
-        **part(verdict, "headline text"),
+        **select(verdict, "headline text"),
         "within_10_percent": all_within_10_percent(verdict, misfits),
         "within_tolerance": verdict.within,
         "channels": channels,
         "single_factor": factor
         and {
-            **part(factor, "factor by_channel"),
+            **select(factor, "factor by_channel"),
             "rms_percent_before": factor.rms_before,
             "rms_percent_after": factor.rms_after,
             "explains_most": factor.explains,

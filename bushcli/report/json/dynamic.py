@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.report.json.common import cleaned, head, material_json, part
+from bushcli.report.json.common import head, json_value, material_json, select
 from bushcli.report.json.fit import fit_part
 from bushcli.report.quantity import quantities
 from bushcli.report.results import DynamicResult
@@ -61,14 +61,14 @@ def dynamic_json(result: DynamicResult) -> dict[str, Any]:
         document["load_cases"].append(entry)
     if result.fit is not None:
         document["fit"] = fit_part(result.fit)
-    return cleaned(document)
+    return json_value(document)
 
 
 def compared_json(compared: Iterable[ComparedTable]) -> list[dict[str, Any]]:
     """Return simulated beside measured stiffness as JSON-ready data: the measured columns are in "recorded"."""
     return [
         {
-            **part(comparison.table, "name mode"),
+            **select(comparison.table, "name mode"),
             "units": recorded["units"],
             "preload": {
                 "displacement": quantities(comparison.table.mode).per_internal * comparison.preload,
@@ -80,7 +80,7 @@ def compared_json(compared: Iterable[ComparedTable]) -> list[dict[str, Any]]:
             **_moduli(comparison.simulated),
             "reduction_error": comparison.reduction_error,
             "recorded": recorded,
-            "misfit": part(comparison, "stiffness_percent loss_angle_deg"),
+            "misfit": select(comparison, "stiffness_percent loss_angle_deg"),
         }
         for comparison in compared
         for recorded in [table_json(comparison.table)]
@@ -96,7 +96,7 @@ def table_json(table: DynamicTable) -> dict[str, Any]:
     """Return a table as JSON-ready data: columns of equal length, null where a condition is not known."""
     per = quantities(table.mode).per_internal
     return {
-        **part(table, "name mode quantity"),
+        **select(table, "name mode quantity"),
         "files": [str(file) for file in table.files],
         "rows": len(table),
         "curves": len(table.conditions()),
@@ -104,7 +104,7 @@ def table_json(table: DynamicTable) -> dict[str, Any]:
         "frequency": table.frequency,
         "amplitude": per * table.amplitude,
         "preload": {"displacement": per * table.preload, "force": table.preload_force},
-        **part(table, "temperature stiffness storage loss"),
+        **select(table, "temperature stiffness storage loss"),
         "loss_angle_deg": np.degrees(table.loss_angle),
-        **part(table, "storage_error loss_error third_harmonic remarks"),
+        **select(table, "storage_error loss_error third_harmonic remarks"),
     }

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from bushcli.report.json.common import cleaned, faults_json, head, part
+from bushcli.report.json.common import faults_json, head, json_value, select
 from bushcli.report.results import FitResult
 from bushcli.report.views.fit import bulk_modulus_std
 
@@ -23,7 +23,7 @@ def fit_json(result: FitResult) -> dict[str, Any]:
         document |= {"data_faults": faults_json(result.fit.faults), **fit_part(result.fit)}
     if result.spectra:
         document["dynamic"] = spectra_json(result.spectra)
-    return cleaned(document)
+    return json_value(document)
 
 
 def fit_part(fit: Fit) -> dict[str, Any]:
@@ -39,7 +39,7 @@ def fit_part(fit: Fit) -> dict[str, Any]:
         "bulk_modulus_from": "case" if "compliance" not in fit.parameters else "tests",
         "parameters": {
             name: {
-                **part(estimate, "value std lower upper at_bound"),
+                **select(estimate, "value std lower upper at_bound"),
                 # An end that was not found is None.
                 "interval": estimate.range95
                 and [end if math.isfinite(end) else None for end in estimate.range95],
@@ -61,7 +61,7 @@ def fit_part(fit: Fit) -> dict[str, Any]:
         },
         "weighting": fit.weighting,
         "stability": {mode: {"lower": low, "upper": high} for mode, (low, high) in fit.stability.items()},
-        **part(fit, "forward_solves failed_solves sweeps iterations converged seconds"),
+        **select(fit, "forward_solves failed_solves sweeps iterations converged seconds"),
         "identifiability": {
             "singular_values": fit.singular_values,
             "undetermined": [
@@ -93,11 +93,11 @@ def spectra_json(spectra: Iterable[TableSpectrum | TableSweep]) -> list[dict[str
 
     tables = []
     for table_fit in spectra:
-        table = part(table_fit.table, "name mode quantity")
+        table = select(table_fit.table, "name mode quantity")
         if isinstance(table_fit, TableSweep):
             table["thinned"] = [
-                part(fit, "temperature rows equilibrium modulus constants")
-                | {"misfit": part(fit, "storage_percent loss_percent")}
+                select(fit, "temperature rows equilibrium modulus constants")
+                | {"misfit": select(fit, "storage_percent loss_percent")}
                 for fit in table_fit.fits
             ]
         else:
@@ -123,9 +123,9 @@ def spectra_json(spectra: Iterable[TableSpectrum | TableSweep]) -> list[dict[str
                     and dict(zip(("E", "rms_decades"), fit.arrhenius, strict=True)),
                 },
                 "lag": {"value": fit.lag, "std": fit.lag_error, "unit": "s"} if fit.lag_error else None,
-                "misfit": part(fit, "storage_percent loss_percent"),
-                "spring_pot": part(pot, "equilibrium modulus exponent")
-                | {"misfit": part(pot, "storage_percent loss_percent")},
+                "misfit": select(fit, "storage_percent loss_percent"),
+                "spring_pot": select(pot, "equilibrium modulus exponent")
+                | {"misfit": select(pot, "storage_percent loss_percent")},
             }
         tables.append(table)
     return tables

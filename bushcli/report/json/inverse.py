@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bushcli.report.json.common import cleaned, faults_json, head, part
+from bushcli.report.json.common import faults_json, head, json_value, select
 from bushcli.report.json.cycles import history_json
 from bushcli.report.json.dynamic import compared_json
 from bushcli.report.json.fit import curves_by_mode, fit_part
@@ -15,27 +15,27 @@ from bushcli.report.views.inverse import answer
 
 def inverse_json(result: InverseResult) -> dict[str, Any]:
     """Return identified laws as JSON-ready data; the entries at the top level describe the best law."""
-    fits, best = result.fits, result.best
+    fits, best = result.fits, result.best_fit
     document = head("inverse", result.case, result.conditions) | fit_part(best)
     document["data_faults"] = faults_json(best.faults)
     del document["weighting"]
-    document["verdict"] = part(answer(best), "headline text")
+    document["verdict"] = select(answer(best), "headline text")
     document["misfit"] = {
         key: {
             "rms_percent": curve.rms_percent,
             "before_percent": curve.started_percent,
-            **part(curve, "noise_percent held_out"),
+            **select(curve, "noise_percent held_out"),
         }
         for key, curve in curves_by_mode(best).items()
     }
     document["channels"] = {history.name: history_json(history) for history in result.histories}
-    document |= part(best, "method message cost") | {
+    document |= select(best, "method message cost") | {
         "bic": information_criterion(best),
         "effective_samples": sum(effective_samples(c) for c in best.curves if not c.held_out),
     }
     if best.tables:
         document["dynamic"] = compared_json(best.tables)
-    document |= part(best, "leverage profile_sweeps")
+    document |= select(best, "leverage profile_sweeps")
     document["end_points"] = best.end_points
     document["profiles"] = best.profiles
     document["evaluations"] = [
@@ -51,10 +51,10 @@ def inverse_json(result: InverseResult) -> dict[str, Any]:
                 "held_out": {key: c.rms_percent for key, c in curves.items() if c.held_out},
                 "cost": fit.cost,
                 "bic": information_criterion(fit),
-                **part(fit, "converged sweeps forward_solves failed_solves seconds"),
+                **select(fit, "converged sweeps forward_solves failed_solves seconds"),
                 "problems": [condition.name for condition in fit.conditions],
             }
             for fit in fits
             for curves in [curves_by_mode(fit)]
         ]
-    return cleaned(document)
+    return json_value(document)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from bushcli.report.json.common import cleaned, head, part
+from bushcli.report.json.common import head, json_value, select
 from bushcli.report.json.direct import direct_json
 from bushcli.report.results import DirectResult, StudyResult
 from bushcli.simulate.misfit import misfits
 from bushcli.simulate.response import Response
 
 
-def described(response: Response) -> Mapping[str, Any]:
+def response_json(response: Response) -> Mapping[str, Any]:
     """Return the result of a design as from `bushcli direct`, for answers that are keys of it."""
     return direct_json(DirectResult(response, misfits(response)))
 
@@ -24,10 +24,10 @@ def study_json(result: StudyResult) -> dict[str, Any]:
     document |= {
         "sampling": study.plan.sampling,
         "designs": len(study.plan.rows),
-        **part(study, "failed resumed"),
+        **select(study, "failed resumed"),
         "seconds_of_designs": study.seconds,
         "variables": {
-            variable.key: part(variable, "spec low high nominal") for variable in study.plan.variables
+            variable.key: select(variable, "spec low high nominal") for variable in study.plan.variables
         },
         "failures": study.failures,
         "answers": {},
@@ -36,7 +36,7 @@ def study_json(result: StudyResult) -> dict[str, Any]:
     for name, summary in study.summaries.items():
         document["answers"][name] = {
             "unit": units[name],
-            **part(summary, "count mean std"),
+            **select(summary, "count mean std"),
             **{f"p{q:02d}": value for q, value in zip((5, 50, 95), summary.quantiles, strict=True)},
             "worst": {"lowest": summary.lowest, "highest": summary.highest},
             "linear_share": summary.linear,
@@ -48,7 +48,7 @@ def study_json(result: StudyResult) -> dict[str, Any]:
         }
         if (limits := summary.limits) is not None:
             document["answers"][name] |= {
-                "limits": part(limits, "low high"),
+                "limits": select(limits, "low high"),
                 "yield": {"share": limits.share, "lower": limits.interval[0], "upper": limits.interval[1]},
             }
-    return cleaned(document)
+    return json_value(document)

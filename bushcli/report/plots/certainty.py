@@ -12,7 +12,7 @@ from bushcli.effects.names import effect_name
 from bushcli.effects.titles import NOTHING, UNKNOWN, phrase, title
 from bushcli.report.document import Note, Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.fit import bar
-from bushcli.report.views.diagnosis.values import ShownQuantity, derived_text, shown
+from bushcli.report.views.diagnosis.values import ShownQuantity, reciprocals_text, shown_quantity
 from bushcli.report.views.diagnosis.words import short_chance, undetectable, unlikely
 
 # Effects that are less probable than this are named in a line under the bars.
@@ -61,10 +61,10 @@ def prior_panels(diagnosis: Diagnosis) -> Panels | None:
     rows: list[list[Plot]] = []
     for effect in diagnosis.effects:
         for name, quantity in effect.parameters.items():
-            value = shown(f"{effect.name}.{name}", quantity, diagnosis.channels)
+            value = shown_quantity(f"{effect.name}.{name}", quantity, diagnosis.channels)
             if value.prior is None or value.word or not math.isfinite(value.value):
                 continue
-            also = derived_text(quantity)
+            also = reciprocals_text(quantity)
             heading = f"{effect.label}: {name} = {value.text}{f' ({also})' if also else ''}"
             rows.append([interval_plot(value, f"value-{len(rows)}", heading, labelled=not rows)])
     title = "Values with 95 % intervals: posterior and prior"

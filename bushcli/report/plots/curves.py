@@ -25,11 +25,11 @@ def batch_panels(batch: Batch) -> list[Panels]:
                 x = [
                     value
                     for recording in recordings
-                    for value in (units.shown(recording.displacement), [np.nan])
+                    for value in (units.shown_displacement(recording.displacement), [np.nan])
                 ]
                 force = [value for recording in recordings for value in (recording.force, [np.nan])]
                 series.append(Series(key, label, np.concatenate(x), np.concatenate(force)))
-        q = units.shown(curve.mean.displacement)
+        q = units.shown_displacement(curve.mean.displacement)
         series.append(Series("after", "mean", q, curve.mean.force))
         # Up to the turning points, each of which belongs to both branches.
         legs = [slice(max(segment.start - 1, 0), segment.stop) for segment in curve.mean.segments]
@@ -50,7 +50,11 @@ def compare_panels(comparison: Comparison) -> list[Panels]:
         for i, item in results.items():
             curve = item.curves[channel]
             units = quantities(curve.mode)
-            x = curve.time if isinstance(curve, ReactionHistory) else units.shown(curve.displacement)
+            x = (
+                curve.time
+                if isinstance(curve, ReactionHistory)
+                else units.shown_displacement(curve.displacement)
+            )
             series.append(Series(colour(i), item.name, x, curve.force))
         label = "time [s]" if isinstance(curve, ReactionHistory) else units.displacement_label
         plot = Plot("curves", (label, units.force_label), series, bands=rest_lines(units))

@@ -46,7 +46,7 @@ def cycle_panels(history: ChannelHistory, file: str) -> Panels:
             # An energy within the noise of the recording counts as zero.
             parts.append(f"{number(total) if abs(total) > std else '0'} {unit} {what}")
     title = f"{name}: loops dissipate {', '.join(parts)}" if parts else f"{name}: no closed loop"
-    q = units.shown(history.path.displacement)
+    q = units.shown_displacement(history.path.displacement)
     series = [Series("recorded", "recorded", q, history.path.force)] if history.has_recording else []
     series.append(Series("after", "simulated", q, history.simulated_force))
     loops = Plot("loops", units.labels, series, bands=rest_lines(units), height=400.0)

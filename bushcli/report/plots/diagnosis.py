@@ -13,9 +13,9 @@ from bushcli.diagnosis.words import sentence
 from bushcli.mismatch.record import Mismatch
 from bushcli.recording import branches
 from bushcli.report.document import Panels, Plot, Region, Series, Stripe
-from bushcli.report.plots.direct import SEPARATE, Array, capital, padded
+from bushcli.report.plots.direct import SEPARATE, Array, capital, limits_around
 from bushcli.report.plots.fit import force_limits
-from bushcli.report.quantity import held, percent, quantities
+from bushcli.report.quantity import channel_label, percent, quantities
 
 # Samples of a place at which its number may stand, those of the largest misfit first.
 _PLACES = 12
@@ -28,7 +28,7 @@ BEST = "most probable model"
 def diagnosed_panels(diagnosis: Diagnosis, channel: DiagnosedChannel, file: str) -> Panels:
     """Return the curves with their mismatches; below them, if simulated, the misfit over time and the noise."""
     rows = [[curve_plot(diagnosis, channel)]]
-    if simulated(channel):
+    if is_simulated(channel):
         rows.append([time_plot(diagnosis, channel)])
     return Panels(f"{file}-diagnosis", "diagnosed", diagnosed_title(channel), rows, channel.name)
 
@@ -37,13 +37,13 @@ def curve_plot(diagnosis: Diagnosis, channel: DiagnosedChannel) -> Plot:
     """Return force over displacement; each numbered area is a mismatch between recording and plain law."""
     units = quantities(channel.mode)
     recorded = channel.recording
-    q, path = units.shown(recorded.displacement), units.shown(channel.path)
+    q, path = units.shown_displacement(recorded.displacement), units.shown_displacement(channel.path)
     mark = "dots" if len(q) <= SEPARATE else "line"
     good = np.where(channel.faulty, np.nan, recorded.force)
     series = [Series("recorded", "recorded", q, good, mark)]  # type: ignore[arg-type]  # mypy infers str
-    if simulated(channel):
+    if is_simulated(channel):
         series.append(Series("before", _label("plain law", channel.before_percent), path, channel.before))
-    if changed(channel):
+    if differs_from_plain(channel):
         series.append(Series("after", _label(BEST, channel.after_percent), path, channel.after))
     if channel.faulty.any():
         bad = np.where(channel.faulty, recorded.force, np.nan)
@@ -66,8 +66,8 @@ def curve_plot(diagnosis: Diagnosis, channel: DiagnosedChannel) -> Plot:
         units.labels,
         series,
         _places(diagnosis, channel, between, middle),
-        x=padded(np.concatenate([q, path]), 0.03),
-        y=force_limits(near, channel.before if simulated(channel) else near),
+        x=limits_around(np.concatenate([q, path]), 0.03),
+        y=force_limits(near, channel.before if is_simulated(channel) else near),
         heading=_heading(diagnosis, channel),
         height=430.0,
     )
@@ -82,7 +82,7 @@ def time_plot(diagnosis: Diagnosis, channel: DiagnosedChannel) -> Plot:
     x = np.asarray(np.arange(1.0, len(channel.before) + 1.0)) if time is None else time
     before, after = (np.where(channel.faulty, np.nan, misfit) for misfit in misfit_percent(channel))
     series = [Series("before", "plain law", x, before)]
-    if changed(channel):
+    if differs_from_plain(channel):
         series.append(Series("after", BEST, x, after))
     line = np.stack([x, before], axis=1)
 
@@ -99,8 +99,8 @@ def time_plot(diagnosis: Diagnosis, channel: DiagnosedChannel) -> Plot:
         ("sample" if time is None else "time [s]", "misfit [% of range]"),
         series,
         _places(diagnosis, channel, below, line),
-        x=padded(x, 0.01),
-        y=padded(np.concatenate(misfits), 0.06),
+        x=limits_around(x, 0.01),
+        y=limits_around(np.concatenate(misfits), 0.06),
         bands=bands,
         heading=_heading(diagnosis, channel),
         numbers_only=True,
@@ -109,21 +109,21 @@ def time_plot(diagnosis: Diagnosis, channel: DiagnosedChannel) -> Plot:
 
 def diagnosed_title(channel: DiagnosedChannel) -> str:
     """Return the title of the picture."""
-    name = capital(held(channel.name, channel.held_out))
-    if not simulated(channel):
+    name = capital(channel_label(channel.name, channel.held_out))
+    if not is_simulated(channel):
         return f"{name}: recorded, not simulated"
-    if not changed(channel):
+    if not differs_from_plain(channel):
         return f"{name}: {percent(channel.before_percent)} rms, noise {percent(channel.noise_percent)}"
     before, after = percent(channel.before_percent), percent(channel.after_percent)
     return f"{name}: {before} rms before, {after} after, noise {percent(channel.noise_percent)}"
 
 
-def simulated(channel: DiagnosedChannel) -> bool:
+def is_simulated(channel: DiagnosedChannel) -> bool:
     """Whether the plain law was simulated: not if the data are faulty, nor if a prediction has failed."""
     return bool(np.isfinite(channel.before).any())
 
 
-def changed(channel: DiagnosedChannel) -> bool:
+def differs_from_plain(channel: DiagnosedChannel) -> bool:
     """Whether the most probable model differs from the plain law."""
     return not np.allclose(channel.before, channel.after, equal_nan=True)
 
@@ -166,7 +166,7 @@ def force_range(channel: DiagnosedChannel) -> float:
 
 def _heading(diagnosis: Diagnosis, channel: DiagnosedChannel) -> str:
     """Return the name of the channel if the diagnosis has several channels, else an empty text."""
-    return held(channel.name, channel.held_out) if len(diagnosis.channels) > 1 else ""
+    return channel_label(channel.name, channel.held_out) if len(diagnosis.channels) > 1 else ""
 
 
 def _label(what: str, rms: float) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -39,11 +41,12 @@ def rest_lines(units: Quantities) -> tuple[Stripe, Stripe]:
 
 def recorded_series(recording: Recording, units: Quantities) -> Series:
     """Return a recording, as points where it has few samples."""
-    mark = "dots" if len(recording.displacement) <= SEPARATE else "line"
-    return Series("recorded", "recorded", units.shown(recording.displacement), recording.force, mark)  # type: ignore[arg-type]  # mypy infers str
+    mark: Literal["dots", "line"] = "dots" if len(recording.displacement) <= SEPARATE else "line"
+    q = units.shown_displacement(recording.displacement)
+    return Series("recorded", "recorded", q, recording.force, mark)
 
 
-def padded(values: Array, share: float = 0.04) -> tuple[float, float]:
+def limits_around(values: Array, share: float = 0.04) -> tuple[float, float]:
     """Return limits around values, with this share of their range free on either side."""
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     margin = share * (high - low) or 1.0
@@ -79,16 +82,18 @@ def curve_panels(channel: Simulated, misfit: Misfit | None, file: str) -> Panels
     units = quantities(channel.mode)
     q, force = smooth(channel.curve)
     series = [] if channel.recording is None else [recorded_series(channel.recording, units)]
-    series.append(Series("after", "simulated", units.shown(q), force))
+    series.append(Series("after", "simulated", units.shown_displacement(q), force))
     if misfit is None:
         series.append(
-            Series("after", "", units.shown(channel.curve.displacement), channel.curve.force, "dots")
+            Series(
+                "after", "", units.shown_displacement(channel.curve.displacement), channel.curve.force, "dots"
+            )
         )
     if channel.stopped:
         end = int(np.argmax(np.abs(channel.curve.displacement)))
-        at = (units.shown(channel.curve.displacement[[end]]), channel.curve.force[[end]])
+        at = (units.shown_displacement(channel.curve.displacement[[end]]), channel.curve.force[[end]])
         series.append(Series("stopped", "simulation stopped", *at, "crosses"))
-    title, span = curve_title(channel, misfit), padded(np.concatenate([curve.x for curve in series]))
+    title, span = curve_title(channel, misfit), limits_around(np.concatenate([curve.x for curve in series]))
     if misfit is None or channel.recording is None:
         plot = Plot("curve", units.labels, series, bands=rest_lines(units), x=span, height=400.0)
         return Panels(f"{file}-curve", "curve", title, [[plot]], channel.name)
@@ -98,7 +103,7 @@ def curve_panels(channel: Simulated, misfit: Misfit | None, file: str) -> Panels
     heading = f"secant stiffness: simulated {simulated}, measured {measured} {units.stiffness_unit}"
     accepted, labels = _tolerance_region(channel.recording, misfit, units), ("", units.force_label)
     plot = Plot("curve", labels, series, [accepted], rest_lines(units), x=span, heading=heading, height=370.0)
-    q, off = units.shown(misfit.displacement), 100 * misfit.difference / misfit.force_range
+    q, off = units.shown_displacement(misfit.displacement), 100 * misfit.difference / misfit.force_range
     reach = misfit.tolerance.percent
     below = difference_plot(
         Series("after", "", q, off, "both" if len(q) <= SEPARATE else "line"),
@@ -133,7 +138,9 @@ def _tolerance_region(recording: Recording, misfit: Misfit, units: Quantities) -
         if branch.kind == "hold" or len(q) < 2:
             continue
         order = np.argsort(q, kind="stable")
-        outlines.append(around(units.shown(q[order]), force[order] - width, force[order] + width))
+        outlines.append(
+            around(units.shown_displacement(q[order]), force[order] - width, force[order] + width)
+        )
     return Region(
         "tolerance", f"± {misfit.tolerance.percent:g} % of the recorded {units.force} range", outlines
     )

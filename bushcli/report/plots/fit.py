@@ -24,7 +24,7 @@ from bushcli.report.plots.direct import (
     smooth,
 )
 from bushcli.report.plots.dynamic import table_panels
-from bushcli.report.quantity import held, interval, number, percent, quantities
+from bushcli.report.quantity import channel_label, interval, number, percent, quantities
 from bushcli.report.results import InverseResult
 from bushcli.report.views.fit import curves_of
 
@@ -46,13 +46,13 @@ def coupon_plot(curve: FittedCurve, stable: tuple[float, float] | None, index: i
     """Return one test with the fitted curve, and the stretches at which the law is unstable."""
     units = quantities(curve.recording.mode)
     q, force = smooth(curve.smooth or curve.fitted)
-    at = units.shown(curve.recording.displacement)
+    at = units.shown_displacement(curve.recording.displacement)
     label = f"{'predicted (held out)' if curve.held_out else 'fitted'}, rms {percent(curve.rms_percent)}"
     series = [
         Series("recorded", "recorded", at, curve.recording.force, "dots"),
-        Series("after", label, units.shown(q), force),
+        Series("after", label, units.shown_displacement(q), force),
     ]
-    low, high = (float(f([f(at), f(units.shown(q))])) for f in (np.min, np.max))
+    low, high = (float(f([f(at), f(units.shown_displacement(q))])) for f in (np.min, np.max))
     margin = 0.05 * (high - low)
     left, right = low - margin, high + margin
     bands = []
@@ -68,7 +68,7 @@ def coupon_plot(curve: FittedCurve, stable: tuple[float, float] | None, index: i
 
 def inverse_panels(result: InverseResult, names: Mapping[str, str]) -> list[Panels]:
     """Return curves, search and certainty, cycles and holds and, for several laws, their ranking."""
-    fits, best = result.fits, result.best
+    fits, best = result.fits, result.best_fit
     panels = [fitted_panels(curve, names[curve.name]) for curve in best.curves]
     panels += [table_panels(compared, names[compared.table.name]) for compared in best.tables]
     if len(fits) > 1:
@@ -95,14 +95,14 @@ def fitted_panels(curve: FittedCurve, file: str) -> Panels:
     elif np.isfinite(curve.started_percent):
         title = f"{name}: {percent(curve.started_percent)} rms before, {rms} after"
     q, force = smooth(curve.smooth or curve.fitted)
-    q = units.shown(q)
+    q = units.shown_displacement(q)
     reach = 0.04 * float(np.ptp(curve.recording.displacement)) * units.per_internal
     span = (float(q.min()) - reach, float(q.max()) + reach)
     series = [recorded_series(curve.recording, units)]
     limits = None
     if curve.started is not None:
         order = np.argsort(curve.started.displacement, kind="stable")
-        before = units.shown(curve.started.displacement[order]), curve.started.force[order]
+        before = units.shown_displacement(curve.started.displacement[order]), curve.started.force[order]
         series.append(Series("before", f"before: {percent(curve.started_percent)} rms", *before))
         limits = force_limits(np.concatenate([curve.recording.force, curve.fitted.force]), before[1])
     label = "predicted (held out)" if curve.held_out else "after"
@@ -114,7 +114,7 @@ def fitted_panels(curve: FittedCurve, file: str) -> Panels:
     noise = float(np.nan_to_num(curve.noise_percent))
     below = difference_plot(
         # Dots, because lines from cycle to cycle would hide whether the misfit follows the displacement.
-        Series("dot", "", units.shown(curve.recording.displacement), difference, "dots"),
+        Series("dot", "", units.shown_displacement(curve.recording.displacement), difference, "dots"),
         Stripe("noise", y=(-2 * noise, 2 * noise)),
         units,
         span,
@@ -164,7 +164,7 @@ def ranked_plot(fits: Sequence[Fit], curve: FittedCurve, index: int) -> Plot:
         regions=bars,
         bands=[Stripe("level", x=(noise, noise), label=label)] if noise > 0 else [],
         notes=notes,
-        heading=held(curve.name, curve.held_out),
+        heading=channel_label(curve.name, curve.held_out),
         height=95.0 + 30.0 * len(fits),
         log="x",
         y_names=[(i, f"{fit.material.law} ({len(fit.parameters)})") for i, fit in enumerate(fits)],

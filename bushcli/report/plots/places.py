@@ -11,7 +11,7 @@ from bushcli.mismatch.bins import KINDS, Bin
 from bushcli.mismatch.maps import LocalMap, MissingProfile
 from bushcli.report.document import Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.cycles import in_rows
-from bushcli.report.plots.diagnosis import BEST, changed, force_range
+from bushcli.report.plots.diagnosis import BEST, differs_from_plain, force_range
 from bushcli.report.plots.direct import Array, around
 from bushcli.report.plots.fit import bar
 from bushcli.report.quantity import Quantities, quantities
@@ -30,7 +30,7 @@ def record_panels(diagnosis: Diagnosis, channel: DiagnosedChannel, file: str) ->
     """Return the mean misfit by cycle, displacement and branch, for the plain law and for the most probable model."""
     rows = [("plain law", [bin_ for bin_ in diagnosis.location.bins if bin_.channel == channel.name])]
     after = [bin_ for bin_ in diagnosis.remaining.bins if bin_.channel == channel.name]
-    if after and changed(channel):
+    if after and differs_from_plain(channel):
         rows.append((BEST, after))
     all_bins = [bin_ for _, bins in rows for bin_ in bins]
     kinds = [kind for kind in KINDS if any(bin_.branch == kind for bin_ in all_bins)]
@@ -108,7 +108,7 @@ def profile_plot(profiles: Sequence[MissingProfile], units: Quantities) -> Plot:
     series, regions, coordinates = [], [], []
     for profile in profiles:
         key = profile.branch or "all"
-        x = np.asarray(units.shown(profile.x) if along == "displacement" else factor * profile.x)
+        x = np.asarray(units.shown_displacement(profile.x) if along == "displacement" else factor * profile.x)
         order = np.argsort(x)
         x, mean, two = x[order], profile.mean[order], 2 * profile.std[order]
         coordinates.append(x)
@@ -147,7 +147,7 @@ def next_test_panels(diagnosis: Diagnosis, test: NextTest) -> Panels:
     minutes = time[-1] > 600.0
     speeds = sorted({float(f"{units.per_internal * rate:.3g}") for rate in test.rates})
     heading = f"{test.channel} at {' and '.join(f'{v:g}' for v in speeds)} {units.rate_unit}"
-    series = [Series("after", "", time / 60.0 if minutes else time, units.shown(q))]
+    series = [Series("after", "", time / 60.0 if minutes else time, units.shown_displacement(q))]
     label = "time [min]" if minutes else "time [s]"
     bands, title = [Stripe("zero", y=(units.rest, units.rest))], f"Next test: {test.name}"
     plot = Plot(

@@ -9,7 +9,7 @@ from bushcli.inverse import Estimate
 from bushcli.inverse.file_units import in_file_units, parameter_unit
 from bushcli.report.conditions import conditions
 from bushcli.report.document import Columns, Document, Section, figures, note, table_of
-from bushcli.report.quantity import listed, number, percent, quantities, with_std
+from bushcli.report.quantity import join_names, number, percent, quantities, with_std
 from bushcli.study.batch import Batch, BatchCurve, BatchPart
 from bushcli.study.causes import joined
 from bushcli.study.outliers import CONFIDENCE, CONTENT, FALSE_ALARM
@@ -72,7 +72,7 @@ def batch_headline(batch: Batch) -> str:
         for curve in batch.curves
     )
     names = [part.name for part in batch.outliers]
-    outliers = f"outlier{'s' * (len(names) > 1)}: {listed(names)}" if names else "no outliers"
+    outliers = f"outlier{'s' * (len(names) > 1)}: {join_names(names)}" if names else "no outliers"
     return f"{len(batch.parts)} parts: {scatter}; {outliers}"
 
 

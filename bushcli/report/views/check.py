@@ -11,8 +11,8 @@ from bushcli.recording import RecordedProgram, Recording, branches
 from bushcli.recording.text.table import SHOWN
 from bushcli.report.conditions import conditions
 from bushcli.report.document import Document, Row, Section, Table, paragraphs, table_of
-from bushcli.report.quantity import listed, number, quantities
-from bushcli.report.results import Checked
+from bushcli.report.quantity import join_names, number, quantities
+from bushcli.report.results import CheckResult
 from bushcli.report.views.dynamic import dynamic_tables_section
 from bushcli.report.views.mesh import notes_section
 from bushcli.standards import Observed
@@ -27,7 +27,7 @@ _MOST = 8
 _MARKS = {True: "yes", False: "no", None: "not known"}
 
 
-def check_document(checked: Checked) -> Document:
+def check_document(checked: CheckResult) -> Document:
     """Return the document of a case that was checked."""
     case, condition_rows = checked.case, conditions(checked.case)
     loads = [load_case_row(*pair) for pair in zip(case.load_cases, checked.programs, strict=True)]
@@ -168,7 +168,7 @@ def observed_line(test: Observed) -> str:
     elif test.rates:
         # Classes of rates that differ by less than is shown are named once.
         rates = dict.fromkeys(number(units.per_internal * rate) for rate in test.rates)
-        words.append(f"ramps at {listed(list(rates))} {units.rate_unit}")
+        words.append(f"ramps at {join_names(list(rates))} {units.rate_unit}")
     for durations, kind in ((test.holds, "hold"), (test.rests, "rest")):
         if durations:
             plural = f"{kind}s" if len(durations) > 1 else kind

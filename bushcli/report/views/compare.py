@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from bushcli.report.document import Document, Section, Table, figures
-from bushcli.report.quantity import listed, number
+from bushcli.report.quantity import join_names, number
 from bushcli.study.compare import Comparison, Difference
 
 # Rows on the terminal.
@@ -39,7 +39,7 @@ def compare_document(comparison: Comparison) -> Document:
 
 def compare_headline(comparison: Comparison) -> str:
     """Return the result in one sentence."""
-    names = listed([item.name for item in comparison.items])
+    names = join_names([item.name for item in comparison.items])
     keys = [difference.key for difference in comparison.keys]
     count = len(keys)
     key_count = f"{count} key{'s differ' if count != 1 else ' differs'}" if keys else "their cases are equal"
@@ -60,16 +60,16 @@ def _table(title: str, comparison: Comparison, differences: Sequence[Difference]
     for difference in differences:
         change = difference.percent[-1]
         change_cell = [("" if change is None else f"{change:+.3g} %")] if len(comparison.items) == 2 else []
-        rows.append((difference.key, *map(_shown, difference.values), *change_cell))
+        rows.append((difference.key, *map(_value_text, difference.values), *change_cell))
     return Table(title, tuple(heads), tuple(rows), left=1, most=_MOST)
 
 
-def _shown(value: Any) -> str:
+def _value_text(value: Any) -> str:
     if value is None:
         return "-"
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, int | float):
         return number(float(value), 5)
-    text = ", ".join(map(_shown, value)) if isinstance(value, tuple) else str(value)
+    text = ", ".join(map(_value_text, value)) if isinstance(value, tuple) else str(value)
     return text if len(text) <= 40 else f"{text[:37]}..."

@@ -9,7 +9,7 @@ from bushcli.curve.cycles import Cycle, Uncertain
 from bushcli.curve.holds import STANDARD_TIMES, Hold
 from bushcli.report.cycles import ChannelHistory, energy_unit, shown_values, times
 from bushcli.report.document import Row, Section, Table, figures, note
-from bushcli.report.quantity import Quantities, held, number, quantities, with_std
+from bushcli.report.quantity import Quantities, channel_label, number, quantities, with_std
 
 # Largest number of rows on the terminal.
 FEW = 12
@@ -48,7 +48,7 @@ def cycle_table(history: ChannelHistory) -> Table:
     heads += _head_pairs([*values, f"peak, {units.force_unit}"], both)
     peaks = range(len(heads) - (2 if both else 1), len(heads))
     return Table(
-        f"{held(history.name, history.held_out)}: cycles, {_legend(both)}",
+        f"{channel_label(history.name, history.held_out)}: cycles, {_legend(both)}",
         heads,
         tuple(rows),
         detail=peaks,
@@ -73,9 +73,8 @@ def hold_table(history: ChannelHistory) -> Table:
         rows.append((str(hold.number), _plain(units.at(hold.displacement)), duration, *cells))
     values = [f"start, {units.force_unit}", *(f"{time:g} s, %" for time in known_times), "end, %"]
     heads: Row = ("hold", f"at, {units.displacement_unit or 'stretch'}", "s", *_head_pairs(values, both))
-    title = (
-        f"{held(history.name, history.held_out)}: force lost in holds after 1 s, 10 s, ..., {_legend(both)}"
-    )
+    channel = channel_label(history.name, history.held_out)
+    title = f"{channel}: force lost in holds after 1 s, 10 s, ..., {_legend(both)}"
     return Table(title, heads, tuple(rows), most=FEW)
 
 

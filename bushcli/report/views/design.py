@@ -7,7 +7,7 @@ import math
 from bushcli.report.conditions import conditions
 from bushcli.report.document import Columns, Document, Paragraph, Row, Section, Table, note, table_of
 from bushcli.report.quantity import number
-from bushcli.runtime.digits import beside
+from bushcli.runtime.digits import with_decimals
 from bushcli.study.design import Design, Dimension, Reached
 
 _SPREAD = "Effect of the tolerances: change at the upper limit of each"
@@ -35,7 +35,7 @@ def design_document(design: Design) -> Document:
         *(Section(table.title, [table]) for table in tables),
         Section(_SPREAD, [spread_table(design), note(_NOTE)]),
     ]
-    met = all(goal.met for goal in design.targets)
+    met = all(goal.is_met for goal in design.targets)
     lines = ["To simulate it: " + " ".join(f"--set {text}" for text in overrides(design))]
     condition_rows = conditions(design.case)
     return Document(
@@ -51,7 +51,7 @@ def overrides(design: Design) -> list[str]:
 def design_headline(design: Design) -> str:
     """Return the result in one sentence."""
     values = ", ".join(f"{key} = {number(dimension.value, 5)}" for key, dimension in design.keys.items())
-    missed = [goal.target.name for goal in design.targets if not goal.met]
+    missed = [goal.target.name for goal in design.targets if not goal.is_met]
     if missed:
         return f"Nearest design: {values}; it misses {', '.join(missed)}"
     return f"Design: {values}"
@@ -59,18 +59,18 @@ def design_headline(design: Design) -> str:
 
 def _deviation(goal: Reached) -> str:
     """Return the deviation with the digits that show whether it is within what is allowed."""
-    limit = 100 * goal.allowed
-    text = beside(round(100 * goal.deviation, 9), -limit, limit, decimals=3)
+    limit = 100 * goal.tolerance
+    text = with_decimals(round(100 * goal.deviation, 9), -limit, limit, decimals=3)
     return f"{'' if text.startswith('-') else '+'}{text} %".replace("-0.000 %", "+0.000 %")
 
 
 _TARGETS: Columns[Reached] = (
     ("target", lambda goal: goal.target.name),
     ("", lambda goal: goal.target.unit),
-    ("wanted", lambda goal: number(goal.wanted, 5)),
+    ("wanted", lambda goal: number(goal.target_value, 5)),
     ("value", lambda goal: number(goal.value, 5)),
     ("deviation", _deviation),
-    ("", lambda goal: "reached" if goal.met else "missed"),
+    ("", lambda goal: "reached" if goal.is_met else "missed"),
 )
 _DESIGN: Columns[tuple[str, Dimension]] = (
     ("key", lambda row: row[0]),

@@ -24,7 +24,7 @@ from bushcli.report.views.cycles import history_section
 from bushcli.report.views.dynamic import compared_section, misfit_lines
 from bushcli.report.views.fit import fit_section
 from bushcli.report.views.mesh import measure_table
-from bushcli.runtime.digits import beside
+from bushcli.runtime.digits import with_decimals
 from cases.six import MOTIONS, REACTIONS
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ def comparison_table(response: Response, misfits: Mapping[str, Misfit]) -> Table
             simulated, measured = (getattr(slopes, name) for slopes in (misfit.predicted, misfit.measured))
             limits = ends if name == "secant" else ()
             ratio = (
-                beside(simulated / measured, *limits, decimals=2)
+                with_decimals(simulated / measured, *limits, decimals=2)
                 if measured and np.isfinite(simulated / measured)
                 else "-"
             )

@@ -11,7 +11,7 @@ import numpy as np
 from bushcli.recording import branches
 from bushcli.report.conditions import conditions
 from bushcli.report.document import Document, Paragraph, Row, Section, Table, figures, note, paragraphs
-from bushcli.report.quantity import held, interval, number, percent, quantities, with_std
+from bushcli.report.quantity import channel_label, interval, number, percent, quantities, with_std
 from bushcli.report.results import FitResult
 from cases.mode import modes
 
@@ -94,7 +94,9 @@ def fitted_table(fit: Fit) -> Table:
         if limits is not None:
             low, high = limits
             stable = interval(low if low > 0 else -math.inf, high, "{:.2f}".format)
-        rows.append((held(curve.name, curve.held_out), mode, percent(curve.rms_percent), tested, stable))
+        rows.append(
+            (channel_label(curve.name, curve.held_out), mode, percent(curve.rms_percent), tested, stable)
+        )
     heads = ("test", "mode", "rms misfit", "tested", "stable at stretch")
     weighting = f", {fit.weighting} weighting" if _all_coupons(fit) else ""
     return Table(f"Fitted to {curves_of(fit)}{weighting}", heads, tuple(rows), left=2)

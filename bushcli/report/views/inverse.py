@@ -26,14 +26,14 @@ from bushcli.report.document import (
     paragraphs,
     table_of,
 )
-from bushcli.report.quantity import held, interval, listed, number, percent, with_std
+from bushcli.report.quantity import channel_label, interval, join_names, number, percent, with_std
 from bushcli.report.ranking import CLEAR, information_criterion
 from bushcli.report.results import InverseResult
 from bushcli.report.verdict import Verdict, faulty_data
 from bushcli.report.views.cycles import history_section
 from bushcli.report.views.dynamic import compared_section, misfit_lines
 from bushcli.report.views.fit import curves_of
-from bushcli.runtime.digits import beside
+from bushcli.runtime.digits import with_decimals
 
 # A curve is met to its noise if the misfit is at most this multiple of the noise, which is an estimate itself.
 MET = 1.3
@@ -53,7 +53,7 @@ _RANKING = (
 
 def inverse_document(result: InverseResult) -> Document:
     """Return the document of identified laws; all but the ranking describes the best of them."""
-    fits, best = result.fits, result.best
+    fits, best = result.fits, result.best_fit
     verdict = answer(best)
     sections = [
         *(
@@ -77,7 +77,9 @@ def inverse_document(result: InverseResult) -> Document:
                 figures("certainty", "profiles"),
             ],
         ),
-        Section("The search", [*paragraphs(search(best), kind="note"), figures("convergence", "starts")]),
+        Section(
+            "The search", [*paragraphs(search_lines(best), kind="note"), figures("convergence", "starts")]
+        ),
     ]
     return Document(
         verdict.headline,
@@ -93,7 +95,7 @@ def inverse_document(result: InverseResult) -> Document:
 def answer(fit: Fit) -> Verdict:
     """Return the verdict on an identification in words."""
     fitted = [curve for curve in fit.curves if not curve.held_out]
-    values = listed([f"{name} = {with_error(fit, name)}" for name in fit.parameters])
+    values = join_names([f"{name} = {with_error(fit, name)}" for name in fit.parameters])
     misfits = ", ".join(f"{curve.name} {percent(curve.rms_percent)}" for curve in fitted)
     subject, noise = ("The curve is", "its noise") if len(fitted) == 1 else ("The curves are", "their noise")
     tone: Tone
@@ -171,7 +173,7 @@ def _lines(fit: Fit) -> list[str]:
     poor = [name for name, estimate in fit.parameters.items() if is_uncertain(estimate)]
     if poor and fit.converged:
         lines.append(
-            f"{listed(poor)} {'is' if len(poor) == 1 else 'are'} poorly determined: the standard error exceeds "
+            f"{join_names(poor)} {'is' if len(poor) == 1 else 'are'} poorly determined: the standard error exceeds "
             f"{100 * POOR:.0f} % of the value."
         )
     for curve in fit.curves:
@@ -182,14 +184,14 @@ def _lines(fit: Fit) -> list[str]:
                 f"(noise {percent(curve.noise_percent)})."
             )
     if "compliance" in fit.parameters:
-        bulk = bulk_modulus(fit)
+        bulk = bulk_modulus_line(fit)
         lines.append(
             f"Bulk modulus: {bulk}{' MPa' if bulk[-1].isdigit() else ''}, from the identified compliance."
         )
     return lines
 
 
-def bulk_modulus(fit: Fit) -> str:
+def bulk_modulus_line(fit: Fit) -> str:
     """Return the identified bulk modulus, MPa; its lower limit if the rubber may be incompressible."""
     compliance = fit.parameters["compliance"]
     if compliance.value > 2 * compliance.std:
@@ -213,7 +215,7 @@ def determined_lines(fit: Fit) -> list[str]:
     ]
 
 
-def search(fit: Fit) -> list[str]:
+def search_lines(fit: Fit) -> list[str]:
     """Return a line on how the result was found."""
     failed = f" ({fit.failed_solves} failed)" if fit.failed_solves else ""
     starts = f", {len(fit.end_points)} starts" if len(fit.end_points) > 1 else ""
@@ -239,7 +241,7 @@ def estimate_table(fit: Fit) -> Table:
         ]
         rows.append((name, "-" if unit == "1" else unit, *value, ", ".join(flags)))
     if "compliance" in fit.parameters:
-        rows.append(("bulk modulus", "MPa", bulk_modulus(fit), "", "", "", ""))
+        rows.append(("bulk modulus", "MPa", bulk_modulus_line(fit), "", "", "", ""))
     heads = ("parameter", "unit", "value", "std error", "95 % interval", "bounds", "")
     return Table(f"Law {fit.material.law}", heads, tuple(rows), left=2)
 
@@ -307,9 +309,9 @@ def model_table(fits: Sequence[Fit]) -> Table:
         misfits = [percent(rms[name]) if name in rms else "not solved" for name in order]
         cost = number(math.sqrt(fit.cost)) if fit.cost >= 0 else "-"
         problems = ", ".join(dict.fromkeys(c.name for c in fit.conditions))
-        cells = (f"+{beside(score - smallest, CLEAR)}", "yes" if fit.converged else "no", problems)
+        cells = (f"+{with_decimals(score - smallest, CLEAR)}", "yes" if fit.converged else "no", problems)
         rows.append((fit.material.law, str(len(fit.parameters)), *misfits, cost, *cells))
-    channels = [held(name, name in unseen) for name in order]
+    channels = [channel_label(name, name in unseen) for name in order]
     heads = ("law", "parameters", *channels, "misfit/noise", "BIC", "converged", "problems")
     by = "prediction of what was held out" if unseen else "BIC"
     return Table(f"Laws, best first by {by}", heads, tuple(rows))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bushcli.case.typical import unusual
+from bushcli.case.typical import unusual_values
 from bushcli.report.conditions import size_of
 from bushcli.report.document import Columns, Document, Section, Table, paragraphs, table_of
 from bushcli.report.results import MeshResult
@@ -31,7 +31,7 @@ def mesh_document(result: MeshResult) -> Document:
         Section("", paragraphs([f"Size: {size}" if size else ""])),
         Section("Meshes", [table_of("Meshes", result.meshes, columns, left=3)]),
     ]
-    return Document("", (), "plain", sections, unusual(case, case.material))
+    return Document("", (), "plain", sections, unusual_values(case, case.material))
 
 
 def notes_section(shape: Shape) -> Section:

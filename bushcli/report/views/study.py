@@ -8,7 +8,7 @@ from bushcli.report.conditions import conditions
 from bushcli.report.document import Columns, Document, Row, Section, Table, Tone, figures, note, table_of
 from bushcli.report.quantity import number
 from bushcli.report.results import StudyResult
-from bushcli.runtime.digits import beside
+from bushcli.runtime.digits import with_decimals
 from bushcli.study.analysis import Failure
 from bushcli.study.study import Study
 
@@ -89,7 +89,7 @@ def headline(study: Study) -> str:
 
 def share_percent(share: float) -> str:
     """Return a share in percent: 100 % and 0 % only where no design is on the other side."""
-    return f"{beside(100 * share, 0.0, 100.0, decimals=1)} %"
+    return f"{with_decimals(100 * share, 0.0, 100.0, decimals=1)} %"
 
 
 def lines(study: Study) -> list[str]:

@@ -15,7 +15,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bushcli.case import resolved
+from bushcli.case import case_json
 from bushcli.case.identified import IDENTIFIED, IDENTIFYING, identified_case
 from bushcli.recording import write_curve_csv
 from bushcli.report.writers import tables
@@ -24,7 +24,7 @@ from bushcli.report.writers.folder import (
     RESULT,
     Content,
     check_folder,
-    claimed,
+    claimed_files,
     earlier_result,
     refuse_others,
     write_files,
@@ -105,7 +105,7 @@ def write(
     """
 
     def draw() -> dict[str, Content]:
-        pictures = _report("drawing.results").drawn(files.pictures()) if files.pictures else ()
+        pictures = _report("drawing.results").pictures_of(files.pictures()) if files.pictures else ()
         written = picture_files(pictures)
         if files.has_page:
             written[REPORT] = _report("writers.page").page(
@@ -126,7 +126,7 @@ def _report(module: str) -> Any:
     return import_module(f"bushcli.report.{module}")
 
 
-def check_files(result: results.Checked) -> Files:
+def check_files(result: results.CheckResult) -> Files:
     """Return the files of a checked case: result.json alone."""
     return Files(result.case, has_page=False)
 
@@ -194,7 +194,7 @@ def fit_files(result: results.FitResult) -> Files:
 
 def inverse_files(result: results.InverseResult) -> Files:
     """Return the files of identified laws: for each channel the recorded curve and that of the best law."""
-    best = result.best
+    best = result.best_fit
     names = file_names(
         [*(curve.name for curve in best.curves), *(compared.table.name for compared in best.tables)]
     )
@@ -306,7 +306,7 @@ def write_refused(directory: Path, error: GeometryError) -> tuple[Path, ...]:
     if earlier_result(directory) is not None:
         directory = directory / REFUSED
     pictures = picture_files([_report("drawing.results").geometry_picture(error.view, str(error), {})])
-    listing = json.dumps(sorted({*claimed(directory), *pictures}))
+    listing = json.dumps(sorted({*claimed_files(directory), *pictures}))
     return write_files(directory, {CLAIMED: listing, **pictures}, [])[1:]
 
 
@@ -370,7 +370,7 @@ def question_of(command: str, case: Case, options: Mapping[str, Any]) -> str:
         Of the command; those that only say how it works (`--workers`, `--resume`, ...) do not count.
     """
     relevant = {name: value for name, value in options.items() if name not in _HOW}
-    case_data = {key: value for key, value in resolved(case).items() if key != "path"}
+    case_data = {key: value for key, value in case_json(case).items() if key != "path"}
     texts = [
         value.read_text(errors="replace")
         for value in relevant.values()

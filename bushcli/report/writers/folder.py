@@ -96,7 +96,7 @@ def _not_replaced(directory: Path, names: Iterable[str], inputs: Collection[Path
     if not existing:
         return {}
     input_paths = {path.resolve() for path in inputs}
-    owned_names = owned(directory)
+    owned_names = own_files(directory)
     problems = {}
     for name in existing:
         path = directory / name
@@ -121,9 +121,9 @@ def _not_replaced(directory: Path, names: Iterable[str], inputs: Collection[Path
     return problems
 
 
-def owned(directory: Path) -> frozenset[str] | None:
+def own_files(directory: Path) -> frozenset[str] | None:
     """Return the files that bushcli wrote into a folder; None if it wrote none."""
-    result, names = earlier_result(directory), claimed(directory)
+    result, names = earlier_result(directory), claimed_files(directory)
     if result is None:
         return names or None
     return names | {name for name in result[FILES] if Path(name).name == name} | {RESULT}
@@ -244,7 +244,7 @@ def _free_place(path: Path, may_go: Callable[[Mapping[str, Any]], bool]) -> Path
 
 
 @contextmanager
-def staging(directory: Path) -> Iterator[Path]:
+def staging_folder(directory: Path) -> Iterator[Path]:
     """Make the folder for what a run writes while it calculates, and remove it with all that is left in it.
 
     Raises
@@ -351,7 +351,7 @@ def _set_aside(
     before = earlier_result(place)
     owned_names = frozenset(
         name
-        for name in owned(place) or ()
+        for name in own_files(place) or ()
         if (place / name).is_file() and not (place / name).is_symlink() and not _is_protected(place / name)
     )
     aside = moves_to(place, str(result.get("command", "")), str(result.get(QUESTION, "")))
@@ -405,7 +405,7 @@ def _unwritable(
     return InputError(Problem(str(error.filename or directory), what, "", remedy))
 
 
-def claimed(directory: Path) -> frozenset[str]:
+def claimed_files(directory: Path) -> frozenset[str]:
     """Return the files in a folder that a run has noted because it has no result that could list them."""
     file = directory / CLAIMED
     try:

@@ -70,7 +70,7 @@ def page(
     inputs: Sequence[Path] = (),
 ) -> str:
     """Return the page of a result: verdict, warning, problems, conditions, sections, provenance."""
-    sections = on("page", document.illustrated(pictures).sections)
+    sections = on("page", document.with_pictures(pictures).sections)
     blocks = [block for section in sections for block in (*section.blocks, *section.folded)]
     code = script() if any(isinstance(block, Picture) and block.panels for block in blocks) else ""
     digests = []
@@ -99,7 +99,10 @@ def _groups(blocks: Iterable[Block]) -> Iterator[tuple[str, list[Block]]]:
     for kind, group in groupby(blocks, lambda block: type(block).__name__.lower()):
         yield (
             kind,
-            [block.shortened(_MOST) if isinstance(block, Table) and block.most else block for block in group],
+            [
+                block.without_middle(_MOST) if isinstance(block, Table) and block.most else block
+                for block in group
+            ],
         )
 
 

@@ -54,7 +54,9 @@ def forces(mode: str, displacement: Array, columns: Mapping[str, Array]) -> dict
     """Return forces over a displacement as columns: a word, the quantity and its unit name a force."""
     units = quantities(mode)
     q, force = units.csv_names
-    return {q: units.shown(displacement)} | {f"{word}_{force}": column for word, column in columns.items()}
+    return {q: units.shown_displacement(displacement)} | {
+        f"{word}_{force}": column for word, column in columns.items()
+    }
 
 
 def six_table(six: SixCurve) -> str:
@@ -126,7 +128,7 @@ def mean_tables(curve: BatchCurve) -> tuple[str, str]:
     """Return the mean curve of a mode, which a recording may stand for, and the band of its tolerance."""
     mean, units = curve.mean, quantities(curve.mode)
     q, force = units.csv_names
-    travel = {q: units.shown(mean.displacement)}
+    travel = {q: units.shown_displacement(mean.displacement)}
     times = {} if mean.time is None else {"time_s": mean.time}
     band = {f"mean_{force}": mean.force, f"lower_{force}": curve.lower, f"upper_{force}": curve.upper}
     return number_table(times | travel | {force: mean.force}), number_table(travel | band)

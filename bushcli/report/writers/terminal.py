@@ -81,7 +81,7 @@ def _groups(section: Section) -> list[Sequence[RenderableType]]:
         if isinstance(block, Table):
             table = block.without_detail()
             groups += [[]] if block is not first_block else []
-            groups[-1].append(DrawnTable(table if block.most is None else table.shortened(block.most)))
+            groups[-1].append(DrawnTable(table if block.most is None else table.without_middle(block.most)))
         elif isinstance(block, Paragraph):
             line = Text(block.text, "dim" if block.kind == "note" else "")
             groups[-1].append(Padding(line, _INDENT) if has_heading and block.kind == "plain" else line)

@@ -82,7 +82,9 @@ class Coupon:
 
     def model(self, **effects):
         """The best plain law with effects that begin at given values."""
-        active = tuple(ActiveEffect(effect(name), values).started() for name, values in effects.items())
+        active = tuple(
+            ActiveEffect(effect(name), values).with_start_values() for name, values in effects.items()
+        )
         at = self.state.model
         return Model(at.law, at.start, effects=active)
 

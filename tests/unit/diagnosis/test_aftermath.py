@@ -21,8 +21,14 @@ def test_no_test_is_proposed_before_most_models_have_been_looked_at(
         SimpleNamespace(effects=("mullins",), probability=0.4),
     ]
     given: Any = SimpleNamespace()
+    search: Any = SimpleNamespace(
+        problem=SimpleNamespace(recordings=()),
+        states={},
+        left=0.0 if searched else 1.0,
+        progress=lambda *_: None,
+    )
     extras = aftermath.Extras()
-    extras.make(given, given, models, given, given, False, searched, lambda *_: None)
+    extras.make(search, given, models, given, given, False)
     assert extras.test == ("axial to 6 mm" if searched else None)
     assert extras.conditions == ()
 

@@ -183,8 +183,8 @@ def test_a_parameter_of_the_law_pays_for_what_it_could_do_to_the_forces():
     J = np.random.default_rng(5).normal(size=(ROWS, 1))
     found = Evidence(likelihood(signal), [np.zeros(ROWS)], [J], np.array([0.4]), [None], [0.0])
     width = LAW_SHARE * math.sqrt(signal)
-    scale = found.judged.scale[0]
-    assert found.log - found.judged.log == pytest.approx(-0.5 * math.log(1.0 + width**2 / scale), rel=1e-6)
+    scale = found.judgement.scale[0]
+    assert found.log - found.judgement.log == pytest.approx(-0.5 * math.log(1.0 + width**2 / scale), rel=1e-6)
 
 
 # -- on a coupon ---------------------------------------------------------------------------------------------------

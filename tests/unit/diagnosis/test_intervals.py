@@ -94,7 +94,7 @@ def test_the_gain_of_one_channel_is_not_that_of_another(monkeypatch) -> None:
     gain = effects()["gain"]
 
     def model(channel: str, value: float) -> SimpleNamespace:
-        active = ActiveEffect(gain, {"error": value}, (channel,)).started()
+        active = ActiveEffect(gain, {"error": value}, (channel,)).with_start_values()
         fitted = SimpleNamespace(
             names=("gain.error",), x=np.array([value]), model=SimpleNamespace(effects=(active,), law="yeoh")
         )

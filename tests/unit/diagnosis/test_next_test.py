@@ -15,6 +15,7 @@ from bushcli.diagnosis.next_test import ExpectedCurve, distance
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
 from bushcli.likelihood.form import LAMBDA, PHI, effective_features
+from bushcli.recording import Recording
 
 N = 36
 UP = np.concatenate([np.linspace(0.0, 1.0, N // 2), np.linspace(1.0, 0.0, N // 2)])
@@ -111,3 +112,32 @@ def test_the_menu_has_another_rate_and_a_hold_among_its_cheapest() -> None:
     cheapest = menu({"axial": 5.0}, {"axial": 0.05}, ["axial"])[:6]
     assert any(one.rates == (0.5, 0.5) for one in cheapest)
     assert any(max(one.holds) > 0.0 for one in cheapest)
+
+
+def test_ten_times_as_fast_is_ten_times_the_fastest_ramp_whatever_holds_follow() -> None:
+    time = np.concatenate([np.linspace(0.0, 5.0, 30), np.linspace(5.0, 300.0, 200)[1:]])
+    channels = [
+        Recording("uniaxial", factor * np.minimum(time / 5.0, 1.0), np.zeros_like(time), time)
+        for factor in (0.5, 0.1)
+    ]
+    case = SimpleNamespace(geometry=SimpleNamespace(wall=None))
+    proposals = module._menu(SimpleNamespace(recordings=channels, case=case))
+    (fast,) = (one for one in proposals if "ten times as fast" in one.name)
+    assert fast.rates == pytest.approx([1.0, 1.0], rel=0.01)
+
+
+def test_the_next_test_is_for_the_sets_that_hold_the_posterior_of_what_has_a_curve() -> None:
+    """Unknown physics has none: its share makes no rival of a set that has a hundredth."""
+    shares = {"viscoelasticity": 0.80, "payne": 0.12, "warming": 0.005, "": 0.07}
+    models = [
+        SimpleNamespace(
+            predicted=None,
+            unknown=not name,
+            probability=share,
+            state=SimpleNamespace(model=SimpleNamespace(effects=(name,) * bool(name), identities=(name,))),
+        )
+        for name, share in shares.items()
+    ]
+    rivals, weights = module._rival_sets(models)
+    assert [one.state.model.identities[0] for one in rivals] == ["viscoelasticity", "payne"]
+    assert weights == pytest.approx([0.8 / 0.92, 0.12 / 0.92])

@@ -36,7 +36,7 @@ KNOWN = [
 
 
 def active(name, channels=None):
-    return ActiveEffect(effects()[name], {}, channels).started()
+    return ActiveEffect(effects()[name], {}, channels).with_start_values()
 
 
 def test_an_effect_has_the_odds_of_its_class():

@@ -37,7 +37,7 @@ def addition(one, name, column, **values):
     off = {p.name: float(p.off) for p in found.amplitudes}
     slopes = np.zeros((len(column), len(amplitudes)))
     slopes[:, 0] = column
-    trial = Candidate(ActiveEffect(found, {**off, **values}).started(), amplitudes[:1], values)
+    trial = Candidate(ActiveEffect(found, {**off, **values}).with_start_values(), amplitudes[:1], values)
     return Addition(trial, (one.problem.likelihood.features[0].of(slopes[:, :1]),))
 
 
@@ -57,7 +57,7 @@ def exactly(one, *added):
     ends = []
     # Alternate with the variance that follows from the likelihood, as fits and predictions do; the best end counts.
     for _ in range(1 + TURNS):
-        whitened, misfit = features.whitened(J, variance), features.whitened(state.misfit[0], variance)
+        whitened, misfit = features.whiten(J, variance), features.whiten(state.misfit[0], variance)
         for _ in range(100):
             # The weight of a prior is that at the end of the previous step.
             rows = np.zeros((len(added), J.shape[1]))
@@ -79,7 +79,7 @@ def exactly(one, *added):
             [0.0] * J.shape[1],
         )
         ends.append((found.log, best[p:]))
-        (scale,) = found.judged.scale
+        (scale,) = found.judgement.scale
         if max(scale / variance, variance / scale) < SETTLED:
             break
         variance = scale
@@ -171,7 +171,7 @@ def test_beside_a_parameter_that_its_bound_holds_nothing_is_gained_beyond_the_bo
     """A negative set is impossible: a drift is predicted beside no set, as the fit of both finds it."""
     world = World(coupon, **{"permanent_set.set": -3.0, "drift.rate": 2.0})
     found = world.search(monkeypatch, deadline=time.perf_counter() - 1.0)
-    drift, held = (ActiveEffect(effect(name)).started() for name in ("drift", "permanent_set"))
+    drift, held = (ActiveEffect(effect(name)).with_start_values() for name in ("drift", "permanent_set"))
     model = world.base.model
 
     def fitted(*active):
@@ -181,7 +181,7 @@ def test_beside_a_parameter_that_its_bound_holds_nothing_is_gained_beyond_the_bo
     assert alone.model.values["permanent_set.set"] == pytest.approx(0.0, abs=1e-9)
     beside = Beside(alone, found.derivatives.additions_beside(alone, False))
     predicted = next(one for one in beside.singles() if one.model.identities == ("drift", "permanent_set"))
-    assert predicted.log_likelihood == pytest.approx(both.evidence.judged.log, abs=0.1)
+    assert predicted.log_likelihood == pytest.approx(both.evidence.judgement.log, abs=0.1)
     # What the set would gain beyond its bound.
     nothing = np.zeros(len(alone.fitted.x), dtype=bool)
     monkeypatch.setattr(State, "held_parameters", lambda self, misfit, slopes: (nothing, self.fitted.x))
@@ -193,7 +193,7 @@ def test_beside_a_parameter_that_its_bound_holds_nothing_is_gained_beyond_the_bo
 def test_first_order_takes_a_parameter_to_its_bound_and_no_further(coupon, monkeypatch):
     """The data ask for a negative set, which is impossible: from 0.3, first order arrives at the fit with none."""
     world = World(coupon, **{"permanent_set.set": -3.0})
-    active = ActiveEffect(effect("permanent_set")).started()
+    active = ActiveEffect(effect("permanent_set")).with_start_values()
     best = world.fit(world.one.case, replace(world.base.model, effects=(active,)), None)
     (i,) = (i for i, name in enumerate(best.names) if name.startswith("permanent_set"))
     assert best.x[i] == pytest.approx(0.0, abs=1e-9)
@@ -202,8 +202,8 @@ def test_first_order_takes_a_parameter_to_its_bound_and_no_further(coupon, monke
     forces = zip(best.simulated, best.jacobians, strict=True)
     off = replace(best, x=best.x + step, simulated=tuple(force + J @ step for force, J in forces))
     beside = Beside(State(world.problem, off), ())
-    expected = State(world.problem, best).evidence.judged.log
-    assert State(world.problem, off).evidence.judged.log < expected - 0.1
+    expected = State(world.problem, best).evidence.judgement.log
+    assert State(world.problem, off).evidence.judgement.log < expected - 0.1
     assert beside.own_likelihood == pytest.approx(expected, abs=0.05)
     # Exactly at the bound: an amplitude below its least value, if only by rounding, would be impossible.
     held, values = State(world.problem, off).held_parameters(*beside._whole)
@@ -264,7 +264,7 @@ def test_first_order_takes_a_law_to_its_edge_of_stability_and_no_further(beyond,
     assert edge.margins(optimum).min() > -0.02
     rest = np.concatenate(
         [
-            f.whitened(left, v)
+            f.whiten(left, v)
             for f, left, v in zip(found.likelihood.features, found.misfit, beside.variances, strict=True)
         ]
     )

@@ -238,7 +238,7 @@ def test_a_poor_single_effect_is_tried_with_one_branch_more(coupon, monkeypatch)
     monkeypatch.setattr(Search, "run", lambda _: None)
     search = world.search(monkeypatch, names=("friction", "mullins"))
     for name in ("friction", "mullins"):
-        model = replace(world.base.model, effects=(ActiveEffect(effect(name)).started(),))
+        model = replace(world.base.model, effects=(ActiveEffect(effect(name)).with_start_values(),))
         model = replace(model, effects=tuple(_first_branch(one) for one in model.effects))
         search._enter(State(world.problem, world.fit(world.one.case, model, None)), 0.0)
     shares = {key: search.weights(state)[0] - search.total for key, state in search.states.items()}

@@ -26,7 +26,7 @@ def pair(coupon, drift, set_):
     """The fit of a drift and a permanent set, both concealed with these sizes over their priors' medians."""
     world = World(coupon, **{"drift.rate": drift, "permanent_set.set": set_})
     model = world.base.model
-    started = tuple(ActiveEffect(effect(name)).started() for name in ("drift", "permanent_set"))
+    started = tuple(ActiveEffect(effect(name)).with_start_values() for name in ("drift", "permanent_set"))
     both = type(model)(model.law, model.start, effects=started)
     return State(world.problem, world.fit(world.one.case, both, None))
 
@@ -67,7 +67,9 @@ def test_it_follows_the_closed_form(coupon, monkeypatch, smaller):
     held = whole_size(state, name) / whole_size(state, "drift.rate")
     share = {"fitted": 0.5 * held, "held": 2.0 * held}[smaller]
     likelihood = state.problem.likelihood
-    monkeypatch.setitem(likelihood.__dict__, "explained", np.array([(own_size(state, name) / share) ** 2]))
+    monkeypatch.setitem(
+        likelihood.__dict__, "explained_squares", np.array([(own_size(state, name) / share) ** 2])
+    )
     one = expected(state, name, min(share, held), PHI, PHI_SPREAD, PHI_MOST)
     assert math.exp(dict(resemblances(state))["permanent_set",]) == pytest.approx(one, rel=1e-6)
 
@@ -78,13 +80,13 @@ def test_of_several_amplitudes_the_one_that_changes_most_counts(coupon, leading)
     world = World(coupon, **{"drift.rate": 3.0, f"viscoelasticity.{leading}": 0.5})
     two = ActiveEffect(effect("viscoelasticity"), {"g1": 0.1, "tau1": 1.0, "g2": 0.1, "tau2": 10.0})
     law = world.base.model
-    both = type(law)(law.law, law.start, effects=(ActiveEffect(effect("drift")).started(), two))
+    both = type(law)(law.law, law.start, effects=(ActiveEffect(effect("drift")).with_start_values(), two))
     state = State(world.problem, world.fit(world.one.case, both, None))
     active = {one.effect.name: one for one in state.model.effects}
     size = Size.of(state, active["viscoelasticity"], ())
     share = size.relative_to(
         [Size.of(state, active["drift"], [active["viscoelasticity"]])],
-        math.sqrt(float(state.problem.likelihood.explained.sum())),
+        math.sqrt(float(state.problem.likelihood.explained_squares.sum())),
     )
     one = expected(state, f"viscoelasticity.{leading}", share, PHI, PHI_SPREAD, PHI_MOST)
     assert math.exp(dict(resemblances(state))["viscoelasticity",]) == pytest.approx(one, rel=1e-6)
@@ -245,6 +247,6 @@ def test_memory_is_declared_where_the_force_depends_on_the_past(name):
     path = np.concatenate([[0.0], LOOPS])
     stiff = lambda q: (300.0 * q, np.full(len(q), 300.0), np.zeros((len(q), 0)))  # noqa: E731
     travel = Travel(path, np.arange(len(path), dtype=float))
-    force = elastic_response([ActiveEffect(one).started()], travel, stiff, ()).value
+    force = elastic_response([ActiveEffect(one).with_start_values()], travel, stiff, ()).value
     spread = max(np.ptp(force[np.isclose(path, q, atol=1e-9)]) for q in np.unique(np.round(path, 9)))
     assert one.has_memory == (spread > 1e-6 * np.ptp(force))

@@ -17,7 +17,9 @@ from bushcli.selection.codec import FitCodec
 from bushcli.selection.fit import FittedSamples
 from bushcli.selection.model import Fitted, Model
 
-MODEL = Model("neo_hookean", {"C10": 0.4}, effects=(ActiveEffect(effect("permanent_set")).started(),))
+MODEL = Model(
+    "neo_hookean", {"C10": 0.4}, effects=(ActiveEffect(effect("permanent_set")).with_start_values(),)
+)
 # The arguments of a fit: a case, a model, ...
 QUESTION = ("case", MODEL)
 

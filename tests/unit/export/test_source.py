@@ -6,7 +6,7 @@ import math
 import pytest
 
 from bushcli import report
-from bushcli.case import load_case, resolved
+from bushcli.case import case_json, load_case
 from bushcli.errors import InputError
 from bushcli.export import read_source
 from bushcli.export.rubber import rubber_of
@@ -61,7 +61,7 @@ def test_an_identified_law_with_its_effects(case, tmp_path):
     values |= {"free_play.half_width": 0.05, "free_play@torsional.half_width": 0.9}
     result = {
         "command": "inverse",
-        "case": resolved(case),
+        "case": case_json(case),
         "versions": {},
         "law": "yeoh",
         "bulk_modulus": 1000.0,
@@ -83,7 +83,7 @@ def test_an_identified_law_with_its_effects(case, tmp_path):
 def test_another_law_than_the_cases(case, tmp_path):
     result = {
         "command": "fit",
-        "case": resolved(case) | {"effects": []},
+        "case": case_json(case) | {"effects": []},
         "versions": {},
         "law": "gent",
         "bulk_modulus": "inf",
@@ -117,7 +117,7 @@ def test_files_that_are_gone_are_missed_only_where_they_are_read(case, tmp_path)
     material = {"law": "yeoh", "bulk_modulus": 2000.0, "parameters": {"C10": 0.5, "C20": 0.0, "C30": 0.0}}
     result = {
         "command": "direct",
-        "case": resolved(case) | {"effects": []},
+        "case": case_json(case) | {"effects": []},
         "versions": {},
         "material": material,
         "load_cases": [],

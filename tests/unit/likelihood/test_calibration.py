@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bushcli.likelihood import calibration
-from bushcli.likelihood.noise import Compared, NoiseModel, smoothed
+from bushcli.likelihood.noise import Compared, NoiseModel, smooth_force
 from bushcli.recording import Recording
 
 SIGMA, FACTOR = 5.0, 0.005
@@ -37,20 +37,20 @@ def test_a_fit_is_not_drawn_to_smaller_forces():
 
 def test_whitening_is_by_the_covariance():
     one = channel(1)
-    F = smoothed(one.recording)
+    F = smooth_force(one.recording)
     covariance = SIGMA**2 * np.eye(len(Q)) + FACTOR**2 * np.outer(F, F)
-    rows = calibration.whitened(one.misfit, one, FACTOR)
+    rows = calibration.whiten(one.misfit, one, FACTOR)
     assert rows @ rows == pytest.approx(one.misfit @ np.linalg.solve(covariance, one.misfit), rel=1e-9)
 
 
 def test_smoothing_takes_most_of_the_noise_off():
-    left = smoothed(channel(2).recording) - FORCE
+    left = smooth_force(channel(2).recording) - FORCE
     # Six coefficients for each of three branches of 65, 99 and 64 samples; the error is larger at their ends.
     assert np.sqrt(np.mean(left**2)) < 0.5 * SIGMA
 
 
 def test_what_calibration_may_be_wrong_by_is_taken_out_but_no_more():
-    small, large = (calibration.calibrated(channel(3, factor), FACTOR) for factor in (1.004, 1.05))
+    small, large = (calibration.calibrate(channel(3, factor), FACTOR) for factor in (1.004, 1.05))
     assert np.sqrt(np.mean(small.misfit**2)) < 1.1 * SIGMA
     # Three standard deviations of the factor on the recorded force are taken out, not the whole five percent.
     left = float(FORCE @ large.misfit) / float(FORCE @ FORCE)
@@ -60,6 +60,6 @@ def test_what_calibration_may_be_wrong_by_is_taken_out_but_no_more():
 def test_samples_without_an_answer_do_not_count():
     one = channel(4)
     some = Compared(one.recording, np.where(Q > 4, np.nan, FORCE), one.noise)
-    rows = calibration.whitened(np.where(some.known, some.misfit, 0.0), some, FACTOR)
+    rows = calibration.whiten(np.where(some.known, some.misfit, 0.0), some, FACTOR)
     assert not rows[Q > 4].any()
     assert np.isfinite(rows).all()

@@ -83,19 +83,19 @@ def test_a_common_factor_is_taken_out_as_far_as_calibration_allows():
     size = np.linalg.norm(FORCE) / SIGMA
     assert np.linalg.norm(free.of(0.01 * FORCE)) == pytest.approx(0.01 * size, rel=1e-3)
     # A factor of one standard deviation counts for less than one unit, however many samples show it.
-    taken = np.linalg.norm(one.whitened(one.of(factor * FORCE), 1.0))
+    taken = np.linalg.norm(one.whiten(one.of(factor * FORCE), 1.0))
     assert taken == pytest.approx(factor * size / np.sqrt(1.0 + (factor * size) ** 2), rel=1e-3)
     assert factor * size > 3.0
     assert taken < 1.0
     # An error of form adds to the variance of calibration, and does not multiply it.
-    wide = np.linalg.norm(one.whitened(one.of(factor * FORCE), 100.0))
+    wide = np.linalg.norm(one.whiten(one.of(factor * FORCE), 100.0))
     assert wide == pytest.approx(factor * size / np.sqrt(100.0 + (factor * size) ** 2), rel=1e-3)
 
 
 def test_whitening_can_be_undone():
     one = made(factor=0.005)
     z = one.of(FORCE + 20.0 * np.sin(TIME))
-    np.testing.assert_allclose(one.coloured(one.whitened(z, 7.0), 7.0), z, rtol=1e-12)
+    np.testing.assert_allclose(one.colour(one.whiten(z, 7.0), 7.0), z, rtol=1e-12)
 
 
 def test_what_is_no_common_factor_is_left_alone():
@@ -103,9 +103,7 @@ def test_what_is_no_common_factor_is_left_alone():
     loop = 20.0 * np.sin(np.pi * TIME / 40.0) * np.sign(np.gradient(Q))
     other = loop - FORCE * (FORCE @ loop) / (FORCE @ FORCE)
     expected = free.of(other)
-    np.testing.assert_allclose(
-        one.whitened(one.of(other), 1.0), expected, atol=0.02 * np.linalg.norm(expected)
-    )
+    np.testing.assert_allclose(one.whiten(one.of(other), 1.0), expected, atol=0.02 * np.linalg.norm(expected))
 
 
 def test_derivatives_have_the_features_of_their_columns():
@@ -123,7 +121,7 @@ def test_samples_that_are_masked_do_not_matter():
     wild, unknown = np.where(used, misfit, 1e6), np.where(used, misfit, np.nan)
     for other in (wild, unknown):
         np.testing.assert_array_equal(one.of(other), one.of(misfit))
-        np.testing.assert_array_equal(one.shrunk(other), one.shrunk(misfit))
+        np.testing.assert_array_equal(one.shrink(other), one.shrink(misfit))
 
 
 def test_a_spike_that_is_masked_changes_no_feature():
@@ -154,10 +152,10 @@ def test_a_hum_contributes_next_to_nothing():
 def test_smoothing_keeps_what_is_smooth_and_takes_noise_off():
     one = made()
     smooth = 3.0 * Q - 0.1 * Q**2
-    np.testing.assert_allclose(one.shrunk(smooth), smooth, atol=SIGMA)
+    np.testing.assert_allclose(one.shrink(smooth), smooth, atol=SIGMA)
     noise = SIGMA * np.random.default_rng(4).normal(size=len(Q))
     # Six coefficients for forty samples, and a factor of two.
-    assert np.std(one.shrunk(noise)) < 2.0 * SIGMA * np.sqrt(6.0 / 40.0)
+    assert np.std(one.shrink(noise)) < 2.0 * SIGMA * np.sqrt(6.0 / 40.0)
 
 
 def test_a_recording_without_time_and_with_short_branches_has_features_too():

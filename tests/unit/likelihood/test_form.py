@@ -102,9 +102,9 @@ def test_a_misfit_is_worth_its_effective_features():
 def test_channels_without_a_misfit_share_the_error_of_form():
     """Half of the misfit to be explained is distributed among the channels in proportion to their force."""
     one = likelihood([1e4, 0.0], [1e5, 1e5])
-    np.testing.assert_allclose(one.explained, [0.5e4 + 0.25e4, 0.25e4])
+    np.testing.assert_allclose(one.explained_squares, [0.5e4 + 0.25e4, 0.25e4])
     assert one.variances()[1] > 1.0
-    assert likelihood([-30.0], [1e5]).explained.tolist() == [0.0]
+    assert likelihood([-30.0], [1e5]).explained_squares.tolist() == [0.0]
 
 
 def test_an_effect_errs_by_a_share_of_what_it_explains():

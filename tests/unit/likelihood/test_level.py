@@ -5,7 +5,7 @@ import pytest
 
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.features import features as features_of
-from bushcli.likelihood.level import levelled
+from bushcli.likelihood.level import refine_noise
 from bushcli.likelihood.noise import NoiseModel, noise_model
 from bushcli.recording import Recording
 
@@ -28,19 +28,23 @@ def drawn(noise, physics, fall, seed):
 @pytest.mark.parametrize("noise", [0.6, 1.0, 1.7])
 @pytest.mark.parametrize("physics", [(0.0, 0.5), (1e2, 0.25), (1e4, 0.125)])
 def test_noise_is_found_beside_missing_physics(noise, physics):
-    found = np.array([levelled(NOISE, features(), drawn(noise, *physics, seed)).sigma for seed in range(12)])
+    found = np.array(
+        [refine_noise(NOISE, features(), drawn(noise, *physics, seed)).sigma for seed in range(12)]
+    )
     assert np.median(found) / NOISE.sigma == pytest.approx(noise, rel=0.35)
 
 
 @pytest.mark.parametrize("physics", [(1e6, 0.125), (300.0, 0.6)])
 def test_where_missing_physics_covers_all_degrees_the_noise_stays_what_the_recording_says(physics):
-    found = np.array([levelled(NOISE, features(), drawn(1.0, *physics, seed)).sigma for seed in range(12)])
+    found = np.array(
+        [refine_noise(NOISE, features(), drawn(1.0, *physics, seed)).sigma for seed in range(12)]
+    )
     assert np.median(found) / NOISE.sigma == pytest.approx(1.0, abs=0.3)
 
 
 def test_flat_misfit_is_noise():
     """The recording's noise was estimated as 1; features of 1.7 in all degrees show that it is larger."""
-    better = levelled(NOISE, features(), drawn(1.7, 0.0, 0.5, 3))
+    better = refine_noise(NOISE, features(), drawn(1.7, 0.0, 0.5, 3))
     assert better.sigma == pytest.approx(1.7 * NOISE.sigma, rel=0.2)
     assert better.freedom > 2 * NOISE.freedom
     assert better.correlation == NOISE.correlation
@@ -48,7 +52,7 @@ def test_flat_misfit_is_noise():
 
 def test_known_noise_stays():
     known = NoiseModel(2.0)
-    assert levelled(known, features(), drawn(3.0, 0.0, 0.5, 1)) == known
+    assert refine_noise(known, features(), drawn(3.0, 0.0, 0.5, 1)) == known
 
 
 def recorded(correlation, seed):
@@ -73,7 +77,7 @@ def test_noise_with_a_memory_is_found_in_short_branches(correlation):
         recording, noise = recorded(correlation, seed)
         first = noise_model(recording)
         one = features_of(recording, first, used, 0.0)
-        found = levelled(first, one, one.of(noise))
+        found = refine_noise(first, one, one.of(noise))
         ratios.append(np.log(found.sigma * np.sqrt(found.correlation_time) / truth))
         apart.append(np.mean(features_of(recording, found, used, 0.0).of(noise) ** 2))
     assert abs(np.median(ratios)) < 0.2

@@ -115,6 +115,8 @@ def test_a_sample_that_does_not_count_sets_no_scale(noise):
     one, other = (Recording("axial", q, f, time, name="axial") for f in (clean, spiked))
     assert noise_model(other, used).sigma == pytest.approx(noise_model(one).sigma, rel=0.02)
     assert noise_model(other, used).least == pytest.approx(noise_model(one).least, rel=1e-3)
-    assert other.bridged(used).force == pytest.approx(np.where(used, clean, (clean[199] + clean[201]) / 2))
-    assert other.bridged(~np.zeros_like(used)) is other
-    assert other.bridged(np.zeros_like(used)) is other
+    assert other.with_gaps_interpolated(used).force == pytest.approx(
+        np.where(used, clean, (clean[199] + clean[201]) / 2)
+    )
+    assert other.with_gaps_interpolated(~np.zeros_like(used)) is other
+    assert other.with_gaps_interpolated(np.zeros_like(used)) is other

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from bushcli.likelihood.linearised import linearised, weighed
+from bushcli.likelihood.linearisation import linearise, weigh
 from bushcli.likelihood.noise import Compared, NoiseModel
 from bushcli.mismatch.bushing import LEVEL, Combined, Seen, local_map
-from bushcli.mismatch.field import covariance, estimate, uniform, zoned
+from bushcli.mismatch.field import covariance, estimate, estimate_zones, uniform
 from bushcli.mismatch.places import onto, zones
 from bushcli.recording import Recording
 from cases.local import Cells
@@ -121,8 +121,8 @@ def test_noise_alone_makes_no_place(modes, law):
     for seed in range(SEEDS):
         parts = [seen(mode, 0.0, seed) for mode in modes]
         parts = fitted(parts) if law == "fitted" else parts
-        linear = linearised([one.compared for one in parts], [one.jacobian for one in parts])
-        slope = weighed([one.compared for one in parts], [one.slope for one in parts])
+        linear = linearise([one.compared for one in parts], [one.jacobian for one in parts])
+        slope = weigh([one.compared for one in parts], [one.slope for one in parts])
         alarms += estimate(linear, slope, prior).p < LEVEL
     assert alarms <= binom.ppf(0.999, SEEDS, LEVEL)
     assert alarms <= 0.05 * SEEDS
@@ -134,7 +134,7 @@ def test_noise_of_doubtful_size_makes_no_place():
     alarms = 0
     for seed in range(SEEDS):
         one = seen("axial", 0.0, seed, noise=NoiseModel(SIGMA / 2, freedom=20.0))
-        linear, slope = linearised([one.compared], [one.jacobian]), weighed([one.compared], [one.slope])
+        linear, slope = linearise([one.compared], [one.jacobian]), weigh([one.compared], [one.slope])
         alarms += estimate(linear, slope, prior).p < LEVEL
     assert alarms <= binom.ppf(0.999, SEEDS, LEVEL)
 
@@ -181,7 +181,7 @@ def test_a_spot_is_found_where_it_is(law):
     assert abs(rest) < 0.3 * abs(mean)
     assert "softer near the inner bond at the upper end" in drawn.text
     labels, members = zones(cells, frozenset(), SHAPE)
-    parts = zoned(result.linear, result.slope, members)
+    parts = estimate_zones(result.linear, result.slope, members)
     best = int(np.argmax(parts.drop))
     assert labels[best].startswith("near the inner bond at the upper end")
     # The zone is the spot, and the toy is linear in the logarithm.
@@ -226,7 +226,7 @@ def test_a_hysteresis_loop_is_no_place():
 
 def test_what_the_fitted_parameters_do_is_not_the_factors():
     (one,) = fitted([seen("torsional", 0.1, 6)])
-    linear, slope = linearised([one.compared], [one.jacobian]), weighed([one.compared], [one.slope])
+    linear, slope = linearise([one.compared], [one.jacobian]), weigh([one.compared], [one.slope])
     assert uniform(linear, slope) == 0.0
 
 

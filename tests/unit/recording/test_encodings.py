@@ -7,7 +7,7 @@ import pytest
 
 from bushcli.recording import read_recording
 from bushcli.recording.source import Source
-from bushcli.recording.text.decode import decoded
+from bushcli.recording.text.decode import read_text
 from bushcli.recording.text_file import read_table
 
 Q = np.linspace(0.0, 4.0, 41)
@@ -48,4 +48,4 @@ def test_german_words_are_not_taken_for_chinese(tmp_path, word):
         f"{word}\nWeg [mm];Kraft [N]\n".encode("latin-1") + b"0;0\n1;100\n2;200\n3;290\n4;400\n5;500\n"
     )
     assert read_table(path).names == ("Weg [mm]", "Kraft [N]")
-    assert word in decoded(path)
+    assert word in read_text(path)

@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from bushcli.errors import RecordingError
-from bushcli.recording import Recording, isolated, opened, read_coupon, read_program, read_recording
+from bushcli.recording import Recording, find_table, isolated, read_coupon, read_program, read_recording
 from bushcli.recording.reader import readers
 from bushcli.recording.source import Source
 
@@ -246,7 +246,7 @@ def test_without_the_library_one_sentence_names_the_extra(tmp_path, name, monkey
     suffix, write = WRITERS[name]
     path = write(tmp_path / f"rig{suffix}")
     monkeypatch.setattr(isolated.importlib.util, "find_spec", lambda module: None)
-    if not readers()[opened.format_of(path)].library:
+    if not readers()[find_table.format_of(path)].library:
         assert_same(read(path), rtol=1e-6)
         return
     with pytest.raises(

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from bushcli.errors import RecordingError
-from bushcli.recording import isolated, opened, read_recording
+from bushcli.recording import find_table, isolated, read_recording
 from bushcli.recording.reader import readers
 from bushcli.recording.source import Source
 
@@ -46,7 +46,7 @@ def refused(path: Path, message: str = ".", **keys: object) -> None:
 def test_a_head_with_nonsense_behind_it(tmp_path, name, rest):
     path = tmp_path / "rig.xlsx" if name == "xlsx" else tmp_path / "rig.bin"
     path.write_bytes(HEADS[name] + rest)
-    assert opened.format_of(path) == name
+    assert find_table.format_of(path) == name
     refused(path)
 
 

@@ -29,14 +29,14 @@ def both(path, text, monkeypatch, **kwargs):
     """Return the recording, and that which is read line by line, or the errors; and how many lines were alike."""
     path.write_text(text, encoding="utf-8")
     found, alike = [], []
-    sifted = rows.sifted
+    read_runs = rows.split_runs
 
     def watched(*args):
-        parts = sifted(*args)
+        parts = read_runs(*args)
         alike.append(sum(map(len, parts[1])))
         return parts
 
-    monkeypatch.setattr("bushcli.recording.text_file.sifted", watched)
+    monkeypatch.setattr("bushcli.recording.text_file.split_runs", watched)
     for head in (rows.HEAD, 10**9):
         monkeypatch.setattr(rows, "HEAD", head)
         try:

@@ -65,7 +65,7 @@ def test_a_text_is_read_once_for_its_channels(tmp_path, monkeypatch):
     file = long_form(tmp_path / "long.csv", names=("S1", "S2", "S3"))
     tables, read = TableCache(), []
     monkeypatch.setattr(
-        "bushcli.recording.text_file.decoded", lambda path: read.append(path) or path.read_text("utf-8")
+        "bushcli.recording.text_file.read_text", lambda path: read.append(path) or path.read_text("utf-8")
     )
     for name in ("S1", "S2", "S3"):
         read_coupon(Source("uniaxial", file, rows={"1": name}), tables)

@@ -14,7 +14,7 @@ from bushcli.recording import isolated, read_recording, table_cache
 from bushcli.recording.table_cache import TableCache
 from bushcli.selection.model import Model
 from bushcli.selection.model_cache import ModelCache
-from bushcli.simulate.measured import Measured
+from bushcli.simulate.recording_cache import RecordingCache
 
 pytestmark = pytest.mark.usefixtures("in_this_process")
 
@@ -89,7 +89,7 @@ def test_a_diagnosis_and_a_prediction_read_each_file_once(case, reads):
         start = {"C10": 0.4} if law == "neo_hookean" else {"C10": 0.4, "C20": 0.0, "C30": 0.0}
         cache.channels(Model(law, start).task(case))
     Task(case, "neo_hookean").problem(tables=cache.tables)
-    Measured(cache.tables)(case)
+    RecordingCache(cache.tables)(case)
     assert reads == ["axial.tdms", "again.tdms"]
 
 

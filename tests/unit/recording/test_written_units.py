@@ -274,6 +274,7 @@ def test_a_factor_of_a_column_that_is_not_read_does_not_matter(tmp_path):
     [
         "Scale factor;1;1,0;1.0", "Gain: 1", "Full scale: 5 kN", "PID gain: 5", "Scale 1:2", "Shape factor: 2",
         "Scale: auto", "Gauge factor: 2.05", "Specimen 2 x 3 mm", "Scale: 2 kN/V", "multiplier,1,1,1",
+        "[N/mm**2] [N] [s]",
     ],
 )  # fmt: skip
 def test_other_numbers_above_the_table_are_no_factors(tmp_path, above):

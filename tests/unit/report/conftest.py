@@ -13,7 +13,7 @@ from bushcli.report.results import DirectResult
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.misfit import misfits
 from bushcli.simulate.response import Response, Simulated
-from bushcli.simulate.stretched import Stretched
+from bushcli.simulate.strains import Strains
 from cases.march import Attempt
 from cases.stretches import Surface
 
@@ -87,7 +87,7 @@ def line(mode="axial", stiffness=100.0, measured=None, name="", reach=4.0, **cha
         "reach": reach,
         "target": reach,
         "unknowns": 682,
-        "strained": Stretched((0.6, 1.7)),
+        "strained": Strains((0.6, 1.7)),
         "seconds": {"mesh_and_forms": 0.1, "march": 0.2},
         "surface": section(),
     }

@@ -12,7 +12,7 @@ from bushcli.recording.source import Source, Specimen
 from bushcli.report.quantity import number, percent
 from bushcli.report.verdict import stiffer
 from bushcli.report.views.study import share_percent
-from bushcli.runtime.digits import beside, significant
+from bushcli.runtime.digits import with_decimals, with_digits
 from bushcli.standards.observed import observe
 from bushcli.standards.standard import speed_clause
 
@@ -28,7 +28,7 @@ from bushcli.standards.standard import speed_clause
     ],
 )
 def test_digits_show_the_side_of_the_limit(value: float, limit: float, shown: str) -> None:
-    assert beside(value, limit) == shown
+    assert with_decimals(value, limit) == shown
 
 
 @pytest.mark.parametrize("off", [10.001, 10.3, 10.49, 0.2003])
@@ -46,8 +46,8 @@ def test_significant_digits_and_several_limits() -> None:
     """140.3 is a limit of a study, 0.1 % one of a design, 450 and 550 mm/min those of ISO 37."""
     shown = [number(value, 4, (103.7, 140.28)) for value in (140.29, 140.27, 120.0)]
     assert shown == ["140.3", "140.27", "120.0"]
-    assert significant(550.3, 450.0, 550.0) == "550.3"
-    assert significant(500.3, 450.0, 550.0) == "500"
+    assert with_digits(550.3, 450.0, 550.0) == "550.3"
+    assert with_digits(500.3, 450.0, 550.0) == "500"
     assert share_percent(0.9999) == "99.99 %"
     assert share_percent(1.0) == "100.0 %"
     assert share_percent(1e-4) == "0.01 %"

@@ -9,9 +9,9 @@ from bushcli.report.conditions import conditions
 from bushcli.report.json.direct import direct_json
 from bushcli.report.results import DirectResult
 from bushcli.report.views.direct import contact_table
-from bushcli.simulate.touching import Touched
+from bushcli.simulate.contact import SurfaceContact
 
-WALLS = Touched(("end_top", "free"), 0.1, 66.3, 0.2, 17.1, -5.4)
+WALLS = SurfaceContact(("end_top", "free"), 0.1, 66.3, 0.2, 17.1, -5.4)
 
 
 def test_what_met_is_in_the_units_of_the_mode(answer, channel):

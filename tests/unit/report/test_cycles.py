@@ -14,7 +14,7 @@ from bushcli.curve.curve import Curve
 from bushcli.recording import Recording, read_recording
 from bushcli.recording.source import Source
 from bushcli.report.cycles import unexplained_hysteresis
-from bushcli.report.drawing.prepared import prepared
+from bushcli.report.drawing.preparation import prepare
 from bushcli.report.plots.cycles import cycle_panels, history_panels
 from bushcli.report.views.cycles import cycle_table, history_section, hold_table
 from bushcli.report.writers.files import write
@@ -106,7 +106,7 @@ def test_the_rounding_of_a_solver_is_no_loop(answer, channel):
         found = answer(channel("axial", curve=Curve("axial", q, force), surface=None))
         (history,) = found.histories
         assert [one.energy.value == 0.0 for _, _, one in history.cycles] == [lossless, lossless]
-        energy, secant = (prepared(plot) for plot in cycle_panels(history, "axial").rows[1])
+        energy, secant = (prepare(plot) for plot in cycle_panels(history, "axial").rows[1])
         assert (np.ptp(energy.y) == 2.0) == lossless
         assert (np.ptp(secant.y) > 20.0) == lossless
 
@@ -160,7 +160,7 @@ def test_a_long_recording_keeps_its_ends_at_the_terminal(simulated):
     recording = Recording("axial", 4 * np.sin(phase), elastic(4 * np.sin(phase)), phase, name="axial")
     (history,) = simulated(recording).histories
     whole = history_section([history]).blocks[0]
-    brief = whole.shortened(whole.most)
+    brief = whole.without_middle(whole.most)
     assert len(whole.rows) == 20
     assert "20 in all" in brief.title
     numbers = [row[0] for row in brief.rows]

@@ -17,7 +17,7 @@ from bushcli.diagnosis.words import sentences
 from bushcli.effects.effect import effect
 from bushcli.effects.titles import phrase, title
 from bushcli.report.document import Paragraph, on
-from bushcli.report.drawing.results import diagnosis_pictures, drawn
+from bushcli.report.drawing.results import diagnosis_pictures, pictures_of
 from bushcli.report.plots.certainty import prior_panels, probability_panels
 from bushcli.report.plots.diagnosis import curve_plot
 from bushcli.report.views.diagnosis.document import bar, model_table, probability_table
@@ -55,7 +55,7 @@ def page_of(found, pictures=()):
 
 def section_of(found, heading, pictures=()):
     """Return the paragraphs and tables of a section of the document; None if there is no such section."""
-    known = {one.heading: one for one in report.as_document(found).illustrated(pictures).sections}
+    known = {one.heading: one for one in report.as_document(found).with_pictures(pictures).sections}
     return known[heading].blocks if heading in known else None
 
 
@@ -536,7 +536,7 @@ def test_the_table_of_models_ends_at_95_percent(case, diagnoses):
     rows = table.rows
     assert [row[2] for row in rows] == ["58 %", "87 %", "92 %", "96 %"]
     assert rows[0][0] == model_title("yeoh", ("mullins", "friction"))
-    short = table.shortened(2)
+    short = table.without_middle(2)
     assert ([row[2] for row in short.rows], short.title) == (["58 %", ""], f"{table.title} (4 in all)")
 
 
@@ -671,7 +671,7 @@ def test_the_page_runs_its_own_script_and_no_other(case, diagnoses):
     doubt = Condition("strange", "<script>alert(1)</script>", "</script>")
     found = diagnoses.diagnosis(case('<script>alert("x")</script>'), conditions=(doubt,))
     found = replace(found, probability={})
-    pictures = drawn(diagnosis_pictures(replace(found, maps=()), {"axial": "axial"}))
+    pictures = pictures_of(diagnosis_pictures(replace(found, maps=()), {"axial": "axial"}))
     text = page_of(found, pictures)
     assert text.count("<script>") == 1
     assert "script-src &#39;sha256-" in text or "script-src 'sha256-" in text

@@ -9,8 +9,8 @@ from bushcli.recording import read_recording
 from bushcli.report.json.check import check_json
 from bushcli.report.json.direct import direct_json
 from bushcli.report.json.fit import fit_json
-from bushcli.report.results import Checked, FitResult
-from bushcli.simulate.stretched import Stretched
+from bushcli.report.results import CheckResult, FitResult
+from bushcli.simulate.strains import Strains
 from bushcli.standards.protocol import protocol
 from bushcli.study.answers import RESULT_KEYS
 
@@ -85,7 +85,7 @@ def test_a_recording_that_was_not_reached_is_a_problem(direct, channel):
 
 
 def test_what_is_not_finite_is_written_in_words(direct, channel):
-    result = direct(channel("axial", 100.0, mesh_error=float("inf"), strained=Stretched((1.0, float("nan")))))
+    result = direct(channel("axial", 100.0, mesh_error=float("inf"), strained=Strains((1.0, float("nan")))))
     (axial,) = result["load_cases"]
     assert axial["mesh_error_percent"] == "inf"
     assert axial["principal_stretches"] == [1.0, None]
@@ -126,7 +126,7 @@ def test_a_law_fitted_on_the_way_is_in_the_direct_result(direct, fit):
 def test_a_checked_case_says_what_its_recordings_hold(case):
     used = case()
     curves = [read_recording(source) for source in used.recordings]
-    result = strict(check_json(Checked(used, curves, [], protocol(used, curves, []))))
+    result = strict(check_json(CheckResult(used, curves, [], protocol(used, curves, []))))
     (measured,) = result["recordings"]
     assert (measured["name"], measured["samples"], measured["cycles"]) == ("measured", 6, 1)
     assert measured["displacement"] == [0.0, 5.0]

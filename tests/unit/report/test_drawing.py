@@ -15,10 +15,10 @@ from bushcli.report.drawing import projection
 from bushcli.report.drawing.body import _Drawing, deformed_figure
 from bushcli.report.drawing.bushing_map import map_figure
 from bushcli.report.drawing.looks import LOOKS, style_sheet
-from bushcli.report.drawing.picture import plotted, style
-from bushcli.report.drawing.prepared import MOST, pane, position, prepared, thinned, ticks
+from bushcli.report.drawing.picture import draw_panels, style
+from bushcli.report.drawing.preparation import MOST, pane, position, prepare, thin_curve, ticks
 from bushcli.report.drawing.results import diagnosis_pictures, direct_pictures, mesh_pictures
-from bushcli.report.drawing.results import drawn as pictures_of
+from bushcli.report.drawing.results import pictures_of as pictures_of
 from bushcli.report.drawing.zoom import figure, svg
 from bushcli.report.plots.diagnosis import curve_plot
 from bushcli.report.plots.places import numbering
@@ -147,7 +147,7 @@ def test_a_cut_model_is_seen_from_its_cut(side, sign):
 
 
 def test_a_revolved_section_is_a_ring_with_a_quarter_left_open(ring):
-    body = projection.revolved(ring)
+    body = projection.body_of_revolution(ring)
     angle = np.degrees(np.arctan2(body.reference[..., 1], body.reference[..., 0])) % 360
     assert angle.max() == pytest.approx(270.0)
     assert np.hypot(body.reference[..., 0], body.reference[..., 1]).max() == pytest.approx(18.0)
@@ -390,7 +390,7 @@ def everything(**changes):
 def test_both_drawings_show_the_same_plot():
     shown = ET.fromstring(svg(everything()))
     keys = [e.text or "".join(e.itertext()) for e in shown.iter("button") if "key" in (e.get("class") or "")]
-    picture = plotted(Panels("all", "curve", "All", [[everything()]]))
+    picture = draw_panels(Panels("all", "curve", "All", [[everything()]]))
     assert picture.png.startswith(PNG)
     legend = ET.fromstring(picture.svg)
     assert legend.tag.endswith("svg")
@@ -451,7 +451,7 @@ def test_ticks_of_a_logarithmic_axis_are_round(low, high, expected):
 @pytest.mark.parametrize("value", [np.nan, np.inf, 5.0])
 def test_limits_hold_what_is_drawn_and_no_more(value):
     y = np.array([1.0, 3.0, value, 2.0])
-    low, high = prepared(Plot("p", ("x", "y"), [Series("after", "", np.arange(4.0), y)])).y
+    low, high = prepare(Plot("p", ("x", "y"), [Series("after", "", np.arange(4.0), y)])).y
     good = y[np.isfinite(y)]
     assert low < good.min() < good.max() < high
     assert high - low < 1.2 * np.ptp(good)
@@ -466,7 +466,7 @@ def test_a_loop_recorded_for_hours_is_drawn_by_few_points_with_its_envelope():
     force[333_333], force[100_000] = 6000.0, -5000.0
     force[500_000:500_100] = np.nan
     for x in (q, t):
-        at, y = thinned(x, force, MOST)
+        at, y = thin_curve(x, force, MOST)
         assert len(at) <= MOST
         assert (np.nanmin(y), np.nanmax(y)) == (-5000.0, 6000.0)
         assert np.isin(y[np.isfinite(y)], force).all()
@@ -486,13 +486,13 @@ def binned(x, y, edges):
 def test_a_short_curve_is_drawn_as_it_is():
     x = np.linspace(0.0, 1.0, MOST)
     one = Series("after", "", x, np.sin(9 * x))
-    assert prepared(Plot("p", ("x", "y"), [one])).series[0] is one
+    assert prepare(Plot("p", ("x", "y"), [one])).series[0] is one
 
 
 def test_dots_are_thinned_without_their_extremes():
     rng = np.random.default_rng(2)
     x, y = rng.normal(size=(2, 300_000))
-    at, drawn = thinned(x, y, MOST, dots=True)
+    at, drawn = thin_curve(x, y, MOST, dots=True)
     assert len(at) <= MOST
     assert (drawn.min(), drawn.max()) == (y.min(), y.max())
 
@@ -503,7 +503,7 @@ def test_areas_of_a_long_recording_are_drawn_by_few_points():
         np.stack([np.append(x, x[::-1]), np.append(x + d, x[::-1] - d)], axis=1)
         for d in np.linspace(0, 0.01, 3000)
     ]
-    (region,) = prepared(Plot("p", ("x", "y"), regions=[Region("soft", "", pieces)])).regions
+    (region,) = prepare(Plot("p", ("x", "y"), regions=[Region("soft", "", pieces)])).regions
     assert sum(map(len, region.outlines)) <= 20_000
     # The widest one is lost by less than a pixel.
     assert max(np.abs(np.diff(one, axis=1)).max() for one in region.outlines) > 0.01 - 1 / 200
@@ -513,7 +513,7 @@ def test_numbers_do_not_overlap():
     """Nine places, all of them with their largest misfit at the same point."""
     corner = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])
     places = [Region("soft", "", [corner], n, np.array([(0.5, 0.5)])) for n in range(1, 10)]
-    plot = prepared(Plot("p", ("x", "y"), regions=places))
+    plot = prepare(Plot("p", ("x", "y"), regions=places))
     at = np.stack(position(plot, *np.concatenate([one.at for one in plot.regions]).T), axis=1)
     apart = np.hypot(*(at[:, None] - at[None]).transpose(2, 0, 1)) + 1e3 * np.eye(9)
     assert apart.min() >= 18.0  # two radii
@@ -523,13 +523,13 @@ def test_a_number_prefers_another_sample_of_its_place():
     corner = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])
     first = Region("soft", "", [corner], 1, np.array([(0.5, 0.5)]))
     second = replace(first, number=2, at=np.array([(0.5, 0.5), (0.9, 0.2)]))
-    plot = prepared(Plot("p", ("x", "y"), regions=[first, second]))
+    plot = prepare(Plot("p", ("x", "y"), regions=[first, second]))
     assert plot.regions[1].at[0] == pytest.approx((0.9, 0.2))
 
 
 def test_the_numbers_of_an_axis_have_room_beside_its_label():
     """-400000 has seven characters of some 8 pixels; the label takes 20."""
     line = Series("after", "", np.arange(2.0), np.array([-4e5, 4e5]))
-    wide, narrow = (prepared(Plot("p", ("x", label), [line])) for label in ("moment", ""))
+    wide, narrow = (prepare(Plot("p", ("x", label), [line])) for label in ("moment", ""))
     assert pane(wide)[0] >= 7 * 7.2 + 20 + 7
     assert pane(narrow)[0] >= 7 * 7.2 + 7

@@ -16,9 +16,9 @@ from bushcli.report.writers.folder import (
     NotDrawn,
     check_folder,
     occupy,
-    owned,
+    own_files,
     refuse_others,
-    staging,
+    staging_folder,
     write_files,
 )
 from bushcli.runtime.names import file_names
@@ -35,13 +35,13 @@ def text(content):
 def test_the_result_lists_what_was_written(tmp_path):
     write_files(tmp_path / "out", {"result.json": RESULT, "a.csv": text("1")}, ())
     assert json.loads((tmp_path / "out" / "result.json").read_text())["files"] == ["a.csv", "result.json"]
-    assert owned(tmp_path / "out") == {"a.csv", "result.json"}
+    assert own_files(tmp_path / "out") == {"a.csv", "result.json"}
 
 
 def test_results_of_several_commands_share_a_folder(tmp_path):
     for name in ("a.csv", "b.csv", "a.csv"):
         write_files(tmp_path, {"result.json": RESULT, name: text(name)}, ())
-    assert owned(tmp_path) == {"a.csv", "b.csv", "result.json"}
+    assert own_files(tmp_path) == {"a.csv", "b.csv", "result.json"}
 
 
 def test_a_file_that_the_result_does_not_list_is_not_replaced(tmp_path):
@@ -145,7 +145,7 @@ def test_files_of_an_interrupted_run_are_replaced(tmp_path):
     write_files(tmp_path, {"result.json": RESULT}, (), ["axial.h5"])
     # From then on result.json lists them.
     assert sorted(file.name for file in tmp_path.iterdir()) == ["axial.csv", "axial.h5", "result.json"]
-    assert owned(tmp_path) == {"axial.h5", "result.json"}
+    assert own_files(tmp_path) == {"axial.h5", "result.json"}
 
 
 def asked(question, command="direct", problems=()):
@@ -217,7 +217,7 @@ def test_the_result_is_there_when_the_drawing_fails(tmp_path, error):
     with pytest.raises(NotDrawn) as caught:
         write_files(tmp_path, {"result.json": RESULT, "a.csv": text("1")}, (), drawn=draw)
     assert caught.value.cause is error
-    assert owned(tmp_path) == {"a.csv", "result.json"}
+    assert own_files(tmp_path) == {"a.csv", "result.json"}
 
 
 def test_pictures_beside_a_picture_of_the_user_are_drawn(tmp_path):
@@ -227,7 +227,7 @@ def test_pictures_beside_a_picture_of_the_user_are_drawn(tmp_path):
         write_files(tmp_path, {"result.json": RESULT}, (), drawn=lambda: shown)
     assert "mine.png: exists already" in str(caught.value.cause)
     assert (tmp_path / "mine.png").read_text() == "mine"
-    assert owned(tmp_path) == {"other.png", "result.json"}
+    assert own_files(tmp_path) == {"other.png", "result.json"}
 
 
 def test_a_folder_and_a_protected_file_in_place_of_a_result_are_refused(tmp_path):
@@ -243,15 +243,15 @@ def test_a_folder_and_a_protected_file_in_place_of_a_result_are_refused(tmp_path
 
 def test_what_a_run_writes_while_it_calculates_is_apart_until_it_ends(tmp_path):
     write_files(tmp_path, {"result.json": RESULT, "a.h5": text("old")}, ())
-    with staging(tmp_path) as folder:
+    with staging_folder(tmp_path) as folder:
         (folder / "a.h5").write_text("part")
     assert (tmp_path / "a.h5").read_text() == "old"
-    with staging(tmp_path) as folder:
+    with staging_folder(tmp_path) as folder:
         (folder / "a.h5").write_text("new")
         write_files(tmp_path, {"result.json": asked("p")}, (), ["a.h5", "b.h5"])
     assert (tmp_path / "a.h5").read_text() == "new"
     assert (tmp_path / "earlier-direct" / "a.h5").read_text() == "old"
-    assert owned(tmp_path) == {"a.h5", "result.json"}
+    assert own_files(tmp_path) == {"a.h5", "result.json"}
     assert not (tmp_path / STAGING).exists()
 
 
@@ -304,7 +304,7 @@ def test_whenever_a_run_is_killed_the_earlier_result_is_whole_and_the_next_run_i
     subprocess.run([sys.executable, "-c", KILLED, out, str(moment)], check=False)
     for _ in range(2):
         assert any(is_whole(file.parent) for file in out.rglob("result.json"))
-        with staging(out):
+        with staging_folder(out):
             write_files(out, {"result.json": asked("r"), "a.csv": text("r")}, ())
     assert not [file for file in out.rglob("*") if file.name.endswith(".part") or file.name == STAGING]
 
@@ -335,4 +335,4 @@ def test_the_picture_of_a_refused_geometry_is_replaced_by_the_next_one(tmp_path)
     for reason in ("it has no axis", "it has no bond"):
         written = write_refused(tmp_path, GeometryError("part.step", reason, view=view))
         assert [path.name for path in written] == ["geometry.png", "geometry.svg"]
-    assert owned(tmp_path) == {path.name for path in written}
+    assert own_files(tmp_path) == {path.name for path in written}

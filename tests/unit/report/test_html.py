@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from bushcli.report.drawing.results import direct_pictures, drawn
+from bushcli.report.drawing.results import direct_pictures, pictures_of
 from bushcli.report.json.direct import direct_json
 from bushcli.report.json.fit import fit_json
 from bushcli.report.plots.fit import fit_panels
@@ -23,7 +23,7 @@ def page(answer, channel):
         found = answer(channel("axial", 645.0, 363.0, **changes), title=title, fit=fit)
         result = direct_json(found) | {"timings_s": {"total": 1.0}}
         names = {c.name: "axial" for c in found.response.channels}
-        pictures = drawn(direct_pictures(found, names))
+        pictures = pictures_of(direct_pictures(found, names))
         return page_of(direct_document(found), result, pictures)
 
     return make
@@ -99,6 +99,6 @@ def test_titles_and_names_are_escaped(page):
 
 def test_a_fit_has_a_page(case, fit):
     found = FitResult(case(), fit)
-    text = page_of(fit_document(found), fit_json(found), drawn([fit_panels(fit)]))
+    text = page_of(fit_document(found), fit_json(found), pictures_of([fit_panels(fit)]))
     assert "yeoh fits 3 coupon tests to 20.0 % rms or better" in text
     Tags(text)

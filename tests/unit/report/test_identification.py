@@ -18,11 +18,11 @@ from bushcli.effects.effect import effect
 from bushcli.faults import DataFault
 from bushcli.inverse import Combination, EndPoint, Estimate, Evaluation, Fit, FittedCurve, Profile
 from bushcli.recording import Recording
-from bushcli.report.drawing.results import drawn
+from bushcli.report.drawing.results import pictures_of
 from bushcli.report.plots.fit import inverse_panels
 from bushcli.report.ranking import effective_samples, information_criterion, rank
 from bushcli.report.results import InverseResult
-from bushcli.report.views.inverse import answer, bulk_modulus, with_error
+from bushcli.report.views.inverse import answer, bulk_modulus_line, with_error
 from bushcli.report.writers.files import write
 from bushcli.report.writers.terminal import terminal_text
 from bushcli.runtime.condition import Condition
@@ -214,7 +214,7 @@ def test_compliance_is_shown_with_unit_and_bulk_modulus(case):
 def test_bulk_modulus_is_the_compliance_in_other_words(compliance, std, expected):
     found = identified(names=("C10", "compliance"))
     estimate = Estimate(compliance, std, 0.0, 0.1, False)
-    assert bulk_modulus(replace(found, parameters={"compliance": estimate})) == expected
+    assert bulk_modulus_line(replace(found, parameters={"compliance": estimate})) == expected
 
 
 def test_what_was_held_out_ranks_laws():
@@ -328,7 +328,7 @@ def test_text_says_everything(case):
 @pytest.mark.slow
 def test_every_picture_is_sound():
     fits = [identified(curves=(curve("axial"), curve("radial", 4.0, held_out=True))), identified("gent")]
-    pictures = drawn(inverse_panels(InverseResult(None, fits), {"axial": "axial", "radial": "radial"}))
+    pictures = pictures_of(inverse_panels(InverseResult(None, fits), {"axial": "axial", "radial": "radial"}))
     names = {picture.name for picture in pictures}
     expected = {"axial-identified", "radial-identified", "ranking", "profiles", "correlation", "convergence"}
     assert expected | {"starts"} <= names

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from bushcli.report.quantity import listed, number, percent, quantities
+from bushcli.report.quantity import join_names, number, percent, quantities
 
 
 def test_rotation_is_shown_in_degrees():
@@ -18,13 +18,13 @@ def test_rotation_is_shown_in_degrees():
 
 def test_translation_is_left_as_it_is():
     shown = quantities("radial")
-    assert shown.shown(np.array([1.0, 2.0])).tolist() == [1.0, 2.0]
+    assert shown.shown_displacement(np.array([1.0, 2.0])).tolist() == [1.0, 2.0]
     assert (shown.displacement_unit, shown.force_unit, shown.stiffness(5.0)) == ("mm", "N", 5.0)
 
 
 def test_coupon_is_shown_as_stretch():
     shown = quantities("uniaxial")
-    assert shown.shown(np.array([0.0, 1.5])).tolist() == [1.0, 2.5]
+    assert shown.shown_displacement(np.array([0.0, 1.5])).tolist() == [1.0, 2.5]
     assert shown.displacement_label == "stretch"
 
 
@@ -54,4 +54,9 @@ def test_percentages_are_as_fine_as_they_are_small():
 
 
 def test_names_are_joined_as_in_a_sentence():
-    assert [listed(n) for n in ([], ["a"], ["a", "b"], ["a", "b", "c"])] == ["", "a", "a and b", "a, b and c"]
+    assert [join_names(n) for n in ([], ["a"], ["a", "b"], ["a", "b", "c"])] == [
+        "",
+        "a",
+        "a and b",
+        "a, b and c",
+    ]

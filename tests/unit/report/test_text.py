@@ -10,7 +10,7 @@ from rich.console import Console
 from bushcli.case import load_case
 from bushcli.recording import RecordedProgram, read_recording
 from bushcli.report.document import Table
-from bushcli.report.results import Checked, FitResult, MeshResult
+from bushcli.report.results import CheckResult, FitResult, MeshResult
 from bushcli.report.views.check import check_document
 from bushcli.report.views.direct import direct_document
 from bushcli.report.views.fit import fit_document
@@ -103,7 +103,7 @@ def test_without_recordings_the_simulated_stiffness_is_shown(direct, channel):
 def test_a_case_is_summed_up(case):
     used = case("my [bushing]")
     curves = [read_recording(source) for source in used.recordings]
-    rows = rows_of(check_document(Checked(used, curves, [], protocol(used, curves, []), (), [None])))
+    rows = rows_of(check_document(CheckResult(used, curves, [], protocol(used, curves, []), (), [None])))
     seen = rows["my [bushing]"]
     assert seen["geometry"] == ("plain: inner radius 9 mm, outer radius 18 mm, length 34 mm",)
     assert seen["law"] == ("yeoh: C10 = 0.5, C20 = -0.05, C30 = 0.01",)
@@ -146,7 +146,7 @@ path = {time = [0, 1, 2], ux = [0, 0.5, 0.5], uz = [0, 0, 1], free = ["ry"]}
     (tmp_path / "program.csv").write_text("displacement_mm\n0\n1.5\n-2\n0\n")
     used = load_case(file)
     read = RecordedProgram("torsional", "torsional", None, np.array([0.0, 1.5, -2.0, 0.0]))
-    document = check_document(Checked(used, [], [], protocol(used, [], []), (), [None, read, None]))
+    document = check_document(CheckResult(used, [], [], protocol(used, [], []), (), [None, read, None]))
     rows = rows_of(document)["Load cases"]
     assert rows["torsional"] == (
         "torsional",

@@ -67,7 +67,7 @@ def test_a_long_table_keeps_its_ends_on_the_terminal():
     assert "Cycles (150 in all)" in written(Section("", [table]))
     whole = Table("Cycles", ("cycle",), rows)
     assert printed(Section("", [whole]))[-1] == "150"
-    assert [row[0] for row in table.shortened(3).rows] == ["1", "2", "..."]
+    assert [row[0] for row in table.without_middle(3).rows] == ["1", "2", "..."]
 
 
 def test_a_heading_stands_above_text_and_above_a_table_without_title():

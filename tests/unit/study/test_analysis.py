@@ -3,7 +3,7 @@ import pytest
 from scipy import stats
 
 from bushcli.case import Material
-from bushcli.case.hardness import hardened, youngs_modulus
+from bushcli.case.hardness import scaled_to_hardness, youngs_modulus
 from bushcli.study.analysis import Columns, Limits, failures, limits_of, summary, within
 from bushcli.study.plan import plan
 from bushcli.study.variable import variable
@@ -107,7 +107,7 @@ def test_modulus_of_a_hardness(shore_a, modulus):
 def test_hardness_scales_the_shear_modulus_of_every_law(name):
     law = laws()[name]
     start = {p.name: p.start for p in law.parameters}
-    harder = hardened(Material(name, 2000.0, start), 60.0, 65.0)
+    harder = scaled_to_hardness(Material(name, 2000.0, start), 60.0, 65.0)
     factor = law.shear_modulus(**harder.parameters) / law.shear_modulus(**start)
     assert factor == pytest.approx(youngs_modulus(65.0) / youngs_modulus(60.0), rel=1e-12)
     assert harder.bulk_modulus == 2000.0
@@ -115,12 +115,12 @@ def test_hardness_scales_the_shear_modulus_of_every_law(name):
 
 def test_a_hardness_outside_of_the_relation_is_refused():
     with pytest.raises(ValueError, match="outside 20 to 90"):
-        hardened(Material("neo_hookean", 2000.0, {"C10": 0.5}), 60.0, 95.0)
+        scaled_to_hardness(Material("neo_hookean", 2000.0, {"C10": 0.5}), 60.0, 95.0)
 
 
 def test_mean_and_yield_of_a_saltelli_design_are_those_of_the_designs_that_were_drawn():
     chosen = plan([variable("a=0:1"), variable("b=0:1")], "saltelli", 4096)
-    drawn = np.flatnonzero(chosen.independent)
+    drawn = np.flatnonzero(chosen.is_independent)
     assert len(drawn) == 2 * len(chosen.rows) // 4
     # Drawn designs have no value in common; mixed designs take their values from them.
     assert len({row[0] for row in np.array(chosen.rows)[drawn]}) == len(drawn)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bushcli.study.outliers import FALSE_ALARM, FEWEST, foreign, outlying, tolerance_factor
+from bushcli.study.outliers import FALSE_ALARM, FEWEST, find_outliers, foreign, tolerance_factor
 
 # Rosner (1983), example of the generalised test: three outliers at a false-alarm probability of 5 %.
 ROSNER = np.fromstring(
@@ -19,7 +19,7 @@ ROSNER = np.fromstring(
 
 
 def test_rosners_example_has_three_outliers() -> None:
-    found, deviation = outlying(ROSNER)
+    found, deviation = find_outliers(ROSNER)
     assert sorted(ROSNER[found]) == [5.34, 5.42, 6.01]
     like = ROSNER[~found]
     assert deviation[-1] == pytest.approx((6.01 - like.mean()) / like.std(ddof=1))
@@ -28,7 +28,7 @@ def test_rosners_example_has_three_outliers() -> None:
 @pytest.mark.parametrize("count", [6, 10, 15, 20, 30])
 def test_batches_without_outliers_have_one_as_often_as_stated(count: int) -> None:
     draw, runs = np.random.default_rng(11), 2000
-    alarms = sum(outlying(draw.standard_normal(count))[0].any() for _ in range(runs))
+    alarms = sum(find_outliers(draw.standard_normal(count))[0].any() for _ in range(runs))
     # Three standard deviations of a binomial count.
     assert abs(alarms / runs - FALSE_ALARM) < 3.0 * np.sqrt(FALSE_ALARM / runs)
 
@@ -41,12 +41,12 @@ def test_a_further_value_is_foreign_as_often_as_stated() -> None:
 
 def test_several_outliers_do_not_mask_each_other() -> None:
     values = np.concatenate([np.random.default_rng(1).standard_normal(17), [9.0, 9.1, 9.2]])
-    assert list(np.flatnonzero(outlying(values)[0])) == [17, 18, 19]
+    assert list(np.flatnonzero(find_outliers(values)[0])) == [17, 18, 19]
 
 
 @pytest.mark.parametrize("values", [[1.0, 1.0, 1.0, 1.0, 1.0, 1.0], [1.0, 2.0, 90.0][:FEWEST]])
 def test_equal_or_few_values_have_no_outliers(values: list[float]) -> None:
-    assert not outlying(np.array(values))[0].any()
+    assert not find_outliers(np.array(values))[0].any()
 
 
 def test_the_factor_of_the_tolerance_band_is_the_published_one() -> None:

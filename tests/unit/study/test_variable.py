@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from bushcli.case.toleranced import Toleranced, nominal, toleranced
+from bushcli.case.toleranced import Toleranced, nominal_tables, toleranced_number
 from bushcli.errors import InputError
 from bushcli.study.plan import LARGEST_LIST, from_list, plan
 from bushcli.study.variable import variable
@@ -26,12 +26,12 @@ U = np.linspace(0.001, 0.999, 999)
     ],
 )
 def test_tolerances(text, found):
-    assert toleranced(text) == found
+    assert toleranced_number(text) == found
 
 
 def test_a_case_keeps_plain_numbers_and_the_tolerances_by_key():
     data = {"title": "1 +- 2", "geometry": {"length": "40 +- 0.3"}, "load_cases": [{"amplitude": "8 +- 1"}]}
-    plain, found = nominal(data)
+    plain, found = nominal_tables(data)
     assert plain == {"title": "1 +- 2", "geometry": {"length": 40.0}, "load_cases": [{"amplitude": 8.0}]}
     assert found == {
         "geometry.length": Toleranced(40.0, 0.3),

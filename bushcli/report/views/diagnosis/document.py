@@ -21,11 +21,11 @@ from bushcli.report.document import (
     paragraphs,
     table_of,
 )
-from bushcli.report.quantity import held, listed, number, percent
+from bushcli.report.quantity import channel_label, join_names, number, percent
 from bushcli.report.verdict import FAULTS, fault_kind, fault_lines
 from bushcli.report.views.diagnosis import words
 from bushcli.report.views.diagnosis.paragraph import short_paragraphs
-from bushcli.report.views.diagnosis.values import derived_text, shown
+from bushcli.report.views.diagnosis.values import reciprocals_text, shown_quantity
 from bushcli.report.views.dynamic import compared_section
 from bushcli.selection.search_extent import TriedModel
 
@@ -186,10 +186,10 @@ def map_lines(diagnosis: Diagnosis) -> list[str]:
     lines = []
     for bushing_map in diagnosis.maps:
         both = " together" if len(bushing_map.channels) > 1 else ""
-        place = f"In the rubber ({listed(list(bushing_map.channels))}{both}): "
+        place = f"In the rubber ({join_names(list(bushing_map.channels))}{both}): "
         lines.append(f"{place if len(diagnosis.channels) > 1 else ''}{bushing_map.text}")
     cause = {
-        "missing_physics": listed(words.effect_names(diagnosis)),
+        "missing_physics": join_names(words.effect_names(diagnosis)),
         "law_too_poor": f"that the {words.law_title(diagnosis.plain.law)} law is too poor",
     }.get(diagnosis.verdict)
     if lines and cause and any(bushing_map.helps_locally for bushing_map in diagnosis.maps):
@@ -203,7 +203,7 @@ def untestable_lines(diagnosis: Diagnosis) -> list[str]:
     if not names:
         return []
     return [
-        f"Not detectable in these recordings: {listed(names)} (reasons: result.json and report.html, -o DIR)"
+        f"Not detectable in these recordings: {join_names(names)} (reasons: result.json and report.html, -o DIR)"
     ]
 
 
@@ -212,7 +212,8 @@ def law_line(diagnosis: Diagnosis) -> str:
     law_parameters = {name: quantity for name, quantity in diagnosis.parameters.items() if "." not in name}
     if law_parameters and not diagnosis.law_fixed:
         values = ", ".join(
-            f"{name} {shown(name, q, diagnosis.measured_channels).text}" for name, q in law_parameters.items()
+            f"{name} {shown_quantity(name, q, diagnosis.measured_channels).text}"
+            for name, q in law_parameters.items()
         )
     else:
         values = ", ".join(
@@ -236,13 +237,13 @@ def probability_table(diagnosis: Diagnosis) -> Table:
         return Table(name, ("", "", ""), ())
     unlikely, undetectable = words.unlikely(diagnosis, SMALL), words.undetectable(diagnosis, SMALL)
     if unlikely:
-        rows.append((_counted(unlikely, "others, each"), bar(0.0), words.short_chance(0.0)))
+        rows.append((_title_or_count(unlikely, "others, each"), bar(0.0), words.short_chance(0.0)))
     if undetectable:
-        rows.append((_counted(undetectable, "not detectable"), bar(0.0), words.short_chance(math.nan)))
+        rows.append((_title_or_count(undetectable, "not detectable"), bar(0.0), words.short_chance(math.nan)))
     return Table(name, ("", "", ""), tuple(rows), left=2, on="terminal")
 
 
-def _counted(names: Sequence[str], words: str) -> str:
+def _title_or_count(names: Sequence[str], words: str) -> str:
     """Return the title of a single effect, otherwise the number of effects with words behind it."""
     return f"{len(names)} {words}" if len(names) > 1 else title(names[0])
 
@@ -279,15 +280,17 @@ def effect_table(diagnosis: Diagnosis) -> Table:
     """Return each effect that was left out, with its parameters before and after the recordings."""
     rows: list[Row] = []
     has_derived = any(
-        derived_text(quantity) for effect in diagnosis.effects for quantity in effect.parameters.values()
+        reciprocals_text(quantity) for effect in diagnosis.effects for quantity in effect.parameters.values()
     )
     for effect in diagnosis.effects:
         label, evidence = effect.label, number(effect.evidence, 2)
         for name, quantity in effect.parameters.items():
-            value = shown(f"{effect.name}.{name}", quantity, diagnosis.measured_channels)
+            value = shown_quantity(f"{effect.name}.{name}", quantity, diagnosis.measured_channels)
             tail = "-" if quantity.prior is None else words.short_chance(quantity.prior_tail)
             cells = (value.text, value.interval, value.prior_text, tail)
-            rows.append((label, name, *cells, *((derived_text(quantity),) if has_derived else ()), evidence))
+            rows.append(
+                (label, name, *cells, *((reciprocals_text(quantity),) if has_derived else ()), evidence)
+            )
             label, evidence = "", ""
     heads: Row = ("effect", "parameter", "value", "95 % interval", "before, 95 %", "as far out")
     heads = (*heads, *(("that is",) if has_derived else ()), "evidence")
@@ -309,16 +312,16 @@ def source_table(diagnosis: Diagnosis) -> Table:
 def parameter_table(diagnosis: Diagnosis) -> Table:
     """Return all parameters of the most probable model."""
     rows: list[Row] = []
-    has_derived = any(derived_text(quantity) for quantity in diagnosis.parameters.values())
+    has_derived = any(reciprocals_text(quantity) for quantity in diagnosis.parameters.values())
     has_form_error = any(quantity.with_form_error is not None for quantity in diagnosis.parameters.values())
     for name, quantity in diagnosis.parameters.items():
-        value = shown(name, quantity, diagnosis.measured_channels)
+        value = shown_quantity(name, quantity, diagnosis.measured_channels)
         effect, _, key = name.rpartition(".")
         label, unit = f"{title(effect)}: {key}" if effect else key, "-" if value.unit == "1" else value.unit
         with_form_error = "-" if value.with_form_error is None else number(value.with_form_error, 4)
         mean = (value.word or number(value.value, 4), *((with_form_error,) if has_form_error else ()))
         mean = (*mean, "-" if value.word else number(value.std, 2))
-        ranges = (value.interval, value.prior_text, *((derived_text(quantity),) if has_derived else ()))
+        ranges = (value.interval, value.prior_text, *((reciprocals_text(quantity),) if has_derived else ()))
         rows.append((label, quantity.meaning, unit, *mean, *ranges))
     heads: Row = ("parameter", "meaning", "unit", "value", *(("with form error",) if has_form_error else ()))
     heads = (*heads, "std", "95 % interval", "prior 95 %")
@@ -335,7 +338,7 @@ def misfit_table(diagnosis: Diagnosis) -> Table:
     for channel in diagnosis.measured_channels:
         sizes = map(percent, (channel.before_percent, channel.after_percent, channel.noise_percent))
         error = (percent(form.get(channel.name)),) if form else ()
-        rows.append((held(channel.name, channel.held_out), *sizes, *error))
+        rows.append((channel_label(channel.name, channel.held_out), *sizes, *error))
     heads = ("channel", "before", "after", "noise", *(("form error",) if form else ()))
     return Table(f"Rms misfit, % {words.relative_to(diagnosis)}", heads, tuple(rows))
 
@@ -373,7 +376,7 @@ def fault_table(diagnosis: Diagnosis) -> Table:
             "correct first"
             if fault.fatal
             else f"{100 * fault.probability:.0f} % probable"
-            if fault.doubtful
+            if fault.is_doubtful
             else f"{int(fault.samples.sum())} samples left out",
             fault.remedy,
         )

@@ -6,7 +6,7 @@ import math
 
 from bushcli.diagnosis.result import Diagnosis
 from bushcli.effects.titles import NOTHING
-from bushcli.report.quantity import listed, percent
+from bushcli.report.quantity import join_names, percent
 from bushcli.report.verdict import fault_lines
 from bushcli.report.views.diagnosis import words
 from bushcli.report.views.diagnosis.values import parameters_text
@@ -51,7 +51,7 @@ def _opening(diagnosis: Diagnosis) -> str:
     fitted = [channel for channel in diagnosis.measured_channels if not channel.held_out]
     kind = "table" if all(channel.kind == "dynamic" for channel in fitted) else "recording"
     plural = "s" if len(fitted) > 1 else ""
-    channels = f"{listed([channel.name for channel in fitted])} {kind}{plural}"
+    channels = f"{join_names([channel.name for channel in fitted])} {kind}{plural}"
     origin = {
         "recordings": f"The {law} law alone, fitted to the {channels}",
         "coupons": f"The {law} law, fitted to the coupon tests and compared with the {channels}",
@@ -91,8 +91,10 @@ def _opening(diagnosis: Diagnosis) -> str:
                     if none >= _DOUBT
                     else "leaves something out"
                 )
-                return f"{origin}, {leaves}: most probably {listed(words.effects_with_chance(diagnosis))}."
-            return f"{origin}, leaves something out: {listed(words.effects_with_chance(diagnosis))}."
+                return (
+                    f"{origin}, {leaves}: most probably {join_names(words.effects_with_chance(diagnosis))}."
+                )
+            return f"{origin}, leaves something out: {join_names(words.effects_with_chance(diagnosis))}."
 
 
 def _nothing_missing(diagnosis: Diagnosis) -> str:
@@ -106,7 +108,7 @@ def _nothing_missing(diagnosis: Diagnosis) -> str:
     }
     if not errors:
         return statement
-    sizes = listed([f"{percent(size)} in {name}" for name, size in errors.items()])
+    sizes = join_names([f"{percent(size)} in {name}" for name, size in errors.items()])
     return f"{statement}, if the formula of the law may err by {sizes} (rms, {words.relative_to(diagnosis)})"
 
 

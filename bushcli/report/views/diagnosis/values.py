@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from operator import mul
 
-from bushcli.case.unit import outside, unit
+from bushcli.case.unit import case_file_number, case_file_unit
 from bushcli.diagnosis.result import DiagnosedChannel, DiagnosedEffect, DiagnosedTable, Quantity
 from bushcli.effects.effect import EffectParameter, effects
 from bushcli.effects.names import effect_name
@@ -47,7 +47,7 @@ class ShownQuantity:
         return "-" if self.word or self.prior is None else span(*self.prior)
 
 
-def shown(
+def shown_quantity(
     name: str, quantity: Quantity, channels: Iterable[DiagnosedChannel | DiagnosedTable]
 ) -> ShownQuantity:
     """Return a parameter of the most probable model in the units of the case file: angles in degrees."""
@@ -61,8 +61,8 @@ def shown(
             if acts_on(channel.mode, channel.kind) and (own_channels is None or channel.name in own_channels)
         ]
         if any(modes()[channel.mode].rotational for channel in acting):
-            scale = partial(outside, parameter, rotational=True)
-            unit_shown = unit(parameter, rotational=True)
+            scale = partial(case_file_number, parameter, rotational=True)
+            unit_shown = case_file_unit(parameter, rotational=True)
     value, std, lower, upper = (
         scale(v) for v in (quantity.value, quantity.std, quantity.lower, quantity.upper)
     )
@@ -72,7 +72,7 @@ def shown(
     return ShownQuantity(value, std, lower, upper, unit_shown, prior, word, with_form_error)
 
 
-def derived(quantity: Quantity) -> dict[str, tuple[float, str]]:
+def reciprocals(quantity: Quantity) -> dict[str, tuple[float, str]]:
     """Return the parameter under its reciprocal names, in the units of the case file."""
     return {
         name: (_degrees(unit_name)[0] * value, _degrees(unit_name)[1])
@@ -80,10 +80,11 @@ def derived(quantity: Quantity) -> dict[str, tuple[float, str]]:
     }
 
 
-def derived_text(quantity: Quantity) -> str:
+def reciprocals_text(quantity: Quantity) -> str:
     """Return the parameter under its reciprocal names as text: "r = 3.2"."""
     return ", ".join(
-        f"{name} = {number(value)}{tail(unit_name)}" for name, (value, unit_name) in derived(quantity).items()
+        f"{name} = {number(value)}{tail(unit_name)}"
+        for name, (value, unit_name) in reciprocals(quantity).items()
     )
 
 
@@ -95,7 +96,11 @@ def parameters_text(effect: DiagnosedEffect, channels: Sequence[DiagnosedChannel
     """
     parts = []
     for name, quantity in effect.parameters.items():
-        derived_values, first_value, parameter = derived(quantity), 0.0, _parameter(f"{effect.name}.{name}")
+        derived_values, first_value, parameter = (
+            reciprocals(quantity),
+            0.0,
+            _parameter(f"{effect.name}.{name}"),
+        )
         for symbol, (value, unit_name) in derived_values.items():
             first_value = first_value or value
             if parameter is not None and parameter.exponential == symbol:
@@ -104,7 +109,7 @@ def parameters_text(effect: DiagnosedEffect, channels: Sequence[DiagnosedChannel
                 std = value**2 / abs(first_value) * quantity.std / abs(quantity.value)
             parts.append(f"{symbol} = {with_std(value, std)}{tail(unit_name)}")
         if not derived_values:
-            entry = shown(f"{effect.name}.{name}", quantity, channels)
+            entry = shown_quantity(f"{effect.name}.{name}", quantity, channels)
             text = entry.text
             if entry.std == 0.0 and entry.upper > entry.lower:
                 # A scanned dimension stands for the range half-way to the next one.

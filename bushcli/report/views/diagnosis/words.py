@@ -9,7 +9,7 @@ from bushcli.diagnosis.result import Diagnosis, Group
 from bushcli.effects.names import effect_name
 from bushcli.effects.titles import NOTHING, UNKNOWN, phrase, within
 from bushcli.report.document import Tone
-from bushcli.report.quantity import listed, percent
+from bushcli.report.quantity import join_names, percent
 from bushcli.report.verdict import faulty_data
 
 # A probability beyond these is given as a limit, because no model is certain.
@@ -52,7 +52,7 @@ def headline(diagnosis: Diagnosis) -> str:
         case "unexplained" if diagnosis.is_unsearched:
             return f"Not diagnosed: the search ended before it could tell which effects are probable{note}"
         case "unexplained":
-            beside = f"; also {listed(effects_with_chance(diagnosis))}" if diagnosis.effects else ""
+            beside = f"; also {join_names(effects_with_chance(diagnosis))}" if diagnosis.effects else ""
             p = f" ({chance(diagnosis.probability[UNKNOWN])})" if UNKNOWN in diagnosis.probability else best
             rivals = _not_ruled_out(diagnosis, [UNKNOWN])
             return f"Unexplained: something is missing that is not {catalogue(diagnosis)}{p}{beside}{rivals}{note}"
@@ -121,7 +121,7 @@ def catalogue(diagnosis: Diagnosis) -> str:
         return "among the effects with which the bushing can be simulated"
     if diagnosis.asked is None:
         return "in the catalogue of effects"
-    return f"among the effects asked for ({listed([phrase(name) for name in diagnosis.asked])})"
+    return f"among the effects asked for ({join_names([phrase(name) for name in diagnosis.asked])})"
 
 
 def group_of(diagnosis: Diagnosis) -> Group | None:
@@ -157,8 +157,8 @@ def missing_physics(diagnosis: Diagnosis) -> str:
             chance(sets[0].probability),
         )
         if len(chances) == 1 and chances != [set_chance]:
-            return f"{listed(effects_with_chance(diagnosis))}, with nothing else ({set_chance})"
-        return f"{listed(effect_names(diagnosis))} ({set_chance})"
+            return f"{join_names(effects_with_chance(diagnosis))}, with nothing else ({set_chance})"
+        return f"{join_names(effect_names(diagnosis))} ({set_chance})"
     common = set.intersection(*(set(candidate.effects) for candidate in sets))
     certain = [
         f"{name} ({chance(p)})"
@@ -172,7 +172,7 @@ def missing_physics(diagnosis: Diagnosis) -> str:
         )
         members = {effect_name(name) for name in group.effects}
         others = sorted(name for name in more if effect_name(name) not in members)
-        possible = f"; perhaps also {listed([phrase(name) for name in others])}" if others else ""
+        possible = f"; perhaps also {join_names([phrase(name) for name in others])}" if others else ""
         unknown = [
             candidate for candidate in _differing_parts(diagnosis) if set(candidate.effects) == {UNKNOWN}
         ]
@@ -181,7 +181,9 @@ def missing_physics(diagnosis: Diagnosis) -> str:
         return " and ".join([*certain, group_text(group).replace(": ", "; ", 1)]) + possible + besides
     if certain:
         rests = _first_few([candidate.text("nothing else") for candidate in _differing_parts(diagnosis)])
-        return f"{listed(certain)}, with {', or with '.join(rests)}; these recordings cannot tell them apart"
+        return (
+            f"{join_names(certain)}, with {', or with '.join(rests)}; these recordings cannot tell them apart"
+        )
     # No effect is not missing: it is named as what else is possible.
     rests = _first_few([candidate.text() for candidate in sets if candidate.effects])
     besides = "".join(f"; not ruled out: {candidate.text()}" for candidate in sets if not candidate.effects)
@@ -250,7 +252,7 @@ def form_error_line(diagnosis: Diagnosis) -> str:
     if not diagnosis.models:
         return ""
     by_channel = [f"{percent(value)} in {name}" for name, value in form.percent.items() if value > 0]
-    size = f"of {listed(by_channel)} (rms, {relative_to(diagnosis)})"
+    size = f"of {join_names(by_channel)} (rms, {relative_to(diagnosis)})"
     only = "" if form.covers >= 0.5 else "only "
     share = "all" if form.covers >= 0.995 else percent(100 * form.covers)
     covered = f"{only}{share} of the remaining misfit above the noise"
@@ -337,7 +339,7 @@ def law_title(name: str) -> str:
 def together(names: Sequence[str], none: str = "no effect") -> str:
     """Return a set of effects as part of a sentence: "Mullins softening with internal friction and offset"."""
     main, *others = [phrase(name) for name in names] or [none]
-    return f"{main} with {listed(others)}" if others else main
+    return f"{main} with {join_names(others)}" if others else main
 
 
 def model_title(law: str, names: Sequence[str], variants: Mapping[str, str] | None = None) -> str:

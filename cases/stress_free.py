@@ -48,7 +48,7 @@ class StressFreePlacement:
     at_rest: bool = False
 
     @classmethod
-    def rest(cls, shape: tuple[int, ...]) -> StressFreePlacement:
+    def of_mesh(cls, shape: tuple[int, ...]) -> StressFreePlacement:
         """The mesh itself, at points of this shape (cells, points, d)."""
         inverse = np.broadcast_to(np.eye(shape[-1]), (*shape, shape[-1]))
         return cls(np.zeros(shape), inverse, np.ones(shape[:2]), at_rest=True)
@@ -132,13 +132,15 @@ class MovedPoints:
         self._mesh, self._cells = mesh, cells
         self._shape = (len(cells), len(points))
         self._moved = [
-            _One(position, {n: v for n, v in parameters.items() if n.startswith(f"{feature}.")}, points)
+            _FeatureMotion(
+                position, {n: v for n, v in parameters.items() if n.startswith(f"{feature}.")}, points
+            )
             for feature, position in moved.items()
         ]
 
     def now(self) -> StressFreePlacement:
         """Return the position with the present parameters; `rate` then returns the derivatives there."""
-        parts = [part.evaluated(self._mesh, self._cells, self._shape) for part in self._moved]
+        parts = [part.evaluate(self._mesh, self._cells, self._shape) for part in self._moved]
         displacement = sum((u for u, _, _ in parts), np.zeros(1))
         d = displacement.shape[-1]
         if len(parts) == 1:
@@ -165,7 +167,7 @@ class MovedPoints:
         return self._rates.get(name)
 
 
-class _One:
+class _FeatureMotion:
     """Motion by one feature: displacement and inverse gradient, and their derivatives by its parameters."""
 
     def __init__(self, moved: Moved, parameters: Mapping[str, Any], points: Array) -> None:
@@ -179,7 +181,7 @@ class _One:
         flat = [moved.displacement[i] for i in range(self._d)]
         return flat + [ufl.as_ufl(part) for row in moved.inverse for part in row]
 
-    def evaluated(
+    def evaluate(
         self, mesh: Any, cells: Any, shape: Sequence[int]
     ) -> tuple[Array, Array, dict[str, tuple[Array, Array]]]:
         """Displacement, inverse, and by parameter the derivatives of both."""

@@ -79,7 +79,7 @@ class Linearised:
         return max(1.0, sum(correlation_time(part) * float(part @ part) for part in parts) / max(samples, 1))
 
 
-def linearised(channels: Sequence[Compared], jacobians: Sequence[Array]) -> Linearised:
+def linearise(channels: Sequence[Compared], jacobians: Sequence[Array]) -> Linearised:
     """Return the misfit and derivatives of all channels, weighted and stacked.
 
     Parameters
@@ -91,7 +91,7 @@ def linearised(channels: Sequence[Compared], jacobians: Sequence[Array]) -> Line
     ends = np.cumsum([0, *(len(channel.misfit) for channel in channels)])
     return Linearised(
         misfit=np.concatenate([np.where(c.known, c.misfit, 0.0) * c.weights for c in channels]),
-        jacobian=weighed(channels, jacobians),
+        jacobian=weigh(channels, jacobians),
         blocks=tuple((int(a), int(b)) for a, b in pairwise(ends)),
         samples=sum(channel.effective_samples for channel in channels),
         # The channel whose noise is known least decides.
@@ -99,7 +99,7 @@ def linearised(channels: Sequence[Compared], jacobians: Sequence[Array]) -> Line
     )
 
 
-def weighed(channels: Sequence[Compared], columns: Sequence[Array]) -> Array:
+def weigh(channels: Sequence[Compared], columns: Sequence[Array]) -> Array:
     """Return derivatives of the channels' simulated forces, weighted and stacked: shape (all samples, k).
 
     Parameters

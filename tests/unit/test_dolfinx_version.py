@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from bushcli.cli import main
-from bushcli.runtime import doctor, tried
+from bushcli.runtime import doctor, dolfinx_version
 from geometry.dolfinx_api import release
 
 ROOT = Path(__file__).parents[2]
@@ -20,7 +20,7 @@ EXAMPLE = ROOT / "examples" / "batch" / "case.toml"
 
 @pytest.mark.parametrize("version", ["0.9.0", "0.9.0.post1", "0.10.0.post5", "0.11.0.dev0", "0.11.0.post0"])
 def test_nothing_is_said_of_a_release_that_was_tried(version):
-    assert tried.untried_dolfinx(version) == ()
+    assert dolfinx_version.untried_dolfinx(version) == ()
 
 
 @pytest.mark.parametrize(
@@ -28,7 +28,7 @@ def test_nothing_is_said_of_a_release_that_was_tried(version):
     [("0.8.0", "older"), ("0.12.0", "newer"), ("0.12.0.dev0", "newer"), ("1.0.0", "newer")],
 )
 def test_another_release_is_named_with_those_that_were_tried(version, where):
-    (found,) = tried.untried_dolfinx(version)
+    (found,) = dolfinx_version.untried_dolfinx(version)
     assert found.name == "untried_dolfinx"
     assert (
         f"DOLFINx {version} is {where} than those that bushcli was tested with, 0.9 to 0.11" in found.message
@@ -37,15 +37,16 @@ def test_another_release_is_named_with_those_that_were_tried(version, where):
 
 
 def test_nothing_is_said_where_the_version_is_not_known():
-    assert tried.untried_dolfinx(None) == ()
+    assert dolfinx_version.untried_dolfinx(None) == ()
 
 
 def test_the_version_found_without_loading_it_is_the_one_that_is_loaded():
     import dolfinx
 
-    found = tried.installed_dolfinx()
+    found = dolfinx_version.installed_dolfinx()
     assert found is None or release(found) == release(dolfinx.__version__)
-    code = "import sys\nfrom bushcli.runtime.tried import *\ninstalled_dolfinx()\nassert 'dolfinx' not in sys.modules"
+    code = "import sys\n"
+    code += "from bushcli.runtime.dolfinx_version import *\ninstalled_dolfinx()\nassert 'dolfinx' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True, timeout=60)
 
 
@@ -56,7 +57,7 @@ def test_doctor_says_it(monkeypatch):
 
 @pytest.fixture
 def newer(monkeypatch):
-    monkeypatch.setattr(tried, "installed_dolfinx", lambda: "0.12.0")
+    monkeypatch.setattr(dolfinx_version, "installed_dolfinx", lambda: "0.12.0")
 
 
 def test_check_says_it_and_goes_on(newer):

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Touched:
+class SurfaceContact:
     """Two surfaces that met in a march.
 
     Attributes
@@ -44,32 +44,32 @@ class Touched:
     height: float
 
 
-def touched(model: FiniteElementModel, history: History) -> tuple[Touched, ...]:
+def surfaces_that_met(model: FiniteElementModel, history: History) -> tuple[SurfaceContact, ...]:
     """Return which surfaces met at the steps of a march, in the order in which they did."""
     contact = model.surfaces.contact
     if contact is None or history.states is None:
         return ()
     model.take_parameters()
-    met: dict[tuple[str, str], Touched] = {}
+    met: dict[tuple[str, str], SurfaceContact] = {}
     for q, state in zip(history.displacement, history.states, strict=False):
         for touch in touches(contact, state):
             earlier = met.get(touch.surfaces)
             force, position = touch.force * model.multiplicity, float(q)
             if earlier is None or force > earlier.force:
                 first_position = position if earlier is None else earlier.first
-                met[touch.surfaces] = Touched(
+                met[touch.surfaces] = SurfaceContact(
                     touch.surfaces, first_position, force, position, touch.radius, touch.height
                 )
     return tuple(met.values())
 
 
-def sharing(case: Case, comm: MPI.Comm) -> MPI.Comm:
+def processes_sharing_mesh(case: Case, comm: MPI.Comm) -> MPI.Comm:
     """Return the processes that share a mesh: only this one if the case file asks for contact.
 
     Otherwise surfaces that can meet are shared at first, and solved again where they do (`met_unnoticed`).
     """
     shape = case.geometry
-    if comm.size == 1 or not (shape.meeting and "contact" in shape.model_fields_set):
+    if comm.size == 1 or not (shape.contact_surfaces and "contact" in shape.model_fields_set):
         return comm
     return MPI.COMM_SELF
 
@@ -78,12 +78,12 @@ def met_unnoticed(
     case: Case, model: FiniteElementModel, history: History, whole_model: Callable[[], FiniteElementModel]
 ) -> bool:
     """Whether surfaces passed through each other in a march on a mesh that several processes share."""
-    if model.comm.size == 1 or not case.geometry.meeting or history.states is None:
+    if model.comm.size == 1 or not case.geometry.contact_surfaces or history.states is None:
         return False
     return passes_through(model, history.states, whole_model)
 
 
-def not_shared(met: Mapping[str, Sequence[Touched]], comm: MPI.Comm) -> list[Condition]:
+def not_shared(met: Mapping[str, Sequence[SurfaceContact]], comm: MPI.Comm) -> list[Condition]:
     """Return the condition that channels were solved by each process alone, if there are any."""
     names = ", ".join(name for name, touched in met.items() if touched)
     if comm.size == 1 or not names:

@@ -107,10 +107,10 @@ def refuse_touching(
         dim, tag = common[0]
         low, high = model().getParametrizationBounds(dim, tag)
         parameters = [0.5 * (a + b) for a, b in zip(low, high, strict=True)]
-        raise touching(np.array(model().getValue(dim, tag, parameters))[:dimension], where, view)
+        raise bonds_touch_error(np.array(model().getValue(dim, tag, parameters))[:dimension], where, view)
 
 
-def touching(place: NDArray[np.float64], where: str, view: View | None) -> GeometryError:
+def bonds_touch_error(place: NDArray[np.float64], where: str, view: View | None) -> GeometryError:
     """Return the error of bonds that share a point.
 
     Parameters
@@ -124,8 +124,8 @@ def touching(place: NDArray[np.float64], where: str, view: View | None) -> Geome
     """
     return GeometryError(
         where,
-        f"the inner and the outer bond touch each other at {_shown(place)}: rubber that is moved and held at one point "
-        "has no finite stiffness",
+        f"the inner and the outer bond touch each other at {_point_text(place)}: rubber that is moved and held at one "
+        "point has no finite stiffness",
         "bonds with a free surface between them; a name or a rule may give a bond an edge or a face too many",
         view,
     )
@@ -153,8 +153,8 @@ def _gap(tags: Sequence[int] | set[int], other_tags: Sequence[int], dimension: i
         return ""
     distance, *place = min(distances, key=lambda gap: gap[0])
     middle = 0.5 * (np.array(place[:3]) + np.array(place[3:]))
-    return f"; the narrowest gap is {distance:.3g} mm, at {_shown(middle[:dimension])}"
+    return f"; the narrowest gap is {distance:.3g} mm, at {_point_text(middle[:dimension])}"
 
 
-def _shown(place: NDArray[np.float64]) -> str:
+def _point_text(place: NDArray[np.float64]) -> str:
     return f"({', '.join(f'{round(float(x), 3) + 0.0:g}' for x in place)})"

@@ -23,7 +23,7 @@ CACHED_RECORDINGS = 64
 
 
 @dataclass(frozen=True, eq=False)
-class _Read:
+class _CachedRecording:
     """A recording that was read; its faults are searched for when they are first requested."""
 
     recording: Recording
@@ -35,7 +35,7 @@ class _Read:
         return tuple(sample_faults(self.recording))
 
 
-class Measured:
+class RecordingCache:
     """Reads the recordings of cases, and keeps what it has read.
 
     Parameters
@@ -46,7 +46,7 @@ class Measured:
 
     def __init__(self, tables: TableCache | None = None) -> None:
         self.tables = TableCache() if tables is None else tables
-        self._kept: OrderedDict[Hashable, _Read] = OrderedDict()
+        self._recordings: OrderedDict[Hashable, _CachedRecording] = OrderedDict()
 
     def __call__(self, case: Case) -> tuple[list[Recording], tuple[DataFault, ...]]:
         """Return the samples of each recording that are compared, and faults of the data.
@@ -78,16 +78,18 @@ class Measured:
         except OSError:
             return read_recording(source, self.tables)  # which says what is wrong
         key = (repr(source), state.st_mtime_ns, state.st_size, state.st_ino)
-        if key not in self._kept:
-            self._kept[key] = _Read(read_recording(source, self.tables))
-            if len(self._kept) > CACHED_RECORDINGS:
-                self._kept.popitem(last=False)
-        self._kept.move_to_end(key)
-        return self._kept[key].recording
+        if key not in self._recordings:
+            self._recordings[key] = _CachedRecording(read_recording(source, self.tables))
+            if len(self._recordings) > CACHED_RECORDINGS:
+                self._recordings.popitem(last=False)
+        self._recordings.move_to_end(key)
+        return self._recordings[key].recording
 
     def faults(self, recording: Recording) -> tuple[DataFault, ...]:
         """Return the faults of single samples of a recording; they are searched for once."""
         from bushcli.faults import sample_faults
 
-        reading = next((reading for reading in self._kept.values() if reading.recording is recording), None)
+        reading = next(
+            (reading for reading in self._recordings.values() if reading.recording is recording), None
+        )
         return tuple(sample_faults(recording)) if reading is None else reading.faults

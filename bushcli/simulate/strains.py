@@ -30,7 +30,7 @@ DISTORTED = 2.0
 
 
 @dataclass(frozen=True)
-class Stretched:
+class Strains:
     """Strains of the rubber over a march.
 
     Attributes
@@ -52,7 +52,7 @@ class Stretched:
     distorted: float | None = None
 
 
-def stretched(model: FiniteElementModel, history: History, rubber: Rubber) -> Stretched:
+def strains_over_march(model: FiniteElementModel, history: History, rubber: Rubber) -> Strains:
     """Return the strains of the rubber over a march."""
     assert history.states is not None
     low, high, unstable, total = np.array([1.0, 1.0]), np.array([1.0, 1.0]), 0, 0
@@ -69,7 +69,7 @@ def stretched(model: FiniteElementModel, history: History, rubber: Rubber) -> St
         if distorted is None and (low[1] < 1.0 / DISTORTED or high[1] > DISTORTED):
             distorted = float(history.displacement[i])
     unstable, total = model.comm.allreduce(unstable), model.comm.allreduce(total)
-    return Stretched(
+    return Strains(
         (float(low[0]), float(high[0])), unstable / max(total, 1), (float(low[1]), float(high[1])), distorted
     )
 

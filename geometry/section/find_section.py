@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.blocks import Array
+from geometry.connections import refuse_loose, refuse_touching
 from geometry.errors import GeometryError
 from geometry.isolated import isolated
-from geometry.joined import refuse_loose, refuse_touching
 from geometry.section.crossing import refuse_crossings
 from geometry.section.draw import Drawn, draw, refuse_overlaps
 from geometry.section.outline import RUBBER, Loop
 from geometry.section.plates import with_plates
 from geometry.session import model, options, session
 from geometry.size import refuse_size
-from geometry.symmetry import balanced
+from geometry.symmetry import is_symmetric
 from geometry.view import View
 from geometry.wall import Wall, wall_of
 
@@ -102,9 +102,9 @@ def find_section(loops: tuple[Loop, ...], where: str, centre: float | None) -> F
             boxes = np.array([model().getBoundingBox(1, tag) for tag in drawn.boundaries["inner"]])
             centre = float(round(0.5 * (boxes[:, 1].min() + boxes[:, 4].max()), 9))
         model().add("centred")
-        shifted_loops = tuple(_shifted(loop, -centre) for loop in loops)
+        shifted_loops = tuple(_shift(loop, -centre) for loop in loops)
         drawn = draw(shifted_loops, where)
-        return _measured(shifted_loops, centre, drawn)
+        return _found_section(shifted_loops, centre, drawn)
 
 
 def _require(drawn: Drawn, where: str) -> None:
@@ -127,14 +127,14 @@ def _require(drawn: Drawn, where: str) -> None:
     refuse_touching(drawn.boundaries, 2, where)
 
 
-def _shifted(loop: Loop, by: float) -> Loop:
+def _shift(loop: Loop, by: float) -> Loop:
     curves = tuple(replace(c, points=tuple((r, z + by) for r, z in c.points)) for c in loop.curves)
     return replace(loop, curves=curves)
 
 
-def _measured(loops: tuple[Loop, ...], centre: float, drawn: Drawn) -> FoundSection:
-    volumes = {name: _swept(2, tags) for name, tags in drawn.regions.items()}
-    areas = {name: _swept(1, tags) for name, tags in drawn.boundaries.items()}
+def _found_section(loops: tuple[Loop, ...], centre: float, drawn: Drawn) -> FoundSection:
+    volumes = {name: _swept_measure(2, tags) for name, tags in drawn.regions.items()}
+    areas = {name: _swept_measure(1, tags) for name, tags in drawn.boundaries.items()}
     boxes = np.array([model().getBoundingBox(2, tag) for _, tag in model().getEntities(2)])
     size = float(max(boxes[:, 3].max(), np.ptp(boxes[:, [1, 4]])))
     parts = {f"region {k}": [(2, t) for t in v] for k, v in drawn.regions.items()}
@@ -150,18 +150,18 @@ def _measured(loops: tuple[Loop, ...], centre: float, drawn: Drawn) -> FoundSect
         centre=centre,
         regions=tuple(drawn.regions),
         measures=volumes | edges,
-        symmetric=balanced(parts, np.zeros(3), np.eye(3), 1, size) and _same_outline(drawn, size),
+        symmetric=is_symmetric(parts, np.zeros(3), np.eye(3), 1, size) and _same_outline(drawn, size),
         thickness=2.0 * volumes[RUBBER] / bonded,
         length=max(lengths),
         smallest_radius=max(0.0, float(boxes[:, 0].min()) if boxes[:, 0].min() > 1e-5 * size else 0.0),
         areas={name: sum(model().occ.getMass(2, t) for t in tags) for name, tags in drawn.regions.items()},
-        curved=tuple(_curved(tag) for _, tag in model().getEntities(1)),
+        curved=tuple(_length_and_radius(tag) for _, tag in model().getEntities(1)),
         view=_view(drawn),
         wall=wall_of({name: _along(drawn.boundaries[name]) for name in ("inner", "outer")}),
     )
 
 
-def _curved(curve: int) -> tuple[float, float]:
+def _length_and_radius(curve: int) -> tuple[float, float]:
     """Length and least radius of curvature of a curve, mm; inf where it is straight."""
     low, high = (float(bound[0]) for bound in model().getParametrizationBounds(1, curve))
     sharpest = float(np.max(model().getCurvature(1, curve, np.linspace(low, high, 9).tolist())))
@@ -177,7 +177,7 @@ def _along(curves: Sequence[int]) -> Array:
     return np.concatenate(points)[:, :2]
 
 
-def _swept(dimension: int, tags: Sequence[int]) -> float:
+def _swept_measure(dimension: int, tags: Sequence[int]) -> float:
     """Measure of what faces or curves sweep about the axis (Pappus)."""
     occ = model().occ
     return float(

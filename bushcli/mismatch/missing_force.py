@@ -41,11 +41,11 @@ JUMPS = np.linspace(0.0, 1.0, 42)[1:-1]
 # slow drift gives; more are sampled too coarsely by recordings of some hundred samples.
 COUNTS = (3.0, 30.0, 0.1)
 # Share that each further coefficient has to describe in addition; weight of a misfit that no sentence describes.
-# Words only: with them the sentences of `tests/unit/mismatch/test_missing.py` are right.
+# Words only: with them the sentences of `tests/unit/mismatch/test_missing_force.py` are right.
 PRICE, UNSAID = 0.05, 0.1
 
 
-def missing(
+def describe_missing(
     channels: Sequence[Compared], features: Sequence[Features], probability: float, share: float
 ) -> Missing:
     """Describe the misfit that a model leaves.
@@ -65,7 +65,7 @@ def missing(
         mean = missing_force(channel, own)
         force[channel.name] = mean
         profiles += _profiles(channel, mean)
-        said += _said(channel, mean, len(channels) > 1)
+        said += _sentences(channel, mean, len(channels) > 1)
     said.sort(key=lambda pair: -pair[0])
     text = tuple(sentence for _, sentence in said[:4])
     return Missing(probability, share, force, tuple(profiles), text)
@@ -103,7 +103,7 @@ def missing_force(channel: Compared, own: Features) -> Array:
         Of the channel.
     """
     misfit = np.where(channel.known, -channel.misfit, 0.0)
-    return own.shrunk(misfit)
+    return own.shrink(misfit)
 
 
 def _profiles(channel: Compared, mean: Array) -> list[MissingProfile]:
@@ -127,10 +127,10 @@ def _profiles(channel: Compared, mean: Array) -> list[MissingProfile]:
     for kind, some in by_kind.items():
         index = np.concatenate([np.arange(b.start, b.stop) for b in some])
         if kind != "hold":
-            profiles += profile("displacement", kind, _binned(recording.displacement, index, POINTS))
+            profiles += profile("displacement", kind, _bins(recording.displacement, index, POINTS))
     everything = np.arange(len(recording.force))
     if recording.time is not None:
-        profiles += profile("time", "", _binned(recording.time, everything, TIMES))
+        profiles += profile("time", "", _bins(recording.time, everything, TIMES))
     cycles: dict[int, list[Index]] = {}
     rates: dict[float, list[Index]] = {}
     for branch in branches(recording):
@@ -149,7 +149,7 @@ def _profiles(channel: Compared, mean: Array) -> list[MissingProfile]:
     return profiles
 
 
-def _binned(x: Array, index: Index, count: int) -> list[tuple[float, Index]]:
+def _bins(x: Array, index: Index, count: int) -> list[tuple[float, Index]]:
     edges = np.linspace(float(x[index].min()), float(x[index].max()), count + 1)
     place = np.clip(np.searchsorted(edges, x[index], side="right") - 1, 0, count - 1)
     return [(0.5 * float(edges[i] + edges[i + 1]), index[place == i]) for i in range(count)]
@@ -161,7 +161,7 @@ def _binned(x: Array, index: Index, count: int) -> list[tuple[float, Index]]:
 Words = Callable[[Any], str]
 
 
-def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, str]]:
+def _sentences(channel: Compared, mean: Array, several: bool) -> list[tuple[float, str]]:
     """Sentences, each with the share of the missing force's square that it describes, weighted by its size."""
     recording = channel.recording
     power = float(mean @ mean)
@@ -175,18 +175,18 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
     sentences, best = [], 0.0
     elastic, is_even = _elastic(recording, mean)
     for basis, words, timed in _descriptions(recording):
-        whole_share, coefficients = _described(basis, mean)
+        whole_share, coefficients = _least_squares(basis, mean)
         share = whole_share
         if basis.shape[1] > 1:
             # A sentence says something about the last coefficient, which has to describe more than those before it.
-            if share < _described(basis[:, :-1], mean)[0] + PRICE:
+            if share < _least_squares(basis[:, :-1], mean)[0] + PRICE:
                 continue
             share -= PRICE
         # Where it follows the displacement as well, nothing shows that it depends on time.
         if share > SAYS and not (timed and elastic >= share):
             sentences.append((share * size, at + words(coefficients)))
             best = max(best, whole_share)
-    share, text = max(_varying(recording, mean))
+    share, text = max(_variations(recording, mean))
     if share > max(BY_CYCLE, elastic, best + PRICE):
         return [(share * size, at + text)]
     # A wave has two coefficients and a period; a short one is smoothed away in the features of a branch.
@@ -212,7 +212,7 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
     return [(UNSAID * size, at + text)]
 
 
-def _described(basis: Array, mean: Array) -> tuple[float, Array]:
+def _least_squares(basis: Array, mean: Array) -> tuple[float, Array]:
     """Return the share of the missing force's sum of squares that columns (n, k) describe, and coefficients (k,)."""
     size = np.asarray(np.linalg.lstsq(basis, mean, rcond=None)[0], dtype=np.float64)
     rest = mean - basis @ size
@@ -226,17 +226,17 @@ def _descriptions(recording: Recording) -> Iterator[tuple[Array, Words, bool]]:
     clock: Array = np.asarray((seconds - seconds[0]) / np.ptp(seconds))
     loading, cycle = _passes(recording)
 
-    def constant(a: Any) -> str:
+    def factor_sentence(a: Any) -> str:
         return constant_factor(float(a[0]), recording.mode)
 
-    def fading(a: Any) -> str:
+    def growth_sentence(a: Any) -> str:
         sense = "grows" if a[0] > 0 else "falls"
         return f"the force {sense} with time, whatever the displacement: by {abs(100 * a[0]):.1f} % until the end"
 
-    def drifting(a: Any) -> str:
+    def drift_sentence(a: Any) -> str:
         return f"the zero of the force drifts by {100 * a[0] / span:+.1f} % of the range"
 
-    def looping(a: Any) -> str:
+    def loop_sentence(a: Any) -> str:
         size = f"{abs(200 * a[0] / span):.1f} % of the range"
         if a[0] > 0:
             return f"the recorded loop is wider than the simulated one by {size}"
@@ -245,10 +245,10 @@ def _descriptions(recording: Recording) -> Iterator[tuple[Array, Words, bool]]:
             "play in the rig, or a simulated loop that is too wide"
         )
 
-    yield force[:, None], constant, False
-    yield np.asarray((clock * force)[:, None]), fading, True
-    yield np.asarray(clock[:, None]), drifting, True
-    yield np.asarray(loading[:, None]), looping, False
+    yield force[:, None], factor_sentence, False
+    yield np.asarray((clock * force)[:, None]), growth_sentence, True
+    yield np.asarray(clock[:, None]), drift_sentence, True
+    yield np.asarray(loading[:, None]), loop_sentence, False
     for first in sorted(set(cycle))[1:]:
 
         def step(a: Any, first: float = first) -> str:
@@ -269,7 +269,7 @@ def _passes(recording: Recording) -> tuple[Array, Array]:
     return loading, cycle
 
 
-def _varying(recording: Recording, mean: Array) -> list[tuple[float, str]]:
+def _variations(recording: Recording, mean: Array) -> list[tuple[float, str]]:
     """Shares of the missing force's square that a zero or a stiffness explains that changes, with a sentence each.
 
     It has a value of its own in each cycle; or it varies slowly, as cosines of up to `WAVES` half-waves over the
@@ -282,7 +282,7 @@ def _varying(recording: Recording, mean: Array) -> list[tuple[float, str]]:
         (recording.force, "stiffness", 1.0, ""),
     ):
         if len(numbers) >= 3:
-            share, size = _described((cycle[:, None] == numbers) * factor[:, None], mean)
+            share, size = _least_squares((cycle[:, None] == numbers) * factor[:, None], mean)
             low, high = 100 * size.min() / unit, 100 * size.max() / unit
             text = f"the {what} differs from cycle to cycle, by {low:+.1f} to {high:+.1f} %{of}"
             sentences.append((share, text))
@@ -290,11 +290,13 @@ def _varying(recording: Recording, mean: Array) -> list[tuple[float, str]]:
             continue
         clock = (time - time[0]) / float(np.ptp(time))
         cosines = np.cos(np.pi * np.outer(clock, np.arange(WAVES + 1)))
-        share, size = _described(cosines * factor[:, None], mean)
+        share, size = _least_squares(cosines * factor[:, None], mean)
         low, high = 100 * (cosines @ size).min() / unit, 100 * (cosines @ size).max() / unit
         text = f"the {what} varies with time, by {low:+.1f} to {high:+.1f} %{of}"
         sentences.append((share - PRICE, text))
-        jumps = [(*_described(np.column_stack([factor, factor * (clock >= at)]), mean), at) for at in JUMPS]
+        jumps = [
+            (*_least_squares(np.column_stack([factor, factor * (clock >= at)]), mean), at) for at in JUMPS
+        ]
         share, size, at = max(jumps, key=lambda jump: jump[0])
         text = f"the {what} jumps by {100 * size[1] / unit:+.1f} %{of} at about "
         sentences.append((share, f"{text}{time[0] + at * np.ptp(time):.3g} s"))
@@ -317,7 +319,9 @@ def _waves(recording: Recording, mean: Array) -> list[tuple[float, str]]:
         waves = []
         for count in np.arange(*COUNTS):
             phase = 2.0 * np.pi * count * (x - x[0]) / float(np.ptp(x))
-            share, size = _described(np.column_stack([np.ones_like(x), np.cos(phase), np.sin(phase)]), mean)
+            share, size = _least_squares(
+                np.column_stack([np.ones_like(x), np.cos(phase), np.sin(phase)]), mean
+            )
             waves.append((share, by * float(np.ptp(x)) / count, float(np.hypot(size[1], size[2]))))
         share, period, amplitude = max(waves)
         text = f"the force rises and falls {along} every {period:.2g}{unit_of_x}, by "
@@ -328,7 +332,7 @@ def _waves(recording: Recording, mean: Array) -> list[tuple[float, str]]:
 
 def _elastic(recording: Recording, mean: Array) -> tuple[float, bool]:
     """Share of the missing force's square that is a function of the displacement, and whether that is mostly even."""
-    place = _binned(recording.displacement, np.arange(len(mean)), 12)
+    place = _bins(recording.displacement, np.arange(len(mean)), 12)
     smooth = np.zeros(len(mean))
     for _, index in place:
         if len(index):

@@ -47,7 +47,7 @@ def refuse_segment(
     for normal in np.unique(np.round(unit[through], 3), axis=0):
         # The normal points out of the part, which lies behind the cut.
         if np.all((points - axis.point) @ normal < 2.0 * CUT * size):
-            angle = _covered(points, axis)
+            angle = _covered_angle(points, axis)
             raise GeometryError(
                 where,
                 f"holds {angle:.0f} of 360 degrees of a bushing: a plane face through the axis ends it, with normal "
@@ -57,7 +57,7 @@ def refuse_segment(
             )
 
 
-def _covered(points: Array, axis: Axis) -> float:
+def _covered_angle(points: Array, axis: Axis) -> float:
     """Angle about the axis that the part covers, degrees, from the largest gap between its points."""
     radial = from_axis(points, axis)
     reference = radial[np.argmax(np.linalg.norm(radial, axis=1))]

@@ -33,7 +33,7 @@ _ONE, _TURNING = 1.5, 0.5
 _BACK = 0.2
 
 
-def counted(table: Table, rows: Index, recording: Recording) -> tuple[int, Index] | None:
+def cycle_count(table: Table, rows: Index, recording: Recording) -> tuple[int, Index] | None:
     """Return the column in which the rig counts cycles, and the number, from 1, of each sample's cycle; None without.
 
     What precedes the first cycle and what follows the last one, without a reversal, belongs to that cycle.

@@ -16,7 +16,7 @@ from bushcli.recording.source import Quantity, Source
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.decode import refused_if_unreadable
 from bushcli.recording.text.table import Table
-from bushcli.recording.time.rasters import clock_columns, joined, on_one_raster, own_clocks
+from bushcli.recording.time.rasters import clock_columns, join_by_clock, on_one_raster, own_clocks
 from bushcli.runtime.bounded import read_beginning
 from cases.mode import Mode
 
@@ -37,7 +37,7 @@ _LISTED = 12
 
 def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity], tables: TableCache) -> Table:
     """Return the table of a file that holds the columns of a recording."""
-    table = opened(source, list(source.columns.values()), tables, single=len(quantities) == 1)
+    table = tables_of_file(source, list(source.columns.values()), tables, single=len(quantities) == 1)
     if isinstance(table, FileContents):
         needed = NeededColumns(
             f"columns for {' and '.join(quantities)}",
@@ -58,7 +58,7 @@ def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity], table
     return own_clocks(table, forced, moved, source, mode)
 
 
-def opened(
+def tables_of_file(
     source: Source, wanted: Sequence[str | int], tables: TableCache, single: bool = False
 ) -> Table | FileContents:
     """Return the table of a text file, or the table that the case file names, or else all tables of the file."""
@@ -66,7 +66,7 @@ def opened(
     if not name:
         if source.group is not None:
             what = f"group = {source.group!r} has no meaning: a text file is one table"
-            raise source.refused(what)
+            raise source.refusal(what)
         return tables.text(source, single)
     inside = tables.tables(source.file, name, wanted)
     if source.group is None:
@@ -77,7 +77,10 @@ def opened(
     if isinstance(source.group, int):
         hits = list(inside.tables[source.group - 1 : source.group])
         problem = Problem(
-            str(source.file), f"has no group {source.group}", "", f"it has {len(names)}: {listed(names)}"
+            str(source.file),
+            f"has no group {source.group}",
+            "",
+            f"it has {len(names)}: {quoted_names(names)}",
         )
     else:
         key = source.group.strip("/ ").casefold()
@@ -85,7 +88,7 @@ def opened(
         hits = [table for part, table in named_tables if part == key]
         pieces = tuple(table for part, table in named_tables if part.startswith(f"{key}, "))
         what = f'has no sheet or group "{source.group}"'
-        problem = Problem(str(source.file), what, nearest(source.group, names), listed(names))
+        problem = Problem(str(source.file), what, nearest(source.group, names), quoted_names(names))
     if not hits and not pieces:
         raise inside.failed.get(str(source.group), RecordingError(problem))
     return hits[0] if hits else FileContents(pieces, {})
@@ -137,29 +140,29 @@ def only_table(source: Source, mode: Mode, inside: FileContents, needed: NeededC
     is_single = len(tables) == 1 and not inside.failed
     fitting = [table for table in tables if is_single or needed.fits(table)]
     if not fitting:
-        together = joined(tables, source, mode)
+        together = join_by_clock(tables, source, mode)
         fitting = [table for table in together if needed.fits(table)]
         common = None if fitting else needed.across(together)
         fitting += [] if common is None else [common]
     if len(fitting) == 1:
         return fitting[0]
     what, key = f"{len(fitting)} sheets or groups have {needed.words}: ", 'group = "..." (or sheet)'
-    what += listed([table.part for table in fitting])
+    what += quoted_names([table.part for table in fitting])
     if not fitting:
         # A sheet with a bad row may be the sheet that is meant; a sheet without numbers is not.
         for error in inside.failed.values():
             if not tables or "has no table" not in str(error):
                 raise error
         if not tables:
-            raise source.refused("holds no table of numbers")
+            raise source.refusal("holds no table of numbers")
         widest = max(tables, key=lambda table: len(table.names))
         names = ", ".join(filter(None, widest.names))[:200] or "columns without names"
-        what = f"no sheet or group has {needed.words}; there are {listed([table.part for table in tables])}"
+        what = f"no sheet or group has {needed.words}; there are {quoted_names([table.part for table in tables])}"
         what, key = f'{what}; "{widest.part}" has {names}', needed.key
-    raise source.refused(what, f"choose in the case file: {key}")
+    raise source.refusal(what, f"choose in the case file: {key}")
 
 
-def listed(names: Sequence[str]) -> str:
+def quoted_names(names: Sequence[str]) -> str:
     """Return names of sheets or groups in quotes, the first dozen."""
     shown = ", ".join(f'"{name}"' for name in names[:_LISTED])
     return shown + (f" and {len(names) - _LISTED} more" if len(names) > _LISTED else "")

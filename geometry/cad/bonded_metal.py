@@ -12,7 +12,7 @@ from geometry.cad.bonds import SAME_RADIUS, radius_of
 from geometry.cad.part import Part
 from geometry.cad.roles import INNER, OUTER, RUBBER
 from geometry.cad.sampling import Sampled, extent, sample
-from geometry.joined import BONDS
+from geometry.connections import BONDS
 from geometry.session import model
 
 #: Lengths of a sleeve below and above its bond are the same if they differ by less than this share of the thickness

@@ -10,8 +10,8 @@ from geometry.cad.frame import vector_text
 from geometry.cad.part import Part
 from geometry.cad.sampling import Sampled
 from geometry.cad.triangles import view_of
+from geometry.connections import BONDS
 from geometry.errors import GeometryError
-from geometry.joined import BONDS
 
 
 def require_bonds(

@@ -9,7 +9,7 @@ import pytest
 
 from bushcli.likelihood.features import features
 from bushcli.likelihood.noise import Compared, NoiseModel
-from bushcli.mismatch.missing import missing
+from bushcli.mismatch.missing_force import describe_missing
 from bushcli.recording import Recording, branches
 
 SIGMA = 3.0
@@ -39,7 +39,7 @@ def compared(recorded, simulated=LAW, name="axial", time=TIME):
 def described(*channels):
     used = np.ones(len(Q), dtype=bool)
     parts = [features(one.recording, one.noise, used, 0.005) for one in channels]
-    return missing(channels, parts, 0.97, 0.8)
+    return describe_missing(channels, parts, 0.97, 0.8)
 
 
 def cycle():

@@ -29,14 +29,14 @@ DEEPEST = 0.75
 _MARGIN = 0.04
 
 
-def prepared(plot: Plot) -> Plot:
+def prepare(plot: Plot) -> Plot:
     """Return the plot with limits, thinned curves and outlines, and one place for each number."""
     if plot.is_prepared:
         return plot
     series = []
     for curve in plot.series:
         if len(curve.x) > MOST and curve.error is None:
-            x, y = thinned(curve.x, curve.y, MOST, curve.mark != "line")
+            x, y = thin_curve(curve.x, curve.y, MOST, curve.mark != "line")
             curve = replace(curve, x=x, y=y)
         series.append(curve)
     plot = replace(plot, series=series, regions=_thin_outlines(plot.regions))
@@ -134,7 +134,7 @@ def _limits(plot: Plot, axis: int) -> tuple[float, float]:
 # -- curves ------------------------------------------------------------------------------------------------------------
 
 
-def thinned(x: Array, y: Array, most: int, dots: bool = False) -> tuple[Array, Array]:
+def thin_curve(x: Array, y: Array, most: int, dots: bool = False) -> tuple[Array, Array]:
     """Return at most about this many points that look like the curve; the envelope is kept exactly.
 
     Of consecutive samples in one column of pixels the first, the last, the lowest and the highest remain (Jugel et al.,

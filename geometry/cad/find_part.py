@@ -12,24 +12,24 @@ import numpy as np
 
 from geometry.blocks import Array
 from geometry.cad.axis import Axis, distance_between, find_axis, turned_about
+from geometry.cad.bonded_metal import beyond_bonds, held_area, is_even
 from geometry.cad.bonds import FREE, Bonds, find_bonds
 from geometry.cad.frame import Frame, frame_of
-from geometry.cad.held import beyond_bonds, held_area, is_even
-from geometry.cad.missing import require_bonds
-from geometry.cad.notes import captions_of, notes_of, shown
+from geometry.cad.missing_bonds import require_bonds
+from geometry.cad.notes import captions_of, notes_of, picture_names
 from geometry.cad.part import Part, open_part
 from geometry.cad.roles import IGNORED, INNER, OUTER, RUBBER, roles_of
 from geometry.cad.rules import Rule
 from geometry.cad.sampling import Sampled, extent, local_thickness, sample
-from geometry.cad.splines import measured
+from geometry.cad.segment import refuse_segment
+from geometry.cad.splines import areas_and_volumes
 from geometry.cad.triangles import view_of
-from geometry.cad.whole import refuse_segment
+from geometry.connections import BONDS, refuse_loose, refuse_touching
 from geometry.errors import GeometryError
 from geometry.isolated import SIMPLER, isolated
-from geometry.joined import BONDS, refuse_loose, refuse_touching
 from geometry.session import model, session
 from geometry.size import Unit
-from geometry.symmetry import SampledSolids, balanced, moments
+from geometry.symmetry import SampledSolids, is_symmetric, moments
 from geometry.view import View
 from geometry.wall import Wall, cylindrical, wall_of
 
@@ -134,7 +134,7 @@ def find_part(statements: CadStatements) -> FoundPart:
     """
     with session():
         part = open_part(statements.path, statements.unit)
-        areas, volumes = measured(part.solids, part.size)
+        areas, volumes = areas_and_volumes(part.solids, part.size)
         part = replace(part, areas=areas, volumes=volumes)
         where = str(statements.path)
         roles = roles_of(part.solids, dict(statements.solids), where)
@@ -143,7 +143,7 @@ def find_part(statements: CadStatements) -> FoundPart:
             for tag, role in roles.items()
             if role not in (INNER, OUTER, IGNORED) or role in statements.elastic
         )
-        outside = _outside(meshed)
+        outside = _outer_faces(meshed)
         if len(outside) > MOST_FACES:
             what = (
                 f"the meshed solids have {len(outside)} faces, of which at most {MOST_FACES} are interpreted"
@@ -155,16 +155,16 @@ def find_part(statements: CadStatements) -> FoundPart:
         bonds = find_bonds(part, roles, meshed, faces, axis, rules)
         require_bonds(bonds, roles, part, faces, axis, statements.axis, where)
         # Errors below show the same picture as the result: triangles are made once.
-        view = view_of(*shown(roles, meshed, bonds.labels))
+        view = view_of(*picture_names(roles, meshed, bonds.labels))
         _refuse_segment(bonds, faces, axis, where, view)
         groups = {name: [tag for tag, label in bonds.labels.items() if label == name] for name in BONDS}
         bodies = {tag: roles[tag] for tag in meshed}
         refuse_loose(bodies, groups, 3, where, view)
         refuse_touching(groups, 3, where, view)
-        return _described(statements, part, roles, meshed, faces, axis, how, bonds, view)
+        return _found_part(statements, part, roles, meshed, faces, axis, how, bonds, view)
 
 
-def _outside(meshed: Sequence[int]) -> list[int]:
+def _outer_faces(meshed: Sequence[int]) -> list[int]:
     """Faces that belong to one of the meshed solids only."""
     count: dict[int, int] = {}
     for solid in meshed:
@@ -210,7 +210,7 @@ def _refuse_segment(
         refuse_segment(points, normals, places, axis, where, view)
 
 
-def _described(
+def _found_part(
     statements: CadStatements,
     part: Part,
     roles: Mapping[int, str],
@@ -271,13 +271,13 @@ def _described(
             offset,
             (statements.origin, statements.direction),
         ),
-        view=None if view is None else _turned(view, frame, captions),
+        view=None if view is None else _view_in_frame(view, frame, captions),
         wall=_wall(bonded, frame, axis),
         beyond=beyond,
     )
 
 
-def _turned(view: View, frame: Frame, captions: Mapping[str, str]) -> View:
+def _view_in_frame(view: View, frame: Frame, captions: Mapping[str, str]) -> View:
     """Return the picture's contents in the bushing's coordinates, with its captions."""
     triangles, solids = frame.local(view.triangles), frame.local(view.solids)
     return replace(view, triangles=triangles, solids=solids, captions=captions)
@@ -331,7 +331,7 @@ def _frame(
         return frozenset(
             name
             for i, name in enumerate(names)
-            if balanced(parts, origin, rows, i, part.size) and inside.is_symmetric(origin, rows[i])
+            if is_symmetric(parts, origin, rows, i, part.size) and inside.is_symmetric(origin, rows[i])
         )
 
     direction = None if statements.direction is None else np.array(statements.direction, dtype=float)

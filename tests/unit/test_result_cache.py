@@ -1,6 +1,6 @@
 """The last results of a body."""
 
-from cases.kept import ResultCache
+from cases.result_cache import ResultCache
 
 
 def test_the_last_results_are_kept_and_the_one_not_asked_for_longest_goes():

@@ -17,10 +17,10 @@ from geometry.blocks import Array
 from geometry.cad.axis import Axis
 from geometry.cad.frame import frame_of, vector_text
 from geometry.cad.measure import TETRAHEDRON, area, triangles, volume
-from geometry.cad.whole import refuse_segment
+from geometry.cad.segment import refuse_segment
+from geometry.connections import bonds_touch_error
 from geometry.errors import GeometryError
 from geometry.isolated import isolated
-from geometry.joined import touching
 from geometry.raw import HEXAHEDRON8, TETRAHEDRON4, TETRAHEDRON10, RawMesh
 from geometry.size import refuse_size
 from geometry.view import View
@@ -163,7 +163,7 @@ def _refuse_loose(points: Array, cells: Ints, facets: Mapping[str, Ints], where:
         )
     common = np.intersect1d(facets["inner"], facets["outer"])
     if len(common):
-        raise touching(points[common[0]], where, _view(points, facets))
+        raise bonds_touch_error(points[common[0]], where, _view(points, facets))
 
 
 def _axis(points: Array, inner: Ints, given_axis: Vector | None, where: str) -> Axis:
