@@ -143,6 +143,23 @@ class Workers:
                 notify(i, answers[i])
         return answers
 
+    def ask(self, work: Work, question: tuple[Any, ...]) -> Callable[[], Any]:
+        """Begin one question beside others, and return what waits for its answer; this process alone begins then.
+
+        Parameters
+        ----------
+        work, question
+            As in `run`.
+        """
+        if self._executor is None:
+            return lambda: self.run(work, [question])[0]
+        file = self._file(work, question)
+        stored, answer = (
+            (False, None) if file is None or self.store is None else self.store.read(file, question)
+        )
+        bound = with_cache(work, self._cache, in_process=False)
+        return (lambda: answer) if stored else self._submit(self._executor, file, bound, question).result
+
     def _submit(
         self, executor: Executor, file: Path | None, work: Work, question: tuple[Any, ...]
     ) -> Future[Any]:
