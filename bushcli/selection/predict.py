@@ -141,7 +141,7 @@ class Beside:
     def _hoped(self, evidence: Evidence) -> float:
         """Log evidence that a fit of a model may find, given the evidence to first order."""
         reach = evidence.coarse - self.coarse_likelihood
-        return evidence.log + max(evidence.coarse - evidence.judged.log, 0.0) + slack_of(reach)
+        return evidence.log + max(evidence.coarse - evidence.judgement.log, 0.0) + slack_of(reach)
 
     def changes(self, addition: Addition) -> tuple[Array, Array]:
         """Return sizes (k,) of the change by each amplitude of an addition, and of what the fit cannot make of it."""
