@@ -334,7 +334,7 @@ def _columns(cache: ModelCache, case: Case, base: Model, trial: Candidate) -> li
     usual = trial.effect.acts == "assembly" and (case.geometry.structured or case.geometry.axisymmetric)
     coarse: Coarse = "memory" if usual else "always"
     channels = cache.channels(model.task(case), HALF, coarse, tolerance=ESTIMATED)
-    slopes = [np.zeros((len(channel.recording.force), len(names))) for channel in channels]
+    slopes: list[Array] = [np.zeros((len(channel.recording.force), len(names))) for channel in channels]
     points = (model.values, _with_own_shape(model, case).values)
     for i, channel in enumerate(channels):
         recording = channel.recording
