@@ -67,8 +67,10 @@ def along_elastic_path(
         Targets in mm or rad, at one temperature.
     steps : int
         Of the elastic curve, on the longer side of its range.
-    tolerance, sensitivity, failure_limit
-        As in `cases.march.march`.
+    tolerance
+        Of an equilibrium, a ratio, as in `cases.march.march`.
+    sensitivity, failure_limit
+        As there.
 
     Raises
     ------

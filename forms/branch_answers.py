@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import combinations_with_replacement
 
 import ufl
@@ -84,6 +85,8 @@ def branch_functions(setting: KinematicDescription, branch: Branch) -> BranchFun
     def rates(
         what: str, names: Sequence[str], vector: Callable[[_Made], list[Scalar]]
     ) -> Callable[[int], PointFunction]:
+        # A march asks for it in every step.
+        @cache
         def function(directions: int) -> PointFunction:
             changes = {f"d{i} {name}": blocks[name] for i in range(directions) for name in names}
 

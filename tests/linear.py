@@ -50,8 +50,15 @@ class World:
         self.problem = replace(self.one.problem, likelihood=replace(whole, plain=tuple(map(float, excess))))
         self.plain = State(self.problem, self.base)
 
-    def derivatives(self, case, base, trial):
-        return (np.column_stack([self.columns[f"{trial.effect.name}.{n}"] for n in trial.amplitudes]),)
+    def derivatives(self, case, base, candidates):
+        return (
+            np.array(
+                [
+                    np.column_stack([self.columns[f"{trial.effect.name}.{n}"] for n in trial.amplitudes])
+                    for trial in candidates
+                ]
+            ),
+        )
 
     def fit(self, case, model, measured, contained=(), least=float("inf"), needed="unsaid", beside=None):
         # A law alone always matters; a model with effects may be given up.

@@ -322,15 +322,17 @@ def _finish(
     values = None if known is None else dict(zip(known.fitted.names, map(float, known.fitted.x), strict=True))
     search.progress("fit", chosen.law, "the plain law once more, with the weights of bushcli inverse")
     try:
-        plain = crew.run(fit_plain, [(problem.case, chosen, values)])[0] or rough
+        plain_fit = crew.ask(fit_plain, (problem.case, chosen, values))
         if best.state.model.structure == chosen.structure:
             # What is printed of the law alone are the numbers of `bushcli inverse`.
+            plain = plain_fit() or rough
             best = replace(best, state=State(problem, plain))
         else:
             best = replace(best, state=closest_model(search, best.state), searched=best.state)
             if best.state.model.anchor is not None:
                 refined = crew.run(refine_mesh, [(problem.case, best.state.fitted)])[0]
                 best = best if refined is None else replace(best, state=State(problem, refined))
+            plain = plain_fit() or rough
     except BaseException as error:
         if not is_interrupt(error):
             raise

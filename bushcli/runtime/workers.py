@@ -26,7 +26,7 @@ from bushcli.runtime.store import Store
 Work = Callable[..., Any]
 
 # Work whose answers are saved (`store`): fits and derivatives; the rest takes almost no time.
-SAVED = frozenset({"begin", "fit_plain", "fit", "come_closest", "columns"})
+SAVED = frozenset({"first_plain_fit", "fit_plain", "fit", "come_closest", "columns"})
 # Seconds that a process has to clean up. Afterwards it is killed; every answer is saved before it counts.
 GRACE = 2.0
 
@@ -142,6 +142,23 @@ class Workers:
             if notify is not None:
                 notify(i, answers[i])
         return answers
+
+    def ask(self, work: Work, question: tuple[Any, ...]) -> Callable[[], Any]:
+        """Begin one question beside others, and return what waits for its answer; this process alone begins then.
+
+        Parameters
+        ----------
+        work, question
+            As in `run`.
+        """
+        if self._executor is None:
+            return lambda: self.run(work, [question])[0]
+        file = self._file(work, question)
+        stored, answer = (
+            (False, None) if file is None or self.store is None else self.store.read(file, question)
+        )
+        bound = with_cache(work, self._cache, in_process=False)
+        return (lambda: answer) if stored else self._submit(self._executor, file, bound, question).result
 
     def _submit(
         self, executor: Executor, file: Path | None, work: Work, question: tuple[Any, ...]

@@ -307,8 +307,8 @@ def shear_modulus(model: Model, case: Case) -> float:
 # -- derivatives ---------------------------------------------------------------------------------------------------
 
 
-def columns(cache: ModelCache, case: Case, base: Model, trial: Candidate) -> tuple[Array, ...] | None:
-    """Derivative of each channel's force by the amplitudes, shape (n, k) each; None where it cannot be solved.
+def columns(cache: ModelCache, case: Case, base: Model, candidates: Sequence[Candidate]) -> tuple[Array, ...]:
+    """Derivative of each channel's force by k amplitudes, (points, n, k) each; NaN where it cannot be solved.
 
     Parameters
     ----------
@@ -316,8 +316,16 @@ def columns(cache: ModelCache, case: Case, base: Model, trial: Candidate) -> tup
     case : Case
     base : Model
         With its best-fitting values.
-    trial : Candidate
+    candidates : sequence of Candidate
+        One effect at points of its grid that differ in parameters of one body: one task, because what they share is
+        then solved once.
     """
+    points = [_columns(cache, case, base, candidate) for candidate in candidates]
+    return tuple(np.array(channel) for channel in zip(*points, strict=True))
+
+
+def _columns(cache: ModelCache, case: Case, base: Model, trial: Candidate) -> list[Array]:
+    """Derivatives of each channel's force by the amplitudes of one candidate, (n, k) each."""
     model = replace(base, effects=(*effects_beside(case, base, trial), trial.active))
     # If the model has the same effect in another rig, this one may have another name there.
     added = next(active for active in model.effects if active.identity == trial.active.identity)
@@ -326,18 +334,17 @@ def columns(cache: ModelCache, case: Case, base: Model, trial: Candidate) -> tup
     usual = trial.effect.acts == "assembly" and (case.geometry.structured or case.geometry.axisymmetric)
     coarse: Coarse = "memory" if usual else "always"
     channels = cache.channels(model.task(case), HALF, coarse, tolerance=ESTIMATED)
+    slopes: list[Array] = [np.zeros((len(channel.recording.force), len(names))) for channel in channels]
     points = (model.values, _with_own_shape(model, case).values)
-    slopes: list[Array] = []
-    for channel in channels:
+    for i, channel in enumerate(channels):
         recording = channel.recording
         if not trial.active.acts_on(recording.name, recording.mode, recording.kind):
-            slopes.append(np.zeros((len(recording.force), len(names))))
             continue
         slope = _first_solvable(channel, points, names, trial, case, () if base.fixed else tuple(base.start))
         if slope is None:
-            return None
-        slopes.append(slope)
-    return tuple(slopes)
+            return [np.full_like(slope, np.nan) for slope in slopes]
+        slopes[i] = slope
+    return slopes
 
 
 def _first_solvable(

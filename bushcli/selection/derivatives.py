@@ -116,17 +116,25 @@ class Derivatives:
             if name not in self._columns and name not in parts
         }
 
-        def notify(i: int, answer: object) -> None:
-            trial = list(new.values())[i]
-            point = ", ".join(
-                (*(f"{k} {v:.3g}" for k, v in trial.shape.items()), *(trial.active.channels or ()))
-            )
-            self.progress(
-                "screen", trial.effect.name, point if answer is not None else f"{point} cannot be solved"
-            )
+        # One task for all points that share a body; first those that take longest, so that no worker waits at the end.
+        groups: dict[tuple[object, ...], dict[Name, Candidate]] = {}
+        for name, trial in new.items():
+            mesh = tuple(trial.active.values[p.name] for p in trial.active.parameters if p.of_mesh)
+            groups.setdefault((trial.active.identity, trial.amplitudes, mesh), {})[name] = trial
+        tasks = sorted(groups.values(), key=_expected_time, reverse=True)
 
-        questions = [(self.problem.case, state.model, trial) for trial in new.values()]
-        self._columns |= dict(zip(new, self.workers.run(columns, questions, notify), strict=True))
+        def notify(i: int, answer: tuple[Array, ...]) -> None:
+            for k, (name, trial) in enumerate(tasks[i].items()):
+                own = tuple(channel[k] for channel in answer)
+                solved = all(np.isfinite(slope).all() for slope in own)
+                self._columns[name] = own if solved else None
+                point = ", ".join(
+                    (*(f"{key} {v:.3g}" for key, v in trial.shape.items()), *(trial.active.channels or ()))
+                )
+                self.progress("screen", trial.effect.name, point if solved else f"{point} cannot be solved")
+
+        questions = [(self.problem.case, state.model, tuple(task.values())) for task in tasks]
+        self.workers.run(columns, questions, notify)
         self._columns |= {
             name: self._in_channels(trial, self._columns[shared]) for name, (trial, shared) in parts.items()
         }
@@ -164,4 +172,12 @@ class Derivatives:
         if has_branches or effects_beside(self.problem.case, state.model, trial):
             base = (*sorted(state.model.values.items()), *state.model.identities)
         shape: Mapping[str, float] = trial.shape
-        return (state.model.law, trial.active.identity, trial.amplitudes, *shape.items(), trial.size, base)
+        # Any law that was fitted serves for the others, as its values serve for other values.
+        law = state.model.law if base or trial.effect.acts == "rig" else ""
+        return (law, trial.active.identity, trial.amplitudes, *shape.items(), trial.size, base)
+
+
+def _expected_time(task: Mapping[Name, Candidate]) -> tuple[int, int]:
+    """Order of tasks by the time that they take: bodies of the assembly are not symmetric, rigs share a curve."""
+    effects = {trial.effect.acts for trial in task.values()}
+    return 2 * ("assembly" in effects) + ("rubber" in effects), len(task)

@@ -84,6 +84,9 @@ class Beside:
             ]
             grouped.setdefault(" ".join([addition.trial.active.identity, *fixed]), []).append(addition)
         self.grouped = grouped
+        self._solutions: dict[tuple[bool, tuple[int, ...]], tuple[Evidence, Array]] = {}
+        self._settled: dict[tuple[int, ...], tuple[Evidence, Array]] = {}
+        self._own_columns: dict[int, tuple[Addition, Array, Array]] = {}
 
     # -- predictions ---------------------------------------------------------------------------------------------
 
@@ -111,19 +114,34 @@ class Beside:
             for name, points in self.grouped.items()
         }
         top = max((self._value((points[0],))[0].log for points in best.values()), default=-np.inf)
-        predictions = []
-        for a, b in combinations(best, 2):
-            if best[a][0].trial.active.is_among([best[b][0].trial.active]):
-                continue
+        names = [
+            (a, b)
+            for a, b in combinations(best, 2)
+            if not best[a][0].trial.active.is_among([best[b][0].trial.active])
+        ]
+        roughly = [self._solve_amplitudes((best[a][0], best[b][0]))[0] for a, b in names]
+        hopes = [self._hoped(evidence) for evidence in roughly]
+        predictions, gained = dict[int, Prediction](), 0.0
+        for i in sorted(range(len(names)), key=lambda i: -hopes[i]):
+            a, b = names[i]
             points = list(product(best[a], best[b]))
-            at_best = self._mean_over_grid(points[:1])
-            top = max(top, at_best.log_evidence)
+            # The lower the misfit, the more is gained where the variances settle: most in the best pairs.
+            settles = hopes[i] + gained > top + math.log(NEGLIGIBLE)
+            predictions[i] = self._mean_over_grid(points[:1], settles)
+            if not settles:
+                continue
+            evidence = self._value(points[0])[0]
+            top = max(top, predictions[i].log_evidence)
+            gained = max(gained, self._hoped(evidence) - hopes[i])
             # Where the pair cannot matter at the best points of both, its other points are not evaluated.
-            hoped = at_best.log_evidence + at_best.hope + slack_of(at_best.reach)
-            predictions.append(
-                self._mean_over_grid(points) if hoped > top + math.log(NEGLIGIBLE) else at_best
-            )
-        return predictions
+            if self._hoped(evidence) > top + math.log(NEGLIGIBLE):
+                predictions[i] = self._mean_over_grid(points)
+        return [predictions[i] for i in range(len(names))]
+
+    def _hoped(self, evidence: Evidence) -> float:
+        """Log evidence that a fit of a model may find, given the evidence to first order."""
+        reach = evidence.coarse - self.coarse_likelihood
+        return evidence.log + max(evidence.coarse - evidence.judgement.log, 0.0) + slack_of(reach)
 
     def changes(self, addition: Addition) -> tuple[Array, Array]:
         """Return sizes (k,) of the change by each amplitude of an addition, and of what the fit cannot make of it."""
@@ -202,7 +220,7 @@ class Beside:
     def _left(self, columns: Array) -> Array:
         return self._tangent.left(columns)
 
-    @property
+    @cached_property
     def _rest(self) -> Array:
         return self._tangent.left(self._tangent.rest)
 
@@ -215,16 +233,19 @@ class Beside:
             start += feature.count
         return features
 
-    def _mean_over_grid(self, points: Sequence[tuple[Addition, ...]]) -> Prediction:
-        """The mean of the evidence over points of a grid, and the model at the best of them."""
+    def _mean_over_grid(self, points: Sequence[tuple[Addition, ...]], settles: bool = True) -> Prediction:
+        """The mean of the evidence over points of a grid, and the model at the best of them.
+
+        ``settles``: whether their variances are brought to those of the misfit that is left.
+        """
         solutions = [self._solve_amplitudes(point) for point in points]
         top, gained = -np.inf, 0.0
-        for i in sorted(range(len(points)), key=lambda i: -solutions[i][0].log):
+        for i in sorted(range(len(points)), key=lambda i: -solutions[i][0].log) if settles else ():
             # The lower the misfit, the more is gained where the variances settle: most at the best points.
             if solutions[i][0].log + gained < top + math.log(SMALL):
                 break
             before = solutions[i][0].log
-            solutions[i] = self._settle_variances(points[i], *solutions[i])
+            solutions[i] = self._value(points[i])
             top, gained = max(top, solutions[i][0].log), max(gained, solutions[i][0].log - before)
         best = int(np.argmax([evidence.log for evidence, _ in solutions]))
         log = float(logsumexp([evidence.log for evidence, _ in solutions])) - math.log(len(solutions))
@@ -255,12 +276,14 @@ class Beside:
 
     def _value(self, point: tuple[Addition, ...]) -> tuple[Evidence, Array]:
         """Return the evidence to first order, and the amplitudes."""
-        return self._settle_variances(point, *self._solve_amplitudes(point))
+        key = tuple(map(id, point))
+        if key not in self._settled:
+            self._settled[key] = self._settle_variances(point)
+        return self._settled[key]
 
-    def _settle_variances(
-        self, point: tuple[Addition, ...], evidence: Evidence, amplitude: Array
-    ) -> tuple[Evidence, Array]:
+    def _settle_variances(self, point: tuple[Addition, ...]) -> tuple[Evidence, Array]:
         """Return evidence and amplitudes after alternating between the solution and its variances, as a fit does."""
+        evidence, amplitude = self._solve_amplitudes(point)
         for _ in range(TURNS):
             scale = evidence.judgement.scale
             if max(max(a / b, b / a) for a, b in zip(scale, self.variances, strict=True)) < SETTLED:
@@ -273,16 +296,34 @@ class Beside:
 
     def _solve_amplitudes(self, point: tuple[Addition, ...], within: bool = True) -> tuple[Evidence, Array]:
         """Evidence to first order with the variances at hand, and the amplitudes; `within` the law's stability."""
+        key = within, tuple(map(id, point))
+        if key not in self._solutions:
+            self._solutions[key] = self._solution(point, within)
+        return self._solutions[key]
+
+    def _columns(self, addition: Addition) -> tuple[Array, Array]:
+        """Weighted features (rows, k) of an addition, and what the fitted parameters cannot make of them."""
+        if id(addition) not in self._own_columns:
+            G = self._weighted_features(addition.slopes)
+            # It is held here, so that no other object gets its identity.
+            self._own_columns[id(addition)] = addition, G, self._left(G)
+        return self._own_columns[id(addition)][1:]
+
+    def _solution(self, point: tuple[Addition, ...], within: bool) -> tuple[Evidence, Array]:
         raw = [
             np.hstack([np.zeros((len(z), 0)), *(addition.slopes[c] for addition in point)])
             for c, z in enumerate(self.state.misfit)
         ]
-        G = self._weighted_features(raw)
+        none = np.zeros((len(self._rest), 0))
+        G, own = (
+            (np.hstack([none, *parts]) for parts in zip(*map(self._columns, point), strict=True))
+            if point
+            else (none, none)
+        )
         known, start, between = self._amplitude_bounds(point)
-        at = self._tangent
+        at, misfit = self._tangent, self._rest
         active: tuple[int, ...] = ()
         for _ in range(CUTS):
-            own, misfit = at.left(G), at.left(at.rest)
             gram = own.T @ own
             gram[np.diag_indices(len(gram))] += OWN**2 * np.sum(G**2, axis=0) + 1e-300
             amplitude = amplitudes(
@@ -302,6 +343,7 @@ class Beside:
             if held == active:
                 break
             at, active = self._tangent.within(cuts.only(held)) if held else self._tangent, held
+            own, misfit = at.left(G), at.left(at.rest)
         slopes = [np.hstack([J, part]) for J, part in zip(self.state.slopes, raw, strict=True)]
         evidence = Evidence(
             self.state.problem.likelihood,

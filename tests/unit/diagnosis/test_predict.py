@@ -159,10 +159,8 @@ def test_predictions_of_the_catalogue_are_what_fits_bring(made, name):
     some, reason = trials(made.case, made.state.model, effect(name), made.recordings, 1.0)
     assert some, reason
     features = made.problem.likelihood.features[0]
-    added = []
-    for trial in some:
-        (column,) = columns(made.cache, made.case, made.state.model, trial)
-        added.append(Addition(trial, (features.of(column),)))
+    (points,) = columns(made.cache, made.case, made.state.model, some)
+    added = [Addition(trial, (features.of(column),)) for trial, column in zip(some, points, strict=True)]
     (found,) = Beside(made.state, added).singles()
     state = made.fit(found.model, made.state)
     gained, predicted = (log - made.state.evidence.log for log in (state.evidence.log, found.log_evidence))

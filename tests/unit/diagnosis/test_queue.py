@@ -203,9 +203,12 @@ def test_an_effect_that_nothing_responds_to_is_untestable(world, monkeypatch):
 
 def test_an_effect_that_cannot_be_simulated_is_not_said_to_have_no_influence(world, monkeypatch):
     known = world.derivatives
-    world.derivatives = lambda case, base, trial: (
-        None if trial.effect.name == "time_lag" else known(case, base, trial)
-    )
+
+    def derivatives(case, base, candidates):
+        factor = np.nan if candidates[0].effect.name == "time_lag" else 1.0
+        return tuple(factor * channel for channel in known(case, base, candidates))
+
+    world.derivatives = derivatives
     found = world.search(monkeypatch)
     assert found.derivatives.untestable["time_lag"] == "the bushing cannot be simulated with it"
 

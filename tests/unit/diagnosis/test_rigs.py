@@ -90,9 +90,10 @@ def test_the_derivative_by_one_of_a_channel_is_a_part_of_that_by_one_in_all(made
     column = np.sin(np.arange(len(made.strain)))[:, None] * made.strain[:, None]
     asked = []
 
-    def solved(case, base, trial):
+    def solved(case, base, candidates):
+        (trial,) = candidates
         asked.append(trial.active.identity)
-        return column, 2.0 * column
+        return column[None], 2.0 * column[None]
 
     monkeypatch.setattr(derivatives, "columns", solved)
     likelihood = made.problem.likelihood

@@ -64,6 +64,14 @@ def name(folder, *question):
     return Store(folder, FitCodec()).file("mul", question).name
 
 
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_question_is_worked_on_beside_others(count):
+    with Workers(count).open() as crew:
+        answer = crew.ask(operator.mul, (3, 4))
+        assert crew.run(operator.mul, [(2, 2)]) == [4]
+        assert answer() == 12
+
+
 def test_answers_are_in_order_and_every_process_is_of_a_group_of_its_own():
     heard = []
     with Workers(2).open() as crew:
