@@ -337,7 +337,9 @@ def _dialect(path: Path, body: Sequence[Line], given: _Given) -> Dialect:
     if best is None:
         what = "has no column of numbers" if given.single else "has no table with two columns of numbers"
         remedy = "e.g. displacement_mm, or time_s,displacement_mm" if given.single else _EXAMPLE
-        if any(named_columns(re.split(r"[;\t,|]", line.text)) >= 2 for line in body[-1:]):
+        # A line with an equals sign, as in a case file, is a statement.
+        last = "" if not body or "=" in body[-1].text else body[-1].text
+        if named_columns(re.split(r"[;\t,|]", last)) >= 2:
             what, remedy = "ends with the names of columns: no row of numbers follows", "export it again"
         elif given.delimiter or given.decimal:
             what += " for this delimiter and decimal sign"
