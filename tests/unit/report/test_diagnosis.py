@@ -572,7 +572,7 @@ def test_a_search_that_ended_early_names_its_best_model(case, diagnoses):
     early = replace(
         found, searched=replace(diagnoses.diagnosis(case()).searched, left=0.9, ended="budget"), models=()
     )
-    assert early.unsearched
+    assert early.is_unsearched
     said = flat(early)
     assert "Not diagnosed: the search ended before it could tell which effects are probable" in said
     solved = [one for one in early.searched.trials if np.isfinite(one.log_evidence)]
