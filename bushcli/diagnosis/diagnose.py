@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import cast
 
 from bushcli.case import Case, Material
 from bushcli.diagnosis import answer, values
@@ -170,7 +171,9 @@ def _calculate(
     rough = _fit_before_noise(question, crew)
     problem, state = pose_problem(question.bare, rough, question.recordings, question.used, crew, cache)
     search = Search(problem, crew, state, question.effects, uniform, deadline, notify)
-    outcome = _search(question, search, rough, crew)
+    # Asked now: a second process has nothing else to do before the first effects are tried.
+    law_alone = _LawAlone(crew, search, question.plain)
+    outcome = _search(question, search, rough, law_alone)
     extras = Extras()
     if not outcome.interrupted:
         extras.make(search, outcome.plain, outcome.models, crew, cache, maps)
@@ -192,12 +195,40 @@ def _fit_before_noise(question: Question, crew: Workers) -> Fitted:
     return rough
 
 
-def _search(question: Question, search: Search, rough: Fitted, crew: Workers) -> _Outcome:
+class _LawAlone:
+    """The plain law's fit as by `bushcli inverse`, which another process may do beside the search.
+
+    Parameters
+    ----------
+    crew : Workers
+    search : Search
+    chosen : Model
+        The plain law with its start values.
+    """
+
+    def __init__(self, crew: Workers, search: Search, chosen: Model) -> None:
+        self._crew, self._search, self.chosen = crew, search, chosen
+        self._ask()
+
+    def _ask(self) -> None:
+        fitted = self._search.states.get(self.chosen.structure, self._search.plain).fitted
+        self._known = dict(zip(fitted.names, map(float, fitted.x), strict=True))
+        self._answer = self._crew.ask(fit_plain, (self._search.problem.case, self.chosen, self._known))
+
+    def fit(self) -> Fitted | None:
+        """Return the fit; it is done again where the search has found other values meanwhile."""
+        fitted = self._search.states.get(self.chosen.structure, self._search.plain).fitted
+        if list(self._known.values()) != list(fitted.x):
+            self._ask()
+        return cast("Fitted | None", self._answer())
+
+
+def _search(question: Question, search: Search, rough: Fitted, law_alone: _LawAlone) -> _Outcome:
     """Search, and compute the posterior of the models."""
-    ended, unnoticed, interrupted = _run(search, crew)
+    ended, unnoticed, interrupted = _run(search, search.workers)
     models, plain = posterior(search), rough
     if not interrupted:
-        best, plain, interrupted = _finish(models[0], rough, question.plain, search, crew)
+        best, plain, interrupted = _finish(models[0], rough, law_alone, search)
         models = (best, *models[1:])
     return _Outcome(search, ended, models, plain, interrupted, unnoticed)
 
@@ -312,27 +343,25 @@ def _run(search: Search, crew: Workers) -> tuple[Ended, dict[str, str], list[Con
 
 
 def _finish(
-    best: WeighedModel, rough: Fitted, chosen: Model, search: Search, crew: Workers
+    best: WeighedModel, rough: Fitted, law_alone: _LawAlone, search: Search
 ) -> tuple[WeighedModel, Fitted, list[Condition]]:
     """Return the best model and the plain law, each fitted until it converges on the default mesh.
 
     If the user interrupts this, both are returned unchanged, with a condition that says so.
     """
-    problem, known = search.problem, search.states.get(chosen.structure)
-    values = None if known is None else dict(zip(known.fitted.names, map(float, known.fitted.x), strict=True))
+    problem, crew, chosen = search.problem, search.workers, law_alone.chosen
     search.progress("fit", chosen.law, "the plain law once more, with the weights of bushcli inverse")
     try:
-        plain_fit = crew.ask(fit_plain, (problem.case, chosen, values))
         if best.state.model.structure == chosen.structure:
             # What is printed of the law alone are the numbers of `bushcli inverse`.
-            plain = plain_fit() or rough
+            plain = law_alone.fit() or rough
             best = replace(best, state=State(problem, plain))
         else:
             best = replace(best, state=closest_model(search, best.state), searched=best.state)
             if best.state.model.anchor is not None:
                 refined = crew.run(refine_mesh, [(problem.case, best.state.fitted)])[0]
                 best = best if refined is None else replace(best, state=State(problem, refined))
-            plain = plain_fit() or rough
+            plain = law_alone.fit() or rough
     except BaseException as error:
         if not is_interrupt(error):
             raise
