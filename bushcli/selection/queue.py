@@ -342,7 +342,7 @@ class Search:
 
     def _expand(self, key: Key) -> None:
         state = self.states[key]
-        beside = Beside(state, self.derivatives.additions_beside(state, state is self.plain))
+        beside = Beside(state, self._additions_beside(state))
         if state is self.plain:
             self._beside_plain = beside.grouped
         further = MOST_EFFECTS - len(state.model.effects)
@@ -365,6 +365,31 @@ class Search:
         self._expand_without(state, beside)
         # Not before: an interrupted search has not looked at these neighbours.
         self._expanded.add(key)
+
+    def _additions_beside(self, state: State) -> list[Addition]:
+        """Return further effects with their derivatives beside a model, or beside the plain law where that will do.
+
+        The derivative beside the plain law is a fair estimate. Where it predicts no visible gain beside the model, by a
+        factor of `BORROWED`, the effect is not solved anew.
+        """
+        if state is self.plain or not state.model.effects:
+            return self.derivatives.additions_beside(state, state is self.plain)
+        borrowed = [
+            addition
+            for points in self._beside_plain.values()
+            for addition in points
+            if not addition.trial.active.is_among(state.model.effects)
+        ]
+        beside, gains = Beside(state, borrowed), dict[str, float]()
+        for points, prediction in zip(beside.grouped.values(), beside.singles(), strict=True):
+            name = points[0].trial.effect.name
+            gains[name] = max(prediction.gain, gains.get(name, 0.0))
+        silent = {name for name, gain in gains.items() if BORROWED * gain < FAINT}
+        among = [effect for effect in self.catalogue if effect.name not in silent]
+        return [
+            *self.derivatives.additions_beside(state, among=among),
+            *(addition for addition in borrowed if addition.trial.effect.name in silent),
+        ]
 
     def _expand_without(self, state: State, beside: Beside) -> None:
         """Queue the model without some of its effects, and with another effect in their place.
