@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 from itertools import combinations_with_replacement
 
 import ufl
@@ -85,9 +84,12 @@ def branch_functions(setting: KinematicDescription, branch: Branch) -> BranchFun
     def rates(
         what: str, names: Sequence[str], vector: Callable[[_Made], list[Scalar]]
     ) -> Callable[[int], PointFunction]:
-        # A march asks for it in every step.
-        @cache
+        # A march asks for the same in every step.
+        known: dict[int, PointFunction] = {}
+
         def function(directions: int) -> PointFunction:
+            if directions in known:
+                return known[directions]
             changes = {f"d{i} {name}": blocks[name] for i in range(directions) for name in names}
 
             def make(inputs: Mapping[str, Scalar]) -> list[Scalar]:
@@ -98,7 +100,8 @@ def branch_functions(setting: KinematicDescription, branch: Branch) -> BranchFun
                 ]
                 return [row[j] for row in rows for j in range(len(whole))]
 
-            return PointFunction(key(f"{what} {directions}"), blocks | changes, make)
+            known[directions] = PointFunction(key(f"{what} {directions}"), blocks | changes, make)
+            return known[directions]
 
         return function
 

@@ -66,7 +66,7 @@ def diagnoses():
 @pytest.fixture(scope="session")
 def browser(tmp_path_factory):
     """Start (or find) a headless Chromium; the test is skipped where there is none."""
-    with _beside("browser").with_start_values(tmp_path_factory.mktemp("browser")) as found:
+    with _beside("browser").started(tmp_path_factory.mktemp("browser")) as found:
         if found is None:
             pytest.skip(
                 "no Chromium: set BUSHCLI_CHROMIUM to one, or run tests/with-browser (make test does)"

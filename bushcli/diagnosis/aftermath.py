@@ -81,7 +81,8 @@ class Extras:
             if not is_interrupt(error):
                 raise
             crew.stop()
-            message = "interrupted after the search: doubts about amplitudes, the proposed test or the map is missing"
+            what = "a doubt about amplitudes, the proposed test or the map of the bushing is missing"
+            message = f"interrupted after the search: {what}"
             self.conditions = (Condition("interrupted", message, CONTINUE),)
 
 

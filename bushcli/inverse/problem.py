@@ -98,7 +98,8 @@ class Bounds:
         ----------
         origin : shape (p,)
         shares : callable
-            `LeastSquaresProblem.stiffness_shares`.
+            x -> derivatives of the initial shear modulus by parameters, shape (p,), and theirs, shape (p, p)
+            (`LeastSquaresProblem.stiffness_shares`).
         """
         lower = np.where(self.logarithmic, np.maximum(self.lower, LEAST * origin), self.lower)
         at_origin, _ = shares(origin)

@@ -248,7 +248,7 @@ def test_effects_of_the_case_and_loud_noise_are_told(small: Path, diagnoses: Mod
     fitted, alone = SimpleNamespace(converged=True, simulated=()), SimpleNamespace(effects=())
     best: Any = SimpleNamespace(state=SimpleNamespace(fitted=fitted, model=alone))
     none: Any = SimpleNamespace(
-        used=(), compared=lambda simulated: (), likelihood=SimpleNamespace(features=())
+        used=(), compared_recordings=lambda simulated: (), likelihood=SimpleNamespace(features=())
     )
     searched = SearchExtent(True, 0.0, "nothing left", (), (), {})
     case = load_case(small)
@@ -334,7 +334,9 @@ def extras(monkeypatch: pytest.MonkeyPatch, stopped: str, error: BaseException) 
         monkeypatch.setattr(aftermath, stopped, stop)
     found = aftermath.Extras()
     nothing: Any = None
-    found.make(nothing, nothing, models, Workers(), nothing, True, True, lambda *_: None)
+    search: Any = SimpleNamespace(problem=nothing, progress=lambda *_: None, share_left=0.0)
+    monkeypatch.setattr(aftermath, "amplitude_faults", lambda *_: ())
+    found.make(search, nothing, models, Workers(), nothing, True)
     return found
 
 

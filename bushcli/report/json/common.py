@@ -31,7 +31,18 @@ _PROGRAMS = {"dolfinx": "fenics-dolfinx", "gmsh": "gmsh", "numpy": "numpy", "sci
 def head(
     command: str, case: Case, problems: Iterable[Condition], timings: Mapping[str, float] | None = None
 ) -> dict[str, Any]:
-    """Return the entries that every result has; the command adds its own timings (s) when it delivers the result."""
+    """Return the entries that every result has; the command adds its own timings (s) when it delivers the result.
+
+    Parameters
+    ----------
+    command : str
+        Its name.
+    case : Case
+    problems : iterable of Condition
+        What the user has to know.
+    timings : mapping of str to float, optional
+        Seconds by part of the calculation.
+    """
     return {
         "command": command,
         "case": case_json(case),

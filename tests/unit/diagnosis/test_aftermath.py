@@ -24,7 +24,7 @@ def test_no_test_is_proposed_before_most_models_have_been_looked_at(
     search: Any = SimpleNamespace(
         problem=SimpleNamespace(recordings=()),
         states={},
-        left=0.0 if searched else 1.0,
+        share_left=0.0 if searched else 1.0,
         progress=lambda *_: None,
     )
     extras = aftermath.Extras()

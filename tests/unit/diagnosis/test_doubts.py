@@ -85,7 +85,8 @@ def test_the_unknown_force_has_the_size_that_is_drawn():
     """The misfit is a wave of 20 N along the path and noise of 3 N: nearly all of it above the noise is smooth."""
     best, problem = asked(20.0 * np.sin(TIME / 20.0))
     best = SimpleNamespace(
-        unknown=True, state=SimpleNamespace(evidence=SimpleNamespace(judged=None), fitted=best.state.fitted)
+        unknown=True,
+        state=SimpleNamespace(evidence=SimpleNamespace(judgement=None), fitted=best.state.fitted),
     )
     plain = SimpleNamespace(problem=problem)
     found = form_error(best, plain, problem.compared_recordings(()))
