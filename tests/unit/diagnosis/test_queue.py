@@ -21,6 +21,7 @@ from bushcli.selection.additions import more_branches
 from bushcli.selection.fit import WORSE
 from bushcli.selection.model import Model
 from bushcli.selection.neighbours import label
+from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import Prediction
 from bushcli.selection.queue import LEFT, NEIGHBOURS, Search
 from bushcli.selection.state import State
@@ -192,6 +193,25 @@ def test_a_model_with_effects_exchanged_is_predicted_beside_a_fitted_one(world, 
     ]
     fitted = State(world.problem, world.fit(world.one.case, other.model, None))
     assert found.weights(fitted)[0] == pytest.approx(other.predicted_weight, abs=1.0)
+
+
+def test_only_what_may_be_visible_is_solved_anew_beside_a_fitted_effect(world, monkeypatch):
+    found = world.search(monkeypatch)
+    state = next(state for state in found.states.values() if state.model.effects)
+    asked = set()
+    monkeypatch.setattr(
+        found.derivatives,
+        "additions_beside",
+        lambda state, among: asked.update(effect.name for effect in among) or [],
+    )
+    borrowed = {addition.trial.effect.name for addition in found._additions_beside(state)}
+    # Of its own effects there may be further branches.
+    assert {active.effect.name for active in state.model.effects} <= asked
+    assert borrowed
+    assert borrowed | asked == {effect.name for effect in found.catalogue}
+    assert not borrowed & asked
+    for prediction in Beside(state, found._additions_beside(state)).singles():
+        assert queue.BORROWED * prediction.gain < queue.FAINT
 
 
 def test_an_effect_that_nothing_responds_to_is_untestable(world, monkeypatch):
