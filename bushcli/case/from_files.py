@@ -86,7 +86,7 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
     problems: list[Problem] = []
     tables = TableCache()
     for file in dict.fromkeys(files):
-        name = _written(file, folder)
+        name = _relative_name(file, folder)
         if printable(name) != name:
             what = "has a control character, or bytes that are not UTF-8, in its path: a case file cannot name it"
             problems.append(Problem(str(file), what, "", "rename it"))
@@ -123,7 +123,7 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
     return text + "".join(map(_table, coupons, _names(coupons), repeat("coupons"), repeat(folder)))
 
 
-def _written(file: Path, folder: Path) -> str:
+def _relative_name(file: Path, folder: Path) -> str:
     """Return the name of a file as the case file has it: relative to its own folder."""
     return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
 
@@ -300,7 +300,7 @@ def _with_choices(source: Source, tables: TableCache) -> tuple[Source, tuple[str
 
 def _table(entry: _Entry, name: str, section: str, folder: Path) -> str:
     source, recording = entry.source, entry.recording
-    file = _written(source.file, folder)
+    file = _relative_name(source.file, folder)
     reader = readers().get(format_of(source.file))
     form = reader.name if reader else "a text file"
     time = "no time" if recording.time is None else f"{recording.time[-1] - recording.time[0]:.4g} s"

@@ -265,13 +265,13 @@ def pose_problem(
     features = all_features(cache, case, plain.model, used, noises)
     empty = CommonData(case, recordings, noises, used, Likelihood(features, tuple(0.0 for _ in features)))
 
-    def explaining(fitted: Fitted) -> CommonData:
+    def with_misfit_of(fitted: Fitted) -> CommonData:
         excess = State(empty, fitted).evidence.left.excess
         return replace(empty, likelihood=Likelihood(features, tuple(map(float, excess))))
 
-    fitted, problem = plain, explaining(plain)
+    fitted, problem = plain, with_misfit_of(plain)
     for _ in range(2 if plain.names else 0):
         measured = FittedSamples(used, problem.likelihood.plain, noises)
         fitted = crew.run(fit, [(case, fitted.model, measured)])[0] or fitted
-        problem = explaining(fitted)
+        problem = with_misfit_of(fitted)
     return problem, State(problem, fitted)

@@ -242,7 +242,7 @@ def _start_of_addition(
     """
     index = {name: i for i, name in enumerate(problem.names)}
 
-    def predicted(shape: Mapping[str, float]) -> tuple[float, Array | None]:
+    def predicted_gain(shape: Mapping[str, float]) -> tuple[float, Array | None]:
         point = x.copy()
         point[[index[name] for name in shape]] = list(shape.values())
         held = Contained(problem, point, [*sizes, *part.off])
@@ -253,11 +253,11 @@ def _start_of_addition(
         return float(value @ value) - remaining, held.all_of(point[held.free] + step)
 
     best = {name: values[0] for name, values in part.grid.items()}
-    gain, point = predicted(best)
+    gain, point = predicted_gain(best)
     for name, values in part.grid.items():
         for value in values[1:]:
             shape = {**best, name: value}
-            more, other = predicted(shape)
+            more, other = predicted_gain(shape)
             if more > gain:
                 gain, point, best = more, other, shape
     return gain, point

@@ -45,7 +45,7 @@ def search(
     iterations, point = 0, start
     evaluated: set[bytes] = set()
 
-    def explained(x: Array) -> bool:
+    def is_explained(x: Array) -> bool:
         # A point is checked once: its states do not change.
         new = x.tobytes() not in evaluated
         evaluated.add(x.tobytes())
@@ -53,11 +53,11 @@ def search(
 
     for last in (*[False] * problem.stopping.rounds, True):
         states = len(problem.states)
-        end = minimise(problem, point, loss, WALL, None if last else explained, ends)
+        end = minimise(problem, point, loss, WALL, None if last else is_explained, ends)
         iterations, point = iterations + end.iterations, end.x
         if end.hopeless:
             return replace(end, start=start, iterations=iterations)
-        if last or (len(problem.states) == states and not explained(point)):
+        if last or (len(problem.states) == states and not is_explained(point)):
             break
     if loss == "linear" and (end.rejected or end.at_edge):
         end = minimise_at_edge(problem, end)

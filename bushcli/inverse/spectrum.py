@@ -139,12 +139,12 @@ class SpectrumFit:
 
         above = self.temperatures - self.reference
 
-        def missed(p: Array) -> Array:
+        def shift_misfits(p: Array) -> Array:
             C1, C2 = np.exp(p)
             return np.asarray(-C1 * above / np.maximum(C2 + above, 1.0) - self.shifts)
 
         # From constants about a reference some 50 K above the glass transition, doi:10.1021/ja01619a008.
-        fit = least_squares(missed, np.log([8.86, 101.6 + max(0.0, -above.min())]))
+        fit = least_squares(shift_misfits, np.log([8.86, 101.6 + max(0.0, -above.min())]))
         C1, C2 = map(float, np.exp(fit.x))
         return C1, C2, float(np.sqrt(np.mean(fit.fun**2)))
 
@@ -378,16 +378,16 @@ class _Problem:
 
         delay = np.exp(1j * self.omega * shifts[-1])[:, None]
 
-        def solved(exponent: float) -> tuple[Array, Array]:
+        def fit_exponent(exponent: float) -> tuple[Array, Array]:
             power = (1j * self.reduced_frequencies(shifts)) ** exponent
             design = self.relative_rows(np.column_stack([np.ones(len(power), dtype=complex), power]) * delay)
             values, _ = nnls(design, np.ones(len(design)))
             return values, design @ values - 1.0
 
         end = minimize_scalar(
-            lambda b: float(np.sum(solved(b)[1] ** 2)), bounds=(1e-3, 0.999), method="bounded"
+            lambda b: float(np.sum(fit_exponent(b)[1] ** 2)), bounds=(1e-3, 0.999), method="bounded"
         )
-        values, residual = solved(float(end.x))
+        values, residual = fit_exponent(float(end.x))
         misfit = 100.0 * np.sqrt(np.mean(residual.reshape(2, -1) ** 2, axis=1))
         return SpringPot(float(values[0]), float(values[1]), float(end.x), float(misfit[0]), float(misfit[1]))
 

@@ -92,12 +92,12 @@ def evolve_start(costs: Costs, low: Array, high: Array, seed: int) -> Array:
     """
     from scipy.optimize import differential_evolution
 
-    def mapped(_: object, units: Iterable[Array]) -> list[float]:
+    def generation_costs(_: object, units: Iterable[Array]) -> list[float]:
         screened = costs([from_unit(np.asarray(unit), low, high) for unit in units])
         return [cost if np.isfinite(cost) else float("inf") for cost in screened]
 
     evolved = differential_evolution(
-        # `mapped` evaluates generations as a whole.
+        # `generation_costs` evaluates generations as a whole.
         lambda unit: float("nan"),
         [(0.0, 1.0)] * len(low),
         rng=np.random.default_rng(seed),
@@ -107,7 +107,7 @@ def evolve_start(costs: Costs, low: Array, high: Array, seed: int) -> Array:
         polish=False,
         tol=1e-3,
         updating="deferred",
-        workers=mapped,
+        workers=generation_costs,
     )
     return from_unit(np.asarray(evolved.x), low, high)
 

@@ -51,10 +51,12 @@ class TableChannel(FitChannel):
             conditions = (part.preload, part.preload_force, part.frequency, part.amplitude)
             name = (table.name, temperature, *(values.tobytes().hex() for values in conditions))
 
-            def stored(model: FiniteElementModel, uneven: bool, name: tuple[object, ...] = name) -> Store:
+            def store_of_body(
+                model: FiniteElementModel, uneven: bool, name: tuple[object, ...] = name
+            ) -> Store:
                 return stores(model, (*name, uneven))
 
-            channel = DynamicChannel(part, rubber, case, MPI.COMM_SELF, prepared, temperature, stored)
+            channel = DynamicChannel(part, rubber, case, MPI.COMM_SELF, prepared, temperature, store_of_body)
             self._parts.append((rows, channel))
         self.model, self.active = self._parts[0][1].model, self._parts[0][1].active
         self.measured, self.scale = recording.force, np.ones(len(recording.force))

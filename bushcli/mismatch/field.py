@@ -138,11 +138,11 @@ def estimate(linear: Linearised, slope: Array, prior: Array) -> Field:
     u, d, vt = np.linalg.svd(columns @ root, full_matrices=False)
     z = u.T @ rest
 
-    def absorbed(size: float, variance: float) -> Array:
+    def absorbed_share(size: float, variance: float) -> Array:
         """Share of the misfit in each direction that the field absorbs."""
         return np.asarray(size**2 * d**2 / (variance + size**2 * d**2))
 
-    largest = rest - u @ (absorbed(float(SIZES[-1]), 1.0) * z)
+    largest = rest - u @ (absorbed_share(float(SIZES[-1]), 1.0) * z)
     variance = linear.inflation(largest)
     likelihoods = _likelihoods(z[None, :] ** 2 / variance, d**2 / variance)[0]
     size = float(SIZES[int(np.argmax(likelihoods))])

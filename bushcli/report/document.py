@@ -229,12 +229,12 @@ class Document:
     def with_pictures(self, pictures: Sequence[Picture]) -> Document:
         """Return the document with pictures in the places for them."""
 
-        def filled(blocks: Iterable[Block]) -> list[Block]:
+        def expand(blocks: Iterable[Block]) -> list[Block]:
             groups = (block.among(pictures) if isinstance(block, Figures) else [block] for block in blocks)
             return [block for group in groups for block in group]
 
         sections = [
-            replace(section, blocks=filled(section.blocks), folded=filled(section.folded))
+            replace(section, blocks=expand(section.blocks), folded=expand(section.folded))
             for section in self.sections
         ]
         return replace(self, sections=sections)

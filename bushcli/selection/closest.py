@@ -150,7 +150,7 @@ def closest_model(search: Search, state: State) -> State:
         The answer as the search has fitted it.
     """
 
-    def refitted(models: Sequence[Model]) -> list[State]:
+    def fit_to_the_end(models: Sequence[Model]) -> list[State]:
         for model in models:
             search.progress("fit", label(model), "to the end, as bushcli inverse fits")
         questions = [(problem.case, model, problem.used) for model in models]
@@ -160,11 +160,11 @@ def closest_model(search: Search, state: State) -> State:
         return [State(problem, fit) for fit in ended]
 
     problem = search.problem
-    best = next(iter(refitted([state.model])), state)
+    best = next(iter(fit_to_the_end([state.model])), state)
     for other in search.states.values():
         # A model with fewer branches may be closer already, where this search ended in a valley.
         if state.model.contains(other.model) and other.model.identities == state.model.identities:
-            best = next(iter(refitted([other.model])), best) if _size(other) < _size(best) else best
+            best = next(iter(fit_to_the_end([other.model])), best) if _size(other) < _size(best) else best
     # Two standard deviations: more than noise would leave in one recording of forty.
     noise = 2.0 * np.sqrt(2.0 * sum(feature.count for feature in problem.likelihood.features))
     while time.perf_counter() < search.deadline and float(best.evidence.left.excess.sum()) > noise:
@@ -172,7 +172,7 @@ def closest_model(search: Search, state: State) -> State:
         more = Beside(best, search.derivatives.additions_beside(best, among=own)).singles() if own else []
         better = [
             candidate
-            for candidate in refitted([candidate.model for candidate in more])
+            for candidate in fit_to_the_end([candidate.model for candidate in more])
             if predicts_better(candidate, best)
         ]
         if not better:

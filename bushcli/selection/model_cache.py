@@ -105,7 +105,7 @@ class ModelCache:
             # Never distributed among ranks: those of `mpirun` run the fits of a diagnosis side by side.
             prepared = self.bodies(task, coarse, modes)
 
-            def corrected(channel: str, model: FiniteElementModel) -> MeshCorrection | None:
+            def mesh_correction(channel: str, model: FiniteElementModel) -> MeshCorrection | None:
                 if anchor is None or model.mode.name not in modes:
                     return None
                 plain = replace(task, case=whole, start=anchor, fixed=tuple(anchor))
@@ -114,7 +114,7 @@ class ModelCache:
             recorded = self.recorded_tables(whole)
             known = replace(task, tables=tuple(recording.table for recording in recorded))
             channels, _ = known.channels(
-                comm=MPI.COMM_SELF, prepared=prepared, measured=self.measured, corrected=corrected
+                comm=MPI.COMM_SELF, prepared=prepared, measured=self.measured, corrected=mesh_correction
             )
             for channel in channels:
                 if (fineness, tolerance) != (1.0, TOLERANCE):

@@ -120,7 +120,7 @@ class Beside:
             if not best[a][0].trial.active.is_among([best[b][0].trial.active])
         ]
         roughly = [self._solve_amplitudes((best[a][0], best[b][0]))[0] for a, b in names]
-        hopes = [self._hoped(evidence) for evidence in roughly]
+        hopes = [self._hoped_evidence(evidence) for evidence in roughly]
         predictions, gained = dict[int, Prediction](), 0.0
         for i in sorted(range(len(names)), key=lambda i: -hopes[i]):
             a, b = names[i]
@@ -132,13 +132,13 @@ class Beside:
                 continue
             evidence = self._value(points[0])[0]
             top = max(top, predictions[i].log_evidence)
-            gained = max(gained, self._hoped(evidence) - hopes[i])
+            gained = max(gained, self._hoped_evidence(evidence) - hopes[i])
             # Where the pair cannot matter at the best points of both, its other points are not evaluated.
-            if self._hoped(evidence) > top + math.log(NEGLIGIBLE):
+            if self._hoped_evidence(evidence) > top + math.log(NEGLIGIBLE):
                 predictions[i] = self._mean_over_grid(points)
         return [predictions[i] for i in range(len(names))]
 
-    def _hoped(self, evidence: Evidence) -> float:
+    def _hoped_evidence(self, evidence: Evidence) -> float:
         """Log evidence that a fit of a model may find, given the evidence to first order."""
         reach = evidence.coarse - self.coarse_likelihood
         return evidence.log + max(evidence.coarse - evidence.judgement.log, 0.0) + slack_of(reach)

@@ -75,10 +75,16 @@ def of_path(mode: str, q: Array, time: Array | None, temperature: float | None) 
 def of_table(table: DynamicTable) -> Extent:
     """Return the extent of a table of dynamic stiffness."""
 
-    def known(values: Array) -> tuple[float, ...]:
+    def distinct_values(values: Array) -> tuple[float, ...]:
         return tuple(map(float, np.unique(values[~np.isnan(values)])))
 
-    return Extent(table.mode, known(table.temperature), (), known(table.frequency), known(table.amplitude))
+    return Extent(
+        table.mode,
+        distinct_values(table.temperature),
+        (),
+        distinct_values(table.frequency),
+        distinct_values(table.amplitude),
+    )
 
 
 def of_test(test: DynamicTest) -> Extent:
