@@ -142,7 +142,7 @@ def dynamic_source_json(source: DynamicSource) -> dict[str, Any]:
     """Return a source as JSON-ready data, with the keys and units of the case file; what is not given is left out."""
     rotational = modes()[source.mode].rotational
     fields: Mapping[str, Any] = vars(source)
-    other = ("files", "pattern", "columns", "units", "name", "accepted_faults")
+    other = ("files", "pattern", "columns", "units", "name", "accepted_faults", "amplitude_factor")
     shown_keys = {key: fields[key] for key in fields if key not in other}
     for key in _TURNED:
         if rotational and shown_keys[key] is not None:
