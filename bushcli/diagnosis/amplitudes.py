@@ -16,16 +16,13 @@ from dataclasses import replace
 import numpy as np
 
 from bushcli.case import Case
-from bushcli.faults import DataFault
+from bushcli.faults.fault import MENTIONED, WRONG, DataFault
 from bushcli.recording.dynamic.rows import RecordedTable
 from bushcli.runtime.workers import Workers
 from bushcli.selection.fit import FittedSamples, fit
 from bushcli.selection.queue import NEIGHBOURS, Search
 from bushcli.selection.state import State
 
-#: Probability that the amplitudes of a file are the others, before its values are looked at, and that from which it is
-#: mentioned: as for loss angles (`bushcli.faults.dynamic`; judgement).
-WRONG, MENTIONED = 0.02, 0.5
 _FACTORS = {"peak": 0.5, "double": 2.0}
 
 

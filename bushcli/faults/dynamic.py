@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.faults.fault import DataFault
+from bushcli.faults.fault import MENTIONED, WRONG, DataFault
 from bushcli.faults.scale import unit_stiffness
 from bushcli.recording.dynamic.table import DynamicTable
 from cases.mode import modes
@@ -50,9 +50,6 @@ _SAME = 0.03
 #: its standard errors and more than a servo-hydraulic rig's usual scatter (judgement). One maximum of the sweep is no
 #: other than a plateau within this factor.
 _AFTER, _SURE, _SOFTER, _LARGER = 3, 4.0, 0.01, 1.2
-#: Probability that a table has another angle than is taken for it, before its values are looked at, and that from which
-#: it is mentioned: as for units of static recordings (`bushcli.faults.scale`; judgement).
-_WRONG, _MENTIONED = 0.02, 0.5
 #: Error of pi/2 d ln |K*| / d ln f as the loss angle: rubber, rigs with a mass or a lag (rad; judgement). At least so
 #: many frequencies, over this factor, give it.
 _RISE, _FREQUENCIES, _WIDE = np.radians(8.0), 5, 4.0
@@ -101,7 +98,7 @@ def _angle(table: DynamicTable, off_curve: NDArray[np.bool_]) -> Iterator[DataFa
         return
     delta, rise = float(np.median(seen)), float(np.median(expected))
     probability = _probability(((delta - rise) / _RISE) ** 2, ((0.5 * np.pi - delta - rise) / _RISE) ** 2)
-    if probability < _MENTIONED:
+    if probability < MENTIONED:
         return
     shown, slope, other = np.degrees([delta, rise, 0.5 * np.pi - delta])
     where = f"loss angles of {shown:.3g} degrees on average, where the rise of the stiffness with frequency means "
@@ -118,7 +115,7 @@ def _probability(read: float, other: float) -> float:
 
     However clear, it is an opinion: the numbers contradict no other statement.
     """
-    odds = _WRONG / (1.0 - _WRONG) * np.exp(min(0.5 * (read - other), 20.0))
+    odds = WRONG / (1.0 - WRONG) * np.exp(min(0.5 * (read - other), 20.0))
     return float(odds / (1.0 + odds))
 
 

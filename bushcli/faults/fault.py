@@ -17,6 +17,10 @@ Mask = NDArray[np.bool_]
 # Places that a message lists before it counts the rest.
 _LISTED = 3
 
+#: Probability that a file means something else than is read (a unit, an angle, amplitudes) before its values are looked
+#: at, and that from which it is mentioned, more probable than not: judgement.
+WRONG, MENTIONED = 0.02, 0.5
+
 
 @dataclass(frozen=True)
 class DataFault:

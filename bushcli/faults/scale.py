@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case.typical import SHEAR, SHEAR_WORDS
-from bushcli.faults.fault import DataFault, Mask
+from bushcli.faults.fault import MENTIONED, WRONG, DataFault, Mask
 from bushcli.faults.signal import moving_samples, slope
 from bushcli.recording import Recording
 from bushcli.recording.header.units import find_unit
@@ -51,10 +51,6 @@ _RUBBER = (0.1, 10.0)
 # Shore A has 0.4 to 7 MPa (Gent 1958, `bushcli.case.typical`), within two standard deviations here; gels, silicones,
 # acrylics and foams have 0.01 to 1. Judgement: one specimen of ten is of these.
 _ELASTOMERS = ((0.9, 1.0, 0.8), (0.1, 0.1, 1.0))
-# Probability that a unit of a recording is wrong before its values are looked at: judgement.
-_WRONG = 0.02
-# Probability from which a wrong unit is mentioned: more probable than not.
-_MENTIONED = 0.5
 # Factor by which a compliant rig, voids, a stop or a loop may change the modulus that a bushing appears to have, and
 # beyond which a modulus is outside the range of elastomers without doubt.
 _FEIGNED = 3.0
@@ -258,7 +254,7 @@ def _unit(scale: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
     outside = low > _FEIGNED * SHEAR[1] or _FEIGNED * high < SHEAR[0]
     proved = outside or contradicted or torn or not lowest <= scale.travel <= largest
     changes = list(_changes(scale.recording))
-    prior = _WRONG / sum(10.0**-change.rare for change in changes)
+    prior = WRONG / sum(10.0**-change.rare for change in changes)
     wrong, best, least = 0.0, None, math.inf
     for change in changes:
         factor = change.force / change.displacement
@@ -276,9 +272,9 @@ def _unit(scale: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
             best, least = change, unusual + change.rare
     if best is None:
         return None
-    right = (1.0 - _WRONG) * _frequency(low / feigned, high * feigned)
+    right = (1.0 - WRONG) * _frequency(low / feigned, high * feigned)
     probability = 1.0 if proved else wrong / (wrong + right)
-    if probability < _MENTIONED:
+    if probability < MENTIONED:
         return None
     certain = "" if proved else f"; the probability of a wrong unit is {100.0 * probability:.0f} %"
     sized = scale.kind != "strain" and not best.of_geometry

@@ -23,11 +23,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.channel import ChannelForces, FitChannel, StepLimit
 from bushcli.inverse.journal import open_journal
 from bushcli.inverse.local import Minimum
 from bushcli.inverse.minimum_search import search
-from bushcli.inverse.problem import Bounds, LeastSquaresProblem, Progress
+from bushcli.inverse.problem import LeastSquaresProblem, Progress
 from bushcli.inverse.result import Evaluation
 from bushcli.inverse.task import Task
 from bushcli.recording.table_cache import TableCache

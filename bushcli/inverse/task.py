@@ -18,11 +18,12 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import EffectParameter
 from bushcli.effects.names import effect_name
 from bushcli.errors import InputError, Problem, nearest
+from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.channel import Channel, Corrected, FitChannel, StepLimit
 from bushcli.inverse.channels import bushing_channels, coupon_channels, dynamic_channels, dynamic_tables
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.local import Loss
-from bushcli.inverse.problem import Bounds, LeastSquaresProblem, Progress, coupon_states
+from bushcli.inverse.problem import LeastSquaresProblem, Progress, coupon_states
 from bushcli.inverse.result import Weighting
 from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.recording_cache import RecordingCache

@@ -13,7 +13,7 @@ from scipy.optimize import lsq_linear
 from bushcli.case import Case
 from bushcli.evidence.laplace import Evidence
 from bushcli.evidence.prior import ParameterPrior, known_parameters
-from bushcli.inverse.problem import Bounds
+from bushcli.inverse.bounds import Bounds
 from bushcli.likelihood.form import Likelihood
 from bushcli.likelihood.noise import Compared, NoiseModel
 from bushcli.recording import Recording

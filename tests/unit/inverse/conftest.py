@@ -7,7 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bushcli.inverse.problem import Bounds, Stopping
+from bushcli.inverse.bounds import Bounds
+from bushcli.inverse.problem import Stopping
 
 
 class Linear:

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bushcli.inverse.problem import Bounds
+from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.start_values import SOLVED, first_point, fit_scale, fit_sizes, is_stable, own_start
 from forms.law import law
 

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
+from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.channel import ChannelForces, StepLimit
 from bushcli.inverse.contained import Contained, ContainedPart, from_contained
 from bushcli.inverse.minimum_search import search
-from bushcli.inverse.problem import Bounds, LeastSquaresProblem, coupon_states
+from bushcli.inverse.problem import LeastSquaresProblem, coupon_states
 from forms.law import law
 
 TIMES = np.geomspace(0.1, 100.0, 120)

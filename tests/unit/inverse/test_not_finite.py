@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
+from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.channel import ChannelForces
-from bushcli.inverse.problem import Bounds, LeastSquaresProblem, coupon_states
+from bushcli.inverse.problem import LeastSquaresProblem, coupon_states
 from forms.law import law
 
 Q = np.linspace(0.0, 1.0, 5)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
+from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.certainty import Uncertainty
 from bushcli.inverse.local import Minimum
-from bushcli.inverse.problem import Bounds
 from bushcli.inverse.profile import RISE_95, interval, parameters_to_profile, profile
 from bushcli.inverse.result import Profile
 

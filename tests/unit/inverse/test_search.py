@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from bushcli.evidence.stopping_rule import StoppingRule
+from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.edge import minimise_at_edge
 from bushcli.inverse.local import minimise, predicted_decrease
 from bushcli.inverse.minimum_search import search
-from bushcli.inverse.problem import Bounds, LeastSquaresProblem, Stopping, differences
+from bushcli.inverse.problem import LeastSquaresProblem, Stopping, differences
 from bushcli.inverse.starts import OUTPERFORMED_AFTER, is_outperformed
 from forms.law import law
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bushcli.inverse.problem import Bounds
+from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.starts import SCREENED, SPREAD, box, from_unit, hypercube, screen_starts
 
 LOWER, UPPER = np.array([1e-6, -1e2, -1e2]), np.array([1e3, 1e2, 1e2])

@@ -6,8 +6,9 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.channel import ALLOWED, StepLimit
-from bushcli.inverse.problem import Bounds, LeastSquaresProblem, coupon_states
+from bushcli.inverse.problem import LeastSquaresProblem, coupon_states
 from forms.law import law
 
 BOUNDS = Bounds(np.zeros(1), np.ones(1))
