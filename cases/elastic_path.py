@@ -3,11 +3,13 @@
 Rubber whose branches are all off is elastic, so that its states along any path are those of one curve over the range of
 the path. A branch remembers these states whether it is off or on, and the derivative of the force by its amplitude is
 the work of its stress, per unit of the amplitude, on dx/dq: nothing is solved along the path. States and dx/dq are
-interpolated from those of the curve by cubic Hermite polynomials in q.
+interpolated from those of the curve by cubic Hermite polynomials in q. A spring in series shares the displacement with
+the curve.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -15,11 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cases.equilibrium import Equilibrium
-from cases.history import History
+from cases.history import History, failure_at_start
 from cases.model import FiniteElementModel
 from cases.parameters import Numbers
 from cases.program import Program
 from cases.ranks import sum_over_ranks
+from cases.series import SeriesSpring, Shared
 from cases.simulate import even_targets, sweep
 from cases.slopes import Slopes
 
@@ -55,6 +58,7 @@ def along_elastic_path(
     *,
     tolerance: float,
     sensitivity: Sequence[str],
+    drive: SeriesSpring | None = None,
     failure_limit: int | None = None,
 ) -> History:
     """Follow a program with branches that are off, as `cases.march.march` does.
@@ -69,7 +73,7 @@ def along_elastic_path(
         Of the elastic curve, on the longer side of its range.
     tolerance
         Of an equilibrium, a ratio, as in `cases.march.march`.
-    sensitivity, failure_limit
+    sensitivity, drive, failure_limit
         As there.
 
     Raises
@@ -78,9 +82,12 @@ def along_elastic_path(
         As there, with the curve so far.
     """
     q = program.displacement
+    time = np.zeros(len(q)) if program.time is None else program.time
     curve = _elastic_curve(model, q, steps, tolerance, failure_limit)
+    if drive is not None:
+        q = _bushing_path(curve, drive, q, time)
     changes = [model.parameters.rates(name) for name in sensitivity]
-    durations = np.zeros(len(q)) if program.time is None else np.diff(program.time, prepend=program.time[0])
+    durations = np.diff(time, prepend=time[0])
     assert model.internal is not None
     model.internal.reset()
     slopes = []
@@ -91,23 +98,32 @@ def along_elastic_path(
         slopes.append(_works(model, sensitivity, changes, curve.rate(at)))
         model.commit()
     slope = np.array(slopes) * model.multiplicity
+    force, stiffness = curve.force(q), curve.force(q, 1)
+    path_slope = np.zeros_like(slope)
+    if drive is not None:
+        for i, at in enumerate(zip(q, force, time, stiffness, strict=True)):
+            # None of these parameters moves what the program prescribes.
+            path_slope[i] = [
+                drive.rate(name, *at, 0.0, w) for name, w in zip(sensitivity, slope[i], strict=True)
+            ]
     return History(
         displacement=q,
-        force=np.interp(q, curve.history.displacement, curve.history.force),
+        force=force,
         time=program.time,
         energy=np.interp(q, curve.history.displacement, curve.history.energy),
         newton=np.zeros(len(q), dtype=np.int64),
         attempts=curve.history.attempts,
-        sensitivity=slope,
-        path_sensitivity=np.zeros_like(slope),
+        sensitivity=slope + stiffness[:, None] * path_slope,
+        path_sensitivity=path_slope,
     )
 
 
 @dataclass(frozen=True)
 class _ElasticCurve:
-    """Curve of a model whose branches are off, and its unknowns and their derivatives by q, as functions of q."""
+    """Curve of a model whose branches are off: force, unknowns and their derivatives by q, as functions of q."""
 
     history: History
+    force: Callable[..., Array]
     state: Callable[[float], Array]
     rate: Callable[[float], Array]
 
@@ -116,7 +132,7 @@ def _elastic_curve(
     model: FiniteElementModel, q: Array, steps: int, tolerance: float, failure_limit: int | None
 ) -> _ElasticCurve:
     """Return the curve over the range of a path (n,), or the last one if only parameters of branches have changed."""
-    from scipy.interpolate import CubicHermiteSpline  # 0.1 s: only where it is needed
+    from scipy.interpolate import CubicHermiteSpline, CubicSpline  # 0.1 s: only where they are needed
 
     targets = even_targets(min(float(q.min()), 0.0), max(float(q.max()), 0.0), steps)
     numbers, of_branches = (
@@ -145,9 +161,24 @@ def _elastic_curve(
     assert history.states is not None
     solved = history.displacement
     state = CubicHermiteSpline(solved, history.states, np.array([rates[x] for x in solved]))
-    curve = _ElasticCurve(history, state, state.derivative())
+    curve = _ElasticCurve(history, CubicSpline(solved, history.force), state, state.derivative())
     model.curves.put(key, curve)
     return curve
+
+
+def _bushing_path(curve: _ElasticCurve, drive: SeriesSpring, prescribed: Array, time: Array) -> Array:
+    """Return the bushing's displacements (n,), given those of bushing and spring together; raises `NotConverged`."""
+    search = Shared(drive, float(np.abs(prescribed).max()), float(time[0]))
+    path = []
+    for together, now in zip(map(float, prescribed), map(float, time), strict=True):
+        better: float | None = search.first_trial(together)
+        while better is not None:
+            if math.isnan(better):
+                raise failure_at_start(search.reason)
+            q = better
+            better = search.better(q, float(curve.force(q)), now, together)
+        path.append(q)
+    return np.array(path)
 
 
 def _works(model: FiniteElementModel, names: Sequence[str], changes: Sequence[Numbers], rate: Array) -> Array:

@@ -438,7 +438,7 @@ class Simulation(FollowedPath):
         if self.temperature is not None and self.time is not None:
             temperature = np.interp(times, self.time, self.temperature)
         program = Program(displacement.value, times if steps.timed else None, temperature=temperature)
-        is_plain = series is None and program.temperature is None and not path_rates
+        is_plain = program.temperature is None and not path_rates
         is_force_alone = not options.keep_states and options.progress is None
         if is_plain and is_force_alone and acts_through_branches_off(self.model, inner):
             history = along_elastic_path(
@@ -447,6 +447,7 @@ class Simulation(FollowedPath):
                 self._count,
                 tolerance=self._tolerance,
                 sensitivity=inner,
+                drive=series,
                 failure_limit=options.failure_limit,
             )
         else:

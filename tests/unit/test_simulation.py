@@ -61,10 +61,13 @@ def test_what_stands_beside_the_bushing_does_not_change_its_march(marches):
     ("name", "off"),
     [("viscoelasticity", {"g1": 0.0, "tau1": 4.0}), ("mullins", {"inverse_r": 0.0}), ("payne", {"g": 0.0})],
 )
-def test_derivatives_by_an_amplitude_that_is_off_need_no_march(marches, monkeypatch, name, off):
+@pytest.mark.parametrize("rig", [{}, {"compliance": 3e-4}])
+def test_derivatives_by_an_amplitude_that_is_off_need_no_march(marches, monkeypatch, name, off, rig):
     time = np.linspace(0.0, 12.0, 37)
     q = np.interp(time, [0, 4, 8, 12], [0, 3, 0, -2])
     active = [ActiveEffect(effects()[name], off)]
+    if rig:
+        active.append(ActiveEffect(effects()["rig_compliance"], rig))
     one = Simulation(RING, modes()["axial"], RUBBER, Refinement(2, 4), active, time, q, None)
     names = (f"{name}.{next(iter(off))}",)
     slope = one.solve({}, names).slope
