@@ -4,14 +4,22 @@
 and ``component/hnbr50_shear``, which are not part of the project; NAME is one of ``MODELS``. Prints a row for each
 model: the misfit of `inverse` from its own start, and the lowest that its searches reach from ten starts, whose times,
 paths and gaps are drawn from their priors, and whose amplitudes from half to twice their start values.
+
+``setup/enter python -m benchmarks.ten_starts --answers CASES RESULTS [COUNT]`` does the same for the answers of a deck
+that has been run: CASES/NAME/case.toml and RESULTS/NAME/result.json, in order, as many as have an effect. The misfit of
+the answer is compared with the best of the eleven searches with its effects and branches, the first of which begins at
+the answer's values.
 """
 
 from __future__ import annotations
 
+import json
+import shutil
 import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,6 +98,20 @@ def rms(problem: LeastSquaresProblem, x: Array) -> list[float]:
     return misfits
 
 
+def searched(task: Task, own: bool = False) -> list[tuple[float, list[float]]]:
+    """Return cost and misfits (%) at the ends of the searches from drawn starts, and from the task's `own`."""
+    random, ends = np.random.default_rng(SEED), []
+    for i in range(-own, STARTS):
+        problem, curves, _ = task.problem()
+        times = [curve.recording.time for curve in curves if curve.recording.time is not None]
+        duration = max((float(np.ptp(time)) for time in times), default=1.0)
+        start = task.vectors()[0] if i < 0 else drawn(task, random, duration)
+        end = first_minimum(problem, start, task.loss)
+        if end is not None:
+            ends.append((end.minimum.cost, rms(problem, end.minimum.x)))
+    return ends
+
+
 def row(folder: Path, model: str, table: str) -> str:
     """Return the row of one model of a case."""
     given = (folder / "case.toml").read_text()
@@ -100,19 +122,51 @@ def row(folder: Path, model: str, table: str) -> str:
     fit = identify(task)
     own = [curve.rms_percent for curve in fit.curves]
     seconds = time.process_time() - began
-    random, ends = np.random.default_rng(SEED), []
-    for _ in range(STARTS):
-        problem, curves, _ = task.problem()
-        duration = max(float(np.ptp(one.recording.time)) for one in curves if one.recording.time is not None)
-        end = first_minimum(problem, drawn(task, random, duration), task.loss)
-        if end is not None:
-            ends.append((end.minimum.cost, rms(problem, end.minimum.x)))
+    ends = searched(task)
     cost, best = min(ends)
     count = sum(one <= 1.01 * min(cost, fit.cost) for one, _ in ends)
     words = [", ".join(f"{value:.3f}" for value in values) for values in (own, best)]
     ends_at = "yes" if fit.converged else "no"
     ratio = float(np.sqrt(fit.cost / cost))
     return f"| {model} | {words[0]} | {ends_at} | {words[1]} | {ratio:.3f} | {count} | {fit.sweeps} | {seconds:.0f} |"
+
+
+def effects_of(answer: dict[str, Any]) -> str:
+    """Return the effects of a result, with their values, as tables of a case file."""
+    text = ""
+    for effect in answer["effects"]:
+        values = ", ".join(f"{name} = {entry['value']!r}" for name, entry in effect["parameters"].items())
+        text += f'\n[[effects]]\nname = "{effect["name"]}"\nparameters = {{ {values} }}\n'
+        if effect["channels"]:
+            text += f"channels = {json.dumps(effect['channels'])}\n"
+    return text
+
+
+def row_of_answer(case: Path, result: Path) -> str | None:
+    """Return the row of the answer to a recording of a deck; None if it has no effects."""
+    answer = json.loads(result.read_text())
+    if not answer.get("effects"):
+        return None
+    after = list(answer["misfit"]["after"].values())
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copytree(case.parent, folder, dirs_exist_ok=True)
+        file = Path(folder) / "case.toml"
+        file.write_text(file.read_text() + effects_of(answer))
+        best = min(searched(Task(load_case(file), answer["law"]), own=True))[1]
+    names = " and ".join(effect["name"] for effect in answer["effects"])
+    ratio = float(np.sqrt(np.mean(np.square(after)) / np.mean(np.square(best))))
+    shown = [", ".join(f"{value:.3f}" for value in values) for values in (after, best)]
+    return f"| {case.parent.name} | {names} | {shown[0]} | {shown[1]} | {ratio:.3f} |"
+
+
+def answers(cases: Path, results: Path, count: int) -> None:
+    """Print the table of a deck's answers."""
+    print("| recording | effects | after | best of eleven | ratio |\n" + "| --- " * 5 + "|", flush=True)
+    for result in sorted(results.glob("*/result.json")):
+        row = row_of_answer(cases / result.parent.name / "case.toml", result)
+        if row is not None and count:
+            print(row, flush=True)
+            count -= 1
 
 
 def main(source: Path, names: list[str]) -> None:
@@ -131,5 +185,7 @@ def main(source: Path, names: list[str]) -> None:
                 out.flush()
 
 
-if __name__ == "__main__":
+if __name__ == "__main__" and sys.argv[1] == "--answers":
+    answers(Path(sys.argv[2]), Path(sys.argv[3]), int((sys.argv[4:] or ["1000"])[0]))
+elif __name__ == "__main__":
     main(Path(sys.argv[1]), sys.argv[2:])
