@@ -46,11 +46,11 @@ def score(options: argparse.Namespace) -> int:
     from benchmarks.concealed.report import document
     from benchmarks.concealed.score import read, waiting
 
-    found = read(options.folder)
-    if not found:
+    items = read(options.folder)
+    if not items:
         print(f"{options.folder}: no recordings", file=sys.stderr)
         return 1
-    text = document(found, waiting(options.folder))
+    text = document(items, waiting(options.folder))
     if options.about:
         text = f"{text}\n{options.about.read_text(encoding='utf-8')}"
     print(text)
@@ -63,29 +63,29 @@ def main() -> int:
     """Read the command line."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.concealed", description=__doc__)
     actions = parser.add_subparsers(required=True, metavar="make|run|score")
-    one = actions.add_parser("make", help="make recordings")
-    one.add_argument("--count", type=int, default=100)
-    one.add_argument("--seed", type=int, default=1000, help="the first; others follow one by one")
-    one.add_argument("--workers", type=int, default=2)
-    one.set_defaults(act=make)
-    one.add_argument("folder", type=Path, metavar="DIR")
-    two = actions.add_parser("run", help="diagnose them, each in a process of its own")
-    two.add_argument("--command", default="bushcli diagnose --no-maps", help="default: %(default)s")
-    two.add_argument("--workers", type=int, default=2)
-    two.add_argument(
+    make_parser = actions.add_parser("make", help="make recordings")
+    make_parser.add_argument("--count", type=int, default=100)
+    make_parser.add_argument("--seed", type=int, default=1000, help="the first; others follow one by one")
+    make_parser.add_argument("--workers", type=int, default=2)
+    make_parser.set_defaults(act=make)
+    make_parser.add_argument("folder", type=Path, metavar="DIR")
+    run_parser = actions.add_parser("run", help="diagnose them, each in a process of its own")
+    run_parser.add_argument("--command", default="bushcli diagnose --no-maps", help="default: %(default)s")
+    run_parser.add_argument("--workers", type=int, default=2)
+    run_parser.add_argument(
         "--timeout", type=float, default=1800.0, help="seconds per recording (default: %(default)g)"
     )
-    two.add_argument("--count", type=int, default=None, help="no more than so many now")
-    two.add_argument("--again", action="store_true", help="also those that failed or ran out of time")
-    two.add_argument("folder", type=Path, metavar="DIR")
-    two.set_defaults(act=run)
-    three = actions.add_parser("score", help="compare truth and results, write the tables")
-    three.add_argument("folder", type=Path, metavar="DIR")
-    three.add_argument("-o", "--output", type=Path, help="write the page there, too")
-    three.add_argument(
+    run_parser.add_argument("--count", type=int, default=None, help="no more than so many now")
+    run_parser.add_argument("--again", action="store_true", help="also those that failed or ran out of time")
+    run_parser.add_argument("folder", type=Path, metavar="DIR")
+    run_parser.set_defaults(act=run)
+    score_parser = actions.add_parser("score", help="compare truth and results, write the tables")
+    score_parser.add_argument("folder", type=Path, metavar="DIR")
+    score_parser.add_argument("-o", "--output", type=Path, help="write the page there, too")
+    score_parser.add_argument(
         "--about", type=Path, help="Markdown to end the page with: what else is known of the run"
     )
-    three.set_defaults(act=score)
+    score_parser.set_defaults(act=score)
     options = parser.parse_args()
     return int(options.act(options))
 

@@ -95,15 +95,15 @@ def _pair(rng: np.random.Generator) -> Concealed:
     """Two effects that are not each other's rivals, on channels that serve both."""
     names = [name for name in CONCEALED if name != "batch_stiffness"]
     while True:
-        one, two = sorted(str(name) for name in rng.choice(names, 2, replace=False))
-        rivals = two in effects()[one].rivals or one in effects()[two].rivals
-        lonely = effects()[one].of_channel or effects()[two].of_channel
-        many = [n for n in (one, two) if n in NEEDS and all(len(c) > 1 for c in NEEDS[n])]
+        first, second = sorted(str(name) for name in rng.choice(names, 2, replace=False))
+        rivals = second in effects()[first].rivals or first in effects()[second].rivals
+        lonely = effects()[first].of_channel or effects()[second].of_channel
+        many = [n for n in (first, second) if n in NEEDS and all(len(c) > 1 for c in NEEDS[n])]
         if rivals or (lonely and many):
             continue
-        channels = _channels(rng, (one, two))
-        if all(any(effects()[name].acts_on(c) for c in channels) for name in (one, two)):
-            return Concealed("pair", (one, two), "rich", channels, False)
+        channels = _channels(rng, (first, second))
+        if all(any(effects()[name].acts_on(c) for c in channels) for name in (first, second)):
+            return Concealed("pair", (first, second), "rich", channels, False)
 
 
 def _channels(rng: np.random.Generator, names: tuple[str, ...]) -> tuple[str, ...]:

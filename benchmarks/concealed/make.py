@@ -117,10 +117,10 @@ class Bench:
 
     def without(self, active: Sequence[ActiveEffect], gone: ActiveEffect) -> float:
         """Standard errors that remain when the law and all effects but one are refitted to curves with all effects."""
-        others = [one for one in active if one is not gone]
+        others = [other for other in active if other is not gone]
         names = () if self.slopes[0].shape[1] == 0 else tuple(self.specimen.parameters)
-        free = [(one, p) for one in others for p in one.effect.parameters if p.name in one.values]
-        whole = (*names, *(one.full_name(p) for one, p in free))
+        free = [(other, p) for other in others for p in other.effect.parameters if p.name in other.values]
+        whole = (*names, *(other.full_name(p) for other, p in free))
         target = self.change(active)
         if not whole:
             return float(np.linalg.norm(target - (self.change(others) if others else 0.0)))
@@ -129,7 +129,7 @@ class Bench:
             values, slopes = [], []
             given = dict(zip(whole, map(float, x), strict=True))
             for c, plain in zip(self.channels, self.plain, strict=True):
-                here = {one.name for one in effects_on_channel(others, c.name, c.name)}
+                here = {other.name for other in effects_on_channel(others, c.name, c.name)}
                 own = [n for n in whole if "." not in n or n.partition(".")[0] in here]
                 value, slope = force(self.specimen, c, others, finer=False, values=given, names=own)
                 values.append(value - plain)
@@ -258,20 +258,20 @@ def _conceal(rng: np.random.Generator, plan: draw.Concealed, bench: Bench) -> tu
     active: list[ActiveEffect] = []
     changes: list[Array] = []
     for name in plan.names:
-        one, change = _large_enough(rng, name, bench, [*bench.taken, *changes], hidden)
-        active.append(one)
+        effect, change = _large_enough(rng, name, bench, [*bench.taken, *changes], hidden)
+        active.append(effect)
         changes.append(change)
-    found = {}
-    for i, one in enumerate(active):
+    strengths = {}
+    for i, effect in enumerate(active):
         others = [c for k, c in enumerate(changes) if k != i]
-        shown = strength(changes[i], [*bench.taken, *others]) if hidden else bench.without(active, one)
-        found[one.name] = round(shown, 2)
+        shown = strength(changes[i], [*bench.taken, *others]) if hidden else bench.without(active, effect)
+        strengths[effect.name] = round(shown, 2)
         if shown < FAINT and not hidden:
-            raise Unsuitable(f"{one.name} shows by {shown:.1f} standard errors only")
+            raise Unsuitable(f"{effect.name} shows by {shown:.1f} standard errors only")
     alike = _look_alikes(rng, active[0], changes[0], bench) if plan.kind == "single" else ()
     forces = [force(bench.specimen, c, active, finer=True)[0] for c in bench.channels]
-    values = {one.name: dict(one.values) for one in active}
-    return replace(truth, effects=values, strength=found, look_alikes=alike), forces
+    values = {effect.name: dict(effect.values) for effect in active}
+    return replace(truth, effects=values, strength=strengths, look_alikes=alike), forces
 
 
 def _large_enough(
@@ -289,23 +289,23 @@ def _large_enough(
     sizes = SIZES[name]
     values = sizes.values(rng, bench.situation(name))
     wanted = float(np.exp(rng.uniform(np.log(1.1 * FAINT), np.log(LARGEST))))
-    size, found = 1.0, 0.0
+    size, shown = 1.0, 0.0
     change: Array = np.zeros(0)
     # The strength need not be met exactly: most effects are nearly linear, and one correction is enough.
     for _ in range(3):
         change = bench.change([sized(name, values, size)])
-        found = strength(change, taken)
-        best = float(np.clip(size * wanted / max(found, 1e-9), sizes.least, sizes.most))
+        shown = strength(change, taken)
+        best = float(np.clip(size * wanted / max(shown, 1e-9), sizes.least, sizes.most))
         if abs(np.log(best / size)) < 0.7:
             break
         size = best
     else:
         change = bench.change([sized(name, values, size)])
-        found = strength(change, taken)
-    if found >= FAINT:
+        shown = strength(change, taken)
+    if shown >= FAINT:
         return sized(name, values, size), change
     if not hidden:
-        raise Unsuitable(f"{name} shows by {found:.1f} standard errors only")
+        raise Unsuitable(f"{name} shows by {shown:.1f} standard errors only")
     size = float(np.exp(rng.uniform(*np.log(HIDDEN))))
     return sized(name, values, size), bench.change([sized(name, values, size)])
 

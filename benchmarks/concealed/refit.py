@@ -53,7 +53,7 @@ def left(curves: Curves, target: Array, start: Array, lower: Array, upper: Array
 
     unit = np.where(start != 0.0, np.abs(start), 1.0)
     inside = np.clip(start, np.nextafter(lower, np.inf), np.nextafter(upper, -np.inf))
-    found = least_squares(
+    fit = least_squares(
         lambda x: both(x)[0],
         inside,
         jac=lambda x: both(x)[1],
@@ -62,4 +62,4 @@ def left(curves: Curves, target: Array, start: Array, lower: Array, upper: Array
         ftol=CHANGE,
         max_nfev=MOST,
     )
-    return float(np.sqrt(2.0 * found.cost))
+    return float(np.sqrt(2.0 * fit.cost))

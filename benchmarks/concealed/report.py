@@ -181,16 +181,16 @@ def _by(items: Sequence[Item], title: str, head: str, keys: Callable[[Truth], Se
             groups.setdefault(key, []).append(item)
     rows = []
     for key, group in sorted(groups.items()):
-        found = Counter(outcome(item) for item in group)
-        outright = found["named"] + found["explained"] + found["located"]
+        outcomes = Counter(outcome(item) for item in group)
+        outright = outcomes["named"] + outcomes["explained"] + outcomes["located"]
         ratios = [r for r in map(ratio, group) if r is not None]
         rest = ", ".join(
             f"{n} {WORDS[o]}"
-            for o, n in found.most_common()
+            for o, n in outcomes.most_common()
             if o not in ("named", "rival", "explained", "located")
         )
         typical = f"{statistics.median(ratios):.2f}" if ratios else ""
-        rows.append([key, str(len(group)), str(outright), str(found["rival"]), rest, typical])
+        rows.append([key, str(len(group)), str(outright), str(outcomes["rival"]), rest, typical])
     columns = [
         head,
         "recordings",
@@ -208,8 +208,8 @@ def _answer(item: Item) -> str:
     if item.result["verdict"] == "unexplained":
         # An effect named in addition is only the nearest one of the catalogue.
         return "unexplained"
-    found = named(item.result)
-    return " + ".join(sorted(found)) if found else item.result["verdict"].replace("_", " ")
+    names = named(item.result)
+    return " + ".join(sorted(names)) if names else item.result["verdict"].replace("_", " ")
 
 
 def _confusion(items: Sequence[Item]) -> str:
@@ -237,8 +237,8 @@ def _secret(truth: Truth) -> str:
 def _intervals(items: Sequence[Item]) -> str:
     groups: dict[str, list[bool]] = {}
     for item in items:
-        for one in intervals(item):
-            groups.setdefault(one.parameter, []).append(one.holds)
+        for interval in intervals(item):
+            groups.setdefault(interval.parameter, []).append(interval.holds)
     rows = [[f"`{name}`", f"{sum(holds)} of {len(holds)}"] for name, holds in sorted(groups.items())]
     return "## Intervals that hold the truth\n\n" + table(["parameter", ""], rows)
 
@@ -277,12 +277,12 @@ def _reason(item: Item) -> str:
     after = ratio(item)
     if after is not None and math.isfinite(after):
         parts.append(f"misfit {after:.2f} of the noise")
-    for one in result.get("hypotheses") or []:
-        if one["name"] in truth.effects:
+    for hypothesis in result.get("hypotheses") or []:
+        if hypothesis["name"] in truth.effects:
             parts.append(
-                f"score test of {one['name']}: z {one['z']:.0f}"
-                if one["testable"]
-                else f"{one['name']}: {one['reason']}"
+                f"score test of {hypothesis['name']}: z {hypothesis['z']:.0f}"
+                if hypothesis["testable"]
+                else f"{hypothesis['name']}: {hypothesis['reason']}"
             )
     if rivals(result):
         parts.append("rivals " + " or ".join(" + ".join(sorted(r)) or "none" for r in rivals(result)))

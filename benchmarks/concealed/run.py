@@ -118,8 +118,8 @@ def run_all(
         }
         try:
             for job in as_completed(jobs):
-                if (found := job.result()) is not None:
-                    yield f"{jobs[job]}: {found.how}, {found.seconds:.0f} s"
+                if (run := job.result()) is not None:
+                    yield f"{jobs[job]}: {run.how}, {run.seconds:.0f} s"
         finally:
             # If interrupted, running diagnoses end with this process and leave no files.
             pool.shutdown(wait=False, cancel_futures=True)
@@ -137,8 +137,8 @@ def run_one(
     """Diagnose one recording; its files appear whole or not at all, and not if it was stopped (None)."""
     if running.stopped.is_set():
         return None
-    kept = folder / results / case.parent.name
-    kept.mkdir(parents=True, exist_ok=True)
+    target = folder / results / case.parent.name
+    target.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as scratch:
         # A copy, so that the command finds nothing else beside its case.
         copy, out = Path(scratch) / "case", Path(scratch) / "out"
@@ -152,10 +152,10 @@ def run_one(
         text = (out / "result.json").read_text("utf-8") if (out / "result.json").exists() else stdout
     result = code is not None and _is_result(text)
     if result:
-        _replace(kept / "result.json", text)
-    found = Run(seconds, code, result, "" if result else stderr[-TAIL:])
-    _replace(kept / "run.json", json.dumps(asdict(found), indent=1) + "\n")
-    return found
+        _replace(target / "result.json", text)
+    run = Run(seconds, code, result, "" if result else stderr[-TAIL:])
+    _replace(target / "run.json", json.dumps(asdict(run), indent=1) + "\n")
+    return run
 
 
 def read_run(file: Path) -> Run:

@@ -73,15 +73,15 @@ def read(folder: Path) -> list[Item]:
     """All recordings of a folder whose diagnosis has ended, by name."""
     items = []
     for file in sorted((folder / "truth").glob("*.json")):
-        kept = folder / "results" / file.stem
-        if not (kept / "run.json").exists():
+        results = folder / "results" / file.stem
+        if not (results / "run.json").exists():
             continue
-        result = kept / "result.json"
+        result = results / "result.json"
         items.append(
             Item(
                 read_truth(file),
                 json.loads(result.read_text("utf-8")) if result.exists() else None,
-                read_run(kept / "run.json"),
+                read_run(results / "run.json"),
             )
         )
     return items
@@ -95,7 +95,7 @@ def waiting(folder: Path) -> list[Truth]:
 
 def named(result: Result) -> frozenset[str]:
     """Return the effects that a result names."""
-    return frozenset(one["name"] for one in result["effects"])
+    return frozenset(effect["name"] for effect in result["effects"])
 
 
 def rivals(result: Result) -> list[frozenset[str]]:
@@ -108,22 +108,22 @@ def outcome(item: Item) -> Outcome:
     truth, result = item.truth, item.result
     if result is None:
         return "no_result"
-    found, concealed = named(result), frozenset(truth.effects)
+    names, concealed = named(result), frozenset(truth.effects)
     if truth.kind == "outside":
         return "located" if result["verdict"] == "unexplained" and located(truth, result) else "not_located"
     if truth.kind == "none":
-        return "explained" if result["verdict"] == "explained" and not found else "false_alarm"
-    if found == concealed:
+        return "explained" if result["verdict"] == "explained" and not names else "false_alarm"
+    if names == concealed:
         return "named"
     if concealed in rivals(result):
         return "rival"
     if result["verdict"] in ("law_too_poor", "unexplained"):
         return "law_too_poor" if result["verdict"] == "law_too_poor" else "unexplained"
-    if not found:
+    if not names:
         return "missed"
-    if found > concealed:
+    if names > concealed:
         return "extra"
-    return "part" if found & concealed else "other"
+    return "part" if names & concealed else "other"
 
 
 def located(truth: Truth, result: Result) -> bool:
@@ -184,17 +184,19 @@ def intervals(item: Item) -> list[Interval]:
     """Intervals of the effects' parameters, where exactly the true effects are named; fixed values are left out."""
     if item.result is None or outcome(item) != "named" or not item.truth.effects:
         return []
-    found = []
-    for one in item.result["effects"]:
-        for name, truth in item.truth.effects[one["name"]].items():
-            said = one["parameters"].get(name)
+    effect_intervals = []
+    for effect in item.result["effects"]:
+        for name, truth in item.truth.effects[effect["name"]].items():
+            said = effect["parameters"].get(name)
             if said is None or not said.get("std"):
                 continue
             lower, upper = said.get("lower"), said.get("upper")
             lower = said["value"] - NORMAL * said["std"] if lower is None else lower
             upper = said["value"] + NORMAL * said["std"] if upper is None else upper
-            found.append(Interval(item.truth.name, f"{one['name']}.{name}", truth, lower, upper))
-    return found
+            effect_intervals.append(
+                Interval(item.truth.name, f"{effect['name']}.{name}", truth, lower, upper)
+            )
+    return effect_intervals
 
 
 @dataclass(frozen=True)
@@ -229,7 +231,7 @@ def targets(items: Sequence[Item]) -> list[Target]:
     known = [i for i in items if i.truth.kind != "outside"]
     reached = [ratio(i) for i in known]
     better = [held_out(i) for i in concealed if i.result is not None and named(i.result)]
-    inside = [one for i in concealed for one in intervals(i)]
+    inside = [interval for i in concealed for interval in intervals(i)]
     return [
         Target("right physics named, or among the rivals", _count(concealed, _right), least=0.95),
         Target(
@@ -279,8 +281,8 @@ def _outright(item: Item) -> bool:
 
 
 def _among_rivals(item: Item) -> bool:
-    found = [] if item.result is None else rivals(item.result)
-    return len(set(found)) > 1 and frozenset(item.truth.effects) in found
+    sets = [] if item.result is None else rivals(item.result)
+    return len(set(sets)) > 1 and frozenset(item.truth.effects) in sets
 
 
 def _alarm(item: Item) -> bool:
