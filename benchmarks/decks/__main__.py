@@ -36,13 +36,13 @@ def check(options: argparse.Namespace) -> int:
     """Compare data with the manifest's digests."""
     from benchmarks.decks.make import check_all
 
-    found = list(check_all(options.deck, options.folder))
-    for name, how in found:
+    results = list(check_all(options.deck, options.folder))
+    for name, how in results:
         if how != "same":
             print(f"{name}: {how}")
-    good = sum(how in ("same", "near") for _, how in found)
-    print(f"{good} of {len(found)} as in the manifest")
-    return 0 if good == len(found) else 1
+    good = sum(how in ("same", "near") for _, how in results)
+    print(f"{good} of {len(results)} as in the manifest")
+    return 0 if good == len(results) else 1
 
 
 def judge(options: argparse.Namespace) -> int:
@@ -103,42 +103,50 @@ def main() -> int:
     """Read the command line."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.decks", description=__doc__)
     actions = parser.add_subparsers(required=True, metavar="draw|make|check|judge|run|score|why")
-    one = actions.add_parser("draw", help="draw a deck into its manifest (done once)")
-    one.add_argument("--parts", nargs="*", choices=["own", "foreign", "nothing"])
-    one.set_defaults(act=draw)
-    two = actions.add_parser("make", help="make the data of a manifest")
-    two.add_argument("--names", nargs="*", help="these recordings only")
-    two.set_defaults(act=make)
-    three = actions.add_parser("check", help="compare data with the manifest's digests")
-    three.set_defaults(act=check)
-    four = actions.add_parser("judge", help="look-alikes of each recording, into the manifest (done once)")
-    four.set_defaults(act=judge)
-    five = actions.add_parser("run", help="diagnose, each recording in a process of its own")
-    five.add_argument("--command", default="bushcli diagnose --no-maps", help="default: %(default)s")
-    five.add_argument("--label", required=True, help="name of the code that is run: its ledger and results")
-    five.add_argument(
+    draw_parser = actions.add_parser("draw", help="draw a deck into its manifest (done once)")
+    draw_parser.add_argument("--parts", nargs="*", choices=["own", "foreign", "nothing"])
+    draw_parser.set_defaults(act=draw)
+    make_parser = actions.add_parser("make", help="make the data of a manifest")
+    make_parser.add_argument("--names", nargs="*", help="these recordings only")
+    make_parser.set_defaults(act=make)
+    check_parser = actions.add_parser("check", help="compare data with the manifest's digests")
+    check_parser.set_defaults(act=check)
+    judge_parser = actions.add_parser(
+        "judge", help="look-alikes of each recording, into the manifest (done once)"
+    )
+    judge_parser.set_defaults(act=judge)
+    run_parser = actions.add_parser("run", help="diagnose, each recording in a process of its own")
+    run_parser.add_argument("--command", default="bushcli diagnose --no-maps", help="default: %(default)s")
+    run_parser.add_argument(
+        "--label", required=True, help="name of the code that is run: its ledger and results"
+    )
+    run_parser.add_argument(
         "--timeout", type=float, default=600.0, help="seconds per recording (default: %(default)g)"
     )
-    five.add_argument(
+    run_parser.add_argument(
         "--processor", type=int, default=None, help="seconds of processor time per recording (default: any)"
     )
-    five.add_argument("--workers", type=int, default=1)
-    five.add_argument("--count", type=int, default=None, help="no more than so many now")
-    five.add_argument("--again", action="store_true", help="also those that failed or ran out of time")
-    five.set_defaults(act=run)
-    six = actions.add_parser("score", help="compare truth and ledgers, write the tables")
-    six.add_argument("--label", dest="labels", action="append", help="may be given several times (old, new)")
-    six.add_argument("--decks", nargs="*", default=["own", "foreign", "nothing"], choices=DECKS)
-    six.add_argument("-o", "--output", type=Path, help="write the page there, and a picture beside it")
-    six.add_argument("--summary", type=Path, help="page whose short table of scores is renewed")
-    six.set_defaults(act=score)
-    seven = actions.add_parser("why", help="what the right answer lacks where it was not named outright")
-    seven.add_argument("--label", required=True, help="ledger whose answers are explained")
-    seven.add_argument("--names", nargs="*", help="these recordings only")
-    seven.set_defaults(act=why)
-    for action in (one, two, three, four, five, seven):
+    run_parser.add_argument("--workers", type=int, default=1)
+    run_parser.add_argument("--count", type=int, default=None, help="no more than so many now")
+    run_parser.add_argument("--again", action="store_true", help="also those that failed or ran out of time")
+    run_parser.set_defaults(act=run)
+    score_parser = actions.add_parser("score", help="compare truth and ledgers, write the tables")
+    score_parser.add_argument(
+        "--label", dest="labels", action="append", help="may be given several times (old, new)"
+    )
+    score_parser.add_argument("--decks", nargs="*", default=["own", "foreign", "nothing"], choices=DECKS)
+    score_parser.add_argument(
+        "-o", "--output", type=Path, help="write the page there, and a picture beside it"
+    )
+    score_parser.add_argument("--summary", type=Path, help="page whose short table of scores is renewed")
+    score_parser.set_defaults(act=score)
+    why_parser = actions.add_parser("why", help="what the right answer lacks where it was not named outright")
+    why_parser.add_argument("--label", required=True, help="ledger whose answers are explained")
+    why_parser.add_argument("--names", nargs="*", help="these recordings only")
+    why_parser.set_defaults(act=why)
+    for action in (draw_parser, make_parser, check_parser, judge_parser, run_parser, why_parser):
         action.add_argument("deck", choices=DECKS)
-    for action in (two, three, four, five, seven):
+    for action in (make_parser, check_parser, judge_parser, run_parser, why_parser):
         action.add_argument("folder", type=Path, metavar="DIR")
     options = parser.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))

@@ -20,11 +20,11 @@ def deal(deck: str, parts: Sequence[str] = ()) -> Iterator[str]:
             continue
         begin = time.perf_counter()
         try:
-            found = replace(_drawn(card), name=name)
+            entry = replace(_drawn(card), name=name)
         except Unsuitable as failure:
             yield f"{name}: none: {failure}"
             continue
-        manifest.put(deck, found)
+        manifest.put(deck, entry)
         yield f"{name}: {time.perf_counter() - begin:.0f} s"
 
 

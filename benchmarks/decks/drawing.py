@@ -37,9 +37,9 @@ class Unsuitable(Exception):
 def specimen(rng: np.random.Generator, channels: Sequence[str], laws: Sequence[str] = ()) -> Specimen:
     """Draw a bushing as `concealed.draw` does, with one of these laws; empty = any law."""
     while True:
-        found = draw.specimen(rng, tuple(channels))
-        if not laws or found.law in laws:
-            return found
+        body = draw.specimen(rng, tuple(channels))
+        if not laws or body.law in laws:
+            return body
 
 
 def channel_programs(
@@ -47,7 +47,7 @@ def channel_programs(
 ) -> tuple[tuple[Program, ...], float]:
     """Draw the channels' programs; return also the seconds of the first one's fastest leg over the amplitude."""
     slow = math.exp(rng.uniform(*np.log(SLOW)))
-    found, fast = [], slow
+    by_channel, fast = [], slow
     for i, channel in enumerate(channels):
         kind = "short" if program == "rich" and i > 0 else program
         legs = programs.PROGRAMS[kind](rng)
@@ -55,8 +55,8 @@ def channel_programs(
             fast = slow / max(leg.pace for leg in legs)
         count = int(rng.integers(*SAMPLES[kind]))
         pairs = tuple((round(leg.to, 4), round(leg.pace, 4)) for leg in legs)
-        found.append(Program(channel, pairs, round(slow, 2), count))
-    return tuple(found), fast
+        by_channel.append(Program(channel, pairs, round(slow, 2), count))
+    return tuple(by_channel), fast
 
 
 def channel(program: Program, specimen: Specimen) -> Channel:
@@ -71,10 +71,10 @@ def sensors(
 ) -> tuple[Sensor, ...]:
     """Draw the sensors of each channel; a fault belongs to one channel."""
     level = math.exp(rng.uniform(math.log(least), math.log(NOISE[1])))
-    found = []
+    by_channel = []
     for i, mode in enumerate(modes_):
         solid = modes()[mode].section is None
-        found.append(
+        by_channel.append(
             Sensor(
                 calibration=round(1.0 + CALIBRATION[solid] * float(rng.standard_normal()), 5),
                 noise=round(level * float(rng.uniform(0.7, 1.4)), 4),
@@ -85,9 +85,9 @@ def sensors(
         )
     for fault in ("spikes", "quantum", "hum", "lost"):
         if rng.random() < FAULTY:
-            at = int(rng.integers(len(found)))
-            found[at] = with_fault(rng, found[at], fault)
-    return tuple(found)
+            at = int(rng.integers(len(by_channel)))
+            by_channel[at] = with_fault(rng, by_channel[at], fault)
+    return tuple(by_channel)
 
 
 def with_fault(rng: np.random.Generator, sensor: Sensor, fault: str) -> Sensor:

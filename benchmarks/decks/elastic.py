@@ -51,8 +51,8 @@ def _solved(
     odd = is_odd(body, known)
     if odd:
         low, high = 0.0, max(high, -low)
-    found = sweep(model, even_targets(low, high, SOLID_STEPS if solid else STEPS))
-    q, force = found.displacement, found.force
+    history = sweep(model, even_targets(low, high, SOLID_STEPS if solid else STEPS))
+    q, force = history.displacement, history.force
     if odd:
         q, first = np.unique(np.concatenate([q, -q]), return_index=True)
         force = np.concatenate([force, -force])[first]

@@ -76,13 +76,13 @@ def look_alikes(entry: Entry, made: Mapping[str, Array]) -> tuple[str, ...]:
     changes = [made[f"exact_{c}"] - made[f"plain_{c}"] for c in entry.channels]
     d = left(bench.weighed(changes), bench.taken)
     within = max(TOLD, FORM * float(np.linalg.norm(d)))
-    found = []
+    alike = []
     for name, other in effects_on("static").items():
         if {name} in (set(names) for names in entry.right) or not _possible(entry, other):
             continue
         if any(_apart(d, columns, other, bench) < within for columns in _columns(entry, near, other)):
-            found.append(name)
-    return tuple(found)
+            alike.append(name)
+    return tuple(alike)
 
 
 def yeoh(body: Specimen) -> Specimen:
@@ -139,18 +139,18 @@ def _columns(entry: Entry, bench: Bench, other: Effect) -> Iterator[Array]:
                 values = usual | {p.name: x * scale[p.scale] for p, x in zip(shapes, point, strict=True)}
                 for amplitude in other.amplitudes:
                     if amplitude.name in usual:
-                        one = _only(sized(other.name, values, size), amplitude)
-                        columns.append(replace(one, channels=(rig,)) if rig else one)
+                        active = _only(sized(other.name, values, size), amplitude)
+                        columns.append(replace(active, channels=(rig,)) if rig else active)
             try:
-                yield np.column_stack([bench.change([one]) for one in columns])
+                yield np.column_stack([bench.change([active]) for active in columns])
             except (NotConverged, NoEquilibrium):
                 continue
 
 
-def _only(one: ActiveEffect, amplitude: EffectParameter) -> ActiveEffect:
+def _only(active: ActiveEffect, amplitude: EffectParameter) -> ActiveEffect:
     """Return the effect with all other amplitudes off."""
-    off = {p.name: float(p.off or 0.0) for p in one.effect.amplitudes if p.name != amplitude.name}
-    return replace(one, values=dict(one.values) | {k: v for k, v in off.items() if k in one.values})
+    off = {p.name: float(p.off or 0.0) for p in active.effect.amplitudes if p.name != amplitude.name}
+    return replace(active, values=dict(active.values) | {k: v for k, v in off.items() if k in active.values})
 
 
 def _apart(d: Array, columns: Array, other: Effect, bench: Bench) -> float:

@@ -44,43 +44,43 @@ def compact(
     if result is None:
         return line | {"stderr": stderr[-TAIL:]}
     line["verdict"] = result["verdict"]
-    line["effects"] = [_effect(one) for one in result.get("effects") or []]
-    line["rivals"] = [_names(one) for one in result.get("rivals") or []]
+    line["effects"] = [_effect(effect) for effect in result.get("effects") or []]
+    line["rivals"] = [_names(rival) for rival in result.get("rivals") or []]
     line["misfit"] = {key: _rounded(value) for key, value in (result.get("misfit") or {}).items()}
     line["mismatch"] = _rounded((result.get("mismatch") or [])[:PARTS])
     for key in ("probability", "groups", "data_faults", "searched", "law"):
         if result.get(key) is not None:
             line[key] = _rounded(result[key])
     if result.get("models") is not None:
-        line["models"] = [_model(one) for one in result["models"][:MODELS]]
+        line["models"] = [_model(model) for model in result["models"][:MODELS]]
     return line
 
 
-def _effect(one: Mapping[str, Any]) -> dict[str, Any]:
-    kept = ("value", "std", "lower", "upper", "unit")
+def _effect(effect: Mapping[str, Any]) -> dict[str, Any]:
+    keys = ("value", "std", "lower", "upper", "unit")
     parameters = {
-        name: {k: _rounded(said[k]) for k in kept if said.get(k) is not None}
+        name: {k: _rounded(said[k]) for k in keys if said.get(k) is not None}
         if isinstance(said, Mapping)
         else said
-        for name, said in (one.get("parameters") or {}).items()
+        for name, said in (effect.get("parameters") or {}).items()
     }
-    found = {"name": one["name"], "parameters": parameters}
-    return found | {
-        k: _rounded(one[k]) for k in ("evidence", "channels", "plausible") if one.get(k) is not None
+    summary = {"name": effect["name"], "parameters": parameters}
+    return summary | {
+        k: _rounded(effect[k]) for k in ("evidence", "channels", "plausible") if effect.get(k) is not None
     }
 
 
-def _names(one: Any) -> list[str]:
+def _names(rival: Any) -> list[str]:
     """Effects of a rival: a list of names, or a model with them."""
-    return sorted(one["effects"] if isinstance(one, Mapping) else one)
+    return sorted(rival["effects"] if isinstance(rival, Mapping) else rival)
 
 
-def _model(one: Mapping[str, Any]) -> dict[str, Any]:
-    effects = [e["name"] if isinstance(e, Mapping) else e for e in one.get("effects") or []]
+def _model(model: Mapping[str, Any]) -> dict[str, Any]:
+    effects = [e["name"] if isinstance(e, Mapping) else e for e in model.get("effects") or []]
     return {
-        "law": one.get("law"),
+        "law": model.get("law"),
         "effects": sorted(effects),
-        "probability": _rounded(one.get("probability")),
+        "probability": _rounded(model.get("probability")),
     }
 
 
@@ -91,7 +91,7 @@ def _rounded(value: Any) -> Any:
     if isinstance(value, float):
         return float(f"{value:.6g}")
     if isinstance(value, Mapping):
-        return {key: _rounded(one) for key, one in value.items()}
+        return {key: _rounded(item) for key, item in value.items()}
     if isinstance(value, Iterable):
-        return [_rounded(one) for one in value]
+        return [_rounded(item) for item in value]
     return value

@@ -53,7 +53,7 @@ def make(entry: Entry, folder: Path) -> dict[str, Any]:
     case = folder / "cases" / entry.name
     part = case.with_suffix(f".{os.getpid()}")
     part.mkdir(parents=True, exist_ok=True)
-    body, found = entry.specimen, {}
+    body, digests = entry.specimen, {}
     dimensions = dict(body.dimensions) | dict(entry.said)
     text = [f'title = "bushing {entry.name}"', "", "[geometry]", f'shape = "{body.shape}"']
     text += [f"{key} = {value:g}" for key, value in dimensions.items()]
@@ -64,7 +64,7 @@ def make(entry: Entry, folder: Path) -> dict[str, Any]:
         t, q, f = sensed(sensor, channel.time, channel.displacement, force)
         file = part / f"{channel.name}.csv"
         write_curve_csv(file, Curve(channel.name, q, f, t))
-        found[file.name] = digest(*read_csv(file))
+        digests[file.name] = digest(*read_csv(file))
         text += ["", "[[recordings]]", f'mode = "{channel.name}"', f'file = "{file.name}"']
     if entry.coupons:
         rng = np.random.default_rng([*entry.seed, 8])
@@ -85,9 +85,9 @@ def make(entry: Entry, folder: Path) -> dict[str, Any]:
         **{f"plain_{c}": f for c, f in zip(entry.channels, plain, strict=True)},
     )
     part.rename(case)
-    data = asdict(replace(entry, digest=found)) | {"seconds": round(time.perf_counter() - begin, 1)}
+    data = asdict(replace(entry, digest=digests)) | {"seconds": round(time.perf_counter() - begin, 1)}
     (truth / f"{entry.name}.json").write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
-    return found
+    return digests
 
 
 def missing(deck: str, folder: Path, names: Sequence[str] = ()) -> list[Entry]:
@@ -106,22 +106,22 @@ def make_all(deck: str, folder: Path, names: Sequence[str] = ()) -> Iterator[str
         # Read the manifest again, which may have changed in the meantime.
         entry = manifest.read(deck)[entry.name]
         try:
-            found = make(entry, folder)
+            digests = make(entry, folder)
         except (NotConverged, NotSolved, Failed, NoEquilibrium) as failure:
             yield f"{entry.name}: {type(failure).__name__}: {failure}"
             continue
-        kept = manifest.read(deck)[entry.name]
-        if not kept.digest:
-            manifest.put(deck, replace(kept, digest=found))
+        current = manifest.read(deck)[entry.name]
+        if not current.digest:
+            manifest.put(deck, replace(current, digest=digests))
             how = "made"
         else:
-            how = "made, " + compared(kept, found)
+            how = "made, " + compared(current, digests)
         yield f"{entry.name}: {how}, {time.perf_counter() - begin:.0f} s"
 
 
-def compared(entry: Entry, found: dict[str, Any]) -> str:
+def compared(entry: Entry, digests: dict[str, Any]) -> str:
     """Compare a recording's files with the manifest; return the worst result."""
-    words = [same(kept, found[file]) for file, kept in entry.digest.items()]
+    words = [same(known, digests[file]) for file, known in entry.digest.items()]
     return max(words, key=("same", "near", "different").index)
 
 

@@ -66,8 +66,8 @@ class Sensor:
     @property
     def faults(self) -> frozenset[str]:
         """Names of the data's faults, as in a result where it has one."""
-        found = {"spikes": self.spikes, "quantised": self.quantum, "hum": self.hum, "lost": self.lost}
-        return frozenset(name for name, there in found.items() if there)
+        present = {"spikes": self.spikes, "quantised": self.quantum, "hum": self.hum, "lost": self.lost}
+        return frozenset(name for name, there in present.items() if there)
 
 
 @dataclass(frozen=True)
@@ -208,7 +208,10 @@ def read(deck: str, folder: Path = FOLDER) -> dict[str, Entry]:
     file = file_of(deck, folder)
     if not file.exists():
         return {}
-    return {one.name: one for one in map(entry, json.loads(file.read_text("utf-8"))["recordings"])}
+    return {
+        recording.name: recording
+        for recording in map(entry, json.loads(file.read_text("utf-8"))["recordings"])
+    }
 
 
 def write(deck: str, entries: Mapping[str, Entry], folder: Path = FOLDER) -> None:
@@ -223,12 +226,12 @@ def write(deck: str, entries: Mapping[str, Entry], folder: Path = FOLDER) -> Non
     part.replace(file)
 
 
-def put(deck: str, found: Entry, folder: Path = FOLDER) -> None:
+def put(deck: str, recording: Entry, folder: Path = FOLDER) -> None:
     """Put a recording into a manifest, keeping those that other processes have added."""
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / f".{deck}.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        write(deck, {**read(deck, folder), found.name: found}, folder)
+        write(deck, {**read(deck, folder), recording.name: recording}, folder)
 
 
 def entry(data: Mapping[str, Any]) -> Entry:

@@ -72,10 +72,10 @@ def frequencies(items: Sequence[Item]) -> Frequencies:
     truths = [frozenset(i.entry.truth) or (UNKNOWN if i.entry.outside else frozenset()) for i in items]
     return Frequencies(
         len(truths),
-        sum(not one for one in truths),
-        sum(one == UNKNOWN for one in truths),
-        sum(len(one) == 2 for one in truths),
-        Counter(next(iter(one)) for one in truths if len(one) == 1 and one != UNKNOWN),
+        sum(not names for names in truths),
+        sum(names == UNKNOWN for names in truths),
+        sum(len(names) == 2 for names in truths),
+        Counter(next(iter(names)) for names in truths if len(names) == 1 and names != UNKNOWN),
     )
 
 
@@ -97,7 +97,7 @@ def reweighed(item: Item, odds: Callable[[Names], float]) -> Item:
     total = sum(weights.values())
     if not total:
         return item
-    sets = sorted(((names, weight / total) for names, weight in weights.items()), key=lambda one: -one[1])
+    sets = sorted(((names, weight / total) for names, weight in weights.items()), key=lambda pair: -pair[1])
     effects: dict[str, float] = {}
     for names, probability in sets:
         for name in names:

@@ -64,32 +64,32 @@ def _attempt(card: Card, seed: tuple[int, ...]) -> Entry:
     body = specimen(rng, card.channels, LAWS)
     programs, _ = channel_programs(rng, card.program, card.channels)
     felt = sensors(rng, seed, card.channels)
-    found = Entry("", "nothing", card.kind, card.program, seed, body, programs, felt)
+    entry = Entry("", "nothing", card.kind, card.program, seed, body, programs, felt)
     if card.kind == "none":
-        return _nothing(rng, found, card.seed[-1])
+        return _nothing(rng, entry, card.seed[-1])
     name = card.names[0]
-    formula, where = DRAWN[name](rng, found)
+    formula, where = DRAWN[name](rng, entry)
     truth = (NAMES.get(name, ""),) if name in NAMES else ()
-    found = replace(found, formulas=({"name": name, **formula},), truth=truth, outside=True, where=where)
+    entry = replace(entry, formulas=({"name": name, **formula},), truth=truth, outside=True, where=where)
     if name == "dimension":
-        found = replace(found, said=dict(formula), formulas=({"name": name},))
-    shown, share = _shown(found)
+        entry = replace(entry, said=dict(formula), formulas=({"name": name},))
+    shown, share = _shown(entry)
     if shown < (GAIN_SEEN if name in ("gain", "dimension") else SEEN):
         raise Unsuitable(f"{name} shows by {shown:.1f} standard errors")
-    return replace(found, strength={name: round(shown, 2)}, share=round(share, 3))
+    return replace(entry, strength={name: round(shown, 2)}, share=round(share, 3))
 
 
-def _nothing(rng: np.random.Generator, found: Entry, number: int) -> Entry:
+def _nothing(rng: np.random.Generator, entry: Entry, number: int) -> Entry:
     fault = FAULTS[number % len(FAULTS)]
-    at = int(rng.integers(len(found.sensors)))
-    felt, programs = list(found.sensors), list(found.programs)
+    at = int(rng.integers(len(entry.sensors)))
+    felt, programs = list(entry.sensors), list(entry.programs)
     if fault == "coarse":
         # A slow logger and a noisy load cell.
         programs = [replace(p, samples=max(60, p.samples // 4)) for p in programs]
         felt = [replace(s, noise=round(float(rng.uniform(0.8, 1.5)), 4)) for s in felt]
     elif fault:
         felt[at] = with_fault(rng, felt[at], fault)
-    return replace(found, programs=tuple(programs), sensors=tuple(felt))
+    return replace(entry, programs=tuple(programs), sensors=tuple(felt))
 
 
 def _shown(entry: Entry) -> tuple[float, float]:

@@ -66,7 +66,7 @@ def _attempt(card: Card, seed: tuple[int, ...]) -> Entry:
         factor = bench.mesh / MESH
         felt = tuple(replace(s, noise=round(min(s.noise * factor, 2.0), 4)) for s in felt)
         bench = replace(bench, sigma=tuple(s * factor for s in sigma))
-    found = Entry(
+    entry = Entry(
         name="",
         part="own",
         kind=card.kind,
@@ -81,20 +81,20 @@ def _attempt(card: Card, seed: tuple[int, ...]) -> Entry:
     active: list[ActiveEffect] = []
     changes: list[Array] = []
     for name in card.names:
-        one, change = _sized(rng, name, bench, wanted)
-        active.append(one)
+        effect, change = _sized(rng, name, bench, wanted)
+        active.append(effect)
         changes.append(change)
     shown = {}
-    for i, one in enumerate(active):
+    for i, effect in enumerate(active):
         others = [c for k, c in enumerate(changes) if k != i]
-        shown[one.name] = round(strength(changes[i], [*bench.taken, *others]), 2)
-        if card.program == "rich" and shown[one.name] < SEEN:
-            raise Unsuitable(f"{one.name} shows by {shown[one.name]:.1f} standard errors")
+        shown[effect.name] = round(strength(changes[i], [*bench.taken, *others]), 2)
+        if card.program == "rich" and shown[effect.name] < SEEN:
+            raise Unsuitable(f"{effect.name} shows by {shown[effect.name]:.1f} standard errors")
     whole = bench.change(active) if len(active) > 1 else changes[0] if active else np.zeros(1)
     return replace(
-        found,
-        effects={one.name: {k: float(f"{v:.6g}") for k, v in one.values.items()} for one in active},
-        truth=tuple(sorted(one.name for one in active)),
+        entry,
+        effects={effect.name: {k: float(f"{v:.6g}") for k, v in effect.values.items()} for effect in active},
+        truth=tuple(sorted(effect.name for effect in active)),
         strength=shown,
         share=round(share(bench, whole), 3) if active else 0.0,
     )
@@ -114,17 +114,17 @@ def _sized(rng: np.random.Generator, name: str, bench: Bench, wanted: float) -> 
     sizes = SIZES[name]
     values = sizes.values(rng, bench.situation(name))
     size = 1.0
-    one = sized(name, values, size)
-    change = bench.change([one])
+    effect = sized(name, values, size)
+    change = bench.change([effect])
     for _ in range(2):
-        found = share(bench, change)
-        best = float(np.clip(size * wanted / max(found, 1e-9), sizes.least, sizes.most))
+        current = share(bench, change)
+        best = float(np.clip(size * wanted / max(current, 1e-9), sizes.least, sizes.most))
         if abs(np.log(best / size)) < 0.15:
             break
         size = best
-        one = sized(name, values, size)
-        change = bench.change([one])
-    return one, change
+        effect = sized(name, values, size)
+        change = bench.change([effect])
+    return effect, change
 
 
 def forces(entry: Entry, exact: bool = True) -> tuple[list[Array], list[Array]]:

@@ -112,31 +112,31 @@ class Card:
 def cards(deck: str) -> dict[str, Card]:
     """Recordings of a deck by name."""
     seed = SEEDS[deck]
-    found: list[Card] = []
+    deck_cards: list[Card] = []
     if deck in ("own", "dev"):
-        found += _own(seed, *((5, 10, 10) if deck == "own" else (1, 4, 4)))
+        deck_cards += _own(seed, *((5, 10, 10) if deck == "own" else (1, 4, 4)))
     if deck == "foreign":
-        found += _foreign(seed, [name for name, times in FOREIGN.items() for _ in range(times)])
+        deck_cards += _foreign(seed, [name for name, times in FOREIGN.items() for _ in range(times)])
     if deck == "dev":
-        found += _foreign(seed, list(FOREIGN_DEV))
+        deck_cards += _foreign(seed, list(FOREIGN_DEV))
     if deck == "nothing":
-        found += _nothing(seed, 20, [name for name, times in OUTSIDE.items() for _ in range(times)])
+        deck_cards += _nothing(seed, 20, [name for name, times in OUTSIDE.items() for _ in range(times)])
     if deck == "dev":
-        found += _nothing(seed, 6, list(OUTSIDE_DEV))
+        deck_cards += _nothing(seed, 6, list(OUTSIDE_DEV))
     if deck == "poor":
-        found += _poor(seed)
-    order = np.random.default_rng([seed, 99]).permutation(len(found))
-    return {f"{i:03d}": found[k] for i, k in enumerate(order)}
+        deck_cards += _poor(seed)
+    order = np.random.default_rng([seed, 99]).permutation(len(deck_cards))
+    return {f"{i:03d}": deck_cards[k] for i, k in enumerate(order)}
 
 
 def _own(seed: int, times: int, pairs: int, nothings: int) -> list[Card]:
     rng = np.random.default_rng([seed, 1])
-    found: list[Card] = []
+    deck_cards: list[Card] = []
 
     def add(
         kind: Kind, names: tuple[str, ...], program: str, channels: tuple[str, ...], coupons: bool
     ) -> None:
-        found.append(Card("own", kind, names, program, channels, coupons, (seed, 1, len(found))))
+        deck_cards.append(Card("own", kind, names, program, channels, coupons, (seed, 1, len(deck_cards))))
 
     for name in EFFECTS:
         for _ in range(times):
@@ -158,16 +158,16 @@ def _own(seed: int, times: int, pairs: int, nothings: int) -> list[Card]:
         channels = ("axial",) if poor else draw.ANY[rng.integers(len(draw.ANY))]
         program = str(rng.choice(["ramp", "loop"])) if poor else "rich"
         add("none", (), program, channels, not poor and bool(rng.random() < 0.2))
-    return found
+    return deck_cards
 
 
 def _poor(seed: int) -> list[Card]:
     """Recordings of one axial ramp or loop: own effects on each, foreign formulas, nothing, outside physics."""
-    found: list[Card] = []
+    deck_cards: list[Card] = []
 
     def add(part: Part, kind: Kind, names: tuple[str, ...], program: str) -> None:
         channels = () if part == "foreign" else ("axial",)
-        found.append(Card(part, kind, names, program, channels, False, (seed, 4, len(found))))
+        deck_cards.append(Card(part, kind, names, program, channels, False, (seed, 4, len(deck_cards))))
 
     for name in EFFECTS:
         if effects()[name].acts_on("axial") and name != "batch_stiffness":
@@ -180,30 +180,32 @@ def _poor(seed: int) -> list[Card]:
         add("nothing", "none", (), program)
     for name in OUTSIDE_POOR:
         add("nothing", "outside", (name,), "loop")
-    return found
+    return deck_cards
 
 
 def _foreign(seed: int, names: list[str]) -> list[Card]:
     """Cards with the formula's channels; a fifth of the programs is poor."""
     rng = np.random.default_rng([seed, 2])
-    found = []
+    deck_cards = []
     for i, name in enumerate(names):
         program = str(rng.choice(["rich", "loop"], p=[0.8, 0.2]))
-        found.append(Card("foreign", "single", (name,), program, (), False, (seed, 2, i)))
-    return found
+        deck_cards.append(Card("foreign", "single", (name,), program, (), False, (seed, 2, i)))
+    return deck_cards
 
 
 def _nothing(seed: int, nothings: int, outside: list[str]) -> list[Card]:
     rng = np.random.default_rng([seed, 3])
-    found: list[Card] = []
+    deck_cards: list[Card] = []
     for i in range(nothings):
         channels = draw.ANY[rng.integers(len(draw.ANY))]
         program = "loop" if i % 5 == 4 else "rich"
         channels = ("axial",) if program == "loop" else channels
-        found.append(Card("nothing", "none", (), program, channels, False, (seed, 3, i)))
+        deck_cards.append(Card("nothing", "none", (), program, channels, False, (seed, 3, i)))
     for i, name in enumerate(outside):
         channels = ("axial",)
         if name in ("gain", "dimension", "transducer"):
             channels = ("axial", "torsional") if i % 2 else ("axial", "radial")
-        found.append(Card("nothing", "outside", (name,), "rich", channels, False, (seed, 3, nothings + i)))
-    return found
+        deck_cards.append(
+            Card("nothing", "outside", (name,), "rich", channels, False, (seed, 3, nothings + i))
+        )
+    return deck_cards

@@ -28,44 +28,44 @@ Runs = Mapping[str, Sequence[Item]]
 def items(deck: str, label: str) -> list[Item]:
     """Recordings of a deck that were diagnosed under a label."""
     lines = ledger.read(deck, label)
-    return [Item(one, said(lines[name])) for name, one in manifest.read(deck).items() if name in lines]
+    return [Item(entry, said(lines[name])) for name, entry in manifest.read(deck).items() if name in lines]
 
 
-def _catalogue(found: Sequence[Item]) -> list[Item]:
-    return [i for i in found if i.entry.truth and not i.entry.outside]
+def _catalogue(answers: Sequence[Item]) -> list[Item]:
+    return [i for i in answers if i.entry.truth and not i.entry.outside]
 
 
-def _tellable(found: Sequence[Item]) -> list[Item]:
-    return [i for i in _catalogue(found) if i.entry.tellable]
+def _tellable(answers: Sequence[Item]) -> list[Item]:
+    return [i for i in _catalogue(answers) if i.entry.tellable]
 
 
-def _nothing(found: Sequence[Item]) -> list[Item]:
-    return [i for i in found if i.entry.kind == "none"]
+def _nothing(answers: Sequence[Item]) -> list[Item]:
+    return [i for i in answers if i.entry.kind == "none"]
 
 
-def _outside(found: Sequence[Item]) -> list[Item]:
-    return [i for i in found if i.entry.outside]
+def _outside(answers: Sequence[Item]) -> list[Item]:
+    return [i for i in answers if i.entry.outside]
 
 
-def _right(found: Sequence[Item]) -> Count:
-    return score.count(_catalogue(found), score.in_set)
+def _right(answers: Sequence[Item]) -> Count:
+    return score.count(_catalogue(answers), score.in_set)
 
 
-def _outright(found: Sequence[Item]) -> Count:
-    return score.count(_tellable(found), score.outright)
+def _outright(answers: Sequence[Item]) -> Count:
+    return score.count(_tellable(answers), score.outright)
 
 
-def _wrong(found: Sequence[Item]) -> Count:
-    return score.count(found, lambda i: bool(score.wrongly(i)))
+def _wrong(answers: Sequence[Item]) -> Count:
+    return score.count(answers, lambda i: bool(score.wrongly(i)))
 
 
-def _inside(found: Sequence[Item]) -> Count:
-    holds = [one.holds for i in found for one in score.intervals(i)]
+def _inside(answers: Sequence[Item]) -> Count:
+    holds = [interval.holds for i in answers for interval in score.intervals(i)]
     return Count(sum(holds), len(holds))
 
 
-def _verdicts(found: Sequence[Item]) -> Count:
-    right = [score.outside_right(i) if i.entry.outside else score.explained(i) for i in found]
+def _verdicts(answers: Sequence[Item]) -> Count:
+    right = [score.outside_right(i) if i.entry.outside else score.explained(i) for i in answers]
     return Count(sum(right), len(right))
 
 
@@ -90,36 +90,36 @@ KINDS: Mapping[str, Callable[[Item], Iterable[tuple[float, bool]]]] = {
 
 def document(labels: Sequence[str], decks: Sequence[str], output: Path | None = None) -> str:
     """Return the whole page; with `output`, write the picture beside it."""
-    found = {deck: {label: items(deck, label) for label in labels} for deck in decks}
-    together = {label: [one for deck in decks for one in found[deck][label]] for label in labels}
-    parts = [ABOUT.read_text(encoding="utf-8"), SCORES + scores(found)]
-    parts.append(_with_other_odds({deck: runs[labels[-1]] for deck, runs in found.items()}))
-    for deck, runs in found.items():
+    by_deck = {deck: {label: items(deck, label) for label in labels} for deck in decks}
+    together = {label: [item for deck in decks for item in by_deck[deck][label]] for label in labels}
+    parts = [ABOUT.read_text(encoding="utf-8"), SCORES + scores(by_deck)]
+    parts.append(_with_other_odds({deck: runs[labels[-1]] for deck, runs in by_deck.items()}))
+    for deck, runs in by_deck.items():
         parts.append(_deck(deck, runs))
     parts.append(
         _reliability(together, None if output is None else output.with_name(f"{output.stem}-reliability.svg"))
     )
-    parts += [_misses(deck, runs) for deck, runs in found.items()]
+    parts += [_misses(deck, runs) for deck, runs in by_deck.items()]
     parts.append(why.section(decks, labels[-1]))
     return "\n".join(parts)
 
 
-def scores(found: Mapping[str, Runs]) -> str:
+def scores(by_deck: Mapping[str, Runs]) -> str:
     """Return the table of scores, of all that was diagnosed under each label, beside what was wanted.
 
     Parameters
     ----------
-    found : mapping of str to mapping of str to list of Item
+    by_deck : mapping of str to mapping of str to list of Item
         Recordings by deck and label.
     """
     together: dict[str, list[Item]] = {}
-    for runs in found.values():
+    for runs in by_deck.values():
         for label, diagnosed in runs.items():
             together.setdefault(label, []).extend(diagnosed)
     rows = [
-        [deck, what, wanted, *(shown(of(runs)) for runs in found[deck].values())]
+        [deck, what, wanted, *(shown(of(runs)) for runs in by_deck[deck].values())]
         for deck, what, wanted, of in WANTED
-        if deck in found
+        if deck in by_deck
     ]
     for what, said_ in KINDS.items():
         errors = [score.calibration_error(_bins(diagnosed, said_)) for diagnosed in together.values()]
@@ -127,21 +127,21 @@ def scores(found: Mapping[str, Runs]) -> str:
     return table(["deck", "score", "wanted", *together], rows)
 
 
-def _with_other_odds(found: Runs) -> str:
+def _with_other_odds(by_deck: Runs) -> str:
     """Scores of the same answers if the prior odds were the frequencies in the decks."""
-    every = [one for items_ in found.values() for one in items_]
+    every = [item for items_ in by_deck.values() for item in items_]
     if not every:
         return ""
     known = frequencies(every)
-    other = {deck: [reweighed(one, known.of) for one in items_] for deck, items_ in found.items()}
+    other = {deck: [reweighed(item, known.of) for item in items_] for deck, items_ in by_deck.items()}
     rows = [
-        [deck, what, wanted, shown(of(found[deck])), shown(of(other[deck]))]
+        [deck, what, wanted, shown(of(by_deck[deck])), shown(of(other[deck]))]
         for deck, what, wanted, of in WANTED
-        if deck in found and of is not _inside
+        if deck in by_deck and of is not _inside
     ]
-    together = [every, [one for items_ in other.values() for one in items_]]
+    together = [every, [item for items_ in other.values() for item in items_]]
     for what, said_ in KINDS.items():
-        for deck, pair in (*((d, [found[d], other[d]]) for d in found), ("all", together)):
+        for deck, pair in (*((d, [by_deck[d], other[d]]) for d in by_deck), ("all", together)):
             errors = [finite(score.calibration_error(_bins(runs, said_))) for runs in pair]
             wanted = "0.05 or less" if deck == "all" else ""
             rows.append([deck, f"expected calibration error, {what}", wanted, *errors])
@@ -152,12 +152,14 @@ def _with_other_odds(found: Runs) -> str:
 
 def _deck(deck: str, runs: Runs) -> str:
     entries = manifest.read(deck)
-    head = ["", *(f"{label} ({len(found)} of {len(entries)})" for label, found in runs.items())]
-    common = set.intersection(*({i.entry.name for i in found} for found in runs.values())) if runs else set()
+    head = ["", *(f"{label} ({len(answers)} of {len(entries)})" for label, answers in runs.items())]
+    common = (
+        set.intersection(*({i.entry.name for i in answers} for answers in runs.values())) if runs else set()
+    )
     rows = _rows(runs)
     text = f"## Deck {deck}\n\n" + table(head, rows)
-    if len(runs) > 1 and any(len(found) != len(common) for found in runs.values()) and common:
-        same = {label: [i for i in found if i.entry.name in common] for label, found in runs.items()}
+    if len(runs) > 1 and any(len(answers) != len(common) for answers in runs.values()) and common:
+        same = {label: [i for i in answers if i.entry.name in common] for label, answers in runs.items()}
         head = ["", *(f"{label} ({len(common)} alike)" for label in runs)]
         text += "\nThe recordings that were diagnosed under all labels:\n\n" + table(head, _rows(same))
     return "\n".join([text, _by_truth(runs), _times(runs)])
@@ -165,18 +167,18 @@ def _deck(deck: str, runs: Runs) -> str:
 
 def _rows(runs: Runs) -> list[list[str]]:
     def of(choose: Callable[[Sequence[Item]], list[Item]], good: Callable[[Item], bool]) -> list[str]:
-        return [shown(score.count(choose(found), good)) for found in runs.values()]
+        return [shown(score.count(choose(answers), good)) for answers in runs.values()]
 
-    def wrong(found: Sequence[Item]) -> str:
-        return f"{sum(len(score.wrongly(i)) for i in found)} in {shown(_wrong(found))}"
+    def wrong(answers: Sequence[Item]) -> str:
+        return f"{sum(len(score.wrongly(i)) for i in answers)} in {shown(_wrong(answers))}"
 
-    def logs(found: Sequence[Item]) -> str:
-        return f"{statistics.mean(map(score.log_score, found)):.2f}" if found else ""
+    def logs(answers: Sequence[Item]) -> str:
+        return f"{statistics.mean(map(score.log_score, answers)):.2f}" if answers else ""
 
     rows = [
-        ["right set in the credible set", *(shown(_right(found)) for found in runs.values())],
+        ["right set in the credible set", *(shown(_right(answers)) for answers in runs.values())],
         ["right set the most probable", *of(_catalogue, score.first)],
-        ["named outright, where it can be told", *(shown(_outright(found)) for found in runs.values())],
+        ["named outright, where it can be told", *(shown(_outright(answers)) for answers in runs.values())],
         ["named outright, all", *of(_catalogue, score.outright)],
         ["called unexplained, though in the catalogue", *of(_catalogue, score.unexplained)],
         ["nothing concealed: `explained`", *of(_nothing, score.explained)],
@@ -184,7 +186,7 @@ def _rows(runs: Runs) -> list[list[str]]:
         ["outside: unexplained in the right place, or its later name", *of(_outside, score.outside_right)],
         ["outside: `unexplained`", *of(_outside, score.unexplained)],
         ["absent effects stated with 95 % or more", *map(wrong, runs.values())],
-        ["95 % intervals that hold the true value", *(shown(_inside(found)) for found in runs.values())],
+        ["95 % intervals that hold the true value", *(shown(_inside(answers)) for answers in runs.values())],
         ["`faulty_data`, which is never right here", *of(list, lambda i: i.said.verdict == "faulty_data")],
         ["spikes reported where there are some", *of(_with_spikes, lambda i: "spikes" in i.said.faults)],
         ["a data fault reported where there is none", *of(_clean, lambda i: bool(i.said.faults))],
@@ -194,12 +196,12 @@ def _rows(runs: Runs) -> list[list[str]]:
     return [row for row in rows if any(cell not in ("none", "") for cell in row[1:])]
 
 
-def _with_spikes(found: Sequence[Item]) -> list[Item]:
-    return [i for i in found if "spikes" in i.entry.faults]
+def _with_spikes(answers: Sequence[Item]) -> list[Item]:
+    return [i for i in answers if "spikes" in i.entry.faults]
 
 
-def _clean(found: Sequence[Item]) -> list[Item]:
-    return [i for i in found if not i.entry.faults]
+def _clean(answers: Sequence[Item]) -> list[Item]:
+    return [i for i in answers if not i.entry.faults]
 
 
 def truth_of(entry: Entry) -> str:
@@ -214,18 +216,18 @@ def truth_of(entry: Entry) -> str:
 
 def _by_truth(runs: Runs) -> str:
     groups: dict[str, None] = {}
-    for found in runs.values():
-        for i in sorted(found, key=lambda i: truth_of(i.entry)):
+    for answers in runs.values():
+        for i in sorted(answers, key=lambda i: truth_of(i.entry)):
             groups.setdefault(
                 "a pair" if i.entry.part == "own" and i.entry.kind == "pair" else truth_of(i.entry)
             )
     rows = []
     for group in sorted(groups):
         row = [group]
-        for found in runs.values():
+        for answers in runs.values():
             of = [
                 i
-                for i in found
+                for i in answers
                 if truth_of(i.entry) == group
                 or (group == "a pair" and i.entry.part == "own" and i.entry.kind == "pair")
             ]
@@ -249,12 +251,12 @@ def _good(item: Item) -> bool:
 
 
 def _times(runs: Runs) -> str:
-    kinds = sorted({", ".join(i.entry.channels) for found in runs.values() for i in found})
+    kinds = sorted({", ".join(i.entry.channels) for answers in runs.values() for i in answers})
     rows = []
     for kind in kinds:
         row = [kind]
-        for found in runs.values():
-            s = [_seconds(i) for i in found if ", ".join(i.entry.channels) == kind]
+        for answers in runs.values():
+            s = [_seconds(i) for i in answers if ", ".join(i.entry.channels) == kind]
             row.append(f"{len(s)}: {statistics.median(s):.0f}, {max(s):.0f}" if s else "")
         rows.append(row)
     head = ["channels", *(f"{label}: recordings: median, longest (s)" for label in runs)]
@@ -266,8 +268,8 @@ def _seconds(item: Item) -> float:
     return float(line.get("processor_seconds", line["seconds"]))
 
 
-def _bins(found: Sequence[Item], of: Callable[[Item], Iterable[tuple[float, bool]]]) -> list[score.Bin]:
-    return score.reliability([one for i in found for one in of(i)])
+def _bins(answers: Sequence[Item], of: Callable[[Item], Iterable[tuple[float, bool]]]) -> list[score.Bin]:
+    return score.reliability([statement for i in answers for statement in of(i)])
 
 
 def _reliability(runs: Runs, picture: Path | None) -> str:
@@ -277,14 +279,14 @@ def _reliability(runs: Runs, picture: Path | None) -> str:
     )
     drawn = {}
     for what, of in KINDS.items():
-        bins = {label: _bins(found, of) for label, found in runs.items()}
+        bins = {label: _bins(answers, of) for label, answers in runs.items()}
         drawn[what] = bins
         rows = []
         for low, high in zip(score.BINS[:-1], score.BINS[1:], strict=True):
             row = [f"{low:g} to {high:g}"]
             for own in bins.values():
-                (one,) = [b for b in own if b.low == low] or [None]
-                row.append("" if one is None else f"{one.mean:.2f}: {shown(one.true)}")
+                (match,) = [b for b in own if b.low == low] or [None]
+                row.append("" if match is None else f"{match.mean:.2f}: {shown(match.true)}")
             rows.append(row)
         rows.append(
             ["expected calibration error", *(finite(score.calibration_error(own)) for own in bins.values())]
@@ -310,9 +312,9 @@ def draw(kinds: Mapping[str, Mapping[str, Sequence[score.Bin]]], file: Path) -> 
     for axis, (what, bins) in zip(axes[0], kinds.items(), strict=True):
         axis.plot([0, 1], [0, 1], color="0.7", linewidth=1)
         for k, (label, own) in enumerate(bins.items()):
-            x = [one.mean + 0.006 * k for one in own]
-            y = [one.true.share for one in own]
-            ends = [one.true.wilson() for one in own]
+            x = [b.mean + 0.006 * k for b in own]
+            y = [b.true.share for b in own]
+            ends = [b.true.wilson() for b in own]
             low = [max(0.0, s - e[0]) for s, e in zip(y, ends, strict=True)]
             high = [max(0.0, e[1] - s) for s, e in zip(y, ends, strict=True)]
             axis.errorbar(x, y, [low, high], marker="o", markersize=4, linewidth=1, capsize=2, label=label)
@@ -325,9 +327,9 @@ def draw(kinds: Mapping[str, Mapping[str, Sequence[score.Bin]]], file: Path) -> 
 
 def _misses(deck: str, runs: Runs) -> str:
     text = f"## Misses of deck {deck}\n"
-    for label, found in runs.items():
+    for label, answers in runs.items():
         rows = []
-        for i in found:
+        for i in answers:
             if _good(i) and not score.wrongly(i):
                 continue
             credible = " or ".join(" + ".join(sorted(names)) or "nothing" for names in i.said.credible[:5])
@@ -354,9 +356,9 @@ def _misses(deck: str, runs: Runs) -> str:
 def _compared(item: Item) -> tuple[str, str]:
     """Probability of the right sets, and misfits of their best fit and of the first set's, in units of the noise."""
     first = [names for names, _ in item.said.sets[:1]]
-    found = (item.said.misfit(item.right), item.said.misfit(first))
-    misfits = ", ".join("not fitted" if value is None else f"{value:.2f}" for value in found)
-    return f"{item.said.of(item.right):.4f}" if item.said.sets else "", misfits if any(found) else ""
+    pair = (item.said.misfit(item.right), item.said.misfit(first))
+    misfits = ", ".join("not fitted" if value is None else f"{value:.2f}" for value in pair)
+    return f"{item.said.of(item.right):.4f}" if item.said.sets else "", misfits if any(pair) else ""
 
 
 def _stated(item: Item) -> str:

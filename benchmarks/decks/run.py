@@ -22,10 +22,10 @@ INTERRUPTED = (-2, -15, 130, 143)
 
 
 def waiting(
-    deck: str, folder: Path, label: str, *, again: bool = False, kept: Path = ledger.FOLDER
+    deck: str, folder: Path, label: str, *, again: bool = False, ledgers: Path = ledger.FOLDER
 ) -> list[Path]:
     """Cases that are not in the ledger, in order; with `again` also those without a verdict in their last line."""
-    known = ledger.read(deck, label, kept)
+    known = ledger.read(deck, label, ledgers)
     cases = sorted((folder / "cases").glob("*/case.toml"))
 
     def open_(case: Path) -> bool:
@@ -46,7 +46,7 @@ def run_all(
     processor: int | None = None,
     count: int | None = None,
     again: bool = False,
-    kept: Path = ledger.FOLDER,
+    ledgers: Path = ledger.FOLDER,
 ) -> Generator[str, None, None]:
     """Diagnose the recordings that have not been diagnosed yet; yield a line for each.
 
@@ -64,42 +64,42 @@ def run_all(
         Limit of processor time for each, s, which does not depend on other work on the machine.
     again
         Whether to repeat recordings without a result.
-    kept
+    ledgers
         Folder of the ledger.
     """
     if processor is not None:
         command = ["sh", "-c", f'ulimit -t {processor:d}; exec "$@"', "sh", *command]
-    todo = waiting(deck, folder, label, again=again, kept=kept)[:count]
+    todo = waiting(deck, folder, label, again=again, ledgers=ledgers)[:count]
     running, before = Running(), processor_seconds()
     with ThreadPoolExecutor(workers) as pool:
         jobs = {pool.submit(_one, case, folder, command, timeout, running, label): case for case in todo}
         try:
             for job in as_completed(jobs):
-                found = job.result()
-                if found is None:
+                run = job.result()
+                if run is None:
                     continue
                 name = jobs[job].parent.name
-                if found.code in INTERRUPTED:
+                if run.code in INTERRUPTED:
                     # Ended from outside: the recording counts as not done.
-                    yield f"{deck} {name}: interrupted, {found.seconds:.0f} s"
+                    yield f"{deck} {name}: interrupted, {run.seconds:.0f} s"
                     continue
                 result = None
-                if found.result:
+                if run.result:
                     file = folder / f"results-{label}" / name / "result.json"
                     result = json.loads(file.read_text("utf-8"))
                 line = ledger.compact(
                     name,
                     result,
-                    seconds=found.seconds,
-                    code=None if found.code in OUT_OF_TIME else found.code,
-                    stderr=found.stderr,
+                    seconds=run.seconds,
+                    code=None if run.code in OUT_OF_TIME else run.code,
+                    stderr=run.stderr,
                 )
                 # Processor time of children that have ended; with one worker, of this recording.
                 used, before = processor_seconds() - before, processor_seconds()
                 if workers == 1:
                     line["processor_seconds"] = round(used, 1)
-                ledger.append(deck, label, line, kept)
-                yield f"{deck} {name}: {found.how}, {found.seconds:.0f} s"
+                ledger.append(deck, label, line, ledgers)
+                yield f"{deck} {name}: {run.how}, {run.seconds:.0f} s"
         finally:
             # If interrupted, running diagnoses end with this process and count as not done.
             pool.shutdown(wait=False, cancel_futures=True)

@@ -48,13 +48,13 @@ class Said:
     @cached_property
     def credible(self) -> tuple[Names, ...]:
         """The fewest sets that together hold 95 %; all sets if they hold less."""
-        found, total = [], 0.0
+        fewest, total = [], 0.0
         for names, probability in self.sets:
-            found.append(names)
+            fewest.append(names)
             total += probability
             if total >= CREDIBLE - ROUNDING:
                 break
-        return tuple(found)
+        return tuple(fewest)
 
     @cached_property
     def stated(self) -> Names:
@@ -76,7 +76,7 @@ class Said:
     @property
     def faults(self) -> Names:
         """Kinds of data faults that are reported."""
-        return frozenset(str(one["kind"]) for one in self.line.get("data_faults") or [])
+        return frozenset(str(fault["kind"]) for fault in self.line.get("data_faults") or [])
 
 
 def base(name: str) -> str:
@@ -93,7 +93,7 @@ def said(line: Line) -> Said:
     """Read a line of a ledger."""
     if "verdict" not in line:
         return Said("no result", frozenset(), (), {}, line)
-    named = bases(one["name"] for one in line["effects"])
+    named = bases(effect["name"] for effect in line["effects"])
     if "models" in line or "probability" in line:
         return _new(line, named)
     # An effect named in addition to "unexplained" is only the nearest one of the catalogue.
@@ -107,11 +107,11 @@ def said(line: Line) -> Said:
 
 
 def _new(line: Line, named: Names) -> Said:
-    found: dict[Names, float] = {}
+    probabilities: dict[Names, float] = {}
     for model in line.get("models") or []:
         names = bases(model["effects"])
-        found[names] = found.get(names, 0.0) + float(model["probability"] or 0.0)
-    sets = tuple(sorted(found.items(), key=lambda item: -item[1]))
+        probabilities[names] = probabilities.get(names, 0.0) + float(model["probability"] or 0.0)
+    sets = tuple(sorted(probabilities.items(), key=lambda item: -item[1]))
     effects: dict[str, float] = {}
     # An effect may be in either of two rigs: its probability follows from the models, not from the sum over rigs.
     for name, probability in (line.get("probability") or {}).items():
@@ -119,6 +119,8 @@ def _new(line: Line, named: Names) -> Said:
             # "nothing" is not an effect.
             continue
         effects[base(name)] = max(effects.get(base(name), 0.0), float(probability or 0.0))
-    for name in frozenset().union(*found) if found else ():
-        effects[name] = max(effects.get(name, 0.0), sum(p for names, p in found.items() if name in names))
+    for name in frozenset().union(*probabilities) if probabilities else ():
+        effects[name] = max(
+            effects.get(name, 0.0), sum(p for names, p in probabilities.items() if name in names)
+        )
     return Said(line["verdict"], named, sets, {n: min(p, 1.0) for n, p in effects.items()}, line)

@@ -142,16 +142,18 @@ def intervals(item: Item) -> list[Interval]:
     """Intervals of the parameters, where exactly the concealed effects of the catalogue's own formulas are named."""
     if item.entry.part != "own" or not item.entry.effects or item.said.named not in item.right:
         return []
-    found = []
-    for one in item.said.line["effects"]:
-        for name, truth in item.entry.effects.get(one["name"], {}).items():
-            said = one["parameters"].get(name)
+    effect_intervals = []
+    for effect in item.said.line["effects"]:
+        for name, truth in item.entry.effects.get(effect["name"], {}).items():
+            said = effect["parameters"].get(name)
             if not isinstance(said, dict) or not said.get("std"):
                 continue
             lower = said.get("lower", said["value"] - NORMAL * said["std"])
             upper = said.get("upper", said["value"] + NORMAL * said["std"])
-            found.append(Interval(item.entry.name, f"{one['name']}.{name}", truth, lower, upper))
-    return found
+            effect_intervals.append(
+                Interval(item.entry.name, f"{effect['name']}.{name}", truth, lower, upper)
+            )
+    return effect_intervals
 
 
 def log_score(item: Item) -> float:
@@ -211,17 +213,17 @@ class Bin:
 
 def reliability(said: Sequence[tuple[float, bool]]) -> list[Bin]:
     """Bins of probability with the share of true statements; statements below 1 % are left out."""
-    found, low = [], BINS[0]
+    bins, low = [], BINS[0]
     for high in BINS[1:]:
         inside = [(p, t) for p, t in said if low <= p < high or (high == 1.0 and p == 1.0)]
         if inside:
             mean = sum(p for p, _ in inside) / len(inside)
-            found.append(Bin(low, high, mean, Count(sum(t for _, t in inside), len(inside))))
+            bins.append(Bin(low, high, mean, Count(sum(t for _, t in inside), len(inside))))
         low = high
-    return found
+    return bins
 
 
 def calibration_error(bins: Sequence[Bin]) -> float:
     """Mean distance of stated probability and true share, weighted by the number of statements."""
-    total = sum(one.true.all for one in bins)
-    return sum(one.true.all * abs(one.mean - one.true.share) for one in bins) / total if total else math.nan
+    total = sum(b.true.all for b in bins)
+    return sum(b.true.all * abs(b.mean - b.true.share) for b in bins) / total if total else math.nan

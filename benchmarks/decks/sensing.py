@@ -32,7 +32,7 @@ def sensed(sensor: Sensor, time: Array, displacement: Array, force: Array) -> tu
     percent = span / 100
     # Always drawn, in this order: a sensor without spikes has the same noise as one with spikes.
     white, travel = rng.standard_normal(n), rng.standard_normal(n)
-    chance, sign, kept = rng.random(n), rng.choice([-1.0, 1.0], n), rng.random(n)
+    chance, sign, uniform = rng.random(n), rng.choice([-1.0, 1.0], n), rng.random(n)
     f = sensor.calibration * force
     f = f + sensor.drift * percent * time / time[-1]
     if sensor.hum:
@@ -41,11 +41,11 @@ def sensed(sensor: Sensor, time: Array, displacement: Array, force: Array) -> tu
     f = f + sensor.noise * percent * remembering(white, sensor.correlation)
     if sensor.spikes:
         size = sensor.spikes["size"] * percent
-        f = f + np.where(chance < sensor.spikes["share"], sign * size * (0.5 + kept), 0.0)
+        f = f + np.where(chance < sensor.spikes["share"], sign * size * (0.5 + uniform), 0.0)
     if sensor.quantum:
         f = np.round(f / (sensor.quantum * percent)) * sensor.quantum * percent
     q = displacement + sensor.travel_noise * float(np.abs(displacement).max()) * travel
-    there = kept >= sensor.lost
+    there = uniform >= sensor.lost
     # The first sample is never lost, because it defines rest.
     there[0] = True
     return time[there], q[there], np.round(f[there] / (LOGGED * span)) * LOGGED * span
@@ -71,13 +71,13 @@ def digest(time: Array, displacement: Array, force: Array) -> dict[str, Any]:
     return {"sha256": hasher.hexdigest(), "range": float(f"{span:.6g}"), "sketch": sketch}
 
 
-def same(kept: Mapping[str, Any], found: Mapping[str, Any]) -> str:
+def same(known: Mapping[str, Any], new: Mapping[str, Any]) -> str:
     """Compare digests: "same", "near" (other last digits) or "different"."""
-    if kept["sha256"] == found["sha256"]:
+    if known["sha256"] == new["sha256"]:
         return "same"
-    if abs(found["range"] / kept["range"] - 1) > NEAR:
+    if abs(new["range"] / known["range"] - 1) > NEAR:
         return "different"
-    away = np.abs(np.subtract(kept["sketch"], found["sketch"]))
+    away = np.abs(np.subtract(known["sketch"], new["sketch"]))
     return "near" if float(away.max()) <= NEAR else "different"
 
 

@@ -14,15 +14,15 @@ _PLACE = re.compile(f"{re.escape(BEGIN)}.*?{re.escape(END)}", re.DOTALL)
 def summary(labels: Sequence[str], decks: Sequence[str]) -> str:
     """Return the table of scores under the first and the last label, with the command that makes it."""
     ends = list(dict.fromkeys([labels[0], labels[-1]]))
-    found = {deck: {label: items(deck, label) for label in ends} for deck in decks}
+    by_deck = {deck: {label: items(deck, label) for label in ends} for deck in decks}
     counts = ", ".join(
-        f"{label}: {' + '.join(str(len(runs[label])) for runs in found.values())} recordings"
+        f"{label}: {' + '.join(str(len(runs[label])) for runs in by_deck.values())} recordings"
         for label in ends
     )
     command = " ".join(f"--label {label}" for label in ends)
     return (
         f"Decks {', '.join(decks)} ({counts}), by `setup/enter python -m benchmarks.decks score {command}`:\n\n"
-        + scores(found)
+        + scores(by_deck)
     )
 
 

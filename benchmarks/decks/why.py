@@ -136,17 +136,17 @@ def _fit_right(search: Search, item: Item) -> None:
     """Fit right sets that the search did not fit, because their fits were predicted to change nothing."""
     known = {bases(state.model.identities) for state in search.states.values()}
     for names in item.right - known:
-        models = [one for one in search.waiting.values() if bases(one.model.identities) == names]
-        for one in sorted(models, key=lambda one: -one.predicted)[:FORCED]:
-            search.fit_anyway(one)
+        models = [queued for queued in search.waiting.values() if bases(queued.model.identities) == names]
+        for queued in sorted(models, key=lambda queued: -queued.predicted)[:FORCED]:
+            search.fit_anyway(queued)
 
 
 def _terms(search: Search) -> Iterator[Terms]:
     for state in search.states.values():
-        found, names = state.evidence, bases(state.model.identities)
+        evidence, names = state.evidence, bases(state.model.identities)
         kinds: Sequence[tuple[bool, Judged, float]] = (
-            (False, found.judgement, found.log),
-            (True, found.unknown_judgement, found.log_unknown),
+            (False, evidence.judgement, evidence.log),
+            (True, evidence.unknown_judgement, evidence.log_unknown),
         )
         for unknown, judged, log in kinds:
             odds = search.odds(state.model, unknown=unknown)
@@ -169,11 +169,13 @@ def compared(folder: Path, item: Item) -> dict[str, Any] | None:
     item : Item
     """
     every = terms(folder, item)
-    right = max((one for one in every if one.names in item.right), key=lambda one: one.weight, default=None)
+    right = max(
+        (term for term in every if term.names in item.right), key=lambda term: term.weight, default=None
+    )
     if right is None:
         return None
     # The unknown effect beside a right model is a wrong answer that always exists.
-    wrong = max((one for one in every if one.names not in item.right), key=lambda one: one.weight)
+    wrong = max((term for term in every if term.names not in item.right), key=lambda term: term.weight)
     return {
         "name": item.entry.name,
         "in_set": score.in_set(item),
@@ -238,18 +240,18 @@ def miss(line: Mapping[str, Any]) -> str:
     return "better" if line["data"] > 0.0 else "worse"
 
 
-def _missed_table(found: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> str:
+def _missed_table(by_deck: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> str:
     """The right answers that are not in the credible set, by reason and deck."""
     names: dict[tuple[str, str], list[str]] = {}
-    for deck, lines in found.items():
-        for line in sorted(lines.values(), key=lambda one: one["name"]):
+    for deck, lines in by_deck.items():
+        for line in sorted(lines.values(), key=lambda row: row["name"]):
             if line["right"] is not None and not line["in_set"]:
                 names.setdefault((miss(line), deck), []).append(line["name"])
     rows = [
-        [text, *(", ".join(names.get((key, deck), ["none"])) for deck in found)]
+        [text, *(", ".join(names.get((key, deck), ["none"])) for deck in by_deck)]
         for key, text in MISSES.items()
     ]
-    return table(["not in the credible set, because", *found], rows)
+    return table(["not in the credible set, because", *by_deck], rows)
 
 
 def section(decks: Sequence[str], label: str, folder: Path = ledger.FOLDER) -> str:
@@ -263,23 +265,23 @@ def section(decks: Sequence[str], label: str, folder: Path = ledger.FOLDER) -> s
     folder : Path
         Of the ledgers.
     """
-    found = {deck: ledger.read(deck, f"why-{label}", folder) for deck in decks}
-    found = {deck: lines for deck, lines in found.items() if lines}
-    if not found:
+    by_deck = {deck: ledger.read(deck, f"why-{label}", folder) for deck in decks}
+    by_deck = {deck: lines for deck, lines in by_deck.items() if lines}
+    if not by_deck:
         return ""
-    counts = {deck: Counter(map(reason, lines.values())) for deck, lines in found.items()}
-    rows = [[text, *(str(counts[deck][key]) for deck in found)] for key, text in REASONS.items()]
+    counts = {deck: Counter(map(reason, lines.values())) for deck, lines in by_deck.items()}
+    rows = [[text, *(str(counts[deck][key]) for deck in by_deck)] for key, text in REASONS.items()]
     parts = [
         REASONED.read_text("utf-8"),
-        table(["what the right model lacks most", *found], rows),
+        table(["what the right model lacks most", *by_deck], rows),
         "",
-        _missed_table(found),
+        _missed_table(by_deck),
     ]
-    for deck, lines in found.items():
+    for deck, lines in by_deck.items():
         parts += [f"\n### Deck {deck}: right against the best wrong model, in nats\n"]
         head = ["recording", "right", "wrong", "data", "values", "odds", "misfits", "lacks most"]
         parts.append(
-            table(head, [_row(line) for line in sorted(lines.values(), key=lambda one: one["name"])])
+            table(head, [_row(line) for line in sorted(lines.values(), key=lambda row: row["name"])])
         )
     return "\n".join(parts)
 
@@ -289,5 +291,5 @@ def _row(line: Mapping[str, Any]) -> list[str]:
         return [line["name"], "", "", "", "", "", "", reason(line)]
     sets = [", ".join(line[key]) or "nothing" for key in ("right", "wrong")]
     nats = [f"{line[key]:+.1f}" for key in ("data", "values", "odds")]
-    misfits = ", ".join(f"{one:.2f}" for one in line["misfit"])
+    misfits = ", ".join(f"{misfit:.2f}" for misfit in line["misfit"])
     return [line["name"], *sets, *nats, misfits, reason(line)]

@@ -32,12 +32,12 @@ def power_law(time: Array, force: Array, share: float, exponent: float, shortest
     # t^-a = integral of tau^(-a) exp(-t / tau) d(ln tau) over Gamma(a); a factor at t = shortest corrects for the
     # truncation.
     weight = share * weight / float(weight @ np.exp(-shortest / tau)) * 1.0
-    state, found = np.zeros(len(tau)), np.zeros(len(time))
+    state, forces = np.zeros(len(tau)), np.zeros(len(time))
     for i in range(1, len(time)):
         x = (time[i] - time[i - 1]) / tau
         state = np.exp(-x) * state + weight * -np.expm1(-x) / x * (force[i] - force[i - 1])
-        found[i] = state.sum()
-    return found
+        forces[i] = state.sum()
+    return forces
 
 
 def berg(q: Array, most: float, half: float) -> Array:
@@ -48,7 +48,7 @@ def berg(q: Array, most: float, half: float) -> Array:
     Berg (1998), A non-linear rubber spring model for rail vehicle dynamics analysis, Vehicle Syst. Dyn. 30:197-212,
     doi:10.1080/00423119808969447.
     """
-    found = np.zeros(len(q))
+    forces = np.zeros(len(q))
     start_q, start_f, way, force = q[0], 0.0, 0.0, 0.0
     for i in range(1, len(q)):
         step = q[i] - q[i - 1]
@@ -61,8 +61,8 @@ def berg(q: Array, most: float, half: float) -> Array:
                 force = start_f + x / (half * (1 - mu) + x) * (most - start_f)
             else:
                 force = start_f + x / (half * (1 + mu) - x) * (most + start_f)
-        found[i] = force
-    return found
+        forces[i] = force
+    return forces
 
 
 def bouc_wen(q: Array, most: float, reach: float, power: float, lean: float) -> Array:
@@ -72,13 +72,13 @@ def bouc_wen(q: Array, most: float, reach: float, power: float, lean: float) -> 
     ----------
     Wen (1976), Method for random vibration of hysteretic systems, J. Eng. Mech. Div. 102:249-263.
     """
-    z, found = 0.0, np.zeros(len(q))
+    z, forces = 0.0, np.zeros(len(q))
     for i in range(1, len(q)):
         step = (q[i] - q[i - 1]) / FINE
         for _ in range(FINE):
             z += step / reach * (1 - abs(z) ** power * (lean * np.sign(step * z) + 1 - lean))
-        found[i] = most * z
-    return found
+        forces[i] = most * z
+    return forces
 
 
 def iwan(q: Array, most: float, reach: float, count: int = 30) -> Array:
@@ -91,11 +91,11 @@ def iwan(q: Array, most: float, reach: float, count: int = 30) -> Array:
     """
     slip = reach * 2 * (np.arange(count) + 0.5) / count
     spring = np.zeros(count)
-    found = np.zeros(len(q))
+    forces = np.zeros(len(q))
     for i in range(1, len(q)):
         spring = np.clip(spring + q[i] - q[i - 1], -slip, slip)
-        found[i] = spring.sum()
-    return most * found / slip.sum()
+        forces[i] = spring.sum()
+    return most * forces / slip.sum()
 
 
 def running(q: Array) -> tuple[Array, Array]:
@@ -106,12 +106,12 @@ def running(q: Array) -> tuple[Array, Array]:
 def set_saturating(q: Array, share: float, way: float) -> Array:
     """Rest position that creeps towards a share of the excursions as the bushing is moved: exp(-path / way)."""
     high, low = running(q)
-    rest, found = 0.0, np.zeros(len(q))
+    rest, rests = 0.0, np.zeros(len(q))
     for i in range(1, len(q)):
         step = abs(q[i] - q[i - 1])
         rest += (share * (high[i] + low[i]) - rest) * -np.expm1(-step / way)
-        found[i] = rest
-    return found
+        rests[i] = rest
+    return rests
 
 
 def set_power(q: Array, share: float, amplitude: float, exponent: float) -> Array:
@@ -122,10 +122,10 @@ def set_power(q: Array, share: float, amplitude: float, exponent: float) -> Arra
 
 def low_pass(time: Array, force: Array, delay: float) -> Array:
     """Force behind a filter of first order with this time constant (s)."""
-    found = np.zeros(len(force))
+    forces = np.zeros(len(force))
     for i in range(1, len(time)):
         x = (time[i] - time[i - 1]) / delay
         slope = (force[i] - force[i - 1]) / x
         # Exact for a force that is linear between the samples.
-        found[i] = force[i] - slope + (found[i - 1] - force[i - 1] + slope) * np.exp(-x)
-    return found
+        forces[i] = force[i] - slope + (forces[i - 1] - force[i - 1] + slope) * np.exp(-x)
+    return forces

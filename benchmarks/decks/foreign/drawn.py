@@ -64,7 +64,7 @@ def _attempt(card: Card, seed: tuple[int, ...]) -> Entry:
     felt = sensors(rng, seed, channels)
     wanted = float(np.exp(rng.uniform(*np.log(SHARE))))
     values = formula.values(rng, situation(body, fast, program))
-    found = Entry(
+    entry = Entry(
         name="",
         part="foreign",
         kind="single" if len(formula.truth) == 1 else "pair",
@@ -77,36 +77,36 @@ def _attempt(card: Card, seed: tuple[int, ...]) -> Entry:
         truth=formula.truth,
         also_right=formula.also_right,
     )
-    thin = thinned(found, THIN)
+    thin = thinned(entry, THIN)
     if "knee" in values or "more" in values:
         # The joint's reference force: the largest one in a translation.
         largest = max(
             float(np.abs(f).max())
-            for f, c in zip(elastic(found, thin), thin, strict=True)
+            for f, c in zip(elastic(entry, thin), thin, strict=True)
             if c.name != "torsional"
         )
         values["largest"] = float(f"{largest:.5g}")
-        found = with_values(found, values)
+        entry = with_values(entry, values)
     if formula.base == "morph":
-        found = _fitted(found, thin)
-        shown, share = measured(found, thin, concealed(found, thin))
+        entry = _fitted(entry, thin)
+        shown, share = measured(entry, thin, concealed(entry, thin))
     else:
         usual, size = values["amplitude"], 1.0
-        most = min(formula.most, rig_gives(values, found) / usual)
-        shown, share = measured(found, thin, concealed(found, thin))
+        most = min(formula.most, rig_gives(values, entry) / usual)
+        shown, share = measured(entry, thin, concealed(entry, thin))
         for _ in range(2):
             best = float(np.clip(size * wanted / max(share, 1e-9), formula.least, most))
             if abs(np.log(best / size)) < 0.15:
                 break
             size = best
             values["amplitude"] = float(f"{usual * size:.5g}")
-            found = with_values(found, values)
-            shown, share = measured(found, thin, concealed(found, thin))
+            entry = with_values(entry, values)
+            shown, share = measured(entry, thin, concealed(entry, thin))
     # Scale the standard errors to the final number of samples.
     shown *= float(np.sqrt(sum(p.samples for p in programs) / sum(len(c.time) for c in thin)))
     if program == "rich" and shown < SEEN:
         raise Unsuitable(f"{name} shows by {shown:.1f} standard errors")
-    return replace(found, strength={name: round(shown, 2)}, share=round(share, 3))
+    return replace(entry, strength={name: round(shown, 2)}, share=round(share, 3))
 
 
 def with_values(entry: Entry, values: dict[str, Any]) -> Entry:
@@ -120,8 +120,8 @@ def rig_gives(values: dict[str, Any], entry: Entry) -> float:
     if "largest" not in values:
         return np.inf
     travel = min(a for c, a in entry.specimen.amplitude.items() if c != "torsional")
-    one = np.tanh(1 / values["knee"]) + values["rest"] if "knee" in values else 1 + values["more"]
-    return GIVES * travel / float(one)
+    unit = np.tanh(1 / values["knee"]) + values["rest"] if "knee" in values else 1 + values["more"]
+    return GIVES * travel / float(unit)
 
 
 def situation(body: Specimen, fast: float, program: str) -> Situation:

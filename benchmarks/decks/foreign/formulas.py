@@ -159,11 +159,11 @@ def solid(body: Specimen, c: Channel, odd: bool = True, **changes: Any) -> Curve
     }
 
     def answer(q: Array) -> Array:
-        found = np.zeros(len(q))
+        forces = np.zeros(len(q))
         for side in (np.flatnonzero(q >= 0), np.flatnonzero(q < 0)[::-1]):
             if len(side):
-                found[side] = ask("solid", task | {"targets": q[side].tolist()})
-        return found
+                forces[side] = ask("solid", task | {"targets": q[side].tolist()})
+        return forces
 
     return solved(c, answer, SOLID_POINTS, odd)
 
@@ -278,10 +278,10 @@ def _morph_force(v: Values, body: Specimen, c: Channel) -> Array:
     turns = [0, *(np.flatnonzero(np.diff(sign)) + 1), len(c.displacement) - 1]
     nodes = sorted({i for a_, b_ in pairwise(turns) for i in (*range(a_, b_, 3), b_)})
     q = c.displacement[nodes]
-    found = ask(
+    forces = ask(
         "morph", {"dimensions": dict(body.dimensions), "p": p, "bulk": v["bulk"], "displacement": q.tolist()}
     )
-    return np.asarray(PchipInterpolator(nodes, found)(np.arange(len(c.displacement))))
+    return np.asarray(PchipInterpolator(nodes, forces)(np.arange(len(c.displacement))))
 
 
 # -- of the whole bushing ----------------------------------------------------------------------------------------
@@ -445,10 +445,10 @@ def _free(rng: np.random.Generator, s: Situation) -> dict[str, float]:
 def _debonded(sleeve: str, end: str) -> Callable[[Values, Specimen, Channel], Array]:
     def force(v: Values, body: Specimen, c: Channel) -> Array:
         if c.name == "radial":
-            found = solid(body, c, free=v["amplitude"], sleeve=sleeve, end=end)
+            curve = solid(body, c, free=v["amplitude"], sleeve=sleeve, end=end)
         else:
-            found = halfplane(body, c, **{sleeve: Bond(v["amplitude"], end)})
-        return np.asarray(found(c.displacement))
+            curve = halfplane(body, c, **{sleeve: Bond(v["amplitude"], end)})
+        return np.asarray(curve(c.displacement))
 
     return force
 
@@ -462,8 +462,8 @@ def _swaged(v: Values, body: Specimen, c: Channel) -> Array:
     if c.name == "radial":
         return np.asarray(solid(body, c, reduction=[mean, slope])(c.displacement))
     half = 0.5 * body.dimensions.get("length", body.dimensions.get("outer_length", 0.0))
-    found = halfplane(body, c, reduction=lambda z: mean + slope * z / half)
-    return np.asarray(found(c.displacement))
+    curve = halfplane(body, c, reduction=lambda z: mean + slope * z / half)
+    return np.asarray(curve(c.displacement))
 
 
 def _shrunk_values(rng: np.random.Generator, s: Situation) -> dict[str, float]:
@@ -475,8 +475,8 @@ def _shrunk(v: Values, body: Specimen, c: Channel) -> Array:
     if c.name == "radial":
         return np.asarray(solid(body, c, shrinkage=[mean, slope])(c.displacement))
     a, b = body.dimensions["inner_radius"], body.dimensions["outer_radius"]
-    found = halfplane(body, c, shrinkage=lambda R: mean + slope * ((R - a) / (b - a) - 0.5))
-    return np.asarray(found(c.displacement))
+    curve = halfplane(body, c, shrinkage=lambda R: mean + slope * ((R - a) / (b - a) - 0.5))
+    return np.asarray(curve(c.displacement))
 
 
 def _volume(rng: np.random.Generator, s: Situation) -> dict[str, float]:
@@ -487,8 +487,8 @@ def _other_volume(v: Values, body: Specimen, c: Channel) -> Array:
     bulk = 1 / (v["amplitude"] + 1 / law_of(body).bulk)
     if c.name == "radial":
         return np.asarray(solid(body, c, bulk=bulk, volumetric="log")(c.displacement))
-    found = halfplane(body, c, law=law_of(body, bulk=bulk, volumetric="log"))
-    return np.asarray(found(c.displacement))
+    curve = halfplane(body, c, law=law_of(body, bulk=bulk, volumetric="log"))
+    return np.asarray(curve(c.displacement))
 
 
 def _tilt(rng: np.random.Generator, s: Situation) -> dict[str, float]:

@@ -304,14 +304,14 @@ def followed(body: HalfPlane, time: Array, q: Array) -> Array:
     turns = [0, *(np.flatnonzero(np.diff(sign)) + 1), len(q) - 1]
     nodes = sorted({i for a, b in pairwise(turns) for i in (*range(a, b, 2), b)} | {0})
     force = body.march(time[nodes], q[nodes])
-    found = np.zeros(len(q))
+    forces = np.zeros(len(q))
     place = {i: k for k, i in enumerate(nodes)}
     for a, b in pairwise(turns):
         own = [i for i in nodes if a <= i <= b]
         values = force[[place[i] for i in own]]
         inside = np.arange(a, b + 1)
-        found[inside] = CubicSpline(own, values)(inside) if len(own) > 3 else np.interp(inside, own, values)
-    return found
+        forces[inside] = CubicSpline(own, values)(inside) if len(own) > 3 else np.interp(inside, own, values)
+    return forces
 
 
 def _held(at: NDArray[np.bool_], Z: Array, bond: Bond) -> NDArray[np.bool_]:
@@ -379,9 +379,9 @@ def _shapes(at: Array) -> tuple[Array, Array]:
 def curve(body: HalfPlane, targets: Sequence[float]) -> Array:
     """Force of a body without memory at ordered displacements, each side marched from rest."""
     q = np.asarray(targets, dtype=float)
-    found = np.zeros(len(q))
+    forces = np.zeros(len(q))
     for side in (np.flatnonzero(q >= 0), np.flatnonzero(q < 0)[::-1]):
         if len(side):
             way = np.concatenate([[0.0], q[side]])
-            found[side] = body.march(np.arange(len(way), dtype=float), way)[1:]
-    return found
+            forces[side] = body.march(np.arange(len(way), dtype=float), way)[1:]
+    return forces

@@ -79,14 +79,14 @@ def main():
         return None
 
     def go(x, begin, end, halvings):
-        kept = body.results.statevars.copy()
-        found = solved(x, end)
-        if found is not None:
+        state = body.results.statevars.copy()
+        solution = solved(x, end)
+        if solution is not None:
             body.results.statevars = body.results._statevars
-            return found
+            return solution
         if halvings == 0:
             raise SystemExit("no convergence")
-        body.results.statevars = kept
+        body.results.statevars = state
         middle = 0.5 * (begin + end)
         x, _ = go(x, begin, middle, halvings - 1)
         return go(x, middle, end, halvings - 1)

@@ -182,8 +182,8 @@ class Holzapfel:
     def start(self, n: int) -> Memory:
         """Virgin rubber."""
         zero = np.zeros((n, 3, 3))
-        found = {f"Q{i}": zero for i in range(len(self.g))} | {"S": zero}
-        return found | {"C": np.broadcast_to(UNIT, (n, 3, 3))} if self.arc else found
+        memory = {f"Q{i}": zero for i in range(len(self.g))} | {"S": zero}
+        return memory | {"C": np.broadcast_to(UNIT, (n, 3, 3))} if self.arc else memory
 
     def stress(self, F: Array, memory: Memory, dt: float) -> tuple[Array, Memory]:
         """Stress, and memory at the end of the step."""

@@ -141,9 +141,9 @@ def main():
 
     def go(x, begin, end, halvings):
         """From one boundary state to another, halved where that fails."""
-        found = solved(x, end)
-        if found is not None:
-            return found
+        solution = solved(x, end)
+        if solution is not None:
+            return solution
         if halvings == 0:
             raise SystemExit("no convergence")
         middle = 0.5 * (begin + end)

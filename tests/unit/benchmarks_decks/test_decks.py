@@ -292,7 +292,7 @@ def test_what_somebody_ended_is_not_done(tmp_path: Path) -> None:
     tool.write_text(TOOL)
     case.mkdir(parents=True)
     (case / "case.toml").write_text("ended")
-    list(run_all("own", tmp_path / "own", [sys.executable, str(tool)], "new", kept=tmp_path / "ledger"))
+    list(run_all("own", tmp_path / "own", [sys.executable, str(tool)], "new", ledgers=tmp_path / "ledger"))
     assert not ledger.read("own", "new", tmp_path / "ledger")
 
 
