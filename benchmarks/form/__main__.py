@@ -74,14 +74,14 @@ def measure(folder: Path, only: list[str] | None) -> None:
             continue
         case = folder / "cases" / name / "case.toml"
         try:
-            found = measured(case, tuple(truth["truth"]))
+            result = measured(case, tuple(truth["truth"]))
         except (RuntimeError, ValueError, ArithmeticError) as error:
-            found = {"failed": repr(error)}
+            result = {"failed": repr(error)}
         row = {
             "name": name,
             "truth": truth["truth"],
-            "formulas": [one["name"] for one in truth["formulas"]],
-            **(found or {"failed": "cannot be solved"}),
+            "formulas": [formula["name"] for formula in truth["formulas"]],
+            **(result or {"failed": "cannot be solved"}),
         }
         with RESULTS.open("a") as out:
             out.write(json.dumps(row) + "\n")
@@ -121,7 +121,7 @@ def table(rows: list[dict[str, Any]]) -> str:
                 f"{_begun(row)} {channel} | {'' if seen else '< '}{ratio:.3f} | {row['effective'][i]:.1f} |"
             )
     if shares:
-        below = [one for one in shares if one[0] < MOST**2 * one[1]]
+        below = [share for share in shares if share[0] < MOST**2 * share[1]]
         lines += ["", _summary("phi", shares), _summary("phi below a half", below)]
     if effective:
         middle = float(np.median(effective))
@@ -164,11 +164,11 @@ def _population(rows: list[tuple[float, float, float]]) -> tuple[float, float]:
             total -= float(logsumexp(log - 0.5 * NODES**2))
         return total + 0.5 * float(x[1]) ** 2 * 0.1
 
-    found = min(
+    fit = min(
         (minimize(cost, [np.log(a), np.log(0.5)], method="Nelder-Mead") for a in (0.3, 0.1, 0.03, 0.003)),
-        key=lambda one: one.fun,
+        key=lambda fit: fit.fun,
     )
-    return float(np.exp(found.x[0])), float(np.exp(found.x[1]))
+    return float(np.exp(fit.x[0])), float(np.exp(fit.x[1]))
 
 
 if __name__ == "__main__":

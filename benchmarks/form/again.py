@@ -52,28 +52,31 @@ class Keeping(Search):
     """A search that keeps the misfit that each prediction leaves."""
 
     last: Search
-    kept: dict[Any, tuple[Any, float]]
+    left_by_structure: dict[Any, tuple[Any, float]]
 
     def run(self) -> None:
         """Search, and keep a reference to the finished search."""
         type(self).last = self
         super().run()
 
-    def _queue(self, one: Prediction, *others: Any, **more: Any) -> None:
-        super()._queue(one, *others, **more)
-        if one.model.structure in self.waiting:
-            kept = self.__dict__.setdefault("kept", {})
-            kept[one.model.structure] = getattr(one, "left", None), one.log_evidence - one.log_likelihood
+    def _queue(self, prediction: Prediction, *others: Any, **more: Any) -> None:
+        super()._queue(prediction, *others, **more)
+        if prediction.model.structure in self.waiting:
+            left_by_structure = self.__dict__.setdefault("left_by_structure", {})
+            left_by_structure[prediction.model.structure] = (
+                getattr(prediction, "left", None),
+                prediction.log_evidence - prediction.log_likelihood,
+            )
 
 
 class Leaving(Beside):
     """Predictions with the misfit that the best point of their grid leaves."""
 
     def _averaged(self, points: Any) -> Prediction:
-        found = super()._averaged(points)
-        best = max((self._value(point)[0] for point in points), key=lambda one: one.judgement.log)
-        object.__setattr__(found, "left", best.left)
-        return found
+        average = super()._averaged(points)
+        best = max((self._value(point)[0] for point in points), key=lambda value: value.judgement.log)
+        object.__setattr__(average, "left", best.left)
+        return average
 
 
 def keep(case_file: Path, out: Path, budget: float) -> None:
@@ -91,23 +94,23 @@ def keep(case_file: Path, out: Path, budget: float) -> None:
     fitted = [
         {
             "key": key,
-            "effects": one.model.identities,
-            "of": (one.misfit, one.slopes, one.fitted.x, one.known, one.off),
-            "odds": (search.odds(one.model), search.odds(one.model, unknown=True)),
+            "effects": state.model.identities,
+            "of": (state.misfit, state.slopes, state.fitted.x, state.known, state.off),
+            "odds": (search.odds(state.model), search.odds(state.model, unknown=True)),
         }
-        for key, one in search.states.items()
+        for key, state in search.states.items()
     ]
-    left = getattr(search, "kept", {})
+    left = getattr(search, "left_by_structure", {})
     waiting = [
         {
-            "effects": one.model.identities,
-            "base": one.base.model.structure,
-            "odds": search.odds(one.model),
-            "silent": one.is_silent,
+            "effects": queued.model.identities,
+            "base": queued.base.model.structure,
+            "odds": search.odds(queued.model),
+            "silent": queued.is_silent,
             "left": left[key],
         }
-        for key, one in search.waiting.items()
-        if one.is_sure and key in left and left[key][0] is not None
+        for key, queued in search.waiting.items()
+        if queued.is_sure and key in left and left[key][0] is not None
     ]
     data = {"fitted": fitted, "waiting": waiting, "likelihood": search.problem.likelihood}
     out.write_bytes(pickle.dumps(data))
@@ -126,34 +129,37 @@ def posterior(data: Mapping[str, Any], law: Callable[[int], float]) -> Sets:
     with patch("bushcli.likelihood.form.effective_features", law):
         # A copy, which has not calculated anything with another law.
         likelihood: Likelihood = replace(data["likelihood"])
-        states = {one["key"]: (one, Evidence(likelihood, *one["of"])) for one in data["fitted"]}
+        states = {model["key"]: (model, Evidence(likelihood, *model["of"])) for model in data["fitted"]}
         weights: dict[frozenset[str], list[float]] = {}
 
         def add(effects: Any, weight: float, *more: str) -> None:
             weights.setdefault(frozenset(map(effect_name, effects)) | set(more), []).append(weight)
 
         best = -math.inf
-        for key, (one, found) in states.items():
+        for key, (model, evidence) in states.items():
             seen = _smallest_equivalent(key, states)
-            best = max(best, found.log + one["odds"][0], found.log_unknown + one["odds"][1])
-            add(seen, found.log + one["odds"][0])
-            add(seen, found.log_unknown + one["odds"][1], UNKNOWN)
-        for one in data["waiting"]:
-            left, occam = one["left"]
-            weight = likelihood.judge(left).log + occam + one["odds"]
+            best = max(best, evidence.log + model["odds"][0], evidence.log_unknown + model["odds"][1])
+            add(seen, evidence.log + model["odds"][0])
+            add(seen, evidence.log_unknown + model["odds"][1], UNKNOWN)
+        for model in data["waiting"]:
+            left, occam = model["left"]
+            weight = likelihood.judge(left).log + occam + model["odds"]
             if weight < best:
-                add(_smallest_equivalent(one["base"], states) if one["silent"] else one["effects"], weight)
-    total = float(logsumexp([w for found in weights.values() for w in found]))
-    return {names: math.exp(float(logsumexp(found)) - total) for names, found in weights.items()}
+                add(
+                    _smallest_equivalent(model["base"], states) if model["silent"] else model["effects"],
+                    weight,
+                )
+    total = float(logsumexp([w for logs in weights.values() for w in logs]))
+    return {names: math.exp(float(logsumexp(logs)) - total) for names, logs in weights.items()}
 
 
 def _smallest_equivalent(key: Any, states: Mapping[Any, tuple[Any, Evidence]]) -> tuple[str, ...]:
     """Return the effects of the smallest model within another that describes the recordings as well."""
-    one, found = states[key]
-    least: tuple[str, ...] = one["effects"]
+    model, evidence = states[key]
+    least: tuple[str, ...] = model["effects"]
     for other, (smaller, worse) in states.items():
-        more = len(one["effects"]) - len(smaller["effects"])
-        if more > 0 and set(other) < set(key) and found.judgement.log - worse.judgement.log < FAINT * more:
+        more = len(model["effects"]) - len(smaller["effects"])
+        if more > 0 and set(other) < set(key) and evidence.judgement.log - worse.judgement.log < FAINT * more:
             least = min(least, smaller["effects"], key=len)
     return least
 
@@ -167,21 +173,21 @@ def table(folder: Path) -> str:
         Folder with the diagnoses that `keep` saved.
     """
     entries = read("dev")
-    kept = {file.stem: pickle.loads(file.read_bytes()) for file in sorted(folder.glob("*.pkl"))}
+    diagnoses = {file.stem: pickle.loads(file.read_bytes()) for file in sorted(folder.glob("*.pkl"))}
     lines = [
-        f"{len(kept)} recordings of the development deck",
+        f"{len(diagnoses)} recordings of the development deck",
         "",
         "| m | log score | right set in the credible set | a wrong effect stated |",
         "| --- | --- | --- | --- |",
     ]
     for name, law in LAWS.items():
-        scores = [_scored(posterior(data, law), entries[one]) for one, data in kept.items()]
+        scores = [_scored(posterior(data, law), entries[case]) for case, data in diagnoses.items()]
         mean = np.mean([score for score, _, _ in scores])
         lines.append(f"| {name} | {mean:.3f} | {sum(s[1] for s in scores)} | {sum(s[2] for s in scores)} |")
     return "\n".join(lines)
 
 
-def _scored(found: Sets, entry: Entry) -> tuple[float, bool, bool]:
+def _scored(sets: Sets, entry: Entry) -> tuple[float, bool, bool]:
     """Log probability of the right answer, whether the credible set has it, and whether a wrong effect is stated."""
     right = {frozenset(names) for names in (entry.truth, *entry.also_right)} if not entry.outside else set()
     if entry.outside and entry.truth:
@@ -191,14 +197,14 @@ def _scored(found: Sets, entry: Entry) -> tuple[float, bool, bool]:
         return names in right or (entry.outside and UNKNOWN in names)
 
     credible, held = [], 0.0
-    for names, probability in sorted(found.items(), key=lambda item: -item[1]):
+    for names, probability in sorted(sets.items(), key=lambda item: -item[1]):
         credible.append(names)
         held += probability
         if held >= HELD:
             break
-    effects = {name for names in found for name in names if name != UNKNOWN}
-    stated = {e for e in effects if sum(p for names, p in found.items() if e in names) >= STATED}
-    probability = sum(p for names, p in found.items() if is_right(names))
+    effects = {name for names in sets for name in names if name != UNKNOWN}
+    stated = {e for e in effects if sum(p for names, p in sets.items() if e in names) >= STATED}
+    probability = sum(p for names, p in sets.items() if is_right(names))
     possible = frozenset().union(*right)
     return math.log(max(probability, FLOOR)), any(map(is_right, credible)), bool(stated - possible)
 

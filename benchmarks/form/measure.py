@@ -40,7 +40,7 @@ def measured(case_file: Path, truth: tuple[str, ...]) -> dict[str, Any] | None:
     """
     case = load_case(case_file)
     recordings = tuple(read_recording(source) for source in case.recordings)
-    used = tuple(~masks(find_faults(case, recordings), one) for one in recordings)
+    used = tuple(~masks(find_faults(case, recordings), recording) for recording in recordings)
     bare = replace(case, effects=())
     cache = ModelCache()
     plain, _, _ = question._plain_law(bare, None, cache.tables)
@@ -48,15 +48,15 @@ def measured(case_file: Path, truth: tuple[str, ...]) -> dict[str, Any] | None:
     if rough is None:
         return None
     problem, state = question.pose_problem(bare, rough, recordings, used, Workers(1, cache=cache), cache)
-    found = {
-        "names": [one.name for one in recordings],
+    result = {
+        "names": [recording.name for recording in recordings],
         "law": plain.law,
-        "features": [one.count for one in problem.likelihood.features],
+        "features": [features.count for features in problem.likelihood.features],
         "signal": [float(v) for v in problem.likelihood.signal],
         "plain": [float(v) for v in state.evidence.left.excess],
     }
     if not truth:
-        return found | {"left": found["plain"], "effective": _effective(state)}
+        return result | {"left": result["plain"], "effective": _effective(state)}
     best: State | None = None
     search = Search(
         problem,
@@ -70,13 +70,15 @@ def measured(case_file: Path, truth: tuple[str, ...]) -> dict[str, Any] | None:
     while len(truth) > len((best or state).model.effects):
         base = best or state
         singles = Beside(base, search.derivatives.additions_beside(base)).singles()
-        predicted = [one for one in singles if len(one.model.effects) > len(base.model.effects)]
+        predicted = [
+            prediction for prediction in singles if len(prediction.model.effects) > len(base.model.effects)
+        ]
         tried = []
-        for one in sorted(predicted, key=lambda one: -one.log_evidence)[:2]:
+        for prediction in sorted(predicted, key=lambda prediction: -prediction.log_evidence)[:2]:
             fitted = fit(
                 cache,
                 bare,
-                one.model,
+                prediction.model,
                 FittedSamples(used, problem.likelihood.plain, problem.noises),
                 (base.model,),
                 base.objective,
@@ -85,9 +87,9 @@ def measured(case_file: Path, truth: tuple[str, ...]) -> dict[str, Any] | None:
                 tried.append(State(problem, fitted))
         if not tried:
             return None
-        best = max(tried, key=lambda one: one.evidence.log)
+        best = max(tried, key=lambda candidate: candidate.evidence.log)
     assert best is not None
-    return found | {
+    return result | {
         "left": [float(v) for v in best.evidence.left.excess],
         "effective": _effective(best),
         "values": {k: float(v) for k, v in zip(best.fitted.names, best.fitted.x, strict=True)},
@@ -96,8 +98,8 @@ def measured(case_file: Path, truth: tuple[str, ...]) -> dict[str, Any] | None:
 
 def _effective(state: State) -> list[float]:
     """Participation ratio of the features of each channel's remaining misfit, less noise."""
-    found = []
+    ratios = []
     for z in state.misfit:
         power = np.maximum(z**2 - 1.0, 0.0)
-        found.append(float(power.sum() ** 2 / max(float(power @ power), 1e-300)))
-    return found
+        ratios.append(float(power.sum() ** 2 / max(float(power @ power), 1e-300)))
+    return ratios
