@@ -125,8 +125,8 @@ def patches() -> dict[str, list[Any]]:
         for name in ("minimum_search", "identify", "contained", "start_values")
     )
 
-    def stays(problem: Any, found: Any, *_: Any) -> Any:
-        return found
+    def stays(problem: Any, minimum: Any, *_: Any) -> Any:
+        return minimum
 
     def directly(problem: Any, start: Any, loss: Any = "linear", every: Any = ()) -> Any:
         return searching.search(problem, start, loss)
@@ -154,7 +154,7 @@ def patches() -> dict[str, list[Any]]:
         "other starts where one is unstable": [patch.object(starting, "candidates", only)],
         "start from contained models": [patch.object(identifying, "from_contained", directly)],
         "grid of times, slips and gaps": [patch.object(identifying, "removable_parts", first_of_grids)],
-        "split of a branch": [patch.object(contained, "_split", lambda problem, x, one: x)],
+        "split of a branch": [patch.object(contained, "_split", lambda problem, x, part: x)],
     }
 
 
@@ -183,17 +183,17 @@ def identified(case: Case) -> tuple[float, bool, int, int, float]:
     return float(np.sqrt(fit.cost)), fit.converged, fit.sweeps, fit.failed_solves, time.process_time() - begin
 
 
-def row(name: str, found: list[tuple[Any, ...]], usual: list[tuple[Any, ...]]) -> str:
+def row(name: str, results: list[tuple[Any, ...]], usual: list[tuple[Any, ...]]) -> str:
     """Return a row of the table: what changes without a mechanism."""
-    ratios = np.array([new[0] / old[0] for new, old in zip(found, usual, strict=True)])
+    ratios = np.array([new[0] / old[0] for new, old in zip(results, usual, strict=True)])
     worse = int(np.sum(~(ratios <= 1.1)))
     largest = "none at all" if np.isnan(ratios).any() else f"{ratios.max():.2f}"
-    flipped = sum(new[1] != old[1] for new, old in zip(found, usual, strict=True))
+    flipped = sum(new[1] != old[1] for new, old in zip(results, usual, strict=True))
     evaluations, failed, seconds = (
-        [sum(one[i] for one in rows) for rows in (found, usual)] for i in (2, 3, 4)
+        [sum(result[i] for result in rows) for rows in (results, usual)] for i in (2, 3, 4)
     )
     return (
-        f"| {name} | {len(found)} | {worse} | {largest} | {flipped} | {evaluations[0] / evaluations[1]:.2f} "
+        f"| {name} | {len(results)} | {worse} | {largest} | {flipped} | {evaluations[0] / evaluations[1]:.2f} "
         f"| {failed[0]} ({failed[1]}) | {seconds[0] / seconds[1]:.2f} |"
     )
 
@@ -215,11 +215,11 @@ def main(source: Path | None) -> None:
             with ExitStack() as stack:
                 for change in changes:
                     stack.enter_context(change)
-                found = {label: identified(case) for label, case in chosen}
-            usual = usual or found
-            for label, one in found.items():
-                print(f"{name} | {label}: {one}", file=sys.stderr)
-            print(row(name, list(found.values()), [usual[label] for label in found]), flush=True)
+                results = {label: identified(case) for label, case in chosen}
+            usual = usual or results
+            for label, result in results.items():
+                print(f"{name} | {label}: {result}", file=sys.stderr)
+            print(row(name, list(results.values()), [usual[label] for label in results]), flush=True)
 
 
 if __name__ == "__main__":

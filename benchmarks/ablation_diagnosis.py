@@ -41,18 +41,18 @@ def patches() -> dict[str, list[Any]]:
     """Return what takes each mechanism out, by name."""
     plain_queue = queue.Search._queue
 
-    def hopeless(search: Any, one: Any, *given: Any, **named: Any) -> None:
-        plain_queue(search, replace(one, hope=0.0), *given, **named)
+    def hopeless(search: Any, prediction: Any, *given: Any, **named: Any) -> None:
+        plain_queue(search, replace(prediction, hope=0.0), *given, **named)
 
     never = property(lambda self: False)
     return {
         "-": [],
         "errors learned from fits": [
-            patch.object(PredictionErrors, "expected_error", lambda self, found: NONE)
+            patch.object(PredictionErrors, "expected_error", lambda self, changed: NONE)
         ],
         "predictions within the law's stability": [patch.object(LawEdge, "cut_off", lambda self, x: False)],
         "begin at a finite size": [
-            patch.object(queue.Search, "_start_beside_effects", lambda self, one: None)
+            patch.object(queue.Search, "_start_beside_effects", lambda self, queued: None)
         ],
         "fits that cannot matter are given up": [patch.object(queue, "needed_of", lambda *given: None)],
         "end before a minimum is confirmed": [patch.object(stopping_rule, "NOTHING", 0.0)],
@@ -91,15 +91,15 @@ def diagnosed(folder: Path) -> tuple[str, dict[str, float], float, int, float]:
         for kind in (FollowedChannel, SweptChannel):
             stack.enter_context(patch.object(kind, "solve", counted(kind.solve)))
         begin = time.process_time()
-        found = diagnosing.diagnose(load_case(folder / "case.toml", []), maps=False)
+        diagnosis = diagnosing.diagnose(load_case(folder / "case.toml", []), maps=False)
         seconds = time.process_time() - begin
-    misfit = sum(one.after_percent for one in found.channels)
-    return found.verdict, dict(found.probability), misfit, marches, seconds
+    misfit = sum(channel.after_percent for channel in diagnosis.channels)
+    return diagnosis.verdict, dict(diagnosis.probability), misfit, marches, seconds
 
 
-def row(name: str, found: list[tuple[Any, ...]], usual: list[tuple[Any, ...]]) -> str:
+def row(name: str, results: list[tuple[Any, ...]], usual: list[tuple[Any, ...]]) -> str:
     """Return a row of the table: what changes without a mechanism."""
-    pairs = list(zip(found, usual, strict=True))
+    pairs = list(zip(results, usual, strict=True))
     verdicts = sum(new[0] != old[0] for new, old in pairs)
     change = max(
         max(abs(new[1].get(key, 0.0) - value) for key, value in old[1].items()) for new, old in pairs
@@ -107,7 +107,7 @@ def row(name: str, found: list[tuple[Any, ...]], usual: list[tuple[Any, ...]]) -
     grown = max(new[2] / max(old[2], 1e-9) for new, old in pairs) - 1.0
     marches, seconds = (sum(new[i] for new, _ in pairs) / sum(old[i] for _, old in pairs) for i in (3, 4))
     return (
-        f"| {name} | {len(found)} | {verdicts} | {change:.3f} | {100 * grown:.0f} % | {marches:.2f} "
+        f"| {name} | {len(results)} | {verdicts} | {change:.3f} | {100 * grown:.0f} % | {marches:.2f} "
         f"| {seconds:.2f} |"
     )
 
@@ -123,17 +123,17 @@ def main(folders: list[Path], only: str) -> None:
             with ExitStack() as stack:
                 for change in changes:
                     stack.enter_context(change)
-                found = {}
+                results = {}
                 for folder in folders:
-                    found[folder] = diagnosed(folder)
-                    verdict, chances, *rest = found[folder]
+                    results[folder] = diagnosed(folder)
+                    verdict, chances, *rest = results[folder]
                     likely = {k: round(v, 3) for k, v in chances.items() if v > 0.02}
                     print(f"{name} | {folder.name}: {verdict} {likely} {rest}", file=sys.stderr, flush=True)
-            usual = usual or found
-            print(row(name, list(found.values()), list(usual.values())), flush=True)
+            usual = usual or results
+            print(row(name, list(results.values()), list(usual.values())), flush=True)
 
 
 if __name__ == "__main__":
     given = sys.argv[1:]
     word = given.pop(given.index("--only") + 1) if "--only" in given else ""
-    main([Path(one) for one in given if one != "--only"], word)
+    main([Path(argument) for argument in given if argument != "--only"], word)

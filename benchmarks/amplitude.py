@@ -47,16 +47,16 @@ def main() -> None:
     feature = effect("payne").feature()
     assert feature.thinned is not None
     thinned = feature.thinned(PAYNE)
-    found: list[UnevenModel] = []
+    uneven_models: list[UnevenModel] = []
 
     def observe(solver: Equilibrium) -> None:
         points = sweep(np.array(FREQUENCIES), thinned.branches())
         model = UnevenModel(
             basis_for(Pencil(solver.model, solver, {}), points, 0.0, 1e-5), thinned, (), 0, True
         )
-        for one in STRAINS[::2]:
-            model.enrich(one * (OUTER - INNER), FREQUENCIES[0])
-        found.append(model)
+        for strain in STRAINS[::2]:
+            model.enrich(strain * (OUTER - INNER), FREQUENCIES[0])
+        uneven_models.append(model)
 
     march(prepare(shape, mode, rubber, mesh), Program(np.zeros(1)), observer=observe)
     model = prepare(shape, mode, rubber, mesh, features=[Installed("payne", feature, PAYNE)])
@@ -69,7 +69,7 @@ def main() -> None:
         for frequency in FREQUENCIES:
             amplitude = strain * (OUTER - INNER)
             begin = time.process_time()
-            (balance,), (third,) = found[0].stiffness(np.array([amplitude]), np.array([frequency]))
+            (balance,), (third,) = uneven_models[0].stiffness(np.array([amplitude]), np.array([frequency]))
             middle = time.process_time()
             moments = np.linspace(0.0, PERIODS / frequency, int(PERIODS * SAMPLES) + 1)
             turn = 2.0 * np.pi * frequency * moments

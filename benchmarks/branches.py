@@ -45,7 +45,7 @@ def left(rng: np.random.Generator, K: Complex, omega: Array, count: int) -> tupl
     for _ in range(3):
         at = [np.log(0.1) + 0.5 * rng.standard_normal(count), times + 0.3 * rng.standard_normal(count)]
         ends.append(least_squares(misfit, np.concatenate([*at, [np.log(np.abs(K).min())]])))
-    best = min(ends, key=lambda one: float(one.cost))
+    best = min(ends, key=lambda fit: float(fit.cost))
     basis, _ = np.linalg.qr(
         np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, len(omega)), TABLE_DEGREE)
     )
@@ -55,14 +55,14 @@ def left(rng: np.random.Generator, K: Complex, omega: Array, count: int) -> tupl
 
 def main() -> None:
     """Draw, fit, print."""
-    rng, found = np.random.default_rng(1), []
+    rng, rows = np.random.default_rng(1), []
     for i in range(200):
         omega = 2 * np.pi * np.geomspace(10 ** rng.uniform(-1.0, 0.5), 10 ** rng.uniform(1.7, 2.6), 16)
         K = element(rng, i % 3, omega)
         factor = np.sum(K.real / np.abs(K) ** 2) / np.sum(1 / np.abs(K) ** 2)
         plain = float(np.sqrt(np.mean(np.abs(factor / K - 1) ** 2)))
-        found.append([left(rng, K, omega, count) / np.array([plain, 1.0]) for count in (1, 2, 3)])
-    for count, (shares, parts) in enumerate(np.array(found).transpose(1, 2, 0), start=1):
+        rows.append([left(rng, K, omega, count) / np.array([plain, 1.0]) for count in (1, 2, 3)])
+    for count, (shares, parts) in enumerate(np.array(rows).transpose(1, 2, 0), start=1):
         spread = np.std(np.log(shares))
         sys.stdout.write(f"{count} branches leave {np.median(shares):.3f} (spread {spread:.2f}), ")
         sys.stdout.write(f"in {np.median(parts):.2f} of the features\n")

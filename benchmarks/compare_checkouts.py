@@ -75,12 +75,12 @@ def main() -> int:
     chosen = QUICK | SLOW if given.slow else QUICK
     runs = {name: text for name, text in chosen.items() if fnmatch.fnmatch(name, given.only)}
     with tempfile.TemporaryDirectory() as temporary:
-        kept = (given.outputs or Path(temporary)).resolve()
+        outputs = (given.outputs or Path(temporary)).resolve()
         folders = []
         for which, source in (("old", given.old.resolve()), ("new", given.new.resolve())):
             folders.append(source)
             if (source / "bushcli").is_dir():
-                folders[-1] = kept / which
+                folders[-1] = outputs / which
                 for name, text in runs.items():
                     print(f"{which}: {text}", flush=True)
                     run(source, text, folders[-1] / name)

@@ -22,7 +22,7 @@ from types import CodeType, ModuleType
 from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
-KEPT = Path(__file__).with_name("constants.jsonl")
+RESULTS = Path(__file__).with_name("constants.jsonl")
 
 
 @dataclass(frozen=True)
@@ -123,19 +123,19 @@ def replace(tree: ast.Module, name: str, value: str) -> None:
     ValueError
         If the module does not assign to the name exactly once.
     """
-    new, found = ast.parse(value, mode="eval").body, 0
-    for one in tree.body:
-        if not isinstance(one, ast.Assign | ast.AnnAssign):
+    new, count = ast.parse(value, mode="eval").body, 0
+    for statement in tree.body:
+        if not isinstance(statement, ast.Assign | ast.AnnAssign):
             continue
-        target = one.target if isinstance(one, ast.AnnAssign) else one.targets[0]
+        target = statement.target if isinstance(statement, ast.AnnAssign) else statement.targets[0]
         if isinstance(target, ast.Name) and target.id == name:
-            one.value, found = new, found + 1
-        elif isinstance(target, ast.Tuple) and isinstance(one.value, ast.Tuple):
+            statement.value, count = new, count + 1
+        elif isinstance(target, ast.Tuple) and isinstance(statement.value, ast.Tuple):
             for i, element in enumerate(target.elts):
                 if isinstance(element, ast.Name) and element.id == name:
-                    one.value.elts[i], found = new, found + 1
-    if found != 1:
-        raise ValueError(f"{name} is assigned {found} times")
+                    statement.value.elts[i], count = new, count + 1
+    if count != 1:
+        raise ValueError(f"{name} is assigned {count} times")
     ast.fix_missing_locations(tree)
 
 
@@ -153,16 +153,16 @@ def diagnose(module: str, name: str, value: str, arguments: Sequence[str]) -> No
 
 
 def _lines() -> list[dict[str, Any]]:
-    return list(map(json.loads, KEPT.read_text("utf-8").splitlines())) if KEPT.exists() else []
+    return list(map(json.loads, RESULTS.read_text("utf-8").splitlines())) if RESULTS.exists() else []
 
 
 def _tasks(names: Sequence[str]) -> Iterator[tuple[str, str, str, str]]:
     for name in names:
         yield "-", "-", "-", name
-    for one in CONSTANTS:
-        for value in one.tried:
+    for constant in CONSTANTS:
+        for value in constant.tried:
             for name in names:
-                yield one.module, one.name, value, name
+                yield constant.module, constant.name, value, name
 
 
 def run(folder: Path, names: Sequence[str]) -> None:
@@ -193,8 +193,8 @@ def run(folder: Path, names: Sequence[str]) -> None:
                 line |= {"verdict": result["verdict"], "probability": result["probability"]}
             else:
                 line |= {"code": done.returncode, "stderr": done.stderr[-400:]}
-        with KEPT.open("a", encoding="utf-8") as kept:
-            kept.write(json.dumps(line) + "\n")
+        with RESULTS.open("a", encoding="utf-8") as stream:
+            stream.write(json.dumps(line) + "\n")
         print(*task, line.get("verdict"), flush=True)
 
 
@@ -209,21 +209,21 @@ def table() -> str:
     for constant in CONSTANTS:
         for value in constant.tried:
             key = (constant.module, constant.name, value)
-            found = [
+            matches = [
                 x for x in lines if (x["module"], x["constant"], x["value"]) == key and x["case"] in usual
             ]
             changes = [
                 (abs((p or 0.0) - (usual[x["case"]]["probability"].get(effect) or 0.0)), effect, x["case"])
-                for x in found
+                for x in matches
                 for effect, p in x.get("probability", {}).items()
             ]
             if not changes:
                 continue
             most, effect, case = max(changes)
-            other = sum(x.get("verdict") != usual[x["case"]]["verdict"] for x in found)
+            other = sum(x.get("verdict") != usual[x["case"]]["verdict"] for x in matches)
             module = constant.module.replace(".", "/")
             cells = [f"`{module}`", f"`{constant.name}`", f"`{value}`", f"{most:.3f}", effect, case]
-            rows.append("| " + " | ".join([*cells, f"{other} of {len(found)}"]) + " |")
+            rows.append("| " + " | ".join([*cells, f"{other} of {len(matches)}"]) + " |")
     return "\n".join(rows) + "\n"
 
 

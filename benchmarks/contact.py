@@ -55,7 +55,7 @@ def compared(name: str) -> None:
     except NotConverged as stopped:
         print(stopped)
         history = stopped.history
-    rejected = sum(not one.accepted for one in history.attempts)
+    rejected = sum(not attempt.accepted for attempt in history.attempts)
     seconds = time.process_time() - begin
     print(f"{seconds:.1f} s of processor, {len(history.attempts)} steps tried, {rejected} cut back")
 
@@ -121,7 +121,7 @@ def followed(name: str, shape: Shape, q: np.ndarray) -> None:
     except NotConverged as stopped:
         print(stopped)
         history = stopped.history
-    rejected = sum(not one.accepted for one in history.attempts)
+    rejected = sum(not attempt.accepted for attempt in history.attempts)
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(f"{len(history.attempts)} steps tried, {rejected} cut back, {memory:.0f} MB")
 
@@ -200,7 +200,7 @@ def drawn(seed: int) -> tuple[float, float]:
         contact.look(state)
         deepest, met = max(deepest, 100 * contact.penetration), met + contact.is_touching
     share = history.displacement[-1] / end if len(history.displacement) else 0.0
-    tried, cut = len(history.attempts), sum(not one.accepted for one in history.attempts)
+    tried, cut = len(history.attempts), sum(not attempt.accepted for attempt in history.attempts)
     print(
         f"seed {seed:3d} {name:9s} {100 * share:5.1f} % of {abs(end):5.2f} mm, {met:2d} of {len(history.states)} steps "
         f"in contact, {tried} steps tried ({cut} cut back), {seconds:6.1f} s, deepest {deepest:.3f} % {why}",
@@ -211,8 +211,8 @@ def drawn(seed: int) -> tuple[float, float]:
 
 def marches(count: int, first: int = 0) -> None:
     """March random bushings, and print the worst of them."""
-    found = np.array([drawn(seed) for seed in range(first, first + count)])
-    deepest, longest = found.max(axis=0)
+    rows = np.array([drawn(seed) for seed in range(first, first + count)])
+    deepest, longest = rows.max(axis=0)
     print(f"{count} marches: deepest penetration {deepest:.3f} % of a facet, longest {longest:.1f} s")
 
 

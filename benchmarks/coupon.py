@@ -87,7 +87,7 @@ class Tension:
 
     def payne(self, p: Array) -> Array:
         """Stress (m, n, 1) of the spectrum of `payne`: ln tau, decades, slope, ln path; g = 1."""
-        moduli, times = zip(*(spectrum(1.0, math.exp(one[0]), one[1], one[2]) for one in p), strict=True)
+        moduli, times = zip(*(spectrum(1.0, math.exp(row[0]), row[1], row[2]) for row in p), strict=True)
         return np.einsum("mnk,mk->mn", self.branches(np.array(times), np.exp(p[:, 3:4])), moduli)[..., None]
 
     def softening(self, p: Array) -> Array:
@@ -161,11 +161,11 @@ class Search:
     def residual(self, p: Array) -> Array:
         """Misfit at constants (m, .), shape (m, rows)."""
         designs = np.concatenate([self.design(r, p) for r in self.records], axis=1)
-        return np.array([self.moduli(one)[1] for one in designs])
+        return np.array([self.moduli(design)[1] for design in designs])
 
     def misfit(self, p: Array, r: Tension) -> Array:
         """Computed minus recorded stress of a recording, fitted or not, in units of its range over the root of n."""
-        (design,) = np.concatenate([self.design(one, p[None]) for one in self.records], axis=1)
+        (design,) = np.concatenate([self.design(record, p[None]) for record in self.records], axis=1)
         (own,) = self.design(r, p[None])
         return np.asarray(
             own @ self.moduli(design)[0] - r.stress / np.ptp(r.stress) / math.sqrt(len(r.stress))
@@ -181,11 +181,11 @@ class Search:
         """Return the constants that are not moduli."""
         random = np.random.default_rng(0)
         starts = [start + k * random.normal(size=len(start)) for k in (0.0, *[1.0] * (STARTS - 1))]
-        found = [
+        fits = [
             least_squares(lambda p: self.residual(p[None])[0], p, jac=self.slopes, x_scale="jac", max_nfev=40)
             for p in starts
         ]
-        return np.asarray(min(found, key=lambda one: float(one.cost)).x)
+        return np.asarray(min(fits, key=lambda fit: float(fit.cost)).x)
 
 
 def holds(record: Tension, computed: list[Array]) -> Iterator[str]:
@@ -210,9 +210,11 @@ def coupon(*files: str) -> Iterator[str]:
     """Yield what each law leaves of recordings, "held:" before a name predicts it, and what becomes of holds."""
     records = {}
     for file in files:
-        one = read_recording(Source("uniaxial", Path(file.removeprefix("held:"))))
-        assert one.time is not None
-        time, stretch, stress = (v[::THIN] for v in (one.time, 1.0 + one.displacement, one.force))
+        recording = read_recording(Source("uniaxial", Path(file.removeprefix("held:"))))
+        assert recording.time is not None
+        time, stretch, stress = (
+            v[::THIN] for v in (recording.time, 1.0 + recording.displacement, recording.force)
+        )
         records[file] = Tension(stretch, np.diff(time, prepend=time[0]), stress)
     known = [r for file, r in records.items() if not file.startswith("held:")]
     heads = " | ".join(Path(file).stem + " (held out)" * file.startswith("held:") for file in files)
@@ -225,14 +227,14 @@ def coupon(*files: str) -> Iterator[str]:
             search = Search(law, known, second)
             p = search.best(np.array(start))
             left = [search.misfit(p, r) for r in records.values()]
-            cells += [f"{100.0 * np.linalg.norm(one):.2f}" for one in left]
+            cells += [f"{100.0 * np.linalg.norm(misfit):.2f}" for misfit in left]
             if name.startswith("**") and not second:
                 shown[name] = np.concatenate(left)
         yield f"| {name} | {constants} | {' | '.join(cells)} |"
     sizes = np.cumsum([len(r.stress) for r in records.values()])[:-1]
     for k, (file, r) in enumerate(records.items()):
         scale = np.ptp(r.stress) * math.sqrt(len(r.stress))
-        computed = [r.stress + scale * np.split(one, sizes)[k] for one in shown.values()]
+        computed = [r.stress + scale * np.split(misfit, sizes)[k] for misfit in shown.values()]
         if rows := list(holds(r, computed)):
             yield f"{Path(file).stem}, kPa: measured, {', '.join(shown)} in a ramp, and the same in the hold"
             yield from rows

@@ -46,8 +46,8 @@ def held(n: int, rho: float, rng: np.random.Generator) -> tuple[float, float]:
         x = inverse @ rows.T @ force
         channel = SimpleNamespace(scale=np.ones(n), recording=SimpleNamespace(force=force))
         problem = SimpleNamespace(channels=[channel], forces=lambda x: [(rows @ x, rows)])
-        found = uncertainty(problem, x)  # type: ignore[arg-type]
-        new.append(np.abs(x) < found.quantile * np.sqrt(np.diag(found.covariance)))
+        estimate = uncertainty(problem, x)  # type: ignore[arg-type]
+        new.append(np.abs(x) < estimate.quantile * np.sqrt(np.diag(estimate.covariance)))
         rest = force - rows @ x
         before = correlation_time(rest - rest.mean()) * float(rest @ rest) / (n - 3) * np.diag(inverse)
         old.append(np.abs(x) < 1.96 * np.sqrt(before))

@@ -54,8 +54,8 @@ def march(mode: str, name: str, *options: str, ranks: int = 1, threads: int = 1)
 
 def largest_error(mode: str, printed) -> str:
     """Largest deviation from the reference at points that both have, percent."""
-    found = errors(mode, printed["displacement"], printed["force"])
-    return f"{max(found.values(), key=abs):.2f}" if found else ""
+    deviations = errors(mode, printed["displacement"], printed["force"])
+    return f"{max(deviations.values(), key=abs):.2f}" if deviations else ""
 
 
 def whole_process(folder: Path) -> Iterator[Subject]:

@@ -207,16 +207,16 @@ class ThinnedColeCole(ThinnedSpectrum):
 def foreign_thinned(truth: Truth, like: ThinnedSpectrum) -> ThinnedColeCole:
     """Return the thinned Cole-Cole element of a truth."""
     values = truth.relaxation
-    found = ThinnedColeCole(like.moduli, like.times, values["g"], like.offset, like.exponent)
-    object.__setattr__(found, "constants", (values["strain"], values["power"], values["beta"], 0.05))
-    return found
+    element = ThinnedColeCole(like.moduli, like.times, values["g"], like.offset, like.exponent)
+    object.__setattr__(element, "constants", (values["strain"], values["power"], values["beta"], 0.05))
+    return element
 
 
 def rig(truth: Truth, mode: str, frequency: Array, K: Complex, stiffest: float) -> Complex:
     """Return K* as the rig measures it."""
     omega, top = 2 * np.pi * frequency, 2 * np.pi * truth.frequency[1]
-    for name, one in truth.effects.items():
-        size = one.get("size", 0.0)
+    for name, values in truth.effects.items():
+        size = values.get("size", 0.0)
         if name == "rig_compliance" and mode == "axial":
             K = 1 / (1 / K + size / stiffest)
         elif name == "fixture_mass" and mode == truth.on:
@@ -254,8 +254,8 @@ def tables(truth: Truth, folder: Path, rng: np.random.Generator) -> None:
     (folder / "truth.toml").write_text(case_text(truth, 1) + effect + loads)
     response = vibrate(load_case(folder / "truth.toml"))
     for mode, factor in zip(truth.modes, truth.calibration, strict=False):
-        curves = [one for one in response.curves if one.mode == mode]
-        stiffest = max(float(np.abs(one.stiffness).max()) for one in curves)
+        curves = [curve for curve in response.curves if curve.mode == mode]
+        stiffest = max(float(np.abs(curve.stiffness).max()) for curve in curves)
         rows = [row for curve in curves for row in _rows(truth, curve, frequency, stiffest)]
         per, unit, length = (
             (1.0, "N_per_mm", "mm") if mode != "torsional" else (np.radians(1.0), "Nmm_per_deg", "deg")
@@ -278,7 +278,7 @@ def tables(truth: Truth, folder: Path, rng: np.random.Generator) -> None:
 def _rows(
     truth: Truth, curve: DynamicCurve, frequency: Array, stiffest: float
 ) -> list[tuple[float, float, complex, float, float]]:
-    found = []
+    rows = []
     thinned = "payne" in truth.formula
     amplitudes = truth.amplitude or (float("nan"),)
     if thinned:
@@ -288,7 +288,10 @@ def _rows(
         if truth.formula == "payne cole-cole":
             other = curve.uneven.of(foreign_thinned(truth, curve.uneven._thinned), ())
             K = np.array(
-                [one.stiffness for one in other.balances(np.full(len(frequency), curve.amplitude), frequency)]
+                [
+                    balance.stiffness
+                    for balance in other.balances(np.full(len(frequency), curve.amplitude), frequency)
+                ]
             )
         K = rig(truth, curve.mode, frequency, K, stiffest)
         return [
@@ -298,20 +301,20 @@ def _rows(
     for T in truth.temperature or (float("nan"),):
         slower, stiffer = 1.0, 1.0
         if truth.temperature:
-            one, Tr = truth.effects["temperature"], 30.0 + ZERO
-            slower = float(np.exp(one["E"] / GAS * (1 / (T + ZERO) - 1 / Tr)))
-            stiffer = ((T + ZERO) / Tr) ** one["exponent"]
+            values, Tr = truth.effects["temperature"], 30.0 + ZERO
+            slower = float(np.exp(values["E"] / GAS * (1 / (T + ZERO) - 1 / Tr)))
+            stiffer = ((T + ZERO) / Tr) ** values["exponent"]
         s = modulus(truth, slower * frequency)
         at = Sweep(s, (2 * np.pi * frequency) ** 2)
         K = stiffer * curve.model._entry_of_motion(np.array(curve.model.reduced.stiffness(at)))
         K = rig(truth, curve.mode, frequency, K, stiffest)
         per = 1.0 if curve.mode != "torsional" else 1.0 / truth.shape[0]
-        found += [
+        rows += [
             (float(f), curve.preload, complex(k), per * a, T)
             for a in amplitudes
             for f, k in zip(frequency, K, strict=True)
         ]
-    return found
+    return rows
 
 
 def slow_curve(truth: Truth, folder: Path, rng: np.random.Generator) -> None:
@@ -380,20 +383,27 @@ def answered(truth: Truth, deck: str) -> dict[str, Any]:
     with TemporaryDirectory() as name:
         case = made(truth, deck, Path(name))
         begin = time.perf_counter(), time.process_time()
-        found = diagnose(load_case(case), maps=False, budget=1200.0)
+        diagnosis = diagnose(load_case(case), maps=False, budget=1200.0)
         sets = (
-            [sorted(set(map(effect_name, one))) for one in (found.models[0].effects, *found.rivals)]
-            if found.models
+            [
+                sorted(set(map(effect_name, names)))
+                for names in (diagnosis.models[0].effects, *diagnosis.rivals)
+            ]
+            if diagnosis.models
             else []
         )
         return {
             "name": truth.name,
-            "verdict": found.verdict,
-            "probability": {k: round(v, 4) for k, v in found.probability.items()},
+            "verdict": diagnosis.verdict,
+            "probability": {k: round(v, 4) for k, v in diagnosis.probability.items()},
             "sets": sets,
-            "before": {one.name: round(one.before_percent, 3) for one in found.measured_channels},
-            "after": {one.name: round(one.after_percent, 3) for one in found.measured_channels},
-            "next_test": None if found.next_test is None else found.next_test.name,
+            "before": {
+                channel.name: round(channel.before_percent, 3) for channel in diagnosis.measured_channels
+            },
+            "after": {
+                channel.name: round(channel.after_percent, 3) for channel in diagnosis.measured_channels
+            },
+            "next_test": None if diagnosis.next_test is None else diagnosis.next_test.name,
             "seconds": round(time.perf_counter() - begin[0], 1),
             "cpu": round(time.process_time() - begin[1], 1),
         }
@@ -429,8 +439,8 @@ def scored(truths: dict[str, Truth], answers: dict[str, dict[str, Any]]) -> list
         own = [(truths[k], a) for k, a in answers.items() if chosen(truths[k])]
         if not own:
             continue
-        inside = sum(t.right in [frozenset(one) for one in a["sets"]] for t, a in own)
-        outright = sum([frozenset(one) for one in a["sets"]] == [t.right] for t, a in own)
+        inside = sum(t.right in [frozenset(names) for names in a["sets"]] for t, a in own)
+        outright = sum([frozenset(names) for names in a["sets"]] == [t.right] for t, a in own)
         wrong = [
             f"{t.name} {n}"
             for t, a in own
@@ -454,8 +464,8 @@ def scored(truths: dict[str, Truth], answers: dict[str, dict[str, Any]]) -> list
         )
     lines.append("")
     for k, a in answers.items():
-        if truths[k].right not in [frozenset(one) for one in a["sets"]]:
-            said = " or ".join("+".join(one) for one in a["sets"])
+        if truths[k].right not in [frozenset(names) for names in a["sets"]]:
+            said = " or ".join("+".join(names) for names in a["sets"])
             lines.append(f"- {k}: {'+'.join(sorted(truths[k].right))} ({truths[k].formula}); said {said}")
     return lines
 
@@ -470,10 +480,12 @@ def main(what: str, deck: str = "dev", first: int = 0, last: int = TABLES + STAT
         return
     truths = {}
     for line in file.read_text().splitlines():
-        one = json.loads(line)
-        truths[one["name"]] = Truth(**{k: tuple(v) if isinstance(v, list) else v for k, v in one.items()})
+        fields = json.loads(line)
+        truths[fields["name"]] = Truth(
+            **{k: tuple(v) if isinstance(v, list) else v for k, v in fields.items()}
+        )
     done = [json.loads(line) for line in results.read_text().splitlines()] if results.exists() else []
-    answers = {one["name"]: one for one in done}
+    answers = {answer["name"]: answer for answer in done}
     if what == "run":
         for number in range(first, last):
             name = f"{number:03d}"

@@ -64,7 +64,7 @@ def tables(folder: Path, curves: list[DynamicCurve], rng: np.random.Generator) -
     """Write a noisy table of each mode."""
     for mode in PRELOADS:
         rows = ["frequency_Hz,preload_mm,stiffness_N_per_mm,loss_angle_deg"]
-        for curve in (one for one in curves if one.mode == mode):
+        for curve in (c for c in curves if c.mode == mode):
             for f, K in zip(curve.frequency, curve.stiffness, strict=True):
                 size = abs(K) * (1.0 + SIZE * rng.standard_normal())
                 angle = np.degrees(np.angle(K)) + ANGLE * rng.standard_normal()
@@ -74,15 +74,18 @@ def tables(folder: Path, curves: list[DynamicCurve], rng: np.random.Generator) -
 
 def held(fit: Fit) -> dict[str, bool]:
     """Return for each constant whether its interval holds the truth."""
-    found, known = {}, {name.removeprefix("viscoelasticity."): one for name, one in fit.parameters.items()}
+    holds, known = (
+        {},
+        {name.removeprefix("viscoelasticity."): estimate for name, estimate in fit.parameters.items()},
+    )
     if known["tau1"].value < known["tau2"].value:
         # Which branch is the first is of no meaning; in the truth it is the slow one.
         swapped = {"g1": "g2", "g2": "g1", "tau1": "tau2", "tau2": "tau1"}
-        known = {swapped.get(name, name): one for name, one in known.items()}
+        known = {swapped.get(name, name): estimate for name, estimate in known.items()}
     for name, value in TRUE.items():
         ends = known[name].range95
-        found[name] = ends is not None and ends[0] < value < ends[1]
-    return found
+        holds[name] = ends is not None and ends[0] < value < ends[1]
+    return holds
 
 
 def main(draws: int) -> None:

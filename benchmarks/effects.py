@@ -104,7 +104,7 @@ def memory(runs: int) -> Iterator[str]:
 def alike(runs: int) -> Iterator[str]:
     """Pairs of effects that look alike beside the law's parameters."""
     del runs
-    found: dict[str, np.ndarray] = {}
+    directions: dict[str, np.ndarray] = {}
     basis = []
     for mode in REACH:
         simulation = made(mode, [])
@@ -116,13 +116,13 @@ def alike(runs: int) -> Iterator[str]:
         column = np.concatenate(parts)
         own = column - laws_part @ (laws_part.T @ column)
         if np.linalg.norm(own) > 1e-3 * max(np.linalg.norm(column), 1e-300):
-            found[effect.name] = own / np.linalg.norm(own)
+            directions[effect.name] = own / np.linalg.norm(own)
         else:
             yield f"{effect.name}: nothing of it is left beside the law's parameters"
     pairs = [
         (abs(float(a @ b)), first, second)
-        for i, (first, a) in enumerate(found.items())
-        for second, b in list(found.items())[i + 1 :]
+        for i, (first, a) in enumerate(directions.items())
+        for second, b in list(directions.items())[i + 1 :]
     ]
     yield "| pair | cosine |"
     yield "| --- | --- |"
@@ -134,7 +134,8 @@ def _change(effect: Effect, mode: str) -> np.ndarray:
     """Change of the curve by a typical amplitude, relative to its range; zero where the effect does not act."""
     active = ActiveEffect(effect).with_start_values()
     on, off = (
-        made(mode, [one] if effect.acts_on(mode) else []).solve({}).force for one in (active, active.off())
+        made(mode, [variant] if effect.acts_on(mode) else []).solve({}).force
+        for variant in (active, active.off())
     )
     return (on - off) / np.ptp(off)
 

@@ -129,12 +129,12 @@ def speed(bench: Bench) -> None:
 
 def least_time(channel: Channel, names: tuple[str, ...]) -> float:
     """Least time of five sweeps, s."""
-    found = []
+    times = []
     for _ in range(5):
         begin = time.perf_counter()
         sweep(channel.model, channel.targets, sensitivity=names)
-        found.append(time.perf_counter() - begin)
-    return min(found)
+        times.append(time.perf_counter() - begin)
+    return min(times)
 
 
 def coverage(bench: Bench, modes: tuple[str, ...], noise: float, seeds: int) -> None:
@@ -155,14 +155,14 @@ def coverage(bench: Bench, modes: tuple[str, ...], noise: float, seeds: int) -> 
     )
     print("|---|---|---|---|---|---|---|")
     for name in bench.pseudo.TRUTH:
-        found = [fit.parameters[name] for fit in fits]
+        estimates = [fit.parameters[name] for fit in fits]
         truth = clean.parameters[name].value
-        plain = [abs(e.value - truth) < 1.96 * e.std for e in found]
+        plain = [abs(e.value - truth) < 1.96 * e.std for e in estimates]
         whole = [
             (e.interval[0] <= truth <= e.interval[1]) if e.interval else inside
-            for e, inside in zip(found, plain, strict=True)
+            for e, inside in zip(estimates, plain, strict=True)
         ]
-        profiled = sum(e.interval is not None for e in found)
+        profiled = sum(e.interval is not None for e in estimates)
         print(
             f"| {', '.join(modes)} | {noise:g} | {seeds} | {name} | {100 * np.mean(plain):.0f} "
             f"| {100 * np.mean(whole):.0f} | {profiled} |"

@@ -60,7 +60,7 @@ def once(subject: Subject) -> tuple[dict[str, Any], float, float]:
 
 def side_by_side(subjects: Sequence[Subject], runs: int) -> dict[str, Result | str]:
     """Run all subjects in turn, `runs` times, so that a busy machine slows all alike; failures are returned as text."""
-    found: dict[str, list[tuple[dict[str, Any], float, float]]] = {subject.name: [] for subject in subjects}
+    samples: dict[str, list[tuple[dict[str, Any], float, float]]] = {subject.name: [] for subject in subjects}
     failures: dict[str, str] = {}
     # The first round only fills caches: kernels, bytecode, disk.
     for turn in range(runs + 1):
@@ -73,9 +73,9 @@ def side_by_side(subjects: Sequence[Subject], runs: int) -> dict[str, Result | s
                 failures[subject.name] = str(failure)
                 continue
             if turn > 0:
-                found[subject.name].append(row)
+                samples[subject.name].append(row)
     results: dict[str, Result | str] = dict(failures)
-    for name, rows in found.items():
+    for name, rows in samples.items():
         if name in failures:
             continue
         rows.sort(key=lambda row: row[0].get("solve", 0.0))

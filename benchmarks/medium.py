@@ -77,7 +77,7 @@ def rotation(F: Any) -> Any:
     return ufl.inner(turned, turned) + ufl.inner(swollen, swollen)
 
 
-CURVATURES = {one.__name__: one for one in (hessian, damped, distortion, rotation)}
+CURVATURES = {curvature.__name__: curvature for curvature in (hessian, damped, distortion, rotation)}
 
 
 def medium_energy(u: Any, gamma: Any, stiffness: Any, variant: str) -> Any:
@@ -125,7 +125,7 @@ def rubber_energy(u: Any, p: Any) -> Any:
     G = ufl.grad(u)
     setting = SETTINGS["cartesian"]
     F = setting.deformation((G[0, 0], G[0, 1], 0, G[1, 0], G[1, 1], 0, 0, 0, 0))
-    strain = strain_of([ufl.variable(ufl.as_ufl(one)) for one in setting.strain(F)])
+    strain = strain_of([ufl.variable(ufl.as_ufl(component)) for component in setting.strain(F)])
     return YEOH.law.energy(strain, **YEOH.parameters) + mixed_energy(strain.J, p, 1 / YEOH.bulk_modulus)
 
 

@@ -57,14 +57,18 @@ def drawn(rng: np.random.Generator) -> Iterator[tuple[str, float, list[tuple[flo
                 recording = Recording(program.mode, q, force + noise, time=t)
                 used = np.ones(len(x), dtype=bool)
                 first = noise_model(recording, used)
-                one = features(recording, first, used, 0.005)
-                found = (
+                projection = features(recording, first, used, 0.005)
+                models = (
                     first,
-                    refine_noise(first, one, one.of(-noise)),
-                    refine_noise(first, one, one.of(missing - noise)),
+                    refine_noise(first, projection, projection.of(-noise)),
+                    refine_noise(first, projection, projection.of(missing - noise)),
                 )
                 truth = size * float(np.sqrt((1.0 + correlation) / (1.0 - correlation)))
-                yield entry.program, correlation, [(float(np.log(unit(n) / truth)), n.freedom) for n in found]
+                yield (
+                    entry.program,
+                    correlation,
+                    [(float(np.log(unit(n) / truth)), n.freedom) for n in models],
+                )
 
 
 def printed(name: str, rows: list[list[tuple[float, float]]]) -> None:
@@ -82,13 +86,13 @@ def printed(name: str, rows: list[list[tuple[float, float]]]) -> None:
 
 def main() -> None:
     """Print the errors by program, and by correlation."""
-    found = list(drawn(np.random.default_rng(0)))
+    draws = list(drawn(np.random.default_rng(0)))
     for program in ("rich", "loop", "ramp"):
-        printed(program, [errors for kind, _, errors in found if kind == program])
+        printed(program, [errors for kind, _, errors in draws if kind == program])
     for low, high in ((0.0, 0.3), (0.3, 0.6), (0.6, 0.8)):
         printed(
             f"rich, correlation {low} to {high}",
-            [errors for kind, r, errors in found if kind == "rich" and low <= r < high],
+            [errors for kind, r, errors in draws if kind == "rich" and low <= r < high],
         )
 
 

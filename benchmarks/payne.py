@@ -102,10 +102,10 @@ def steady(
     whole = np.repeat(amplitude[:, None], STEPS, axis=1)
     clock = step / omega[:, None] + whole * np.diff(sine) * rate(whole)
     ratio = clock[:, :, None] / times
-    kept, gained = np.exp(-ratio), -np.expm1(-ratio) / ratio
+    decay, gain = np.exp(-ratio), -np.expm1(-ratio) / ratio
     h = np.zeros((len(amplitude), STEPS + 1, len(times)))
     for i in range(STEPS):
-        h[:, i + 1] = h[:, i] * kept[:, i] + gained[:, i] * (sine[i + 1] - sine[i])
+        h[:, i + 1] = h[:, i] * decay[:, i] + gain[:, i] * (sine[i + 1] - sine[i])
     left = np.exp(-np.concatenate([np.zeros_like(ratio[:, :1]), np.cumsum(ratio, axis=1)], axis=1))
     h += (-h[:, -1] / (1.0 + left[:, -1]))[:, None] * left
     stress = h @ shares
@@ -143,20 +143,20 @@ def fitted(
 
     def residual(p: Array) -> Array:
         with np.errstate(all="ignore"):
-            one = response(p)
+            unit_response = response(p)
         rows = [np.concatenate([np.full(count, 1.0) / table.storage, np.zeros(count)])]
-        rows += [np.concatenate([one.real / table.storage, one.imag / table.loss])]
+        rows += [np.concatenate([unit_response.real / table.storage, unit_response.imag / table.loss])]
         design = np.column_stack(rows)
         if not np.isfinite(design).all():
             return np.full(2 * count, 10.0)
         values = np.linalg.lstsq(design, np.ones(2 * count), rcond=None)[0]
         return np.asarray(design @ values - 1.0)
 
-    found = [
+    fits = [
         least_squares(residual, [rng.uniform(*ends) for ends in starts], max_nfev=60, x_scale="jac")
         for _ in range(STARTS)
     ]
-    best = min(found, key=lambda one: float(one.cost))
+    best = min(fits, key=lambda fit: float(fit.cost))
     rms = 100.0 * np.sqrt(np.mean(best.fun.reshape(2, -1) ** 2, axis=1))
     return Fitted(float(rms[0]), float(rms[1]), np.asarray(best.x))
 
@@ -200,7 +200,9 @@ def swept(file: str, stiffness: str, strain: str) -> tuple[list[DynamicTable], l
     faults = table_faults(shapes()["coupon"](), [table])
     bad = np.any([fault.samples for fault in faults if fault.kind == "spikes"], axis=0)
     table = table.rows(np.broadcast_to(~bad, len(table)))
-    return [table.rows(rows) for rows in table.conditions()], [f"{one.kind}: {one.where}" for one in faults]
+    return [table.rows(rows) for rows in table.conditions()], [
+        f"{fault.kind}: {fault.where}" for fault in faults
+    ]
 
 
 #: What follows the temperature, each as exp(k (1/T - 1/Tr)): the relaxing modulus and the exponent nu of the spectrum;
@@ -212,7 +214,7 @@ def heated(file: str, stiffness: str, strain: str, *degrees: str) -> Iterator[st
     """Yield what one set of constants, fitted to the sweeps at some temperatures, leaves of all of them."""
     curves, said = swept(file, stiffness, strain)
     yield from said
-    known = [any(abs(c.temperature.mean() - float(one)) < 2.0 for one in degrees) for c in curves]
+    known = [any(abs(c.temperature.mean() - float(degree)) < 2.0 for degree in degrees) for c in curves]
     at = [
         f"{c.temperature.mean():.0f} degC{'' if k else ' (held out)'}"
         for c, k in zip(curves, known, strict=True)
@@ -222,7 +224,7 @@ def heated(file: str, stiffness: str, strain: str, *degrees: str) -> Iterator[st
     for name in ("modified power law", "power law"):
         for varied in HEATED:
             constants, left, powers = _at_all(name, varied.split(", "), curves, np.array(known))
-            rms = 100.0 * np.sqrt([np.mean(one.reshape(2, -1) ** 2, axis=1) for one in left])
+            rms = 100.0 * np.sqrt([np.mean(misfit.reshape(2, -1) ** 2, axis=1) for misfit in left])
             cells = " | ".join(f"{storage:.1f}, {loss:.1f}" for storage, loss in rms)
             yield f"| {name} | {varied} | {constants} | {cells} | {', '.join(f'{k:.2f}' for k in powers)} |"
 
@@ -247,9 +249,9 @@ def _at_all(
         def rate(a: Array) -> Array:
             return by["dt"] * speed(a, p[n:])
 
-        one = by["E_1"] * steady(c.amplitude, 2.0 * np.pi * c.frequency, rate, slower * times, shares)
+        response = by["E_1"] * steady(c.amplitude, 2.0 * np.pi * c.frequency, rate, slower * times, shares)
         still = np.append(1.0 / c.storage, np.zeros(len(c)))
-        return np.column_stack([still, np.append(one.real / c.storage, one.imag / c.loss)])
+        return np.column_stack([still, np.append(response.real / c.storage, response.imag / c.loss)])
 
     def solved(p: Array) -> tuple[Array, Array]:
         with np.errstate(all="ignore"):
@@ -266,7 +268,7 @@ def _at_all(
         )
         for _ in range(STARTS)
     ]
-    best = np.asarray(min(tries, key=lambda one: float(one.cost)).x)
+    best = np.asarray(min(tries, key=lambda fit: float(fit.cost)).x)
     values = solved(best)[0]
     return 2 + len(starts), [rows(best, c) @ values - 1.0 for c in curves], best[-len(varied) :]
 
@@ -282,8 +284,8 @@ def sweep(file: str, stiffness: str = "MPa", strain: str = "percent") -> Iterato
         cells = []
         for c in curves:
             omega = 2.0 * np.pi * c.frequency
-            found = fitted(partial(response, amplitude=c.amplitude, omega=omega), c, starts)
-            cells.append(f"{found.storage:.1f}, {found.loss:.1f}")
+            fit = fitted(partial(response, amplitude=c.amplitude, omega=omega), c, starts)
+            cells.append(f"{fit.storage:.1f}, {fit.loss:.1f}")
         yield f"| {name} | {count} | {' | '.join(cells)} | {time.perf_counter() - begin:.0f} |"
 
 
@@ -315,7 +317,7 @@ def in_time(time_: Array, travel: Array, clock: Array, times: Array, shares: Arr
 def loops(slow: str, fast: str) -> Iterator[str]:
     """Yield what each law leaves of two recordings, rms in % of their ranges, with odd quintic elasticity."""
     records = [read_recording(Source("axial", Path(file))) for file in (slow, fast)]
-    memory = [amplitudes(one.displacement) for one in records]
+    memory = [amplitudes(recording.displacement) for recording in records]
     scale = np.concatenate([np.full(len(r.force), np.sqrt(len(r.force))) for r in records])
     scale *= np.concatenate(
         [np.full(len(r.force), goal) for r, goal in zip(records, (0.35, 0.7), strict=True)]
@@ -325,16 +327,19 @@ def loops(slow: str, fast: str) -> Iterator[str]:
         p: Array, shape: Callable[..., tuple[Array, Array]], n: int, which: int, soft: bool
     ) -> Array:
         blocks, target = [], []
-        for one, known in zip(records, memory, strict=True):
-            assert one.time is not None
-            q, size = one.displacement, float(np.ptp(one.force))
+        for recording, known in zip(records, memory, strict=True):
+            assert recording.time is not None
+            q, size = recording.displacement, float(np.ptp(recording.force))
             with np.errstate(all="ignore"):
                 speed = np.exp(p[n]) * known[which] ** np.exp(p[n + 1])
-                clock = np.diff(one.time, prepend=one.time[0]) + np.abs(np.diff(q, prepend=q[0])) * speed
-                h = in_time(one.time, q, clock, *shape(p[:n]))
+                clock = (
+                    np.diff(recording.time, prepend=recording.time[0])
+                    + np.abs(np.diff(q, prepend=q[0])) * speed
+                )
+                h = in_time(recording.time, q, clock, *shape(p[:n]))
             softened = 1.0 - p[-1] * (1.0 - np.abs(q) / known[2]) if soft else np.ones(len(q))
             blocks.append(np.column_stack([q * softened, q**3 * softened, q**5 * softened, h]) / size)
-            target.append(one.force / size)
+            target.append(recording.force / size)
         design, wanted = np.vstack(blocks), np.concatenate(target)
         if not np.isfinite(design).all():
             return np.full(len(wanted), 1e3)
@@ -352,10 +357,8 @@ def loops(slow: str, fast: str) -> Iterator[str]:
             for soft in (False, True):
                 n = len(firsts[name])
                 start = [*firsts[name], -1.0, 0.1, *([0.05] if soft else [])]
-                found = least_squares(
-                    residual, start, max_nfev=25, x_scale="jac", args=(shape, n, which, soft)
-                )
-                left, count = found.fun * scale, len(records[0].force)
+                fit = least_squares(residual, start, max_nfev=25, x_scale="jac", args=(shape, n, which, soft))
+                left, count = fit.fun * scale, len(records[0].force)
                 rms = [100.0 * math.sqrt(float(np.mean(part**2))) for part in (left[:count], left[count:])]
                 constants = 1 + len(start)
                 said = "yes" if soft else "no"
@@ -366,18 +369,18 @@ def relax(file: str) -> Iterator[str]:
     """Yield the misfit of a spectrum to frequency sweeps, and of frequency -> relaxation -> frequency."""
     table = read_dynamic(DynamicSource("uniaxial", (Path(file),), "sweeps"))
     for lag in (False, True):
-        found = fit_spectrum(table, lag=lag)
-        spectrum = found.spectrum
+        fit = fit_spectrum(table, lag=lag)
+        spectrum = fit.spectrum
         times = np.geomspace(spectrum.times.min(), spectrum.times.max(), 400)
         back = relaxation_spectrum(times, spectrum.relaxation(times))
         omega = 2.0 * np.pi * table.frequency
-        own = omega * 10.0 ** np.interp(table.temperature, found.temperatures, found.shifts)
-        again = back.at(own) * np.exp(1j * omega * found.lag)
+        own = omega * 10.0 ** np.interp(table.temperature, fit.temperatures, fit.shifts)
+        again = back.at(own) * np.exp(1j * omega * fit.lag)
         miss = [100.0 * math.sqrt(float(np.mean((a / b - 1.0) ** 2))) for a, b in
                 ((again.real, table.storage), (again.imag, table.loss))]  # fmt: skip
         yield (
-            f"lag {1e6 * found.lag:.1f} +- {1e6 * found.lag_error:.1f} us, {len(spectrum.times)} terms: "
-            f"storage {found.storage_percent:.1f} %, loss {found.loss_percent:.1f} %; "
+            f"lag {1e6 * fit.lag:.1f} +- {1e6 * fit.lag_error:.1f} us, {len(spectrum.times)} terms: "
+            f"storage {fit.storage_percent:.1f} %, loss {fit.loss_percent:.1f} %; "
             f"back from the relaxation {miss[0]:.1f} %, {miss[1]:.1f} %"
         )
 

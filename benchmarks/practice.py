@@ -74,15 +74,15 @@ def shear(source: Path, folder: Path, name: str) -> str:
     return "measured"
 
 
-def row(name: str, truth: str, found: dict[str, Any], seconds: float) -> str:
+def row(name: str, truth: str, result: dict[str, Any], seconds: float) -> str:
     """Return a row of the table: what is probable, what the next test is, misfit over noise, and time."""
-    chances = sorted(found["probability"].items(), key=lambda pair: -pair[1])
+    chances = sorted(result["probability"].items(), key=lambda pair: -pair[1])
     likely = ", ".join(f"{key} {100 * value:.3g} %" for key, value in chances if value > 0.03)
-    misfit = ", ".join(f"{found['misfit']['after'][key]:.2g} %" for key in found["misfit"]["after"])
+    misfit = ", ".join(f"{result['misfit']['after'][key]:.2g} %" for key in result["misfit"]["after"])
     groups = "; ".join(
-        f"{one['name'] or 'group'} {100 * one['probability']:.3g} %" for one in found["groups"]
+        f"{group['name'] or 'group'} {100 * group['probability']:.3g} %" for group in result["groups"]
     )
-    return f"| {name} | {truth} | {found['verdict']} | {likely} | {groups} | {misfit} | {seconds:.0f} |"
+    return f"| {name} | {truth} | {result['verdict']} | {likely} | {groups} | {misfit} | {seconds:.0f} |"
 
 
 def main(source: Path, names: list[str]) -> None:

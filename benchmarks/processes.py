@@ -40,8 +40,8 @@ def _subjects(folder: Path) -> Iterator[Subject]:
         "check": ["check", str(BATCH)],
     }.items():
         yield Subject(name, [sys.executable, "-c", COMMAND, *arguments])
-    for one in whole_process(folder):
-        yield Subject(f"direct, {one.name}", [*one.command, "--json"])
+    for subject in whole_process(folder):
+        yield Subject(f"direct, {subject.name}", [*subject.command, "--json"])
     try:
         python = install.interpreter("ngsolve")
     except RuntimeError as missing:

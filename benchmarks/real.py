@@ -44,9 +44,9 @@ def real(runs: int) -> Iterator[str]:
     yield "| case | unknowns | mesh, s | solve, s | memory, MB | error, % | reference's own, % |"
     yield "| --- | --- | --- | --- | --- | --- | --- |"
     for name in CASES:
-        found = [_measured(name) for _ in range(runs)]
-        first = found[0]
-        mesh, solve = (statistics.median(item[key] for item in found) for key in ("mesh", "solve"))
+        measurements = [_measured(name) for _ in range(runs)]
+        first = measurements[0]
+        mesh, solve = (statistics.median(item[key] for item in measurements) for key in ("mesh", "solve"))
         yield (
             f"| {name} | {first['unknowns']} | {mesh:.2f} | {solve:.2f} | {first['memory']:.0f} "
             f"| {first['error']:.2f} | {first['reference']:.2f} |"

@@ -59,31 +59,31 @@ def channel(mode: str, memory: bool) -> Simulation:
 
 def shares(mode: str, memory: bool) -> list[str]:
     """Return a row of the table of shares: processor time of a trial of a fit, and of its parts in percent."""
-    one = channel(mode, memory)
+    fit_channel = channel(mode, memory)
     names = (*LAW, *(("viscoelasticity.g1", "viscoelasticity.tau1") if memory else ()))
-    one.solve(LAW, names)
+    fit_channel.solve(LAW, names)
     times = []
     for i in range(5):
         begin = time.process_time()
-        answer = one.solve({**LAW, "C10": 0.5 + 0.001 * (i + 1)}, names)
+        answer = fit_channel.solve({**LAW, "C10": 0.5 + 0.001 * (i + 1)}, names)
         times.append(time.process_time() - begin)
     profile = cProfile.Profile(time.process_time)
-    profile.runcall(one.solve, {**LAW, "C10": 0.52}, names)
+    profile.runcall(fit_channel.solve, {**LAW, "C10": 0.52}, names)
     points = factor = back = 0.0
     for (_, _, name), (_, _, own, _, _) in pstats.Stats(profile).stats.items():  # type: ignore[attr-defined]
         points += own if "bushcli_points" in name else 0.0
         factor += own if "'setUp' of 'petsc4py" in name else 0.0
         back += own if "olve' of 'petsc4py.PETSc.KSP" in name else 0.0
     whole = float(np.median(times))
-    found = [100.0 * part / whole for part in (points, factor, back)]
-    space = one.model.space.dofmap
-    rest = 100.0 - sum(found)
+    percent = [100.0 * part / whole for part in (points, factor, back)]
+    space = fit_channel.model.space.dofmap
+    rest = 100.0 - sum(percent)
     return [
         f"{mode}, {'viscoelastic' if memory else 'elastic'}",
         f"{space.index_map.size_global * space.index_map_bs}",
         f"{len(answer.history.displacement)}",
         f"{whole:.3f}",
-        *(f"{part:.0f}" for part in (*found, rest)),
+        *(f"{part:.0f}" for part in (*percent, rest)),
         f"{100.0 / rest:.1f}",
     ]
 
@@ -128,11 +128,11 @@ class Reduced:
     def vectors(self, count: int) -> Array:
         """Return the first modes of the displacements and of the pressures, (free unknowns, <= 2 count)."""
         pressed = np.isin(self.free, self.model.system.owned_pressures)
-        found = []
+        blocks = []
         for part in (~pressed, pressed):
             u = np.linalg.svd(np.where(part, self.states[:, self.free], 0.0).T, full_matrices=False)[0]
-            found.append(u[:, :count])
-        return np.hstack(found)
+            blocks.append(u[:, :count])
+        return np.hstack(blocks)
 
     def cells(self, V: Array) -> Array:
         """Return the weights of cells (cells,) by ECSW: as few as make the forces on the vectors and on the sleeve."""
@@ -158,14 +158,14 @@ class Reduced:
             self._set(factors)
             exact = march(self.model, self.program).force
             points.weight[:] = self.weight * (1.0 if weights is None else weights[:, None])
-            found = []
+            reactions = []
             for q, state in zip(self.program.displacement, self.states, strict=False):
                 if not self._balanced(V, V.T @ state[self.free], float(q)):
                     return float("nan")
                 self.model.system.residual(self.b)
-                found.append(reaction(self.model, self.b, self.model.rate(float(q))))
+                reactions.append(reaction(self.model, self.b, self.model.rate(float(q))))
             points.weight[:] = self.weight
-            worst = max(worst, float(np.abs(np.array(found) - exact).max() / np.ptp(exact)))
+            worst = max(worst, float(np.abs(np.array(reactions) - exact).max() / np.ptp(exact)))
         return worst
 
     def _balanced(self, V: Array, a: Array, q: float) -> bool:

@@ -28,7 +28,7 @@ from bushcli.case import load_case  # noqa: E402
 from bushcli.selection.prediction_errors import MOST, Changes, PredictionErrors  # noqa: E402
 from bushcli.selection.queue import Search  # noqa: E402
 
-KEPT = Path(__file__).with_name("search-errors.jsonl")
+RESULTS = Path(__file__).with_name("search-errors.jsonl")
 # Scales of the errors that all predictions share, of those of a change, and of own ones.
 SCALES = (0.0, 0.1, 0.2, 0.3, 0.5), (0.0, 0.1, 0.2, 0.3, 0.4), (0.1, 0.2, 0.3, 0.4, 0.6)
 # None: Gaussian errors of one known scale.
@@ -43,12 +43,12 @@ class Noting(PredictionErrors):
 
     case = ""
 
-    def add(self, found: Changes, error: float, slack: float) -> None:
+    def add(self, changed: Changes, error: float, slack: float) -> None:
         """Note an error, and append it to the file."""
-        super().add(found, error, slack)
-        if found and slack > 0.0 and math.isfinite(error):
-            line = {"case": self.case, "changes": sorted(found), "error": error, "slack": slack}
-            with KEPT.open("a", encoding="utf-8") as file:
+        super().add(changed, error, slack)
+        if changed and slack > 0.0 and math.isfinite(error):
+            line = {"case": self.case, "changes": sorted(changed), "error": error, "slack": slack}
+            with RESULTS.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(line) + "\n")
 
 
@@ -70,12 +70,12 @@ def errors(folder: Path, names: Sequence[str]) -> None:
 
 def read() -> list[SearchErrors]:
     """Return the errors by search."""
-    found: dict[str, SearchErrors] = {}
-    for text in KEPT.read_text(encoding="utf-8").splitlines():
+    by_case: dict[str, SearchErrors] = {}
+    for text in RESULTS.read_text(encoding="utf-8").splitlines():
         line: dict[str, Any] = json.loads(text)
         size = float(np.clip(line["error"] / line["slack"], -MOST, MOST))
-        found.setdefault(line["case"], []).append((frozenset(line["changes"]), size))
-    return list(found.values())
+        by_case.setdefault(line["case"], []).append((frozenset(line["changes"]), size))
+    return list(by_case.values())
 
 
 def likelihood(
@@ -83,14 +83,16 @@ def likelihood(
 ) -> float:
     """Log likelihood of the errors of all searches."""
     total = 0.0
-    for one in searches:
-        sizes = np.array([size for _, size in one])
-        covariance = np.array([[common**2 + of_change**2 * len(a & b) for a, _ in one] for b, _ in one])
-        covariance += own**2 * np.eye(len(one))
+    for search_errors in searches:
+        sizes = np.array([size for _, size in search_errors])
+        covariance = np.array(
+            [[common**2 + of_change**2 * len(a & b) for a, _ in search_errors] for b, _ in search_errors]
+        )
+        covariance += own**2 * np.eye(len(search_errors))
         if freedom is None:
-            total += float(multivariate_normal.logpdf(sizes, np.zeros(len(one)), covariance))
+            total += float(multivariate_normal.logpdf(sizes, np.zeros(len(search_errors)), covariance))
         else:
-            total += float(multivariate_t.logpdf(sizes, np.zeros(len(one)), covariance, df=freedom))
+            total += float(multivariate_t.logpdf(sizes, np.zeros(len(search_errors)), covariance, df=freedom))
     return total
 
 
@@ -101,8 +103,8 @@ def measure() -> Iterator[str]:
     yield "| degrees of freedom | common | of a change | own | ln likelihood | the best without shared errors |"
     yield "| --- | --- | --- | --- | --- | --- |"
     for freedom in FREEDOMS:
-        found = [(likelihood(searches, *scales, freedom), scales) for scales in product(*SCALES)]
-        (best, scales), alone = max(found), max(log for log, (c, d, _) in found if c == d == 0.0)
+        candidates = [(likelihood(searches, *scales, freedom), scales) for scales in product(*SCALES)]
+        (best, scales), alone = max(candidates), max(log for log, (c, d, _) in candidates if c == d == 0.0)
         name = "Gaussian" if freedom is None else f"{freedom:g}"
         yield f"| {name} | {scales[0]:g} | {scales[1]:g} | {scales[2]:g} | {best:.1f} | {alone:.1f} |"
 

@@ -35,11 +35,13 @@ def six(runs: int) -> Iterator[str]:
     yield "| case | unknowns | solve, s | memory, MB | diagonal or main reactions, % | couplings, % |"
     yield "| --- | --- | --- | --- | --- | --- |"
     for name in CASES:
-        found = sorted((_measured(name) for _ in range(runs)), key=lambda one: float(one["solve"]))
-        one = found[len(found) // 2]
+        measurements = sorted(
+            (_measured(name) for _ in range(runs)), key=lambda measurement: float(measurement["solve"])
+        )
+        median = measurements[len(measurements) // 2]
         yield (
-            f"| {name} | {one['unknowns']} | {one['solve']:.2f} | {one['memory']:.0f} "
-            f"| {one['main']:.2f} | {one['coupled']:.2f} |"
+            f"| {name} | {median['unknowns']} | {median['solve']:.2f} | {median['memory']:.0f} "
+            f"| {median['main']:.2f} | {median['coupled']:.2f} |"
         )
 
 

@@ -46,8 +46,8 @@ def step(runs: int) -> Iterator[str]:
         if not isinstance(result, Result):
             rows.append([name, "failed: " + " ".join(result.split())[:60], *[""] * (len(head) - 2)])
             continue
-        found = dict(zip(np.round(result.printed["displacement"], 9), result.printed["force"], strict=True))
-        errors = {at: 100 * abs(found[round(at, 9)] / force[q == at][0] - 1) for at in points}
+        forces = dict(zip(np.round(result.printed["displacement"], 9), result.printed["force"], strict=True))
+        errors = {at: 100 * abs(forces[round(at, 9)] / force[q == at][0] - 1) for at in points}
         near = [error for at, error in errors.items() if at <= SURE]
         rows.append(
             [

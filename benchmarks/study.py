@@ -126,12 +126,14 @@ def _overhead(name: str, file: Path, designs: int = 60) -> str:
     predict = module.predict
 
     def watched(*arguments: object, **options: object) -> object:
-        found = predict(*arguments, **options)  # type: ignore[arg-type]
-        marched.append(found.channels[0].seconds["march"])
-        return found
+        prediction = predict(*arguments, **options)  # type: ignore[arg-type]
+        marched.append(prediction.channels[0].seconds["march"])
+        return prediction
 
     case = load_case(file)
-    chosen = plan([of_tolerance(key, one) for key, one in case.toleranced.items()], "lhs", designs)
+    chosen = plan(
+        [of_tolerance(key, tolerance) for key, tolerance in case.toleranced.items()], "lhs", designs
+    )
     cache = DesignCache()
     task = with_fineness(cache, StudyTask(file, (), chosen.keys, default_answers(case)), chosen.rows[0])
     evaluate(cache, task, 0, chosen.rows)
@@ -161,7 +163,7 @@ def _rows(count: int) -> str:
         rows.close()
         begin = time.perf_counter()
         rows = Rows(Path(folder), {}, kinds, count, resume=True)
-        found = columns(rows, ["a"], ["axial.initial"])
+        table = columns(rows, ["a"], ["axial.initial"])
         read = time.perf_counter() - begin
         band(rows, "axial")
         banded = time.perf_counter() - begin - read
@@ -170,7 +172,7 @@ def _rows(count: int) -> str:
         joined = time.perf_counter() - begin
         size = (Path(folder) / "all.parquet").stat().st_size / 1e6
         rows.close()
-    assert len(found.design) == count
+    assert len(table.design) == count
     return (
         f"{count} rows with curves: saved as they come in {written:.1f} s, {1e3 * written / count:.2f} ms each; "
         f"resumed and read for the statistics in {read:.1f} s; band of the curves {banded:.1f} s; "

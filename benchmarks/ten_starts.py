@@ -71,7 +71,9 @@ def drawn(task: Task, random: np.random.Generator, duration: float) -> Array:
     """Return a start (parameters,): shapes from their priors, amplitudes about their start values."""
     start, bounds = task.vectors()
     priors: dict[str, Prior | None] = {
-        one.full_name(p): p.prior if p.off is None else None for one in task.effects for p in one.parameters
+        effect.full_name(p): p.prior if p.off is None else None
+        for effect in task.effects
+        for p in effect.parameters
     }
     for i, name in enumerate(task.names):
         prior = priors.get(name)
@@ -124,7 +126,7 @@ def row(folder: Path, model: str, table: str) -> str:
     seconds = time.process_time() - began
     ends = searched(task)
     cost, best = min(ends)
-    count = sum(one <= 1.01 * min(cost, fit.cost) for one, _ in ends)
+    count = sum(end_cost <= 1.01 * min(cost, fit.cost) for end_cost, _ in ends)
     words = [", ".join(f"{value:.3f}" for value in values) for values in (own, best)]
     ends_at = "yes" if fit.converged else "no"
     ratio = float(np.sqrt(fit.cost / cost))

@@ -179,7 +179,7 @@ def by_search(path: Sequence[float]) -> March:
         _, history = slices(SHAPE, modes()["radial"], YEOH, path, observer=tell)
     except NotConverged as stopped:
         history = stopped.history
-    cut = sum(not one.accepted for one in history.attempts)
+    cut = sum(not attempt.accepted for attempt in history.attempts)
     return March(force, [], len(history.attempts), cut, unknowns, time.process_time() - begin)
 
 
@@ -189,27 +189,27 @@ def knee(force: Sequence[float]) -> float:
     return float((force[4] - late - force[0] + 0.2 * early) / (early - late))
 
 
-def row(name: str, one: March, free: Sequence[float], known: Sequence[float]) -> str:
+def row(name: str, result: March, free: Sequence[float], known: Sequence[float]) -> str:
     """Return a line of the table.
 
     Parameters
     ----------
     name : str
         What the line is about.
-    one : March
+    result : March
         Its march.
     free, known : sequence of float
         Forces of the same mesh without medium, and of the reference, at each `STEP`, N/mm.
     """
-    force = one.force
+    force = result.force
     errors = [100 * (a / b - 1) for a, b in zip(force, known, strict=False)]
     early = [100 * (a / b - 1) for a, b in zip(force, free, strict=False)]
-    cells = [name, f"{STEP * len(force):.1f}", f"{one.tried} ({one.cut})"]
+    cells = [name, f"{STEP * len(force):.1f}", f"{result.tried} ({result.cut})"]
     cells.append(" ".join(f"{early[i]:+.2f}" for i in (1, 2) if i < len(early)) if free else "")
     cells.append(" ".join(f"{error:+.2f}" for error in errors[3:]))
     cells.append(f"{knee(force):.3f}" if len(force) > 5 and abs(errors[5]) < 10 else "")
-    cells.append(" ".join(f"{1e3 * one.gap[i]:.0f}" for i in (3, 6) if i < len(one.gap)))
-    return " | ".join(["", *cells, str(one.unknowns), f"{one.seconds:.1f}", ""]).strip()
+    cells.append(" ".join(f"{1e3 * result.gap[i]:.0f}" for i in (3, 6) if i < len(result.gap)))
+    return " | ".join(["", *cells, str(result.unknowns), f"{result.seconds:.1f}", ""]).strip()
 
 
 def table(end: float, chosen: Sequence[tuple[float, float, str, float]]) -> None:
@@ -223,7 +223,7 @@ def table(end: float, chosen: Sequence[tuple[float, float, str, float]]) -> None
         The media.
     """
     data = ROOT / "tests/verification/data/real" / FILE
-    known = [float(one) for one in np.loadtxt(data, delimiter=",", skiprows=1)[1:, 1]]
+    known = [float(force) for force in np.loadtxt(data, delimiter=",", skiprows=1)[1:, 1]]
     path = [STEP * (i + 1) for i in range(round(end / STEP))]
     print(
         "| contact | to, mm | steps (cut back) | before touch, 0.4 and 0.6 mm, % | error, 0.8 to 1.4 mm, % ",
@@ -234,14 +234,15 @@ def table(end: float, chosen: Sequence[tuple[float, float, str, float]]) -> None
     print("| reference |" + " |" * 4 + f" {knee(known):.3f} |" + " |" * 3)
     print(row("search", by_search(path), [], known), flush=True)
     free = {near: by_medium(Medium(0.0), path, near) for near in sorted({near for *_, near in chosen})}
-    for near, one in free.items():
-        print(row(f"none, {near:g} mm", one, one.force, known), flush=True)
-    for variant in {one[2] for one in chosen}:
+    for near, result in free.items():
+        print(row(f"none, {near:g} mm", result, result.force, known), flush=True)
+    for variant in {medium[2] for medium in chosen}:
         by_medium(Medium(1e-4, 1.0, variant), path[:1], near=1.5, size=3.0)  # compiles the kernels
     for gamma, curvature, variant, near in chosen:
-        one = by_medium(Medium(gamma, curvature, variant), path, near)
+        result = by_medium(Medium(gamma, curvature, variant), path, near)
         print(
-            row(f"{variant} {gamma:g}, {curvature:g}, {near:g} mm", one, free[near].force, known), flush=True
+            row(f"{variant} {gamma:g}, {curvature:g}, {near:g} mm", result, free[near].force, known),
+            flush=True,
         )
 
 

@@ -63,8 +63,8 @@ def matrices(V, a, state):
     viscous.Assemble()
     mass.Assemble()
     tangent = ngs.BilinearForm(V)
-    for one in a.integrators:
-        tangent += one
+    for integrator in a.integrators:
+        tangent += integrator
     tangent.AssembleLinearization(state.vec)
     return [form.mat.AsVector().FV().NumPy().copy() for form in (tangent, viscous, mass)]
 
@@ -78,7 +78,7 @@ def main():
     begin = time.perf_counter()
     parts = matrices(V, a, state)
     unit = lift.vec.FV().NumPy().copy()
-    free, found = V.FreeDofs(), []
+    free, stiffness = V.FreeDofs(), []
     frequencies = np.geomspace(1.0, 500.0, count)
     Vc = space(mesh)
     (u, p), (v, q) = Vc.TnT()
@@ -96,13 +96,13 @@ def main():
         step.data = matrix.Inverse(free, inverse=INVERSE) * r
         x.data -= step
         r.data = matrix * x
-        found.append(complex(np.dot(r.FV().NumPy(), unit)))
+        stiffness.append(complex(np.dot(r.FV().NumPy(), unit)))
     end = time.perf_counter()
     result = {"version": ngs.__version__, "unknowns": V.ndof, "seconds": end - begin}
     result |= {
         "frequency": frequencies.tolist(),
-        "storage": [k.real for k in found],
-        "loss": [k.imag for k in found],
+        "storage": [k.real for k in stiffness],
+        "loss": [k.imag for k in stiffness],
     }
     print(json.dumps(result))
 
