@@ -44,13 +44,13 @@ def run(options: argparse.Namespace) -> int:
 def score(options: argparse.Namespace) -> int:
     """Score the results against the truth."""
     from benchmarks.concealed.report import document
-    from benchmarks.concealed.score import read, waiting
+    from benchmarks.concealed.score import read, undiagnosed_truths
 
     items = read(options.folder)
     if not items:
         print(f"{options.folder}: no recordings", file=sys.stderr)
         return 1
-    text = document(items, waiting(options.folder))
+    text = document(items, undiagnosed_truths(options.folder))
     if options.about:
         text = f"{text}\n{options.about.read_text(encoding='utf-8')}"
     print(text)

@@ -73,7 +73,7 @@ def deck() -> list[tuple[Kind, str]]:
     return singles + [(kind, "") for kind, times in others.items() for _ in range(times)]
 
 
-def concealed(seed: int) -> Concealed:
+def draw_concealed(seed: int) -> Concealed:
     """Draw what a seed conceals."""
     cards = deck()
     order = np.random.default_rng([seed // len(cards), 1]).permutation(len(cards))

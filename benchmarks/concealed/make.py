@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from benchmarks.concealed import draw, programs, refit
 from benchmarks.concealed.simulate import Channel, force
-from benchmarks.concealed.sizes import SIZES, Situation, sized
+from benchmarks.concealed.sizes import SIZES, Situation, effect_of_size
 from benchmarks.concealed.strength import apart, beside_a_factor, strength
 from benchmarks.concealed.truth import FAINT, LARGEST, Specimen, Truth, write_truth
 from bushcli.curve.curve import Curve
@@ -87,7 +87,7 @@ class Bench:
     slopes: tuple[Array, ...]
     fast: float
 
-    def weighed(self, values: Sequence[Array]) -> Array:
+    def weigh(self, values: Sequence[Array]) -> Array:
         """All channels' values over their noise, concatenated, with the uncertain calibration factor weighted down."""
         rows = [
             beside_a_factor(v / s, plain / s, CALIBRATION[modes()[c.name].section is None])
@@ -100,9 +100,9 @@ class Bench:
         return np.concatenate([v / s for v, s in zip(values, self.sigma, strict=True)])
 
     @property
-    def taken(self) -> list[Array]:
+    def law_changes(self) -> list[Array]:
         """Changes that the law's parameters can make."""
-        return [self.weighed(self.slopes)]
+        return [self.weigh(self.slopes)]
 
     @property
     def mesh(self) -> float:
@@ -113,7 +113,7 @@ class Bench:
     def change(self, active: Sequence[ActiveEffect]) -> Array:
         """Weighed change of the forces by effects, on the default mesh."""
         moved = [force(self.specimen, c, active, finer=False)[0] for c in self.channels]
-        return self.weighed([b - a for a, b in zip(self.plain, moved, strict=True)])
+        return self.weigh([b - a for a, b in zip(self.plain, moved, strict=True)])
 
     def without(self, active: Sequence[ActiveEffect], gone: ActiveEffect) -> float:
         """Standard errors that remain when the law and all effects but one are refitted to curves with all effects."""
@@ -135,9 +135,9 @@ class Bench:
                 values.append(value - plain)
                 slopes.append(np.zeros((len(value), len(whole))))
                 slopes[-1][:, [whole.index(n) for n in own]] = slope
-            return self.weighed(values), self.weighed(slopes)
+            return self.weigh(values), self.weigh(slopes)
 
-        return refit.left(
+        return refit.remaining_misfit(
             curves,
             target,
             np.array(
@@ -192,7 +192,7 @@ def make(seed: int, folder: Path) -> Truth:
     Unsuitable
         No attempt could be computed and seen.
     """
-    plan = draw.concealed(seed)
+    plan = draw.draw_concealed(seed)
     begin, given_up = time.perf_counter(), []
     for attempt in range(ATTEMPTS):
         rng = np.random.default_rng([seed, 3, attempt])
@@ -258,13 +258,15 @@ def _conceal(rng: np.random.Generator, plan: draw.Concealed, bench: Bench) -> tu
     active: list[ActiveEffect] = []
     changes: list[Array] = []
     for name in plan.names:
-        effect, change = _large_enough(rng, name, bench, [*bench.taken, *changes], hidden)
+        effect, change = _large_enough(rng, name, bench, [*bench.law_changes, *changes], hidden)
         active.append(effect)
         changes.append(change)
     strengths = {}
     for i, effect in enumerate(active):
         others = [c for k, c in enumerate(changes) if k != i]
-        shown = strength(changes[i], [*bench.taken, *others]) if hidden else bench.without(active, effect)
+        shown = (
+            strength(changes[i], [*bench.law_changes, *others]) if hidden else bench.without(active, effect)
+        )
         strengths[effect.name] = round(shown, 2)
         if shown < FAINT and not hidden:
             raise Unsuitable(f"{effect.name} shows by {shown:.1f} standard errors only")
@@ -293,21 +295,21 @@ def _large_enough(
     change: Array = np.zeros(0)
     # The strength need not be met exactly: most effects are nearly linear, and one correction is enough.
     for _ in range(3):
-        change = bench.change([sized(name, values, size)])
+        change = bench.change([effect_of_size(name, values, size)])
         shown = strength(change, taken)
         best = float(np.clip(size * wanted / max(shown, 1e-9), sizes.least, sizes.most))
         if abs(np.log(best / size)) < 0.7:
             break
         size = best
     else:
-        change = bench.change([sized(name, values, size)])
+        change = bench.change([effect_of_size(name, values, size)])
         shown = strength(change, taken)
     if shown >= FAINT:
-        return sized(name, values, size), change
+        return effect_of_size(name, values, size), change
     if not hidden:
         raise Unsuitable(f"{name} shows by {shown:.1f} standard errors only")
     size = float(np.exp(rng.uniform(*np.log(HIDDEN))))
-    return sized(name, values, size), bench.change([sized(name, values, size)])
+    return effect_of_size(name, values, size), bench.change([effect_of_size(name, values, size)])
 
 
 def _look_alikes(
@@ -318,7 +320,7 @@ def _look_alikes(
     Effects with memory are left out in three dimensions, where they cost too much; this only makes the score stricter.
     """
     names = [c.name for c in bench.channels]
-    alike = ["nothing"] if strength(change, bench.taken) < FAINT else []
+    alike = ["nothing"] if strength(change, bench.law_changes) < FAINT else []
     for name in draw.CONCEALED:
         other = effect(name)
         memory = name in draw.MEMORY
@@ -329,11 +331,11 @@ def _look_alikes(
             continue
         size = 0.3
         try:
-            there = bench.change([sized(name, SIZES[name].values(rng, bench.situation(name)), size)])
+            there = bench.change([effect_of_size(name, SIZES[name].values(rng, bench.situation(name)), size)])
         except (NotConverged, NoEquilibrium):
             continue
         one_sided = all(p.off == p.lower for p in other.amplitudes)
-        if apart(change, there, bench.taken, one_sided) < TOLD:
+        if apart(change, there, bench.law_changes, one_sided) < TOLD:
             alike.append(name)
     return tuple(alike)
 
@@ -343,7 +345,7 @@ def _step(rng: np.random.Generator, truth: Truth, bench: Bench) -> tuple[Truth, 
     channel, plain = bench.channels[0], bench.fine[0]
     begin = next(b.start for b in excursions(channel.displacement, channel.time) if b.cycle >= STEP_CYCLE)
     after = np.where(np.arange(len(plain)) >= begin, 1.0, 0.0)
-    usual = strength(bench.weighed([-0.1 * after * bench.plain[0]]), bench.taken)
+    usual = strength(bench.weigh([-0.1 * after * bench.plain[0]]), bench.law_changes)
     wanted = float(np.exp(rng.uniform(np.log(2 * FAINT), np.log(LARGEST))))
     loss = float(np.clip(0.1 * wanted / usual, 0.02, 0.4))
     shown = usual * loss / 0.1

@@ -27,7 +27,7 @@ CHANGE, MOST = 0.03, 10
 FAR = 1e4
 
 
-def left(curves: Curves, target: Array, start: Array, lower: Array, upper: Array) -> float:
+def remaining_misfit(curves: Curves, target: Array, start: Array, lower: Array, upper: Array) -> float:
     """Standard errors between the curves and a target (n,) that remain when the parameters (p,) are fitted.
 
     Parameters
@@ -41,7 +41,7 @@ def left(curves: Curves, target: Array, start: Array, lower: Array, upper: Array
     """
     known: dict[bytes, tuple[Array, Array]] = {}
 
-    def both(x: Array) -> tuple[Array, Array]:
+    def value_and_slope(x: Array) -> tuple[Array, Array]:
         key = x.tobytes()
         if key not in known:
             try:
@@ -54,9 +54,9 @@ def left(curves: Curves, target: Array, start: Array, lower: Array, upper: Array
     unit = np.where(start != 0.0, np.abs(start), 1.0)
     inside = np.clip(start, np.nextafter(lower, np.inf), np.nextafter(upper, -np.inf))
     fit = least_squares(
-        lambda x: both(x)[0],
+        lambda x: value_and_slope(x)[0],
         inside,
-        jac=lambda x: both(x)[1],
+        jac=lambda x: value_and_slope(x)[1],
         bounds=(lower, upper),
         x_scale=unit,
         ftol=CHANGE,

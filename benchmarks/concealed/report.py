@@ -12,7 +12,7 @@ from benchmarks.concealed.score import (
     Item,
     Target,
     intervals,
-    named,
+    named_effects,
     outcome,
     ratio,
     rivals,
@@ -120,7 +120,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
 
 
-def shown(count: Count) -> str:
+def count_text(count: Count) -> str:
     """A count with its share and interval."""
     if not count.all:
         return "none"
@@ -151,7 +151,7 @@ def _scores(items: Sequence[Item], sets: Sequence[range], waiting: Sequence[Trut
     names = [f"{seeds[0]} to {seeds[-1]}" for seeds in sets]
     each = [targets([item for item in items if item.truth.seed in seeds]) for seeds in sets]
     rows = [
-        [t.text, shown(t.count), goal(t), reached[t.reached]]
+        [t.text, count_text(t.count), goal(t), reached[t.is_reached]]
         + [f"{of[i].count.good} of {of[i].count.all}" for of in each if len(each) > 1]
         for i, t in enumerate(targets(items))
     ]
@@ -208,7 +208,7 @@ def _answer(item: Item) -> str:
     if item.result["verdict"] == "unexplained":
         # An effect named in addition is only the nearest one of the catalogue.
         return "unexplained"
-    names = named(item.result)
+    names = named_effects(item.result)
     return " + ".join(sorted(names)) if names else item.result["verdict"].replace("_", " ")
 
 
@@ -246,7 +246,13 @@ def _intervals(items: Sequence[Item]) -> str:
 def _failures(items: Sequence[Item]) -> str:
     good = ("named", "rival", "explained", "located")
     rows = [
-        [item.truth.name, _concealed(item.truth), _answer(item), WORDS[outcome(item)], _reason(item)]
+        [
+            item.truth.name,
+            _effects_with_strength(item.truth),
+            _answer(item),
+            WORDS[outcome(item)],
+            _reason(item),
+        ]
         for item in items
         if outcome(item) not in good
     ]
@@ -256,7 +262,7 @@ def _failures(items: Sequence[Item]) -> str:
     return title + table(["seed", "concealed (strength)", "said", "outcome", "what else is known"], rows)
 
 
-def _concealed(truth: Truth) -> str:
+def _effects_with_strength(truth: Truth) -> str:
     parts = [f"{name} ({strength:.0f})" for name, strength in truth.strength.items()]
     return ", ".join(parts) or "nothing"
 

@@ -87,13 +87,13 @@ def read(folder: Path) -> list[Item]:
     return items
 
 
-def waiting(folder: Path) -> list[Truth]:
+def undiagnosed_truths(folder: Path) -> list[Truth]:
     """Truths of recordings that have been made and not diagnosed."""
     files = sorted((folder / "truth").glob("*.json"))
     return [read_truth(file) for file in files if not (folder / "results" / file.stem / "run.json").exists()]
 
 
-def named(result: Result) -> frozenset[str]:
+def named_effects(result: Result) -> frozenset[str]:
     """Return the effects that a result names."""
     return frozenset(effect["name"] for effect in result["effects"])
 
@@ -108,9 +108,11 @@ def outcome(item: Item) -> Outcome:
     truth, result = item.truth, item.result
     if result is None:
         return "no_result"
-    names, concealed = named(result), frozenset(truth.effects)
+    names, concealed = named_effects(result), frozenset(truth.effects)
     if truth.kind == "outside":
-        return "located" if result["verdict"] == "unexplained" and located(truth, result) else "not_located"
+        return (
+            "located" if result["verdict"] == "unexplained" and is_located(truth, result) else "not_located"
+        )
     if truth.kind == "none":
         return "explained" if result["verdict"] == "explained" and not names else "false_alarm"
     if names == concealed:
@@ -126,7 +128,7 @@ def outcome(item: Item) -> Outcome:
     return "part" if names & concealed else "other"
 
 
-def located(truth: Truth, result: Result) -> bool:
+def is_located(truth: Truth, result: Result) -> bool:
     """Whether most of the located misfit lies where the step puts it.
 
     The stiffness falls at the cycle `step`: a law fitted to all cycles is too soft before it and too stiff afterwards.
@@ -187,12 +189,12 @@ def intervals(item: Item) -> list[Interval]:
     effect_intervals = []
     for effect in item.result["effects"]:
         for name, truth in item.truth.effects[effect["name"]].items():
-            said = effect["parameters"].get(name)
-            if said is None or not said.get("std"):
+            parameter = effect["parameters"].get(name)
+            if parameter is None or not parameter.get("std"):
                 continue
-            lower, upper = said.get("lower"), said.get("upper")
-            lower = said["value"] - NORMAL * said["std"] if lower is None else lower
-            upper = said["value"] + NORMAL * said["std"] if upper is None else upper
+            lower, upper = parameter.get("lower"), parameter.get("upper")
+            lower = parameter["value"] - NORMAL * parameter["std"] if lower is None else lower
+            upper = parameter["value"] + NORMAL * parameter["std"] if upper is None else upper
             effect_intervals.append(
                 Interval(item.truth.name, f"{effect['name']}.{name}", truth, lower, upper)
             )
@@ -209,7 +211,7 @@ class Target:
     most: float | None = None
 
     @property
-    def reached(self) -> bool | None:
+    def is_reached(self) -> bool | None:
         """Whether the target is reached; None where there is no target, or nothing was counted."""
         if not self.count.all or (self.least is None and self.most is None):
             return None
@@ -230,7 +232,7 @@ def targets(items: Sequence[Item]) -> list[Target]:
     outside = [i for i in items if i.truth.kind == "outside"]
     known = [i for i in items if i.truth.kind != "outside"]
     reached = [ratio(i) for i in known]
-    better = [held_out(i) for i in concealed if i.result is not None and named(i.result)]
+    better = [held_out(i) for i in concealed if i.result is not None and named_effects(i.result)]
     inside = [interval for i in concealed for interval in intervals(i)]
     return [
         Target("right physics named, or among the rivals", _count(concealed, _right), least=0.95),
@@ -264,7 +266,7 @@ def targets(items: Sequence[Item]) -> list[Target]:
             Count(sum(i.holds for i in inside), len(inside)),
             least=0.85,
         ),
-        Target("effect outside the catalogue unexplained, and located", _count(outside, _located)),
+        Target("effect outside the catalogue unexplained, and located", _count(outside, _is_located)),
     ]
 
 
@@ -289,5 +291,5 @@ def _alarm(item: Item) -> bool:
     return outcome(item) != "explained"
 
 
-def _located(item: Item) -> bool:
+def _is_located(item: Item) -> bool:
     return outcome(item) == "located"

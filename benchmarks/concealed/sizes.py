@@ -116,7 +116,7 @@ SIZES: Mapping[str, Sizes] = {
 }
 
 
-def sized(name: str, values: Mapping[str, float], size: float) -> ActiveEffect:
+def effect_of_size(name: str, values: Mapping[str, float], size: float) -> ActiveEffect:
     """An effect with `size` times its usual amplitudes, within what the catalogue admits."""
     known = effect(name)
     scaled = dict(values)

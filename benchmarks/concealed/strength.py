@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-def left(change: Array, taken: Sequence[Array]) -> Array:
+def rest_beside(change: Array, taken: Sequence[Array]) -> Array:
     """Rest of a change (n,) after a fit of multiples of the columns in `taken`, (n,) or (n, k) each."""
     columns = [np.reshape(column, (len(change), -1)) for column in taken]
     if not columns:
@@ -44,12 +44,12 @@ def beside_a_factor(rows: Array, force: Array, spread: float) -> Array:
 
 def strength(change: Array, taken: Sequence[Array]) -> float:
     """Norm of the rest of a change, in standard errors."""
-    return float(np.linalg.norm(left(change, taken)))
+    return float(np.linalg.norm(rest_beside(change, taken)))
 
 
 def apart(change: Array, other: Array, taken: Sequence[Array], one_sided: bool) -> float:
     """Distance of a change from any amplitude of another effect and any parameters of the law, in standard errors."""
-    d, g = left(change, taken), left(other, taken)
+    d, g = rest_beside(change, taken), rest_beside(other, taken)
     along = float(d @ g) / max(float(g @ g), 1e-300)
     if one_sided:
         along = max(along, 0.0)

@@ -77,7 +77,7 @@ def run(options: argparse.Namespace) -> int:
 def score(options: argparse.Namespace) -> int:
     """Compare manifests and ledgers, and write the tables."""
     from benchmarks.decks.report import document
-    from benchmarks.decks.summary import renewed, summary
+    from benchmarks.decks.summary import summary, with_new_scores
 
     text = document(options.labels or ["old", "new"], options.decks, options.output)
     print(text)
@@ -86,7 +86,7 @@ def score(options: argparse.Namespace) -> int:
     if options.summary:
         page = options.summary.read_text(encoding="utf-8")
         brief = summary(options.labels or ["old", "new"], options.decks)
-        options.summary.write_text(renewed(page, brief), encoding="utf-8")
+        options.summary.write_text(with_new_scores(page, brief), encoding="utf-8")
     return 0
 
 

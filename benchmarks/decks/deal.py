@@ -20,7 +20,7 @@ def deal(deck: str, parts: Sequence[str] = ()) -> Iterator[str]:
             continue
         begin = time.perf_counter()
         try:
-            entry = replace(_drawn(card), name=name)
+            entry = replace(_draw(card), name=name)
         except Unsuitable as failure:
             yield f"{name}: none: {failure}"
             continue
@@ -28,15 +28,15 @@ def deal(deck: str, parts: Sequence[str] = ()) -> Iterator[str]:
         yield f"{name}: {time.perf_counter() - begin:.0f} s"
 
 
-def _drawn(card: Card) -> Entry:
+def _draw(card: Card) -> Entry:
     if card.part == "own":
         from benchmarks.decks import own
 
-        return own.drawn(card)
+        return own.draw_recording(card)
     if card.part == "foreign":
-        from benchmarks.decks.foreign import drawn
+        from benchmarks.decks.foreign import draw
 
-        return drawn.drawn(card)
+        return draw.draw_recording(card)
     from benchmarks.decks import outside
 
-    return outside.drawn(card)
+    return outside.draw_recording(card)

@@ -29,11 +29,11 @@ ROOM = 1.1
 def elastic(specimen: Specimen, mode: str, low: float, high: float) -> Curve:
     """Force as a function of displacement between two displacements (mm or rad), one on each side of rest."""
     key = tuple(sorted(specimen.dimensions.items())), tuple(sorted(specimen.parameters.items()))
-    return _solved(specimen.shape, *key, specimen.law, specimen.bulk_modulus, mode, ROOM * low, ROOM * high)
+    return _solution(specimen.shape, *key, specimen.law, specimen.bulk_modulus, mode, ROOM * low, ROOM * high)
 
 
 @lru_cache(maxsize=8)
-def _solved(
+def _solution(
     shape: str,
     dimensions: tuple[tuple[str, float], ...],
     parameters: tuple[tuple[str, float], ...],

@@ -26,8 +26,8 @@ from scipy.optimize import nnls
 from benchmarks.concealed.draw import MEMORY
 from benchmarks.concealed.make import Bench
 from benchmarks.concealed.simulate import force
-from benchmarks.concealed.sizes import SIZES, sized
-from benchmarks.concealed.strength import left
+from benchmarks.concealed.sizes import SIZES, effect_of_size
+from benchmarks.concealed.strength import rest_beside
 from benchmarks.concealed.truth import Specimen
 from benchmarks.decks import manifest
 from benchmarks.decks.drawing import channels_of
@@ -74,7 +74,7 @@ def look_alikes(entry: Entry, made: Mapping[str, Array]) -> tuple[str, ...]:
         bench if entry.specimen.law == "yeoh" else _bench(replace(entry, specimen=yeoh(entry.specimen)), made)
     )
     changes = [made[f"exact_{c}"] - made[f"plain_{c}"] for c in entry.channels]
-    d = left(bench.weighed(changes), bench.taken)
+    d = rest_beside(bench.weigh(changes), bench.law_changes)
     within = max(TOLD, FORM * float(np.linalg.norm(d)))
     alike = []
     for name, other in effects_on("static").items():
@@ -139,7 +139,7 @@ def _columns(entry: Entry, bench: Bench, other: Effect) -> Iterator[Array]:
                 values = usual | {p.name: x * scale[p.scale] for p, x in zip(shapes, point, strict=True)}
                 for amplitude in other.amplitudes:
                     if amplitude.name in usual:
-                        active = _only(sized(other.name, values, size), amplitude)
+                        active = _only(effect_of_size(other.name, values, size), amplitude)
                         columns.append(replace(active, channels=(rig,)) if rig else active)
             try:
                 yield np.column_stack([bench.change([active]) for active in columns])
@@ -155,7 +155,7 @@ def _only(active: ActiveEffect, amplitude: EffectParameter) -> ActiveEffect:
 
 def _apart(d: Array, columns: Array, other: Effect, bench: Bench) -> float:
     """Distance (standard errors) of a change from the nearest combination of columns, not negative if one-sided."""
-    G = np.column_stack([left(column, bench.taken) for column in columns.T])
+    G = np.column_stack([rest_beside(column, bench.law_changes) for column in columns.T])
     scale = np.maximum(np.linalg.norm(G, axis=0), 1e-12)
     G = G / scale
     if all(p.off == p.lower for p in other.amplitudes):

@@ -46,11 +46,11 @@ def compact(
     line["verdict"] = result["verdict"]
     line["effects"] = [_effect(effect) for effect in result.get("effects") or []]
     line["rivals"] = [_names(rival) for rival in result.get("rivals") or []]
-    line["misfit"] = {key: _rounded(value) for key, value in (result.get("misfit") or {}).items()}
-    line["mismatch"] = _rounded((result.get("mismatch") or [])[:PARTS])
+    line["misfit"] = {key: _round(value) for key, value in (result.get("misfit") or {}).items()}
+    line["mismatch"] = _round((result.get("mismatch") or [])[:PARTS])
     for key in ("probability", "groups", "data_faults", "searched", "law"):
         if result.get(key) is not None:
-            line[key] = _rounded(result[key])
+            line[key] = _round(result[key])
     if result.get("models") is not None:
         line["models"] = [_model(model) for model in result["models"][:MODELS]]
     return line
@@ -59,14 +59,14 @@ def compact(
 def _effect(effect: Mapping[str, Any]) -> dict[str, Any]:
     keys = ("value", "std", "lower", "upper", "unit")
     parameters = {
-        name: {k: _rounded(said[k]) for k in keys if said.get(k) is not None}
+        name: {k: _round(said[k]) for k in keys if said.get(k) is not None}
         if isinstance(said, Mapping)
         else said
         for name, said in (effect.get("parameters") or {}).items()
     }
     summary = {"name": effect["name"], "parameters": parameters}
     return summary | {
-        k: _rounded(effect[k]) for k in ("evidence", "channels", "plausible") if effect.get(k) is not None
+        k: _round(effect[k]) for k in ("evidence", "channels", "plausible") if effect.get(k) is not None
     }
 
 
@@ -80,18 +80,18 @@ def _model(model: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "law": model.get("law"),
         "effects": sorted(effects),
-        "probability": _rounded(model.get("probability")),
+        "probability": _round(model.get("probability")),
     }
 
 
-def _rounded(value: Any) -> Any:
+def _round(value: Any) -> Any:
     """Round all numbers in nested lists and mappings to six digits."""
     if isinstance(value, bool) or value is None or isinstance(value, (int, str)):
         return value
     if isinstance(value, float):
         return float(f"{value:.6g}")
     if isinstance(value, Mapping):
-        return {key: _rounded(item) for key, item in value.items()}
+        return {key: _round(item) for key, item in value.items()}
     if isinstance(value, Iterable):
-        return [_rounded(item) for item in value]
+        return [_round(item) for item in value]
     return value

@@ -20,7 +20,7 @@ from benchmarks.decks.drawing import channels_of
 from benchmarks.decks.foreign.external import Failed
 from benchmarks.decks.foreign.halfplane import NotSolved
 from benchmarks.decks.manifest import Entry
-from benchmarks.decks.sensing import digest, read_csv, same, sensed
+from benchmarks.decks.sensing import compare_digests, digest, logged_signals, read_csv
 from bushcli.curve.curve import Curve
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.recording import write_curve_csv
@@ -61,7 +61,7 @@ def make(entry: Entry, folder: Path) -> dict[str, Any]:
     if body.law == "ogden":
         text.append("terms = 2")
     for channel, sensor, force in zip(channels_of(entry), entry.sensors, exact, strict=True):
-        t, q, f = sensed(sensor, channel.time, channel.displacement, force)
+        t, q, f = logged_signals(sensor, channel.time, channel.displacement, force)
         file = part / f"{channel.name}.csv"
         write_curve_csv(file, Curve(channel.name, q, f, t))
         digests[file.name] = digest(*read_csv(file))
@@ -90,7 +90,7 @@ def make(entry: Entry, folder: Path) -> dict[str, Any]:
     return digests
 
 
-def missing(deck: str, folder: Path, names: Sequence[str] = ()) -> list[Entry]:
+def entries_to_make(deck: str, folder: Path, names: Sequence[str] = ()) -> list[Entry]:
     """Recordings of a deck that have not been made yet."""
     entries = manifest.read(deck)
     wanted = names or list(entries)
@@ -99,7 +99,7 @@ def missing(deck: str, folder: Path, names: Sequence[str] = ()) -> list[Entry]:
 
 def make_all(deck: str, folder: Path, names: Sequence[str] = ()) -> Iterator[str]:
     """Make the recordings that do not exist yet, never overwriting one; yield a line for each."""
-    for entry in missing(deck, folder, names):
+    for entry in entries_to_make(deck, folder, names):
         begin = time.perf_counter()
         if (folder / "truth" / f"{entry.name}.json").exists():
             continue  # made by another process meanwhile
@@ -115,13 +115,13 @@ def make_all(deck: str, folder: Path, names: Sequence[str] = ()) -> Iterator[str
             manifest.put(deck, replace(current, digest=digests))
             how = "made"
         else:
-            how = "made, " + compared(current, digests)
+            how = "made, " + compare(current, digests)
         yield f"{entry.name}: {how}, {time.perf_counter() - begin:.0f} s"
 
 
-def compared(entry: Entry, digests: dict[str, Any]) -> str:
+def compare(entry: Entry, digests: dict[str, Any]) -> str:
     """Compare a recording's files with the manifest; return the worst result."""
-    words = [same(known, digests[file]) for file, known in entry.digest.items()]
+    words = [compare_digests(known, digests[file]) for file, known in entry.digest.items()]
     return max(words, key=("same", "near", "different").index)
 
 
@@ -134,4 +134,4 @@ def check_all(deck: str, folder: Path) -> Iterator[tuple[str, str]]:
         elif not entry.digest:
             yield name, "no digest"
         else:
-            yield name, compared(entry, {file: digest(*read_csv(case / file)) for file in entry.digest})
+            yield name, compare(entry, {file: digest(*read_csv(case / file)) for file in entry.digest})

@@ -181,11 +181,11 @@ class Entry:
     def right(self) -> frozenset[frozenset[str]]:
         """Sets of effect names that are right, also without those effects that these recordings do not show."""
         sets = [frozenset(names) for names in (self.truth, *self.also_right)]
-        hidden = frozenset(name for name in self.truth if self.shown.get(name, HIDDEN) < HIDDEN)
+        hidden = frozenset(name for name in self.truth if self.strength_by_effect.get(name, HIDDEN) < HIDDEN)
         return frozenset(sets + [names - hidden for names in sets])
 
     @property
-    def shown(self) -> Mapping[str, float]:
+    def strength_by_effect(self) -> Mapping[str, float]:
         """Standard errors by the catalogue's names; a foreign formula's count for each effect that it stands for."""
         if self.part == "own":
             return self.strength

@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from benchmarks.decks.said import UNKNOWN, Names
+from benchmarks.decks.answer import UNKNOWN, Names
 from benchmarks.decks.score import Item
 from bushcli.effects.effect import effects_on
 from bushcli.evidence.prior import UNKNOWN as UNKNOWN_ODDS
@@ -84,7 +84,7 @@ def tool_odds(names: Names) -> float:
     return math.prod(UNKNOWN_ODDS if name == "unknown" else effect_odds(name) for name in names)
 
 
-def reweighed(item: Item, odds: Callable[[Names], float]) -> Item:
+def reweigh(item: Item, odds: Callable[[Names], float]) -> Item:
     """Return the answer that these odds would have given.
 
     Parameters
@@ -93,7 +93,7 @@ def reweighed(item: Item, odds: Callable[[Names], float]) -> Item:
     odds : callable
         Odds of a set of effects.
     """
-    weights = {names: p * odds(names) / tool_odds(names) for names, p in item.said.sets}
+    weights = {names: p * odds(names) / tool_odds(names) for names, p in item.answer.sets}
     total = sum(weights.values())
     if not total:
         return item
@@ -104,8 +104,8 @@ def reweighed(item: Item, odds: Callable[[Names], float]) -> Item:
             effects[name] = effects.get(name, 0.0) + probability
     kind = _most_probable_kind(sets)
     named = next(names for names, _ in sets if _kind(names) == kind) - UNKNOWN
-    answer = replace(item.said, verdict=VERDICTS[kind], named=named, sets=tuple(sets), effects=effects)
-    return replace(item, said=answer)
+    answer = replace(item.answer, verdict=VERDICTS[kind], named=named, sets=tuple(sets), effects=effects)
+    return replace(item, answer=answer)
 
 
 def _kind(names: Names) -> str:

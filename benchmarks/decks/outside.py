@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.concealed.simulate import Channel, force
-from benchmarks.concealed.strength import beside_a_factor, left
+from benchmarks.concealed.strength import beside_a_factor, rest_beside
 from benchmarks.concealed.truth import Specimen
 from benchmarks.decks.drawing import (
     CALIBRATION,
@@ -48,7 +48,7 @@ ATTEMPTS = 6
 SEEN, GAIN_SEEN = 12.0, 2.5
 
 
-def drawn(card: Card) -> Entry:
+def draw_recording(card: Card) -> Entry:
     """Draw a recording."""
     reasons = []
     for attempt in range(ATTEMPTS):
@@ -73,7 +73,7 @@ def _attempt(card: Card, seed: tuple[int, ...]) -> Entry:
     entry = replace(entry, formulas=({"name": name, **formula},), truth=truth, outside=True, where=where)
     if name == "dimension":
         entry = replace(entry, said=dict(formula), formulas=({"name": name},))
-    shown, share = _shown(entry)
+    shown, share = _change_beside_law(entry)
     if shown < (GAIN_SEEN if name in ("gain", "dimension") else SEEN):
         raise Unsuitable(f"{name} shows by {shown:.1f} standard errors")
     return replace(entry, strength={name: round(shown, 2)}, share=round(share, 3))
@@ -92,9 +92,9 @@ def _nothing(rng: np.random.Generator, entry: Entry, number: int) -> Entry:
     return replace(entry, programs=tuple(programs), sensors=tuple(felt))
 
 
-def _shown(entry: Entry) -> tuple[float, float]:
+def _change_beside_law(entry: Entry) -> tuple[float, float]:
     """Standard errors, and percent of the range (rms), beside the law to first order and the calibration factors."""
-    said = stated(entry)
+    said = specimen_of_case_file(entry)
     rows, slopes, scale = [], [], []
     for c, sensor, exact in zip(channels_of(entry), entry.sensors, forces(entry)[0], strict=True):
         plain, slope = force(said, c, finer=False, names=tuple(said.parameters))
@@ -108,12 +108,12 @@ def _shown(entry: Entry) -> tuple[float, float]:
         rows.append(beside_a_factor(change / sigma, plain / sigma, spread))
         slopes.append(beside_a_factor(slope / sigma, plain / sigma, spread))
         scale.append(np.full(len(exact), sigma / span))
-    rest = left(np.concatenate(rows), [np.vstack(slopes)])
+    rest = rest_beside(np.concatenate(rows), [np.vstack(slopes)])
     share = 100 * float(np.sqrt(np.mean((rest * np.concatenate(scale)) ** 2)))
     return float(np.linalg.norm(rest)), share
 
 
-def stated(entry: Entry) -> Specimen:
+def specimen_of_case_file(entry: Entry) -> Specimen:
     """Return the bushing as its case file describes it."""
     return replace(entry.specimen, dimensions=dict(entry.specimen.dimensions) | dict(entry.said))
 
@@ -136,7 +136,7 @@ def forces(entry: Entry) -> tuple[list[Array], list[Array]]:
                 for c, f in zip(channels, exact, strict=True)
             ]
     if entry.said:
-        plain = [elastic_force(stated(entry), c) for c in channels]
+        plain = [elastic_force(specimen_of_case_file(entry), c) for c in channels]
     return exact, plain
 
 
@@ -290,4 +290,4 @@ MADE: Mapping[str, Callable[[Formula, Channel, Array], Array]] = {
     "transducer": transducer,
     "quadratic_damping": quadratic_damping,
 }
-__all__ = ["channel", "drawn", "forces"]
+__all__ = ["channel", "draw_recording", "forces"]

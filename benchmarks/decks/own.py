@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from benchmarks.concealed.make import MESH, Bench
 from benchmarks.concealed.simulate import force
-from benchmarks.concealed.sizes import SIZES, sized
-from benchmarks.concealed.strength import left, strength
+from benchmarks.concealed.sizes import SIZES, effect_of_size
+from benchmarks.concealed.strength import rest_beside, strength
 from benchmarks.decks.drawing import CALIBRATION, Unsuitable, channel, channel_programs, sensors, specimen
 from benchmarks.decks.manifest import Entry
 from benchmarks.decks.plan import Card
@@ -30,7 +30,7 @@ SEEN, ATTEMPTS = 4.0, 8
 LAWS = ("yeoh", "mooney_rivlin", "gent")
 
 
-def drawn(card: Card) -> Entry:
+def draw_recording(card: Card) -> Entry:
     """Draw a recording.
 
     Raises
@@ -81,13 +81,13 @@ def _attempt(card: Card, seed: tuple[int, ...]) -> Entry:
     active: list[ActiveEffect] = []
     changes: list[Array] = []
     for name in card.names:
-        effect, change = _sized(rng, name, bench, wanted)
+        effect, change = _effect_of_share(rng, name, bench, wanted)
         active.append(effect)
         changes.append(change)
     shown = {}
     for i, effect in enumerate(active):
         others = [c for k, c in enumerate(changes) if k != i]
-        shown[effect.name] = round(strength(changes[i], [*bench.taken, *others]), 2)
+        shown[effect.name] = round(strength(changes[i], [*bench.law_changes, *others]), 2)
         if card.program == "rich" and shown[effect.name] < SEEN:
             raise Unsuitable(f"{effect.name} shows by {shown[effect.name]:.1f} standard errors")
     whole = bench.change(active) if len(active) > 1 else changes[0] if active else np.zeros(1)
@@ -102,19 +102,21 @@ def _attempt(card: Card, seed: tuple[int, ...]) -> Entry:
 
 def share(bench: Bench, change: Array) -> float:
     """Percent of the range (rms) of a weighed change that law and calibration factors cannot imitate."""
-    rest = left(change, bench.taken)
+    rest = rest_beside(change, bench.law_changes)
     scale = np.concatenate(
         [np.full(len(f), s / float(np.ptp(f))) for s, f in zip(bench.sigma, bench.fine, strict=True)]
     )
     return 100 * float(np.sqrt(np.mean((rest * scale) ** 2)))
 
 
-def _sized(rng: np.random.Generator, name: str, bench: Bench, wanted: float) -> tuple[ActiveEffect, Array]:
+def _effect_of_share(
+    rng: np.random.Generator, name: str, bench: Bench, wanted: float
+) -> tuple[ActiveEffect, Array]:
     """Return an effect that changes the curves by the wanted share, as far as its usual range allows."""
     sizes = SIZES[name]
     values = sizes.values(rng, bench.situation(name))
     size = 1.0
-    effect = sized(name, values, size)
+    effect = effect_of_size(name, values, size)
     change = bench.change([effect])
     for _ in range(2):
         current = share(bench, change)
@@ -122,7 +124,7 @@ def _sized(rng: np.random.Generator, name: str, bench: Bench, wanted: float) -> 
         if abs(np.log(best / size)) < 0.15:
             break
         size = best
-        effect = sized(name, values, size)
+        effect = effect_of_size(name, values, size)
         change = bench.change([effect])
     return effect, change
 
@@ -141,4 +143,4 @@ def solid(mode: str) -> bool:
     return modes()[mode].section is None
 
 
-__all__ = ["CALIBRATION", "drawn", "forces", "share", "solid"]
+__all__ = ["CALIBRATION", "draw_recording", "forces", "share", "solid"]

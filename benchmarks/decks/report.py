@@ -7,12 +7,12 @@ import statistics
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
-from benchmarks.concealed.report import shown, table
+from benchmarks.concealed.report import count_text, table
 from benchmarks.concealed.score import Count
 from benchmarks.decks import ledger, manifest, score, why
+from benchmarks.decks.answer import answer_of
 from benchmarks.decks.manifest import Entry
-from benchmarks.decks.odds import frequencies, reweighed
-from benchmarks.decks.said import said
+from benchmarks.decks.odds import frequencies, reweigh
 from benchmarks.decks.score import Item
 
 ABOUT = Path(__file__).parent / "about.md"
@@ -28,7 +28,9 @@ Runs = Mapping[str, Sequence[Item]]
 def items(deck: str, label: str) -> list[Item]:
     """Recordings of a deck that were diagnosed under a label."""
     lines = ledger.read(deck, label)
-    return [Item(entry, said(lines[name])) for name, entry in manifest.read(deck).items() if name in lines]
+    return [
+        Item(entry, answer_of(lines[name])) for name, entry in manifest.read(deck).items() if name in lines
+    ]
 
 
 def _catalogue(answers: Sequence[Item]) -> list[Item]:
@@ -52,11 +54,11 @@ def _right(answers: Sequence[Item]) -> Count:
 
 
 def _outright(answers: Sequence[Item]) -> Count:
-    return score.count(_tellable(answers), score.outright)
+    return score.count(_tellable(answers), score.is_outright)
 
 
 def _wrong(answers: Sequence[Item]) -> Count:
-    return score.count(answers, lambda i: bool(score.wrongly(i)))
+    return score.count(answers, lambda i: bool(score.wrong_effects(i)))
 
 
 def _inside(answers: Sequence[Item]) -> Count:
@@ -65,7 +67,7 @@ def _inside(answers: Sequence[Item]) -> Count:
 
 
 def _verdicts(answers: Sequence[Item]) -> Count:
-    right = [score.outside_right(i) if i.entry.outside else score.explained(i) for i in answers]
+    right = [score.outside_right(i) if i.entry.outside else score.is_explained(i) for i in answers]
     return Count(sum(right), len(right))
 
 
@@ -117,12 +119,12 @@ def scores(by_deck: Mapping[str, Runs]) -> str:
         for label, diagnosed in runs.items():
             together.setdefault(label, []).extend(diagnosed)
     rows = [
-        [deck, what, wanted, *(shown(of(runs)) for runs in by_deck[deck].values())]
+        [deck, what, wanted, *(count_text(of(runs)) for runs in by_deck[deck].values())]
         for deck, what, wanted, of in WANTED
         if deck in by_deck
     ]
-    for what, said_ in KINDS.items():
-        errors = [score.calibration_error(_bins(diagnosed, said_)) for diagnosed in together.values()]
+    for what, statements in KINDS.items():
+        errors = [score.calibration_error(_bins(diagnosed, statements)) for diagnosed in together.values()]
         rows.append(["all", f"expected calibration error, {what}", "0.05 or less", *map(finite, errors)])
     return table(["deck", "score", "wanted", *together], rows)
 
@@ -133,16 +135,16 @@ def _with_other_odds(by_deck: Runs) -> str:
     if not every:
         return ""
     known = frequencies(every)
-    other = {deck: [reweighed(item, known.of) for item in items_] for deck, items_ in by_deck.items()}
+    other = {deck: [reweigh(item, known.of) for item in items_] for deck, items_ in by_deck.items()}
     rows = [
-        [deck, what, wanted, shown(of(by_deck[deck])), shown(of(other[deck]))]
+        [deck, what, wanted, count_text(of(by_deck[deck])), count_text(of(other[deck]))]
         for deck, what, wanted, of in WANTED
         if deck in by_deck and of is not _inside
     ]
     together = [every, [item for items_ in other.values() for item in items_]]
-    for what, said_ in KINDS.items():
+    for what, statements in KINDS.items():
         for deck, pair in (*((d, [by_deck[d], other[d]]) for d in by_deck), ("all", together)):
-            errors = [finite(score.calibration_error(_bins(runs, said_))) for runs in pair]
+            errors = [finite(score.calibration_error(_bins(runs, statements))) for runs in pair]
             wanted = "0.05 or less" if deck == "all" else ""
             rows.append([deck, f"expected calibration error, {what}", wanted, *errors])
     return ODDS.read_text(encoding="utf-8") + table(
@@ -167,30 +169,36 @@ def _deck(deck: str, runs: Runs) -> str:
 
 def _rows(runs: Runs) -> list[list[str]]:
     def of(choose: Callable[[Sequence[Item]], list[Item]], good: Callable[[Item], bool]) -> list[str]:
-        return [shown(score.count(choose(answers), good)) for answers in runs.values()]
+        return [count_text(score.count(choose(answers), good)) for answers in runs.values()]
 
     def wrong(answers: Sequence[Item]) -> str:
-        return f"{sum(len(score.wrongly(i)) for i in answers)} in {shown(_wrong(answers))}"
+        return f"{sum(len(score.wrong_effects(i)) for i in answers)} in {count_text(_wrong(answers))}"
 
     def logs(answers: Sequence[Item]) -> str:
         return f"{statistics.mean(map(score.log_score, answers)):.2f}" if answers else ""
 
     rows = [
-        ["right set in the credible set", *(shown(_right(answers)) for answers in runs.values())],
+        ["right set in the credible set", *(count_text(_right(answers)) for answers in runs.values())],
         ["right set the most probable", *of(_catalogue, score.first)],
-        ["named outright, where it can be told", *(shown(_outright(answers)) for answers in runs.values())],
-        ["named outright, all", *of(_catalogue, score.outright)],
-        ["called unexplained, though in the catalogue", *of(_catalogue, score.unexplained)],
-        ["nothing concealed: `explained`", *of(_nothing, score.explained)],
+        [
+            "named outright, where it can be told",
+            *(count_text(_outright(answers)) for answers in runs.values()),
+        ],
+        ["named outright, all", *of(_catalogue, score.is_outright)],
+        ["called unexplained, though in the catalogue", *of(_catalogue, score.is_unexplained)],
+        ["nothing concealed: `explained`", *of(_nothing, score.is_explained)],
         ["nothing concealed: nothing in the credible set", *of(_nothing, score.in_set)],
         ["outside: unexplained in the right place, or its later name", *of(_outside, score.outside_right)],
-        ["outside: `unexplained`", *of(_outside, score.unexplained)],
+        ["outside: `unexplained`", *of(_outside, score.is_unexplained)],
         ["absent effects stated with 95 % or more", *map(wrong, runs.values())],
-        ["95 % intervals that hold the true value", *(shown(_inside(answers)) for answers in runs.values())],
-        ["`faulty_data`, which is never right here", *of(list, lambda i: i.said.verdict == "faulty_data")],
-        ["spikes reported where there are some", *of(_with_spikes, lambda i: "spikes" in i.said.faults)],
-        ["a data fault reported where there is none", *of(_clean, lambda i: bool(i.said.faults))],
-        ["no result (failed, out of time)", *of(list, lambda i: i.said.verdict == "no result")],
+        [
+            "95 % intervals that hold the true value",
+            *(count_text(_inside(answers)) for answers in runs.values()),
+        ],
+        ["`faulty_data`, which is never right here", *of(list, lambda i: i.answer.verdict == "faulty_data")],
+        ["spikes reported where there are some", *of(_with_spikes, lambda i: "spikes" in i.answer.faults)],
+        ["a data fault reported where there is none", *of(_clean, lambda i: bool(i.answer.faults))],
+        ["no result (failed, out of time)", *of(list, lambda i: i.answer.verdict == "no result")],
         ["log score, mean (nats)", *map(logs, runs.values())],
     ]
     return [row for row in rows if any(cell not in ("none", "") for cell in row[1:])]
@@ -236,8 +244,8 @@ def _by_truth(runs: Runs) -> str:
                 continue
             row += [
                 f"{sum(map(_good, of))} of {len(of)}",
-                str(sum(map(score.outright, of))),
-                str(sum(bool(score.wrongly(i)) for i in of)),
+                str(sum(map(score.is_outright, of))),
+                str(sum(bool(score.wrong_effects(i)) for i in of)),
             ]
         rows.append(row)
     head = ["truth"]
@@ -264,7 +272,7 @@ def _times(runs: Runs) -> str:
 
 
 def _seconds(item: Item) -> float:
-    line = item.said.line
+    line = item.answer.line
     return float(line.get("processor_seconds", line["seconds"]))
 
 
@@ -286,7 +294,7 @@ def _reliability(runs: Runs, picture: Path | None) -> str:
             row = [f"{low:g} to {high:g}"]
             for own in bins.values():
                 (match,) = [b for b in own if b.low == low] or [None]
-                row.append("" if match is None else f"{match.mean:.2f}: {shown(match.true)}")
+                row.append("" if match is None else f"{match.mean:.2f}: {count_text(match.true)}")
             rows.append(row)
         rows.append(
             ["expected calibration error", *(finite(score.calibration_error(own)) for own in bins.values())]
@@ -330,15 +338,25 @@ def _misses(deck: str, runs: Runs) -> str:
     for label, answers in runs.items():
         rows = []
         for i in answers:
-            if _good(i) and not score.wrongly(i):
+            if _good(i) and not score.wrong_effects(i):
                 continue
-            credible = " or ".join(" + ".join(sorted(names)) or "nothing" for names in i.said.credible[:5])
-            more = f" or {len(i.said.credible) - 5} more" if len(i.said.credible) > 5 else ""
+            credible = " or ".join(" + ".join(sorted(names)) or "nothing" for names in i.answer.credible[:5])
+            more = f" or {len(i.answer.credible) - 5} more" if len(i.answer.credible) > 5 else ""
             entry = i.entry
             what = f"{truth_of(entry)}, {entry.share:.1f} %, {entry.program}, {', '.join(entry.channels)}"
             alike = ", ".join(entry.look_alikes or ())
-            verdict = i.said.verdict.replace("_", " ")
-            rows.append([entry.name, what, alike, verdict, credible + more, _stated(i), *_compared(i)])
+            verdict = i.answer.verdict.replace("_", " ")
+            rows.append(
+                [
+                    entry.name,
+                    what,
+                    alike,
+                    verdict,
+                    credible + more,
+                    _wrong_effects(i),
+                    *_probability_and_misfits(i),
+                ]
+            )
         head = [
             "name",
             "truth",
@@ -353,16 +371,16 @@ def _misses(deck: str, runs: Runs) -> str:
     return text
 
 
-def _compared(item: Item) -> tuple[str, str]:
+def _probability_and_misfits(item: Item) -> tuple[str, str]:
     """Probability of the right sets, and misfits of their best fit and of the first set's, in units of the noise."""
-    first = [names for names, _ in item.said.sets[:1]]
-    pair = (item.said.misfit(item.right), item.said.misfit(first))
+    first = [names for names, _ in item.answer.sets[:1]]
+    pair = (item.answer.misfit(item.right), item.answer.misfit(first))
     misfits = ", ".join("not fitted" if value is None else f"{value:.2f}" for value in pair)
-    return f"{item.said.of(item.right):.4f}" if item.said.sets else "", misfits if any(pair) else ""
+    return f"{item.answer.of(item.right):.4f}" if item.answer.sets else "", misfits if any(pair) else ""
 
 
-def _stated(item: Item) -> str:
-    return ", ".join(sorted(score.wrongly(item)))
+def _wrong_effects(item: Item) -> str:
+    return ", ".join(sorted(score.wrong_effects(item)))
 
 
 def finite(value: float) -> str:

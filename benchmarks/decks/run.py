@@ -21,7 +21,7 @@ OUT_OF_TIME = (-24, -9, 152, 137)
 INTERRUPTED = (-2, -15, 130, 143)
 
 
-def waiting(
+def cases_to_run(
     deck: str, folder: Path, label: str, *, again: bool = False, ledgers: Path = ledger.FOLDER
 ) -> list[Path]:
     """Cases that are not in the ledger, in order; with `again` also those without a verdict in their last line."""
@@ -69,10 +69,10 @@ def run_all(
     """
     if processor is not None:
         command = ["sh", "-c", f'ulimit -t {processor:d}; exec "$@"', "sh", *command]
-    todo = waiting(deck, folder, label, again=again, ledgers=ledgers)[:count]
+    todo = cases_to_run(deck, folder, label, again=again, ledgers=ledgers)[:count]
     running, before = Running(), processor_seconds()
     with ThreadPoolExecutor(workers) as pool:
-        jobs = {pool.submit(_one, case, folder, command, timeout, running, label): case for case in todo}
+        jobs = {pool.submit(_run_case, case, folder, command, timeout, running, label): case for case in todo}
         try:
             for job in as_completed(jobs):
                 run = job.result()
@@ -112,7 +112,7 @@ def processor_seconds() -> float:
     return used.ru_utime + used.ru_stime
 
 
-def _one(
+def _run_case(
     case: Path, folder: Path, command: Sequence[str], timeout: float, running: Running, label: str
 ) -> Run | None:
     return run_one(case, folder, command, timeout, running, f"results-{label}")

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.concealed.score import NORMAL, Count, Interval
+from benchmarks.decks.answer import UNKNOWN, Answer, Names
 from benchmarks.decks.manifest import Entry
-from benchmarks.decks.said import UNKNOWN, Names, Said
 
 # Least probability of a right set, since models are listed down to 0.1 %.
 FLOOR = 1e-3
@@ -24,7 +24,7 @@ class Item:
     """A recording and the answer to it (None = not diagnosed yet)."""
 
     entry: Entry
-    said: Said
+    answer: Answer
 
     @property
     def right(self) -> frozenset[Names]:
@@ -45,51 +45,51 @@ class Item:
 
 def in_set(item: Item) -> bool:
     """Whether a right set of effects is in the credible set."""
-    return any(names in item.right for names in item.said.credible)
+    return any(names in item.right for names in item.answer.credible)
 
 
 def first(item: Item) -> bool:
     """Whether a right set of effects is the most probable one."""
-    return any(names in item.right for names, _ in item.said.sets[:1])
+    return any(names in item.right for names, _ in item.answer.sets[:1])
 
 
-def outright(item: Item) -> bool:
+def is_outright(item: Item) -> bool:
     """Whether exactly the right effects are named, without rivals."""
-    said = item.said
+    answer = item.answer
     return (
-        said.verdict not in ("unexplained", "no result", "faulty_data")
-        and said.named in item.right
-        and len(said.credible) == 1
+        answer.verdict not in ("unexplained", "no result", "faulty_data")
+        and answer.named in item.right
+        and len(answer.credible) == 1
     )
 
 
-def wrongly(item: Item) -> Names:
+def wrong_effects(item: Item) -> Names:
     """Effects that are stated with 95 % or more, but are absent."""
-    return item.said.stated - item.possible
+    return item.answer.stated_effects - item.possible
 
 
-def unexplained(item: Item) -> bool:
+def is_unexplained(item: Item) -> bool:
     """Whether the verdict is that the catalogue does not explain the recording."""
-    return item.said.verdict == "unexplained"
+    return item.answer.verdict == "unexplained"
 
 
-def explained(item: Item) -> bool:
+def is_explained(item: Item) -> bool:
     """Whether the verdict is that the plain law suffices, without any effect."""
-    return item.said.verdict == "explained" and not item.said.named
+    return item.answer.verdict == "explained" and not item.answer.named
 
 
 def outside_right(item: Item) -> bool:
     """Whether outside physics is unexplained and rightly located, or named as the effect that was added later."""
     later = frozenset(item.entry.truth)
-    if later and any(names == later for names in item.said.credible):
+    if later and any(names == later for names in item.answer.credible):
         return True
-    return unexplained(item) and located(item)
+    return is_unexplained(item) and is_located(item)
 
 
-def located(item: Item) -> bool:
+def is_located(item: Item) -> bool:
     """Whether more than half of the located misfit lies where the truth puts it."""
     where = item.entry.where
-    parts = item.said.line.get("mismatch") or []
+    parts = item.answer.line.get("mismatch") or []
     if not where:
         return bool(parts)
     total = sum(part["share"] for part in parts)
@@ -140,16 +140,16 @@ def _cycles(part: dict[str, Any]) -> tuple[int, int]:
 
 def intervals(item: Item) -> list[Interval]:
     """Intervals of the parameters, where exactly the concealed effects of the catalogue's own formulas are named."""
-    if item.entry.part != "own" or not item.entry.effects or item.said.named not in item.right:
+    if item.entry.part != "own" or not item.entry.effects or item.answer.named not in item.right:
         return []
     effect_intervals = []
-    for effect in item.said.line["effects"]:
+    for effect in item.answer.line["effects"]:
         for name, truth in item.entry.effects.get(effect["name"], {}).items():
-            said = effect["parameters"].get(name)
-            if not isinstance(said, dict) or not said.get("std"):
+            parameter = effect["parameters"].get(name)
+            if not isinstance(parameter, dict) or not parameter.get("std"):
                 continue
-            lower = said.get("lower", said["value"] - NORMAL * said["std"])
-            upper = said.get("upper", said["value"] + NORMAL * said["std"])
+            lower = parameter.get("lower", parameter["value"] - NORMAL * parameter["std"])
+            upper = parameter.get("upper", parameter["value"] + NORMAL * parameter["std"])
             effect_intervals.append(
                 Interval(item.entry.name, f"{effect['name']}.{name}", truth, lower, upper)
             )
@@ -158,7 +158,7 @@ def intervals(item: Item) -> list[Interval]:
 
 def log_score(item: Item) -> float:
     """Logarithm of the probability of the right answer, no less than that of FLOOR."""
-    return math.log(max(item.said.of(item.right), FLOOR))
+    return math.log(max(item.answer.of(item.right), FLOOR))
 
 
 # -- many --------------------------------------------------------------------------------------------------------
@@ -172,7 +172,7 @@ def count(items: Sequence[Item], good: Callable[[Item], bool]) -> Count:
 def statements(item: Item) -> Iterator[tuple[float, bool]]:
     """Stated probabilities of effects, and whether the effect is present; effects that may be either are left out."""
     truth = frozenset(item.entry.truth)
-    for name, probability in item.said.effects.items():
+    for name, probability in item.answer.effects.items():
         if name == "unknown":
             true = item.entry.outside
             if true and truth:
@@ -188,7 +188,7 @@ def statements(item: Item) -> Iterator[tuple[float, bool]]:
 
 def models(item: Item) -> Iterator[tuple[float, bool]]:
     """Stated probabilities of sets of effects, and whether the set is right."""
-    for names, probability in item.said.sets:
+    for names, probability in item.answer.sets:
         yield probability, names in item.right
 
 
@@ -211,11 +211,11 @@ class Bin:
     true: Count
 
 
-def reliability(said: Sequence[tuple[float, bool]]) -> list[Bin]:
+def reliability(statements: Sequence[tuple[float, bool]]) -> list[Bin]:
     """Bins of probability with the share of true statements; statements below 1 % are left out."""
     bins, low = [], BINS[0]
     for high in BINS[1:]:
-        inside = [(p, t) for p, t in said if low <= p < high or (high == 1.0 and p == 1.0)]
+        inside = [(p, t) for p, t in statements if low <= p < high or (high == 1.0 and p == 1.0)]
         if inside:
             mean = sum(p for p, _ in inside) / len(inside)
             bins.append(Bin(low, high, mean, Count(sum(t for _, t in inside), len(inside))))

@@ -25,7 +25,9 @@ LOGGED, COMPARED = 1e-5, 1e-4
 SKETCH, NEAR = 16, 1e-3
 
 
-def sensed(sensor: Sensor, time: Array, displacement: Array, force: Array) -> tuple[Array, Array, Array]:
+def logged_signals(
+    sensor: Sensor, time: Array, displacement: Array, force: Array
+) -> tuple[Array, Array, Array]:
     """Time, displacement and force as logged; fewer samples where some are lost."""
     rng = np.random.default_rng(sensor.seed)
     n, span = len(force), float(np.ptp(force))
@@ -38,7 +40,7 @@ def sensed(sensor: Sensor, time: Array, displacement: Array, force: Array) -> tu
     if sensor.hum:
         turn = 2 * np.pi * time / sensor.hum["period"] + sensor.hum["phase"]
         f = f + sensor.hum["size"] * percent * np.sin(turn)
-    f = f + sensor.noise * percent * remembering(white, sensor.correlation)
+    f = f + sensor.noise * percent * correlated_noise(white, sensor.correlation)
     if sensor.spikes:
         size = sensor.spikes["size"] * percent
         f = f + np.where(chance < sensor.spikes["share"], sign * size * (0.5 + uniform), 0.0)
@@ -51,7 +53,7 @@ def sensed(sensor: Sensor, time: Array, displacement: Array, force: Array) -> tu
     return time[there], q[there], np.round(f[there] / (LOGGED * span)) * LOGGED * span
 
 
-def remembering(white: Array, correlation: float) -> Array:
+def correlated_noise(white: Array, correlation: float) -> Array:
     """Autoregressive noise of first order and unit variance."""
     start = white[:1]
     rest = lfilter([np.sqrt(1 - correlation**2)], [1.0, -correlation], white[1:], zi=correlation * start)[0]
@@ -71,7 +73,7 @@ def digest(time: Array, displacement: Array, force: Array) -> dict[str, Any]:
     return {"sha256": hasher.hexdigest(), "range": float(f"{span:.6g}"), "sketch": sketch}
 
 
-def same(known: Mapping[str, Any], new: Mapping[str, Any]) -> str:
+def compare_digests(known: Mapping[str, Any], new: Mapping[str, Any]) -> str:
     """Compare digests: "same", "near" (other last digits) or "different"."""
     if known["sha256"] == new["sha256"]:
         return "same"

@@ -26,7 +26,7 @@ def summary(labels: Sequence[str], decks: Sequence[str]) -> str:
     )
 
 
-def renewed(page: str, text: str) -> str:
+def with_new_scores(page: str, text: str) -> str:
     """Return a page with new scores between its two marks.
 
     Parameters

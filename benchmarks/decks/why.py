@@ -26,7 +26,7 @@ from typing import Any
 
 from benchmarks.concealed.report import table
 from benchmarks.decks import ledger, manifest, score
-from benchmarks.decks.said import Names, bases, said
+from benchmarks.decks.answer import Names, answer_of, bases
 from benchmarks.decks.score import Item
 from bushcli.case import load_case
 from bushcli.diagnosis.diagnose import question
@@ -89,7 +89,7 @@ class Terms:
         return self.data + self.values + self.odds
 
 
-def missed(deck: str, label: str) -> Iterator[Item]:
+def items_to_explain(deck: str, label: str) -> Iterator[Item]:
     """Yield the recordings whose right answer is not given outright.
 
     Parameters
@@ -99,11 +99,11 @@ def missed(deck: str, label: str) -> Iterator[Item]:
     lines = ledger.read(deck, label)
     for name, entry in manifest.read(deck).items():
         if name in lines:
-            item = Item(entry, said(lines[name]))
+            item = Item(entry, answer_of(lines[name]))
             if entry.outside:
                 right = score.outside_right(item)
             else:
-                right = score.outright(item) if entry.truth else score.explained(item)
+                right = score.is_outright(item) if entry.truth else score.is_explained(item)
             if not right:
                 yield item
 
@@ -117,7 +117,7 @@ def terms(folder: Path, item: Item) -> list[Terms]:
         Of the deck.
     item : Item
     """
-    wrong = [names for names, _ in item.said.sets if names not in item.right][:WRONG]
+    wrong = [names for names, _ in item.answer.sets if names not in item.right][:WRONG]
     names = frozenset().union(*item.right, *wrong) - {"unknown"}
     cache = ModelCache(None)
     asked = question(
@@ -159,7 +159,7 @@ def _terms(search: Search) -> Iterator[Terms]:
             )
 
 
-def compared(folder: Path, item: Item) -> dict[str, Any] | None:
+def compare(folder: Path, item: Item) -> dict[str, Any] | None:
     """Compare the best right model with the best wrong one; None if no right one could be fitted.
 
     Parameters
@@ -181,7 +181,7 @@ def compared(folder: Path, item: Item) -> dict[str, Any] | None:
         "in_set": score.in_set(item),
         "right": sorted(right.names),
         "wrong": sorted(wrong.names),
-        "probability": round(item.said.of(item.right), 4),
+        "probability": round(item.answer.of(item.right), 4),
         "data": round(right.data - wrong.data, 2),
         "values": round(right.values - wrong.values, 2),
         "odds": round(right.odds - wrong.odds, 2),
@@ -203,10 +203,10 @@ def why(deck: str, folder: Path, label: str, names: Sequence[str] = ()) -> Itera
         These recordings only.
     """
     done = ledger.read(deck, f"why-{label}")
-    for item in missed(deck, label):
+    for item in items_to_explain(deck, label):
         if item.entry.name in done or (names and item.entry.name not in names):
             continue
-        line = compared(folder, item) or {"name": item.entry.name, "right": None}
+        line = compare(folder, item) or {"name": item.entry.name, "right": None}
         ledger.append(deck, f"why-{label}", line)
         yield json.dumps(line)
 

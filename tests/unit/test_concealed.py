@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from benchmarks.concealed import draw, programs, refit, report, score
 from benchmarks.concealed.run import Run, read_run, run_all
-from benchmarks.concealed.sizes import SIZES, Situation, sized
+from benchmarks.concealed.sizes import SIZES, Situation, effect_of_size
 from benchmarks.concealed.strength import apart, beside_a_factor, strength
 from benchmarks.concealed.truth import Specimen, Truth, read_truth, write_truth
 from bushcli.curve.segment import segment
@@ -33,7 +33,7 @@ SITUATION = Situation(10.0, 35.0, 5.0, 1000.0, 300.0, 600.0, 8.0, 1.0, 0.5)
 
 
 def test_a_deck_has_every_effect_of_the_catalogue_once() -> None:
-    kinds = [draw.concealed(seed) for seed in range(50, 75)]
+    kinds = [draw.draw_concealed(seed) for seed in range(50, 75)]
     singles = sorted(plan.names[0] for plan in kinds if plan.kind == "single")
     assert singles == sorted(draw.CONCEALED)
     counts = [sum(plan.kind == kind for plan in kinds) for kind in ("none", "pair", "outside")]
@@ -41,7 +41,9 @@ def test_a_deck_has_every_effect_of_the_catalogue_once() -> None:
 
 
 def test_the_seed_alone_decides() -> None:
-    assert [draw.concealed(seed) for seed in range(40)] == [draw.concealed(seed) for seed in range(40)]
+    assert [draw.draw_concealed(seed) for seed in range(40)] == [
+        draw.draw_concealed(seed) for seed in range(40)
+    ]
     rngs = [np.random.default_rng(7) for _ in range(2)]
     first, second = (draw.specimen(rng, ("axial", "radial")) for rng in rngs)
     assert first == second
@@ -50,7 +52,7 @@ def test_the_seed_alone_decides() -> None:
 
 @pytest.mark.parametrize("seed", range(60))
 def test_channels_serve_the_effects(seed: int) -> None:
-    plan = draw.concealed(seed)
+    plan = draw.draw_concealed(seed)
     for name in plan.names:
         assert any(effects()[name].acts_on(channel) for channel in plan.channels)
         if name in draw.NEEDS and plan.program == "rich":
@@ -62,7 +64,7 @@ def test_channels_serve_the_effects(seed: int) -> None:
 
 def test_every_effect_of_a_pair_acts_on_a_channel() -> None:
     """The longer of two sets of channels may lack the only channel on which the other effect acts."""
-    for plan in map(draw.concealed, range(2000, 2200)):
+    for plan in map(draw.draw_concealed, range(2000, 2200)):
         for name in plan.names:
             assert any(effects()[name].acts_on(channel) for channel in plan.channels), plan
 
@@ -75,14 +77,16 @@ def test_every_effect_has_sizes_that_the_catalogue_admits() -> None:
         needed = {p.name for p in effects()[name].parameters if not (p.optional or p.choices or p.under)}
         assert needed <= set(values) <= {p.name for p in effects()[name].parameters}
         for size in (sizes.least, sizes.most):
-            active = sized(name, values, size)
+            active = effect_of_size(name, values, size)
             for parameter in effects()[name].parameters:
                 if parameter.name in values:
                     assert parameter.admits(active.values[parameter.name]), (name, parameter.name)
 
 
 def test_size_scales_amplitudes_and_leaves_shapes() -> None:
-    small, large = (sized("viscoelasticity", {"g1": 0.2, "tau1": 3.0}, size).values for size in (1.0, 2.0))
+    small, large = (
+        effect_of_size("viscoelasticity", {"g1": 0.2, "tau1": 3.0}, size).values for size in (1.0, 2.0)
+    )
     assert large == {"g1": 2 * small["g1"], "tau1": small["tau1"]}
 
 
@@ -145,9 +149,9 @@ def test_a_law_that_is_moved_far_may_do_what_it_cannot_to_first_order() -> None:
     # What no law can imitate remains: the wave, less its component along the slope.
     _, slope = curves(np.full(1, 2.5))
     wave = strength(target - np.exp(2.5 * q), [slope])
-    assert refit.left(curves, target, np.ones(1), -free, free) == pytest.approx(wave, rel=0.02)
+    assert refit.remaining_misfit(curves, target, np.ones(1), -free, free) == pytest.approx(wave, rel=0.02)
     # With bounds, the fit ends at the nearest bound.
-    bound = refit.left(curves, target, np.ones(1), np.zeros(1), np.full(1, 2.0))
+    bound = refit.remaining_misfit(curves, target, np.ones(1), np.zeros(1), np.full(1, 2.0))
     assert bound == pytest.approx(np.linalg.norm(target - np.exp(2.0 * q)), rel=0.02)
 
 
@@ -261,7 +265,7 @@ def test_targets_count_what_they_say() -> None:
     # g1 = 0.21 in 0.18..0.22; the result has no tau1.
     assert (inside.count.good, inside.count.all) == (1, 1)
     assert outside.count.all == 0
-    assert [t.reached for t in (right, alarms, held_out, outside)] == [False, False, True, None]
+    assert [t.is_reached for t in (right, alarms, held_out, outside)] == [False, False, True, None]
 
 
 def test_misfit_and_held_out_are_weighed_by_the_true_noise() -> None:

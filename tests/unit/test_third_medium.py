@@ -8,7 +8,7 @@ import pytest
 import ufl
 from mpi4py import MPI
 
-from benchmarks.medium import CURVATURES, MEDIUM, RUBBER, Medium, Problem, marched, medium_energy
+from benchmarks.medium import CURVATURES, MEDIUM, RUBBER, Medium, Problem, march_path, medium_energy
 from benchmarks.third_medium import knee
 
 
@@ -37,7 +37,7 @@ def test_a_gap_closes_and_transfers_force(strip):
     left, right = (lambda x, end=end: np.isclose(x[0], end) for end in (0.0, 2.2))
     held = [(left, 0, 1.0), (right, 0, 0.0), (lambda x: np.isclose(x[1], 0.0), 1, 0.0)]
     problem, force = Problem(*strip, Medium(1e-4, 1.0), held), []
-    tried, cut = marched(problem, [0.1, 0.15, 0.3, 0.4], lambda: force.append(problem.reaction()))
+    tried, cut = march_path(problem, [0.1, 0.15, 0.3, 0.4], lambda: force.append(problem.reaction()))
     assert len(force) == 4
     assert tried - cut >= 4
     assert 0 < force[1] < 0.01

@@ -18,10 +18,10 @@ Array = NDArray[np.float64]
 def forces(entry: Entry) -> tuple[list[Array], list[Array]]:
     """Forces of the channels with the concealed physics and without it."""
     channels = channels_of(entry)
-    return concealed(entry, channels), elastic(entry, channels)
+    return concealed_forces(entry, channels), elastic(entry, channels)
 
 
-def concealed(entry: Entry, channels: list[Channel]) -> list[Array]:
+def concealed_forces(entry: Entry, channels: list[Channel]) -> list[Array]:
     """Forces with the concealed physics."""
     (formula,) = entry.formulas
     made = FORMULAS[formula["name"]].force
@@ -37,7 +37,7 @@ def elastic(entry: Entry, channels: list[Channel]) -> list[Array]:
     return [plain(known, entry.specimen, c) for c in channels]
 
 
-def thinned(entry: Entry, samples: int) -> list[Channel]:
+def with_fewer_samples(entry: Entry, samples: int) -> list[Channel]:
     """Channels with fewer samples, to find a size."""
     programs = tuple(replace(p, samples=min(p.samples, samples)) for p in entry.programs)
     return channels_of(replace(entry, programs=programs))

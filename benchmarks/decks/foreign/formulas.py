@@ -21,7 +21,7 @@ from benchmarks.concealed.truth import Specimen
 from benchmarks.decks import elastic as third_order
 from benchmarks.decks.foreign import component
 from benchmarks.decks.foreign.external import ask
-from benchmarks.decks.foreign.halfplane import Bond, HalfPlane, Rubber, curve, followed
+from benchmarks.decks.foreign.halfplane import Bond, HalfPlane, Rubber, curve, force_at_samples
 from benchmarks.decks.foreign.rubbers import (
     BergstroemBoyce,
     Damage,
@@ -124,7 +124,7 @@ def span(c: Channel) -> tuple[float, float]:
     return room * min(float(c.displacement.min()), 0.0), room * max(float(c.displacement.max()), 0.0)
 
 
-def solved(c: Channel, answer: Callable[[Array], Array], points: int, odd: bool) -> Curve:
+def spline_of(c: Channel, answer: Callable[[Array], Array], points: int, odd: bool) -> Curve:
     """A spline through a curve that is solved on both sides of rest, or on one where it is odd."""
     low, high = span(c)
     if odd:
@@ -144,7 +144,7 @@ def halfplane(body: Specimen, c: Channel, **changes: Any) -> Curve:
     """Elastic curve by `HalfPlane`, with its bonds, sleeve reduction and shrinkage."""
     law = changes.pop("law", None) or law_of(body)
     model = HalfPlane(body.dimensions, c.name == "torsional", law, **changes)
-    return solved(c, lambda q: curve(model, list(q)), POINTS, not changes or c.name == "torsional")
+    return spline_of(c, lambda q: curve(model, list(q)), POINTS, not changes or c.name == "torsional")
 
 
 def solid(body: Specimen, c: Channel, odd: bool = True, **changes: Any) -> Curve:
@@ -165,7 +165,7 @@ def solid(body: Specimen, c: Channel, odd: bool = True, **changes: Any) -> Curve
                 forces[side] = ask("solid", task | {"targets": q[side].tolist()})
         return forces
 
-    return solved(c, answer, SOLID_POINTS, odd)
+    return spline_of(c, answer, SOLID_POINTS, odd)
 
 
 def plain(formula: Formula, body: Specimen, c: Channel) -> Array:
@@ -207,10 +207,10 @@ def elastic_force(body: Specimen, c: Channel) -> tuple[Array, float, float]:
 # -- in the rubber -----------------------------------------------------------------------------------------------
 
 
-def _marched(rubber: Callable[[Values, Law], Rubber]) -> Callable[[Values, Specimen, Channel], Array]:
+def _marched_force(rubber: Callable[[Values, Law], Rubber]) -> Callable[[Values, Specimen, Channel], Array]:
     def force(v: Values, body: Specimen, c: Channel) -> Array:
         model = HalfPlane(body.dimensions, c.name == "torsional", rubber(v, law_of(body)))
-        return followed(model, c.time, c.displacement)
+        return force_at_samples(model, c.time, c.displacement)
 
     return force
 
@@ -321,7 +321,7 @@ def _iwan_force(v: Values, body: Specimen, c: Channel) -> Array:
     return force + component.iwan(c.displacement, v["amplitude"] * most, v["reach"] * q)
 
 
-def _both(rng: np.random.Generator, s: Situation) -> dict[str, float]:
+def _both_values(rng: np.random.Generator, s: Situation) -> dict[str, float]:
     return {**_bouc_wen(rng, s), **_power_law(rng, s), "friction": _uniform(rng, 0.2, 0.5), "amplitude": 0.15}
 
 
@@ -333,7 +333,9 @@ def _both_force(v: Values, body: Specimen, c: Channel) -> Array:
     return force + slip + component.power_law(c.time, force, v["amplitude"], v["exponent"], v["shortest"])
 
 
-def _moved(path: Callable[[Values, Channel, float], Array]) -> Callable[[Values, Specimen, Channel], Array]:
+def _force_of_path(
+    path: Callable[[Values, Channel, float], Array],
+) -> Callable[[Values, Specimen, Channel], Array]:
     """The elastic force at a displacement that differs from the rig's."""
 
     def force(v: Values, body: Specimen, c: Channel) -> Array:
@@ -442,7 +444,7 @@ def _free(rng: np.random.Generator, s: Situation) -> dict[str, float]:
     return {"amplitude": 0.12 * s.length}
 
 
-def _debonded(sleeve: str, end: str) -> Callable[[Values, Specimen, Channel], Array]:
+def _debonded_force(sleeve: str, end: str) -> Callable[[Values, Specimen, Channel], Array]:
     def force(v: Values, body: Specimen, c: Channel) -> Array:
         if c.name == "radial":
             curve = solid(body, c, free=v["amplitude"], sleeve=sleeve, end=end)
@@ -453,11 +455,11 @@ def _debonded(sleeve: str, end: str) -> Callable[[Values, Specimen, Channel], Ar
     return force
 
 
-def _uneven(rng: np.random.Generator, s: Situation) -> dict[str, float]:
+def _uneven_values(rng: np.random.Generator, s: Situation) -> dict[str, float]:
     return {"amplitude": 0.02 * s.thickness, "slope": _uniform(rng, 0.2, 0.8) * _sign(rng)}
 
 
-def _swaged(v: Values, body: Specimen, c: Channel) -> Array:
+def _swaged_force(v: Values, body: Specimen, c: Channel) -> Array:
     mean, slope = v["amplitude"], v["amplitude"] * v["slope"]
     if c.name == "radial":
         return np.asarray(solid(body, c, reduction=[mean, slope])(c.displacement))
@@ -470,7 +472,7 @@ def _shrunk_values(rng: np.random.Generator, s: Situation) -> dict[str, float]:
     return {"amplitude": 0.01, "slope": _uniform(rng, 0.5, 1.5)}
 
 
-def _shrunk(v: Values, body: Specimen, c: Channel) -> Array:
+def _shrunk_force(v: Values, body: Specimen, c: Channel) -> Array:
     mean, slope = v["amplitude"], v["amplitude"] * v["slope"]
     if c.name == "radial":
         return np.asarray(solid(body, c, shrinkage=[mean, slope])(c.displacement))
@@ -495,7 +497,7 @@ def _tilt(rng: np.random.Generator, s: Situation) -> dict[str, float]:
     return {"amplitude": 0.05 * s.thickness, "slope": _uniform(rng, 0.3, 1.0)}
 
 
-def _tilted(v: Values, body: Specimen, c: Channel) -> Array:
+def _tilted_force(v: Values, body: Specimen, c: Channel) -> Array:
     if c.name != "radial":
         return plain(FORMULAS["tilted"], body, c)
     mean, slope = v["amplitude"], v["amplitude"] * v["slope"]
@@ -530,7 +532,7 @@ def _rubber(
     most: float = 4.0,
     also: Sequence[tuple[str, ...]] = (),
 ) -> Formula:
-    return Formula(truth, values, _marched(rubber), 0.02, most, FLAT, tuple(also), "halfplane", True)
+    return Formula(truth, values, _marched_force(rubber), 0.02, most, FLAT, tuple(also), "halfplane", True)
 
 
 VISCOUS, SOFTENED, FRICTION = ("viscoelasticity",), ("mullins",), ("friction",)
@@ -567,11 +569,13 @@ FORMULAS: Mapping[str, Formula] = {
     "berg": Formula(FRICTION, _reach, _berg_force, 0.05, 6.0, FLAT),
     "bouc_wen": Formula(FRICTION, _bouc_wen, _bouc_wen_force, 0.05, 6.0, FLAT),
     "iwan": Formula(FRICTION, _reach, _iwan_force, 0.05, 6.0, FLAT),
-    "power_law_bouc_wen": Formula(("friction", "viscoelasticity"), _both, _both_force, 0.1, 3.0, FLAT),
+    "power_law_bouc_wen": Formula(("friction", "viscoelasticity"), _both_values, _both_force, 0.1, 3.0, FLAT),
     "set_saturating": Formula(
         ("permanent_set",),
         _set_saturating,
-        _moved(lambda v, c, q: component.set_saturating(c.displacement, v["amplitude"], v["way"] * q)),
+        _force_of_path(
+            lambda v, c, q: component.set_saturating(c.displacement, v["amplitude"], v["way"] * q)
+        ),
         0.1,
         5.0,
         FLAT,
@@ -579,22 +583,24 @@ FORMULAS: Mapping[str, Formula] = {
     "set_power": Formula(
         ("permanent_set",),
         _set_power,
-        _moved(lambda v, c, q: component.set_power(c.displacement, v["amplitude"], q, v["exponent"])),
+        _force_of_path(lambda v, c, q: component.set_power(c.displacement, v["amplitude"], q, v["exponent"])),
         0.1,
         5.0,
         FLAT,
     ),
     "low_pass": Formula(("time_lag",), _low_pass, _low_pass_force, 0.05, 4.0, FLAT),
     "debonded_outer": Formula(
-        ("debonding",), _free, _debonded("outer", "top"), 0.2, 3.0, (*TWISTED, *SOLID), base="solid"
+        ("debonding",), _free, _debonded_force("outer", "top"), 0.2, 3.0, (*TWISTED, *SOLID), base="solid"
     ),
     "debonded_bottom": Formula(
-        ("debonding",), _free, _debonded("inner", "bottom"), 0.2, 3.0, (*TWISTED, *SOLID), base="solid"
+        ("debonding",), _free, _debonded_force("inner", "bottom"), 0.2, 3.0, (*TWISTED, *SOLID), base="solid"
     ),
-    "swaged_unevenly": Formula(("swaging",), _uneven, _swaged, 0.1, 3.0, SOLID, base="solid"),
-    "shrunk_unevenly": Formula(("cure_shrinkage",), _shrunk_values, _shrunk, 0.1, 3.0, SOLID, base="solid"),
+    "swaged_unevenly": Formula(("swaging",), _uneven_values, _swaged_force, 0.1, 3.0, SOLID, base="solid"),
+    "shrunk_unevenly": Formula(
+        ("cure_shrinkage",), _shrunk_values, _shrunk_force, 0.1, 3.0, SOLID, base="solid"
+    ),
     "other_volume": Formula(("compressibility",), _volume, _other_volume, 0.1, 3.0, SOLID, base="solid"),
-    "tilted": Formula(("misalignment",), _tilt, _tilted, 0.2, 4.0, (("radial",),), base="solid"),
+    "tilted": Formula(("misalignment",), _tilt, _tilted_force, 0.2, 4.0, (("radial",),), base="solid"),
     "compliance_hardening": Formula(
         ("rig_compliance",), _joint, _in_series(_hardening), 0.1, 8.0, (*TWISTED, *SOLID)
     ),

@@ -117,8 +117,8 @@ class HalfPlane:
         n = len(self.points)
         R, Z = self.points.T
         tiny = 1e-6 * (b - a)
-        self._inner = _held(np.abs(R - a) < tiny, Z, inner)
-        self._outer = _held(np.abs(R - b) < tiny, Z, outer)
+        self._inner = _is_bonded(np.abs(R - a) < tiny, Z, inner)
+        self._outer = _is_bonded(np.abs(R - b) < tiny, Z, outer)
         fixed = np.zeros((n, self.width), dtype=bool)
         fixed[self._inner | self._outer] = True
         self.fixed = fixed.ravel()
@@ -298,7 +298,7 @@ class HalfPlane:
         raise NotSolved
 
 
-def followed(body: HalfPlane, time: Array, q: Array) -> Array:
+def force_at_samples(body: HalfPlane, time: Array, q: Array) -> Array:
     """Force (n,) at samples: every second one is marched, the others by a spline between turning points."""
     sign = np.sign(np.diff(q))
     turns = [0, *(np.flatnonzero(np.diff(sign)) + 1), len(q) - 1]
@@ -314,7 +314,7 @@ def followed(body: HalfPlane, time: Array, q: Array) -> Array:
     return forces
 
 
-def _held(at: NDArray[np.bool_], Z: Array, bond: Bond) -> NDArray[np.bool_]:
+def _is_bonded(at: NDArray[np.bool_], Z: Array, bond: Bond) -> NDArray[np.bool_]:
     if bond.free <= 0:
         return at
     end = Z[at].max() if bond.end == "top" else -Z[at].min()
@@ -322,7 +322,7 @@ def _held(at: NDArray[np.bool_], Z: Array, bond: Bond) -> NDArray[np.bool_]:
     return at & (height <= end - bond.free + 1e-9)
 
 
-def _graded(n: int) -> Array:
+def _graded_points(n: int) -> Array:
     """Points in [-1, 1], closer together at both ends."""
     k = np.arange(n)
     length = GRADING ** (-np.abs(2 * k - (n - 1)) / max(n - 1, 1))
@@ -337,7 +337,7 @@ def _mesh(
     def with_middles(x: Array) -> Array:
         return np.sort(np.concatenate([x, 0.5 * (x[1:] + x[:-1])]))
 
-    s, t = 0.5 * (1 + with_middles(_graded(across))), with_middles(_graded(along))
+    s, t = 0.5 * (1 + with_middles(_graded_points(across))), with_middles(_graded_points(along))
     number = np.full((len(s), len(t)), -1)
     points = []
     for i, si in enumerate(s):

@@ -18,7 +18,7 @@ TOLERANCE, MOST, HALVINGS = 1e-6, 20, 5
 ACROSS, ALONG = 4, 8
 
 
-def graded(n, ratio):
+def graded_points(n, ratio):
     k, m = np.arange(n), max(n - 1, 1)
     lengths = ratio ** -(np.abs(2 * k - m) / m)
     return np.append(0.0, np.cumsum(lengths) / lengths.sum())
@@ -30,7 +30,7 @@ def main():
     a, b = d["inner_radius"], d["outer_radius"]
     lengths = [d.get(k, d.get("length")) for k in ("inner_length", "outer_length")]
     mesh = (
-        fem.mesh.Grid(2 * graded(ALONG, 2.0) - 1, graded(ACROSS, 2.0))
+        fem.mesh.Grid(2 * graded_points(ALONG, 2.0) - 1, graded_points(ACROSS, 2.0))
         .add_midpoints_edges()
         .add_midpoints_faces()
     )
@@ -59,7 +59,7 @@ def main():
         for f, part in zip(field.fields, np.split(x, np.cumsum(sizes)[:-1]), strict=True):
             f.values[:] = part.reshape(f.values.shape)
 
-    def solved(x, q):
+    def solve(x, q):
         lu = None
         for _ in range(MOST):
             put(x)
@@ -80,7 +80,7 @@ def main():
 
     def go(x, begin, end, halvings):
         state = body.results.statevars.copy()
-        solution = solved(x, end)
+        solution = solve(x, end)
         if solution is not None:
             body.results.statevars = body.results._statevars
             return solution

@@ -17,7 +17,7 @@ Memory = Mapping[str, Array]
 UNIT = np.eye(3)
 
 
-def transposed(A: Array) -> Array:
+def transpose(A: Array) -> Array:
     return np.swapaxes(A, -1, -2)
 
 
@@ -146,14 +146,14 @@ class Simo:
         G = F * (J ** (-1 / 3))[:, None, None]
         back = inverse(G)
         # Pulled back with the isochoric part of F.
-        S = back @ tau @ transposed(back)
+        S = back @ tau @ transpose(back)
         new: dict[str, Array] = {"S": S}
         total = tau
         for i, (g, t) in enumerate(zip(self.g, self.tau, strict=True)):
             x = dt / t
             h = np.exp(-x) * memory[f"h{i}"] + g * (_mean(x)) * (S - memory["S"])
             new[f"h{i}"] = h
-            total = total + dev(G @ h @ transposed(G))
+            total = total + dev(G @ h @ transpose(G))
         return first(F, total), new
 
 
@@ -189,9 +189,9 @@ class Holzapfel:
         """Stress, and memory at the end of the step."""
         _, _, tau, _ = self.law.parts(F)
         back = inverse(F)
-        S = back @ tau @ transposed(back)
+        S = back @ tau @ transpose(back)
         new: dict[str, Array] = {"S": S}
-        C = transposed(F) @ F
+        C = transpose(F) @ F
         if self.arc:
             new["C"] = C
             way = 0.5 * np.sqrt(np.einsum("pij,pij->p", C - memory["C"], C - memory["C"]) + 1e-24)
@@ -200,7 +200,7 @@ class Holzapfel:
             x = (way / t)[:, None, None] if self.arc else dt / t
             Q = np.exp(-x) * memory[f"Q{i}"] + g * _mean(x) * (S - memory["S"])
             new[f"Q{i}"] = Q
-            total = total + dev(F @ Q @ transposed(F))
+            total = total + dev(F @ Q @ transpose(F))
         return first(F, total), new
 
 
@@ -233,7 +233,7 @@ class BergstroemBoyce:
         """Stress, and memory at the end of the step."""
         J, _, tau, _ = self.law.parts(F)
         G = F * (J ** (-1 / 3))[:, None, None]
-        C = transposed(G) @ G
+        C = transpose(G) @ G
         Ci, mu = memory["Ci"], self.g * self.law.shear
         stretch = np.sqrt(np.maximum(trace(Ci) / 3, 1.0)) - 1 + 0.01
         a = np.zeros(len(F))
@@ -242,7 +242,7 @@ class BergstroemBoyce:
         for _ in range(12):
             M = Ci + a[:, None, None] * C
             new = M / np.cbrt(det(M))[:, None, None]
-            extra = mu * dev(G @ inverse(new) @ transposed(G))
+            extra = mu * dev(G @ inverse(new) @ transpose(G))
             s = np.sqrt(0.5 * np.einsum("pij,pij->p", extra, extra))
             wanted = dt * self.rate / stretch * (s / mu + 1e-9) ** (self.m - 1)
             a = np.sqrt((a + 1e-12) * (wanted + 1e-12)) if self.m > 1.5 else wanted
@@ -283,11 +283,11 @@ class DorfmannOgden:
         G = F * (J ** (-1 / 3))[:, None, None]
         news = memory["peak"] < W
         peak = np.where(news, W, memory["peak"])
-        Cp = np.where(news[:, None, None], transposed(G) @ G, memory["Cp"])
+        Cp = np.where(news[:, None, None], transpose(G) @ G, memory["Cp"])
         e1 = 1 - self.inverse_r * np.tanh((peak - W) / self.m)
         a = 0.3 + 0.16 * peak / self.law.shear
         e2 = np.tanh(np.maximum(W / peak, 1e-12) ** a) / np.tanh(1.0)
-        N = self.residual * self.law.shear * dev(G @ inverse(Cp) @ transposed(G))
+        N = self.residual * self.law.shear * dev(G @ inverse(Cp) @ transpose(G))
         total = e1[:, None, None] * tau + (1 - e2)[:, None, None] * N
         return first(F, total), {"peak": peak, "Cp": Cp}
 
@@ -354,7 +354,7 @@ class DamagedSimo:
 
 def first(F: Array, tau: Array) -> Array:
     """First Piola-Kirchhoff stress of a Kirchhoff stress."""
-    return tau @ transposed(inverse(F))
+    return tau @ transpose(inverse(F))
 
 
 def _mean(x: float | Array) -> Array:

@@ -52,7 +52,7 @@ class Yeoh:
         return [curvature * dya(D, D) + slope * (mixed + 2 * s * I1 / 3 * cdya_il(T, T))]
 
 
-def graded(n, ratio, fine):
+def graded_points(n, ratio, fine):
     k, m = np.arange(n), max(n - 1, 1)
     depth = {"stop": k, "both": np.abs(2 * k - m)}[fine] / m
     lengths = ratio**-depth
@@ -67,10 +67,10 @@ def main():
     reduction, offset = task.get("reduction", [0, 0]), task.get("offset", [0, 0])
     shrinkage, free = task.get("shrinkage", [0, 0]), task.get("free", 0.0)
     whole = bool(free or reduction[1] or offset[1])
-    t = graded(HALF, 6.0, "stop")
+    t = graded_points(HALF, 6.0, "stop")
     if whole:
         t = np.unique(np.concatenate([-t, t]))
-    mesh = fem.mesh.Grid(graded(ACROSS, 2.0, "both"), np.linspace(0, np.pi, AROUND + 1), t)
+    mesh = fem.mesh.Grid(graded_points(ACROSS, 2.0, "both"), np.linspace(0, np.pi, AROUND + 1), t)
     mesh = mesh.add_midpoints_edges().add_midpoints_faces().add_midpoints_volumes()
     s, angle, t = mesh.points.T.copy()
     r, half = a + s * (b - a), 0.5 * (lengths[0] + s * (lengths[1] - lengths[0]))
@@ -119,7 +119,7 @@ def main():
         for f, part in zip(field.fields, np.split(x, np.cumsum(sizes)[:-1]), strict=True):
             f.values[:] = part.reshape(f.values.shape)
 
-    def solved(x, target):
+    def solve(x, target):
         """Newton's method, whose first step moves boundary and interior together."""
         size = None
         for k in range(MOST):
@@ -141,7 +141,7 @@ def main():
 
     def go(x, begin, end, halvings):
         """From one boundary state to another, halved where that fails."""
-        solution = solved(x, end)
+        solution = solve(x, end)
         if solution is not None:
             return solution
         if halvings == 0:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from benchmarks.concealed.truth import Specimen
 from benchmarks.decks import drawing, ledger, manifest, outside, plan, report, score, summary, why
+from benchmarks.decks.answer import UNKNOWN, answer_of
 from benchmarks.decks.foreign import component
 from benchmarks.decks.foreign.formulas import FORMULAS
 from benchmarks.decks.foreign.halfplane import Bond, HalfPlane, curve
@@ -28,10 +29,9 @@ from benchmarks.decks.foreign.rubbers import (
     inverse,
 )
 from benchmarks.decks.manifest import Entry, Program, Sensor
-from benchmarks.decks.odds import frequencies, reweighed, tool_odds
+from benchmarks.decks.odds import frequencies, reweigh, tool_odds
 from benchmarks.decks.run import run_all
-from benchmarks.decks.said import UNKNOWN, said
-from benchmarks.decks.sensing import digest, remembering, same, sensed
+from benchmarks.decks.sensing import compare_digests, correlated_noise, digest, logged_signals
 from bushcli.effects.effect import effects
 
 Array = NDArray[np.float64]
@@ -117,20 +117,20 @@ def _line() -> tuple[Array, Array, Array]:
 
 
 def test_the_same_sensor_writes_the_same() -> None:
-    for one, two in zip(sensed(SENSOR, *_line()), sensed(SENSOR, *_line()), strict=True):
+    for one, two in zip(logged_signals(SENSOR, *_line()), logged_signals(SENSOR, *_line()), strict=True):
         assert np.array_equal(one, two)
 
 
 def test_a_calibration_factor_is_applied_and_noise_is_of_its_size() -> None:
     t, q, f = _line()
-    found = sensed(replace(SENSOR, noise=0.0), t, q, f)[2]
+    found = logged_signals(replace(SENSOR, noise=0.0), t, q, f)[2]
     assert found == pytest.approx(1.004 * f, abs=0.02)
-    noise = sensed(replace(SENSOR, correlation=0.0), t, q, f)[2] - found
+    noise = logged_signals(replace(SENSOR, correlation=0.0), t, q, f)[2] - found
     assert np.std(noise) == pytest.approx(0.004 * np.ptp(f), rel=0.1)
 
 
 def test_noise_remembers_the_sample_before() -> None:
-    x = remembering(np.random.default_rng(1).standard_normal(20_000), 0.7)
+    x = correlated_noise(np.random.default_rng(1).standard_normal(20_000), 0.7)
     assert np.std(x) == pytest.approx(1.0, abs=0.03)
     assert np.corrcoef(x[1:], x[:-1])[0, 1] == pytest.approx(0.7, abs=0.02)
 
@@ -139,12 +139,12 @@ def test_faults_are_what_they_say() -> None:
     t, q, f = _line()
     clean = replace(SENSOR, noise=0.0, calibration=1.0)
     span = np.ptp(f)
-    assert len(sensed(replace(clean, lost=0.1), t, q, f)[0]) == pytest.approx(360, abs=20)
-    steps = sensed(replace(clean, quantum=0.5), t, q, f)[2] / (0.005 * span)
+    assert len(logged_signals(replace(clean, lost=0.1), t, q, f)[0]) == pytest.approx(360, abs=20)
+    steps = logged_signals(replace(clean, quantum=0.5), t, q, f)[2] / (0.005 * span)
     assert steps == pytest.approx(np.round(steps), abs=0.01)
-    spiked = sensed(replace(clean, spikes={"share": 0.01, "size": 20.0}), t, q, f)[2]
+    spiked = logged_signals(replace(clean, spikes={"share": 0.01, "size": 20.0}), t, q, f)[2]
     assert 1 <= np.sum(np.abs(spiked - f) > 0.05 * span) <= 12
-    hum = sensed(replace(clean, hum={"size": 0.4, "period": 7.0, "phase": 0.0}), t, q, f)[2] - f
+    hum = logged_signals(replace(clean, hum={"size": 0.4, "period": 7.0, "phase": 0.0}), t, q, f)[2] - f
     assert np.abs(hum).max() == pytest.approx(0.004 * span, rel=0.05)
     assert replace(clean, quantum=0.5, lost=0.1).faults == {"quantised", "lost"}
 
@@ -152,10 +152,10 @@ def test_faults_are_what_they_say() -> None:
 def test_a_digest_knows_its_data_and_forgives_rounding() -> None:
     t, q, f = _line()
     kept = json.loads(json.dumps(digest(t, q, f)))
-    assert same(kept, digest(t, q, f)) == "same"
-    assert same(kept, digest(t, q, f + 3e-4 * np.ptp(f))) == "near"
-    assert same(kept, digest(t, q, f * 1.01)) == "different"
-    assert same(kept, digest(t, q, f + 10 * np.sin(t))) == "different"
+    assert compare_digests(kept, digest(t, q, f)) == "same"
+    assert compare_digests(kept, digest(t, q, f + 3e-4 * np.ptp(f))) == "near"
+    assert compare_digests(kept, digest(t, q, f * 1.01)) == "different"
+    assert compare_digests(kept, digest(t, q, f + 10 * np.sin(t))) == "different"
 
 
 # -- foreign physics ---------------------------------------------------------------------------------------------
@@ -325,24 +325,24 @@ def _new(
 
 
 def _item(line: dict[str, Any], **changes: Any) -> score.Item:
-    return score.Item(replace(ENTRY, **changes), said(line))
+    return score.Item(replace(ENTRY, **changes), answer_of(line))
 
 
 def test_an_old_answer_is_spread_over_its_rivals() -> None:
-    found = said(_old("missing_physics", ["offset@axial"], [["offset"], ["free_play"]]))
+    found = answer_of(_old("missing_physics", ["offset@axial"], [["offset"], ["free_play"]]))
     assert found.named == {"offset"}
     assert found.sets == ((frozenset({"offset"}), 0.5), (frozenset({"free_play"}), 0.5))
-    assert found.stated == frozenset()
+    assert found.stated_effects == frozenset()
 
 
 def test_an_old_answer_without_rivals_is_sure() -> None:
     right = _item(_old("missing_physics", ["friction"], []))
     assert score.in_set(right)
-    assert score.outright(right)
+    assert score.is_outright(right)
     assert score.log_score(right) == 0.0
     wrong = _item(_old("missing_physics", ["mullins"], []))
     assert not score.in_set(wrong)
-    assert score.wrongly(wrong) == {"mullins"}
+    assert score.wrong_effects(wrong) == {"mullins"}
     assert score.log_score(wrong) == pytest.approx(np.log(score.FLOOR))
 
 
@@ -350,14 +350,14 @@ def test_what_is_in_all_old_sets_is_stated() -> None:
     item = _item(
         _old("missing_physics", ["friction", "offset"], [["friction", "offset"], ["friction", "mullins"]])
     )
-    assert item.said.stated == {"friction"}
-    assert not score.wrongly(item)
+    assert item.answer.stated_effects == {"friction"}
+    assert not score.wrong_effects(item)
 
 
 def test_an_old_unexplained_allows_for_the_unknown() -> None:
-    found = said(_old("unexplained", ["friction"], []))
+    found = answer_of(_old("unexplained", ["friction"], []))
     assert found.sets[0] == (UNKNOWN, 0.5)
-    assert not score.outright(_item(_old("unexplained", ["friction"], [])))
+    assert not score.is_outright(_item(_old("unexplained", ["friction"], [])))
 
 
 def test_new_models_are_summed_over_laws_and_rigs_until_95_percent() -> None:
@@ -374,10 +374,10 @@ def test_new_models_are_summed_over_laws_and_rigs_until_95_percent() -> None:
             {"friction": 0.96, "offset@axial": 0.3, "mullins": 0.04, "unknown": 0.0},
         )
     )
-    assert item.said.credible == (frozenset({"friction"}), frozenset({"friction", "offset"}))
+    assert item.answer.credible == (frozenset({"friction"}), frozenset({"friction", "offset"}))
     assert score.in_set(item)
-    assert not score.outright(item)
-    assert item.said.stated == {"friction"}
+    assert not score.is_outright(item)
+    assert item.answer.stated_effects == {"friction"}
     assert score.log_score(item) == pytest.approx(np.log(0.66))
 
 
@@ -385,8 +385,8 @@ def test_also_right_sets_are_right_and_their_effects_are_not_judged() -> None:
     also = {"also_right": (("friction", "mullins"),)}
     item = _item(_old("missing_physics", ["friction", "mullins"], []), **also)
     assert score.in_set(item)
-    assert score.outright(item)
-    assert not score.wrongly(item)
+    assert score.is_outright(item)
+    assert not score.wrong_effects(item)
     assert list(score.statements(item)) == [(1.0, True)]
 
 
@@ -398,9 +398,9 @@ def test_what_cannot_be_seen_may_be_left_out() -> None:
 
 def test_nothing_is_right_when_explained_and_a_refusal_is_not() -> None:
     none = {"kind": "none", "effects": {}, "truth": (), "strength": {}}
-    assert score.explained(_item(_old("explained", [], []), **none))
-    assert not score.explained(_item(_old("missing_physics", ["offset"], []), **none))
-    assert not score.explained(_item(_old("faulty_data", [], []), **none))
+    assert score.is_explained(_item(_old("explained", [], []), **none))
+    assert not score.is_explained(_item(_old("missing_physics", ["offset"], []), **none))
+    assert not score.is_explained(_item(_old("faulty_data", [], []), **none))
 
 
 def test_outside_is_right_where_it_is_located_or_by_its_later_name() -> None:
@@ -440,8 +440,8 @@ def test_intervals_are_of_what_is_named() -> None:
 def test_no_result_is_wrong_everywhere() -> None:
     item = _item(ledger.compact("007", None, seconds=420.0, code=None, stderr="x"))
     assert not score.in_set(item)
-    assert not score.outright(item)
-    assert not score.explained(item)
+    assert not score.is_outright(item)
+    assert not score.is_explained(item)
     assert score.log_score(item) == pytest.approx(np.log(score.FLOOR))
 
 
@@ -473,23 +473,23 @@ def test_an_answer_with_other_odds_is_bayes_rule() -> None:
     line = _new("explained", [([], 0.94), (["friction"], 0.06)], {"friction": 0.06, "nothing": 0.94})
     item = _item(line)
     bayes = 0.06 / 0.03 / 0.94
-    even = reweighed(item, lambda names: 0.5)
-    assert even.said.effects["friction"] == pytest.approx(bayes / (1.0 + bayes))
-    assert even.said.verdict == "missing_physics"
-    assert even.said.named == {"friction"}
+    even = reweigh(item, lambda names: 0.5)
+    assert even.answer.effects["friction"] == pytest.approx(bayes / (1.0 + bayes))
+    assert even.answer.verdict == "missing_physics"
+    assert even.answer.named == {"friction"}
     assert score.in_set(even)
-    same = reweighed(item, tool_odds)
-    assert dict(same.said.sets) == pytest.approx(dict(item.said.sets))
-    assert same.said.verdict == "explained"
+    same = reweigh(item, tool_odds)
+    assert dict(same.answer.sets) == pytest.approx(dict(item.answer.sets))
+    assert same.answer.verdict == "explained"
 
 
 def test_with_other_odds_the_verdict_follows_from_sums_over_sets() -> None:
     models = [([], 0.2), (["friction"], 0.3), (["mullins"], 0.2), (["unknown"], 0.3)]
     item = _item(_new("missing_physics", models, {"friction": 0.3, "mullins": 0.2, "unknown": 0.3}))
-    assert reweighed(item, tool_odds).said.verdict == "missing_physics"
-    rare = reweighed(item, lambda names: tool_odds(names) * (10.0 if "unknown" in names else 1.0))
-    assert rare.said.verdict == "unexplained"
-    assert not rare.said.named
+    assert reweigh(item, tool_odds).answer.verdict == "missing_physics"
+    rare = reweigh(item, lambda names: tool_odds(names) * (10.0 if "unknown" in names else 1.0))
+    assert rare.answer.verdict == "unexplained"
+    assert not rare.answer.named
 
 
 @pytest.mark.parametrize(
@@ -508,7 +508,7 @@ def test_the_right_answer_lacks_what_is_least(nats: tuple[float, float, float], 
 
 def test_what_is_explained_is_what_the_scores_count_as_missed() -> None:
     """With label 93c86ff 34 of 40 answers to *nothing* are right, and 52 of 90 to *own* outright (docs/decks.md)."""
-    assert [item.entry.name for item in why.missed("nothing", "93c86ff")] == [
+    assert [item.entry.name for item in why.items_to_explain("nothing", "93c86ff")] == [
         "006",
         "019",
         "020",
@@ -516,7 +516,7 @@ def test_what_is_explained_is_what_the_scores_count_as_missed() -> None:
         "022",
         "033",
     ]
-    assert len(list(why.missed("own", "93c86ff"))) == 90 - 52
+    assert len(list(why.items_to_explain("own", "93c86ff"))) == 90 - 52
 
 
 def test_reasons_are_counted_by_deck(tmp_path: Path) -> None:
@@ -575,8 +575,8 @@ def test_the_page_stands_old_beside_new(tmp_path: Path, monkeypatch: pytest.Monk
 def test_only_the_scores_of_a_page_are_renewed() -> None:
     """What stands before and after its marks stays; a page without marks is refused, not overwritten."""
     page = f"before\n{summary.BEGIN}\nold table\n{summary.END}\nafter\n"
-    new = summary.renewed(page, "new table")
+    new = summary.with_new_scores(page, "new table")
     assert new == f"before\n{summary.BEGIN}\n\nnew table\n{summary.END}\nafter\n"
-    assert summary.renewed(new, "new table") == new
+    assert summary.with_new_scores(new, "new table") == new
     with pytest.raises(ValueError, match="no place for the scores"):
-        summary.renewed("a page", "new table")
+        summary.with_new_scores("a page", "new table")

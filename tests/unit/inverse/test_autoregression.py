@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import toeplitz
 
-from benchmarks.coverage import drawn
+from benchmarks.coverage import correlated_errors
 from bushcli.curve.misfit import correlation_time
 from bushcli.inverse.autoregression import apply_correlation, errors_of
 from bushcli.inverse.certainty import uncertainty
@@ -34,7 +34,7 @@ def test_correlation_of_the_errors_not_of_the_residuals(rho):
     rng, rows, found = np.random.default_rng(3), rows_of(61), []
     remove = np.eye(61) - rows @ np.linalg.pinv(rows)
     for _ in range(400):
-        residual = remove @ drawn(rng, 61, rho)
+        residual = remove @ correlated_errors(rng, 61, rho)
         one = errors_of(residual, rows, 3.0)
         found.append((one.correlation, one.variance, correlation_time(residual - residual.mean())))
     # Of 400 recordings, the standard error of the median is 0.01; a ratio of means is not the mean of a ratio (0.03).
@@ -48,7 +48,7 @@ def test_correlation_of_the_errors_not_of_the_residuals(rho):
 
 def test_what_several_recordings_disagree_on_is_no_correlation():
     """A joint fit leaves a part along the rows of each recording; it enlarges the variance alone."""
-    rows, error = rows_of(200), drawn(np.random.default_rng(5), 200, 0.4)
+    rows, error = rows_of(200), correlated_errors(np.random.default_rng(5), 200, 0.4)
     alone, off = (
         errors_of(error + rows @ part, rows, 1.5) for part in (np.zeros(3), np.array([4.0, -2.0, 1.0]))
     )
@@ -71,7 +71,7 @@ def test_intervals_of_short_correlated_recordings_hold_the_truth():
     """
     rng, rows, count = np.random.default_rng(7), rows_of(61), 0
     for _ in range(400):
-        force = drawn(rng, 61, 0.8)
+        force = correlated_errors(rng, 61, 0.8)
         x = np.linalg.lstsq(rows, force, rcond=None)[0]
         channel = SimpleNamespace(scale=np.ones(61), measured=force)
         found = uncertainty(SimpleNamespace(channels=[channel], forces=lambda x: [(rows @ x, rows)]), x)

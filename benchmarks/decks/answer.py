@@ -22,7 +22,7 @@ ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
-class Said:
+class Answer:
     """An answer.
 
     Attributes
@@ -57,7 +57,7 @@ class Said:
         return tuple(fewest)
 
     @cached_property
-    def stated(self) -> Names:
+    def stated_effects(self) -> Names:
         """Effects that are stated with a probability of 95 % or more."""
         return frozenset(n for n, p in self.effects.items() if p >= STATED - ROUNDING and n != "unknown")
 
@@ -89,10 +89,10 @@ def bases(names: Iterable[str]) -> Names:
     return frozenset(map(base, names))
 
 
-def said(line: Line) -> Said:
+def answer_of(line: Line) -> Answer:
     """Read a line of a ledger."""
     if "verdict" not in line:
-        return Said("no result", frozenset(), (), {}, line)
+        return Answer("no result", frozenset(), (), {}, line)
     named = bases(effect["name"] for effect in line["effects"])
     if "models" in line or "probability" in line:
         return _new(line, named)
@@ -103,10 +103,10 @@ def said(line: Line) -> Said:
             sets.append(names)
     share = 1.0 / len(sets)
     effects = {n: share * sum(n in names for names in sets) for n in frozenset().union(*sets)}
-    return Said(line["verdict"], named, tuple((names, share) for names in sets), effects, line)
+    return Answer(line["verdict"], named, tuple((names, share) for names in sets), effects, line)
 
 
-def _new(line: Line, named: Names) -> Said:
+def _new(line: Line, named: Names) -> Answer:
     probabilities: dict[Names, float] = {}
     for model in line.get("models") or []:
         names = bases(model["effects"])
@@ -123,4 +123,4 @@ def _new(line: Line, named: Names) -> Said:
         effects[name] = max(
             effects.get(name, 0.0), sum(p for names, p in probabilities.items() if name in names)
         )
-    return Said(line["verdict"], named, sets, {n: min(p, 1.0) for n, p in effects.items()}, line)
+    return Answer(line["verdict"], named, sets, {n: min(p, 1.0) for n, p in effects.items()}, line)

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.concealed.simulate import Channel, force
-from benchmarks.concealed.strength import beside_a_factor, left
+from benchmarks.concealed.strength import beside_a_factor, rest_beside
 from benchmarks.concealed.truth import Specimen
 from benchmarks.decks.drawing import CALIBRATION, Unsuitable, channel_programs, sensors, specimen
 from benchmarks.decks.foreign.external import Failed
-from benchmarks.decks.foreign.forces import concealed, elastic, thinned
+from benchmarks.decks.foreign.forces import concealed_forces, elastic, with_fewer_samples
 from benchmarks.decks.foreign.formulas import FORMULAS, Situation, law_of
 from benchmarks.decks.foreign.halfplane import NotSolved
 from benchmarks.decks.manifest import Entry
@@ -36,7 +36,7 @@ STEPS = 6
 TETHER = 0.01
 
 
-def drawn(card: Card) -> Entry:
+def draw_recording(card: Card) -> Entry:
     """Draw a recording.
 
     Raises
@@ -77,7 +77,7 @@ def _attempt(card: Card, seed: tuple[int, ...]) -> Entry:
         truth=formula.truth,
         also_right=formula.also_right,
     )
-    thin = thinned(entry, THIN)
+    thin = with_fewer_samples(entry, THIN)
     if "knee" in values or "more" in values:
         # The joint's reference force: the largest one in a translation.
         largest = max(
@@ -88,12 +88,12 @@ def _attempt(card: Card, seed: tuple[int, ...]) -> Entry:
         values["largest"] = float(f"{largest:.5g}")
         entry = with_values(entry, values)
     if formula.base == "morph":
-        entry = _fitted(entry, thin)
-        shown, share = measured(entry, thin, concealed(entry, thin))
+        entry = _with_nearest_law(entry, thin)
+        shown, share = change_beside_law(entry, thin, concealed_forces(entry, thin))
     else:
         usual, size = values["amplitude"], 1.0
         most = min(formula.most, rig_gives(values, entry) / usual)
-        shown, share = measured(entry, thin, concealed(entry, thin))
+        shown, share = change_beside_law(entry, thin, concealed_forces(entry, thin))
         for _ in range(2):
             best = float(np.clip(size * wanted / max(share, 1e-9), formula.least, most))
             if abs(np.log(best / size)) < 0.15:
@@ -101,7 +101,7 @@ def _attempt(card: Card, seed: tuple[int, ...]) -> Entry:
             size = best
             values["amplitude"] = float(f"{usual * size:.5g}")
             entry = with_values(entry, values)
-            shown, share = measured(entry, thin, concealed(entry, thin))
+            shown, share = change_beside_law(entry, thin, concealed_forces(entry, thin))
     # Scale the standard errors to the final number of samples.
     shown *= float(np.sqrt(sum(p.samples for p in programs) / sum(len(c.time) for c in thin)))
     if program == "rich" and shown < SEEN:
@@ -141,7 +141,7 @@ def situation(body: Specimen, fast: float, program: str) -> Situation:
     )
 
 
-def measured(entry: Entry, channels: list[Channel], exact: list[Array]) -> tuple[float, float]:
+def change_beside_law(entry: Entry, channels: list[Channel], exact: list[Array]) -> tuple[float, float]:
     """Standard errors, and percent of the range, of the change of the forces that a law cannot imitate."""
     body = entry.specimen
     rows, slopes, scale = [], [], []
@@ -153,13 +153,13 @@ def measured(entry: Entry, channels: list[Channel], exact: list[Array]) -> tuple
         rows.append(beside_a_factor((f - plain) / sigma, own / sigma, spread))
         slopes.append(beside_a_factor(slope / sigma, own / sigma, spread))
         scale.append(np.full(len(f), sigma / span))
-    rest = left(np.concatenate(rows), [np.vstack(slopes)])
+    rest = rest_beside(np.concatenate(rows), [np.vstack(slopes)])
     return float(np.linalg.norm(rest)), 100 * float(np.sqrt(np.mean((rest * np.concatenate(scale)) ** 2)))
 
 
-def _fitted(entry: Entry, channels: list[Channel]) -> Entry:
+def _with_nearest_law(entry: Entry, channels: list[Channel]) -> Entry:
     """Return the recording with the law that is nearest to a MORPH rubber."""
-    exact = concealed(entry, channels)
+    exact = concealed_forces(entry, channels)
     body = entry.specimen
     names = tuple(body.parameters)
     for _ in range(STEPS):
