@@ -172,7 +172,7 @@ HEADS = (
 OF_EFFECTS = ("start from contained models", "grid of times, slips and gaps", "split of a branch")
 
 
-def identified(case: Case) -> tuple[float, bool, int, int, float]:
+def search_outcome(case: Case) -> tuple[float, bool, int, int, float]:
     """Return rms misfit in units of the noise, whether it converged, evaluations, failed ones, processor seconds."""
     begin = time.process_time()
     try:
@@ -205,7 +205,7 @@ def main(source: Path | None) -> None:
     with tempfile.TemporaryDirectory() as folder:
         cases = list(recordings(Path(folder), source))
         for _, case in cases:
-            identified(case)  # forms are compiled once
+            search_outcome(case)  # forms are compiled once
         print(f"{len(cases)} recordings\n")
         print("| " + " | ".join(HEADS) + " |")
         print("|" + " --- |" * 8)
@@ -215,7 +215,7 @@ def main(source: Path | None) -> None:
             with ExitStack() as stack:
                 for change in changes:
                     stack.enter_context(change)
-                results = {label: identified(case) for label, case in chosen}
+                results = {label: search_outcome(case) for label, case in chosen}
             usual = usual or results
             for label, result in results.items():
                 print(f"{name} | {label}: {result}", file=sys.stderr)

@@ -75,21 +75,21 @@ def patches() -> dict[str, list[Any]]:
     }
 
 
-def diagnosed(folder: Path) -> tuple[str, dict[str, float], float, int, float]:
+def diagnosis_outcome(folder: Path) -> tuple[str, dict[str, float], float, int, float]:
     """Return verdict, probabilities, misfit (%, summed over channels), marches and processor seconds."""
     marches = 0
 
-    def counted(solve: Any) -> Any:
-        def solved(*given: Any, **named: Any) -> Any:
+    def count_calls(solve: Any) -> Any:
+        def counting_solve(*given: Any, **named: Any) -> Any:
             nonlocal marches
             marches += 1
             return solve(*given, **named)
 
-        return solved
+        return counting_solve
 
     with ExitStack() as stack:
         for kind in (FollowedChannel, SweptChannel):
-            stack.enter_context(patch.object(kind, "solve", counted(kind.solve)))
+            stack.enter_context(patch.object(kind, "solve", count_calls(kind.solve)))
         begin = time.process_time()
         diagnosis = diagnosing.diagnose(load_case(folder / "case.toml", []), maps=False)
         seconds = time.process_time() - begin
@@ -125,7 +125,7 @@ def main(folders: list[Path], only: str) -> None:
                     stack.enter_context(change)
                 results = {}
                 for folder in folders:
-                    results[folder] = diagnosed(folder)
+                    results[folder] = diagnosis_outcome(folder)
                     verdict, chances, *rest = results[folder]
                     likely = {k: round(v, 3) for k, v in chances.items() if v > 0.02}
                     print(f"{name} | {folder.name}: {verdict} {likely} {rest}", file=sys.stderr, flush=True)

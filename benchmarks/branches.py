@@ -32,7 +32,9 @@ def element(rng: np.random.Generator, kind: int, omega: Array) -> Complex:
     return np.asarray(1 + g * (1 - 1 / (1 + turned**beta) ** rng.uniform(0.4, 1.0)))
 
 
-def left(rng: np.random.Generator, K: Complex, omega: Array, count: int) -> tuple[float, float]:
+def misfit_and_participation(
+    rng: np.random.Generator, K: Complex, omega: Array, count: int
+) -> tuple[float, float]:
     """Return the misfit of branches, the best of three searches, and the share of its features that take part."""
 
     def misfit(p: Array) -> Array:
@@ -61,7 +63,9 @@ def main() -> None:
         K = element(rng, i % 3, omega)
         factor = np.sum(K.real / np.abs(K) ** 2) / np.sum(1 / np.abs(K) ** 2)
         plain = float(np.sqrt(np.mean(np.abs(factor / K - 1) ** 2)))
-        rows.append([left(rng, K, omega, count) / np.array([plain, 1.0]) for count in (1, 2, 3)])
+        rows.append(
+            [misfit_and_participation(rng, K, omega, count) / np.array([plain, 1.0]) for count in (1, 2, 3)]
+        )
     for count, (shares, parts) in enumerate(np.array(rows).transpose(1, 2, 0), start=1):
         spread = np.std(np.log(shares))
         sys.stdout.write(f"{count} branches leave {np.median(shares):.3f} (spread {spread:.2f}), ")

@@ -75,7 +75,7 @@ CONSTANTS = (
 # -- a changed constant ------------------------------------------------------------------------------------------
 
 
-class _Changed(SourceFileLoader):
+class _ModuleLoader(SourceFileLoader):
     """Loads a module in which a constant has another value."""
 
     def __init__(self, fullname: str, path: str, constant: str, value: str) -> None:
@@ -104,7 +104,7 @@ class Finder(MetaPathFinder):
         spec = PathFinder.find_spec(fullname, path)
         if spec is None or spec.origin is None:
             return None
-        spec.loader = _Changed(fullname, spec.origin, self._constant, self._value)
+        spec.loader = _ModuleLoader(fullname, spec.origin, self._constant, self._value)
         return spec
 
 

@@ -38,7 +38,7 @@ CASES = {
 }
 
 
-def compared(name: str) -> None:
+def compare(name: str) -> None:
     """March one slice and print its deviation from the reference at each point, as it comes."""
     file, shape, path = CASES[name]
     q, force = np.loadtxt(ROOT / "tests/verification/data/real" / file, delimiter=",", skiprows=1)[:, :2].T
@@ -95,7 +95,7 @@ def hertzian() -> None:
             print(f"ball, elements of {near:g} mm, {q:g} mm: {1e3 * force:.5f} mN, {off:+.2f} %", flush=True)
 
 
-def followed(name: str, shape: Shape, q: np.ndarray) -> None:
+def follow(name: str, shape: Shape, q: np.ndarray) -> None:
     """March a bushing radially; print force, time, penetration and volume ratios, then steps tried and memory."""
     begin = time.process_time()
     model = prepare(shape, modes()["radial"], YEOH)
@@ -130,13 +130,13 @@ def solid() -> None:
     """Close the void of the kidney STEP in three dimensions, to 1.5 times its closing travel."""
     file = ROOT / "tests/verification/data/real/kidney_A.step"
     shape = shapes()["cad"].model_validate({"file": str(file)})
-    followed("kidney STEP, radial x", shape, np.linspace(0.3, 6.0, 20))
+    follow("kidney STEP, radial x", shape, np.linspace(0.3, 6.0, 20))
 
 
 def thickness() -> None:
     """Press a plain bushing between sleeves longer than its bonds radially to 80 % of its rubber's thickness."""
     shape = shapes()["plain"](inner_radius=12.0, outer_radius=22.0, length=40.0, contact="sleeves")
-    followed("plain 12/22/40, radial", shape, np.linspace(0.4, 8.0, 20))
+    follow("plain 12/22/40, radial", shape, np.linspace(0.4, 8.0, 20))
 
 
 def slot(rng: np.random.Generator) -> tuple[str, Shape, str, float]:
@@ -178,7 +178,7 @@ FAMILIES: tuple[Callable[[np.random.Generator], tuple[str, Shape, str, float]], 
 )
 
 
-def drawn(seed: int) -> tuple[float, float]:
+def march_random(seed: int) -> tuple[float, float]:
     """March one random bushing in ten steps, print a line, and return its deepest penetration (%) and the time (s)."""
     rng = np.random.default_rng(seed)
     name, shape, mode, end = FAMILIES[seed % len(FAMILIES)](rng)
@@ -211,7 +211,7 @@ def drawn(seed: int) -> tuple[float, float]:
 
 def marches(count: int, first: int = 0) -> None:
     """March random bushings, and print the worst of them."""
-    rows = np.array([drawn(seed) for seed in range(first, first + count)])
+    rows = np.array([march_random(seed) for seed in range(first, first + count)])
     deepest, longest = rows.max(axis=0)
     print(f"{count} marches: deepest penetration {deepest:.3f} % of a facet, longest {longest:.1f} s")
 
@@ -221,7 +221,7 @@ ALONE = {"hertz": hertzian, "solid": solid, "thick": thickness, "speed": speed}
 if __name__ == "__main__":
     what, *numbers = sys.argv[1:]
     if what in CASES:
-        compared(what)
+        compare(what)
     elif what in ALONE:
         ALONE[what]()
     else:

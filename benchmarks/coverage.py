@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 DRAWS = 1500
 
 
-def drawn(rng: np.random.Generator, n: int, rho: float) -> Array:
+def correlated_errors(rng: np.random.Generator, n: int, rho: float) -> Array:
     """Return n errors of variance 1 whose neighbours have the correlation rho."""
     error = rng.standard_normal(n)
     error[1:] *= np.sqrt(1.0 - rho**2)
@@ -34,7 +34,7 @@ def drawn(rng: np.random.Generator, n: int, rho: float) -> Array:
     return error
 
 
-def held(n: int, rho: float, rng: np.random.Generator) -> tuple[float, float]:
+def coverages(n: int, rho: float, rng: np.random.Generator) -> tuple[float, float]:
     """Return the share of intervals that hold the truth: as computed, and with the residuals' correlation time."""
     turns = 1 if n < 100 else 4
     q = np.interp(np.linspace(0.0, turns, n) % 1.0, [0.0, 0.25, 0.75, 1.0], [0.0, 1.0, -1.0, 0.0])
@@ -42,7 +42,7 @@ def held(n: int, rho: float, rng: np.random.Generator) -> tuple[float, float]:
     inverse = np.linalg.inv(rows.T @ rows)
     new, old = [], []
     for _ in range(DRAWS):
-        force = drawn(rng, n, rho)
+        force = correlated_errors(rng, n, rho)
         x = inverse @ rows.T @ force
         channel = SimpleNamespace(scale=np.ones(n), recording=SimpleNamespace(force=force))
         problem = SimpleNamespace(channels=[channel], forces=lambda x: [(rows @ x, rows)])
@@ -59,7 +59,7 @@ def main() -> None:
     rng = np.random.default_rng(20261126)
     for n in (31, 61, 200, 400, 2000):
         for rho in (0.0, 0.5, 0.8, 0.9, 0.95):
-            new, old = held(n, rho, rng)
+            new, old = coverages(n, rho, rng)
             print(f"| {n} | {rho:g} | {100 * new:.1f} % | {100 * old:.1f} % |", flush=True)
 
 

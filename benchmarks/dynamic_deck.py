@@ -74,7 +74,7 @@ class Truth:
         return frozenset({relaxing, *self.effects})
 
 
-def drawn(deck: str, number: int) -> Truth:
+def draw_truth(deck: str, number: int) -> Truth:
     """Return the truth of a number."""
     rng = np.random.default_rng([SEEDS[deck], number])
     modes, foreign = MODES[number % len(MODES)], number % 4 == 3
@@ -362,7 +362,7 @@ def slow_curve(truth: Truth, folder: Path, rng: np.random.Generator) -> None:
     )
 
 
-def made(truth: Truth, deck: str, folder: Path) -> Path:
+def write_case(truth: Truth, deck: str, folder: Path) -> Path:
     """Write an entry's case and recordings; return the case."""
     rng = np.random.default_rng([SEEDS[deck], int(truth.name), 1])
     tables(truth, folder, rng)
@@ -378,10 +378,10 @@ def made(truth: Truth, deck: str, folder: Path) -> Path:
     return folder / "case.toml"
 
 
-def answered(truth: Truth, deck: str) -> dict[str, Any]:
+def diagnose_entry(truth: Truth, deck: str) -> dict[str, Any]:
     """Diagnose an entry; return what is said."""
     with TemporaryDirectory() as name:
-        case = made(truth, deck, Path(name))
+        case = write_case(truth, deck, Path(name))
         begin = time.perf_counter(), time.process_time()
         diagnosis = diagnose(load_case(case), maps=False, budget=1200.0)
         sets = (
@@ -424,7 +424,7 @@ def at_deck_odds(truths: dict[str, Truth], probability: dict[str, float]) -> dic
     return probability | {name: weight / total for name, weight in weights.items() if total > 0.0}
 
 
-def scored(truths: dict[str, Truth], answers: dict[str, dict[str, Any]]) -> list[str]:
+def score_lines(truths: dict[str, Truth], answers: dict[str, dict[str, Any]]) -> list[str]:
     """Return the lines of the score."""
     groups = {
         "tables": lambda t: not t.static,
@@ -475,7 +475,7 @@ def main(what: str, deck: str = "dev", first: int = 0, last: int = TABLES + STAT
     FOLDER.mkdir(exist_ok=True)
     file, results = FOLDER / f"{deck}-truths.jsonl", FOLDER / f"{deck}-answers.jsonl"
     if what == "draw":
-        lines = [json.dumps(asdict(drawn(deck, number))) for number in range(first, last)]
+        lines = [json.dumps(asdict(draw_truth(deck, number))) for number in range(first, last)]
         file.write_text("\n".join(lines) + "\n")
         return
     truths = {}
@@ -492,7 +492,7 @@ def main(what: str, deck: str = "dev", first: int = 0, last: int = TABLES + STAT
             if name in answers:
                 continue
             try:
-                answer = answered(truths[name], deck)
+                answer = diagnose_entry(truths[name], deck)
             except Exception as error:  # noqa: BLE001 - an entry that fails is counted
                 answer = {
                     "name": name,
@@ -506,7 +506,7 @@ def main(what: str, deck: str = "dev", first: int = 0, last: int = TABLES + STAT
             sys.stdout.write(f"{name} {'+'.join(sorted(truths[name].right))}: {answer}\n")
             sys.stdout.flush()
         return
-    sys.stdout.write("\n".join(scored(truths, answers)) + "\n")
+    sys.stdout.write("\n".join(score_lines(truths, answers)) + "\n")
 
 
 if __name__ == "__main__":

@@ -72,7 +72,7 @@ def tables(folder: Path, curves: list[DynamicCurve], rng: np.random.Generator) -
         (folder / f"{mode}.csv").write_text("\n".join(rows) + "\n")
 
 
-def held(fit: Fit) -> dict[str, bool]:
+def interval_holds(fit: Fit) -> dict[str, bool]:
     """Return for each constant whether its interval holds the truth."""
     holds, known = (
         {},
@@ -104,7 +104,7 @@ def main(draws: int) -> None:
             fit = identify(Task(load_case(folder / "case.toml"), "neo_hookean"))
             clocks.append(time.perf_counter() - begin[0])
             cpus.append(time.process_time() - begin[1])
-            for key, inside in held(fit).items():
+            for key, inside in interval_holds(fit).items():
                 counts[key] += inside
             shown = ", ".join(f"{key} {count}" for key, count in counts.items())
             sys.stdout.write(

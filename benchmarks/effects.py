@@ -38,7 +38,7 @@ def recording(mode: str) -> tuple[np.ndarray, np.ndarray]:
     return t, np.interp(t, times, corners)
 
 
-def made(mode: str, active: list[ActiveEffect]) -> Simulation:
+def simulation_of(mode: str, active: list[ActiveEffect]) -> Simulation:
     """The simulation of such a recording, as in a fit."""
     t, q = recording(mode)
     rubber = Rubber(law("yeoh"), YEOH, 2000.0)
@@ -57,15 +57,15 @@ def cost(runs: int) -> Iterator[str]:
     for effect in effects_on("static").values():
         mode = "axial" if effect.acts_on("axial") else "radial"
         active = [ActiveEffect(effect).with_start_values()]
-        made(mode, active)  # kernels
+        simulation_of(mode, active)  # kernels
         begin = time.perf_counter()
-        simulation = made(mode, active)
+        simulation = simulation_of(mode, active)
         built = time.perf_counter() - begin
         own = [f"{effect.name}.{p.name}" for p in active[0].parameters if not p.of_mesh]
         names = (*YEOH, *own, "compliance")[:5]
         simulation.solve({}, names)  # kernels
-        plain = [_timed(lambda s=simulation, i=i: s.solve(other(i))) for i in range(runs)]
-        slopes = [_timed(lambda s=simulation, n=names, i=i: s.solve(other(i), n)) for i in range(runs)]
+        plain = [_wall_time(lambda s=simulation, i=i: s.solve(other(i))) for i in range(runs)]
+        slopes = [_wall_time(lambda s=simulation, n=names, i=i: s.solve(other(i), n)) for i in range(runs)]
         error = 100.0 * simulation.refine({})
         steps = len(simulation.steps.time) if simulation.path_dependent else 2 * 16
         yield (
@@ -82,14 +82,14 @@ def memory(runs: int) -> Iterator[str]:
         for name in ("viscoelasticity", "friction", "mullins"):
             effect = effects()[name]
             active = [ActiveEffect(effect).with_start_values()]
-            simulation = made(mode, active)
+            simulation = simulation_of(mode, active)
             names = (*YEOH, *(f"{name}.{p.name}" for p in active[0].parameters if not p.of_mesh))[:5]
             simulation.solve({})
             simulation.solve({}, names)
             pairs = [
                 (
-                    _worked(lambda s=simulation, i=i: s.solve(other(i))),
-                    _worked(lambda s=simulation, n=names, i=i: s.solve(other(i), n)),
+                    _processor_time(lambda s=simulation, i=i: s.solve(other(i))),
+                    _processor_time(lambda s=simulation, n=names, i=i: s.solve(other(i), n)),
                 )
                 for i in range(runs)
             ]
@@ -107,7 +107,7 @@ def alike(runs: int) -> Iterator[str]:
     directions: dict[str, np.ndarray] = {}
     basis = []
     for mode in REACH:
-        simulation = made(mode, [])
+        simulation = simulation_of(mode, [])
         answer = simulation.solve({}, tuple(YEOH))
         basis.append(answer.slope / np.ptp(answer.force))
     laws_part, _ = np.linalg.qr(np.concatenate(basis))
@@ -134,19 +134,19 @@ def _change(effect: Effect, mode: str) -> np.ndarray:
     """Change of the curve by a typical amplitude, relative to its range; zero where the effect does not act."""
     active = ActiveEffect(effect).with_start_values()
     on, off = (
-        made(mode, [variant] if effect.acts_on(mode) else []).solve({}).force
+        simulation_of(mode, [variant] if effect.acts_on(mode) else []).solve({}).force
         for variant in (active, active.off())
     )
     return (on - off) / np.ptp(off)
 
 
-def _timed(work: object) -> float:
+def _wall_time(work: object) -> float:
     begin = time.perf_counter()
     work()  # type: ignore[operator]
     return time.perf_counter() - begin
 
 
-def _worked(work: object) -> float:
+def _processor_time(work: object) -> float:
     begin = time.process_time()
     work()  # type: ignore[operator]
     return time.process_time() - begin

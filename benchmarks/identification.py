@@ -68,7 +68,7 @@ class Bench:
         return load_case(file)
 
 
-def timed(act: Callable[[], Fit]) -> tuple[Fit, float]:
+def with_time(act: Callable[[], Fit]) -> tuple[Fit, float]:
     """Return the result and the wall-clock time, s."""
     begin = time.perf_counter()
     return act(), time.perf_counter() - begin
@@ -94,7 +94,7 @@ def by_differences(case: Case) -> Fit:
         LeastSquaresProblem.jacobian = exact  # type: ignore[method-assign]
 
 
-def shown(fit: Fit) -> str:
+def parameter_text(fit: Fit) -> str:
     """Parameters as short text."""
     return ", ".join(f"{estimate.value:.4f}" for estimate in fit.parameters.values())
 
@@ -110,11 +110,11 @@ def speed(bench: Bench) -> None:
             "differences": lambda case=case: by_differences(case),  # type: ignore[misc]
         }
         for name, act in runs.items():
-            fit, seconds = timed(act)
+            fit, seconds = with_time(act)
             rms = ", ".join(f"{curve.rms_percent:.3f}" for curve in fit.curves)
             print(
                 f"| {', '.join(modes)} | {name} | {fit.sweeps} | {fit.forward_solves} | {seconds:.1f} "
-                f"| {shown(fit)} | {rms} |",
+                f"| {parameter_text(fit)} | {rms} |",
                 flush=True,
             )
     print(
@@ -149,7 +149,11 @@ def coverage(bench: Bench, modes: tuple[str, ...], noise: float, seeds: int) -> 
     fits = []
     for seed in range(seeds):
         fits.append(identify(Task(bench.case(*modes, noise=noise, seed=seed), "yeoh")))
-        print(f"seed {seed}: {shown(fits[-1])}, failed {fits[-1].failed_solves}", file=sys.stderr, flush=True)
+        print(
+            f"seed {seed}: {parameter_text(fits[-1])}, failed {fits[-1].failed_solves}",
+            file=sys.stderr,
+            flush=True,
+        )
     print(
         "| channels | noise, % | seeds | parameter | standard errors, % | reported intervals, % | profiles |"
     )

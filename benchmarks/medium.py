@@ -162,7 +162,7 @@ class Problem:
         self.residual = dolfinx.fem.form(residual)
         self.tangent = dolfinx.fem.form(ufl.derivative(residual, self.state, ufl.TrialFunction(self.space)))
         self.loads: list[tuple[Any, Any, float]] = []
-        self.bcs = [self._held(place, component, rate) for place, component, rate in held]
+        self.bcs = [self._constraint(place, component, rate) for place, component, rate in held]
         self.bcs.append(self._without_rubber(cells))
         fixed = np.unique(np.concatenate([bc.dof_indices()[0] for bc in self.bcs]))
         self.unknowns = self.space.dofmap.index_map.size_global - len(fixed)
@@ -176,7 +176,7 @@ class Problem:
         self.solver.setOperators(self.matrix)
         self.iterations = 0
 
-    def _held(self, place: Any, component: int, rate: float) -> Any:
+    def _constraint(self, place: Any, component: int, rate: float) -> Any:
         mesh, part = self.space.mesh, self.space.sub(0).sub(component)
         facets = dolfinx.mesh.locate_entities_boundary(mesh, 1, place)
         dofs = dolfinx.fem.locate_dofs_topological(part, 1, facets)
@@ -202,16 +202,16 @@ class Problem:
 
     def reaction(self) -> float:
         """Force at the displacements that follow the load, N/mm; of the half that is meshed."""
-        vector = self.assembled()
+        vector = self.unconstrained_residual()
         return sum(rate * float(vector[dofs].sum()) for _, dofs, rate in self.loads if rate)
 
-    def assembled(self) -> Any:
+    def unconstrained_residual(self) -> Any:
         """Residual without constraints, which is not finite where a volume ratio is not positive."""
         return dolfinx.fem.assemble_vector(self.residual).array
 
     def misfit(self) -> float:
         """Norm of the residual of unconstrained displacements and pressures."""
-        vector = self.assembled()
+        vector = self.unconstrained_residual()
         for bc in self.bcs:
             vector[bc.dof_indices()[0]] = 0.0
         return float(np.linalg.norm(vector))
@@ -261,7 +261,7 @@ class Problem:
         self.solver.solve(self.vector, correction)
 
 
-def marched(problem: Problem, path: Sequence[float], tell: Callable[[], None]) -> tuple[int, int]:
+def march_path(problem: Problem, path: Sequence[float], tell: Callable[[], None]) -> tuple[int, int]:
     """March along a path, cutting steps back where they fail; return how many steps were tried, and cut back.
 
     Parameters

@@ -19,7 +19,7 @@ sys.path.insert(0, str(ROOT))
 
 from benchmarks.decks.drawing import channel  # noqa: E402
 from benchmarks.decks.manifest import read  # noqa: E402
-from benchmarks.decks.sensing import remembering  # noqa: E402
+from benchmarks.decks.sensing import correlated_noise  # noqa: E402
 from bushcli.likelihood.features import features  # noqa: E402
 from bushcli.likelihood.level import refine_noise  # noqa: E402
 from bushcli.likelihood.noise import NoiseModel, noise_model  # noqa: E402
@@ -39,7 +39,7 @@ def unit(noise: NoiseModel) -> float:
     return noise.sigma * float(np.sqrt(noise.correlation_time))
 
 
-def drawn(rng: np.random.Generator) -> Iterator[tuple[str, float, list[tuple[float, float]]]]:
+def draw_errors(rng: np.random.Generator) -> Iterator[tuple[str, float, list[tuple[float, float]]]]:
     """Yield program, correlation, and by stage the logarithm of estimate over truth and the degrees of freedom."""
     for entry in read("dev").values():
         for program in entry.programs:
@@ -50,7 +50,7 @@ def drawn(rng: np.random.Generator) -> Iterator[tuple[str, float, list[tuple[flo
                 force = x + 0.3 * x**3
                 span, correlation = float(np.ptp(force)), float(rng.uniform(0.0, 0.8))
                 size = 10.0 ** rng.uniform(-1.0, 0.0) / 100.0 * span
-                noise = size * remembering(rng.standard_normal(len(x)), correlation)
+                noise = size * correlated_noise(rng.standard_normal(len(x)), correlation)
                 rate = np.gradient(q, t)
                 missing = np.tanh(3.0 * rate / np.abs(rate).max()) + x**2
                 missing *= 0.05 * span * 10.0 ** rng.uniform(-1.5, 0.0)
@@ -71,7 +71,7 @@ def drawn(rng: np.random.Generator) -> Iterator[tuple[str, float, list[tuple[flo
                 )
 
 
-def printed(name: str, rows: list[list[tuple[float, float]]]) -> None:
+def print_errors(name: str, rows: list[list[tuple[float, float]]]) -> None:
     """Print the errors of some channels by stage."""
     print(f"\n{name}, {len(rows)} channels")
     for stage, values in zip(STAGES, np.array(rows).transpose(1, 0, 2), strict=True):
@@ -86,11 +86,11 @@ def printed(name: str, rows: list[list[tuple[float, float]]]) -> None:
 
 def main() -> None:
     """Print the errors by program, and by correlation."""
-    draws = list(drawn(np.random.default_rng(0)))
+    draws = list(draw_errors(np.random.default_rng(0)))
     for program in ("rich", "loop", "ramp"):
-        printed(program, [errors for kind, _, errors in draws if kind == program])
+        print_errors(program, [errors for kind, _, errors in draws if kind == program])
     for low, high in ((0.0, 0.3), (0.3, 0.6), (0.6, 0.8)):
-        printed(
+        print_errors(
             f"rich, correlation {low} to {high}",
             [errors for kind, r, errors in draws if kind == "rich" and low <= r < high],
         )

@@ -89,12 +89,12 @@ RATES: dict[str, tuple[Speed, list[tuple[float, float]]]] = {
 }
 
 
-def steady(
+def steady_harmonic(
     amplitude: Array, omega: Array, rate: Callable[[Array], Array], times: Array, shares: Array
 ) -> Complex:
     """Return the first harmonic (n,) of the branches over the amplitude (n,) in a steady sine.
 
-    ``rate`` is C phi of an amplitude (n, STEPS); ``steady`` integrates half a cycle, from one reversal to the next.
+    ``rate`` is C phi of an amplitude (n, STEPS). The integral is over half a cycle, from one reversal to the next.
     """
     turn = np.linspace(-0.5 * np.pi, 0.5 * np.pi, STEPS + 1)
     step = turn[1] - turn[0]
@@ -127,7 +127,7 @@ def mean_clock(
 
 
 @dataclass(frozen=True)
-class Fitted:
+class ResponseFit:
     """Misfit of storage and loss in %, and the constants."""
 
     storage: float
@@ -135,9 +135,9 @@ class Fitted:
     constants: Array
 
 
-def fitted(
+def fit_response(
     response: Callable[[Array], Complex], table: DynamicTable, starts: list[tuple[float, float]]
-) -> Fitted:
+) -> ResponseFit:
     """Fit E_inf + E_1 response(p): E_inf and E_1 are linear, relative misfits."""
     count, rng = len(table), np.random.default_rng(0)
 
@@ -158,7 +158,7 @@ def fitted(
     ]
     best = min(fits, key=lambda fit: float(fit.cost))
     rms = 100.0 * np.sqrt(np.mean(best.fun.reshape(2, -1) ** 2, axis=1))
-    return Fitted(float(rms[0]), float(rms[1]), np.asarray(best.x))
+    return ResponseFit(float(rms[0]), float(rms[1]), np.asarray(best.x))
 
 
 def _branches(
@@ -170,7 +170,7 @@ def _branches(
 
 def laws() -> Iterator[tuple[str, int, Callable[[Array, Array, Array], Complex], list[tuple[float, float]]]]:
     """Yield name, number of constants, response(p, amplitude, omega) and starts of the laws of a sweep."""
-    for harmonic, of in ((steady, "path clock"), (mean_clock, "its mean speed")):
+    for harmonic, of in ((steady_harmonic, "path clock"), (mean_clock, "its mean speed")):
         for spectrum, (shape, first) in SPECTRA.items():
             for law, (speed, second) in RATES.items():
                 response = partial(_branches, len(first), shape, speed, harmonic)
@@ -193,7 +193,7 @@ def laws() -> Iterator[tuple[str, int, Callable[[Array, Array, Array], Complex],
     yield "three sliders", 7, sliders, [(-1.0, 1.0), (-1.0, 1.0), (-8.0, -5.0), (0.5, 2.5), (0.5, 2.5)]
 
 
-def swept(file: str, stiffness: str, strain: str) -> tuple[list[DynamicTable], list[str]]:
+def strain_sweeps(file: str, stiffness: str, strain: str) -> tuple[list[DynamicTable], list[str]]:
     """Return the strain sweeps in a file, rows off their curve left out, and what is wrong with them."""
     units = {"amplitude": strain, "storage": stiffness, "loss": stiffness}
     table = read_dynamic(DynamicSource("uniaxial", (Path(file),), "sweep", units=units, amplitude_is="peak"))
@@ -212,7 +212,7 @@ HEATED = ("E_1", "E_1, nu", "E_1, all times", "E_1, dt", "dt, nu", "E_1, nu, dt"
 
 def heated(file: str, stiffness: str, strain: str, *degrees: str) -> Iterator[str]:
     """Yield what one set of constants, fitted to the sweeps at some temperatures, leaves of all of them."""
-    curves, said = swept(file, stiffness, strain)
+    curves, said = strain_sweeps(file, stiffness, strain)
     yield from said
     known = [any(abs(c.temperature.mean() - float(degree)) < 2.0 for degree in degrees) for c in curves]
     at = [
@@ -249,11 +249,13 @@ def _at_all(
         def rate(a: Array) -> Array:
             return by["dt"] * speed(a, p[n:])
 
-        response = by["E_1"] * steady(c.amplitude, 2.0 * np.pi * c.frequency, rate, slower * times, shares)
+        response = by["E_1"] * steady_harmonic(
+            c.amplitude, 2.0 * np.pi * c.frequency, rate, slower * times, shares
+        )
         still = np.append(1.0 / c.storage, np.zeros(len(c)))
         return np.column_stack([still, np.append(response.real / c.storage, response.imag / c.loss)])
 
-    def solved(p: Array) -> tuple[Array, Array]:
+    def solve(p: Array) -> tuple[Array, Array]:
         with np.errstate(all="ignore"):
             design = np.vstack([rows(p, c) for c, k in zip(curves, known, strict=True) if k])
         if not np.isfinite(design).all():
@@ -264,18 +266,18 @@ def _at_all(
     starts, rng = [*first, *second, *[(0.5, 1.5)] * len(varied)], np.random.default_rng(0)
     tries = [
         least_squares(
-            lambda p: solved(p)[1], [rng.uniform(*ends) for ends in starts], max_nfev=60, x_scale="jac"
+            lambda p: solve(p)[1], [rng.uniform(*ends) for ends in starts], max_nfev=60, x_scale="jac"
         )
         for _ in range(STARTS)
     ]
     best = np.asarray(min(tries, key=lambda fit: float(fit.cost)).x)
-    values = solved(best)[0]
+    values = solve(best)[0]
     return 2 + len(starts), [rows(best, c) @ values - 1.0 for c in curves], best[-len(varied) :]
 
 
 def sweep(file: str, stiffness: str = "MPa", strain: str = "percent") -> Iterator[str]:
     """Yield a table of what each law leaves of the strain sweeps in a file, by temperature."""
-    curves, said = swept(file, stiffness, strain)
+    curves, said = strain_sweeps(file, stiffness, strain)
     yield from said
     yield "| law | constants | " + " | ".join(f"{c.temperature.mean():.0f} degC" for c in curves) + " | s |"
     yield "| --- " * (len(curves) + 3) + "|"
@@ -284,7 +286,7 @@ def sweep(file: str, stiffness: str = "MPa", strain: str = "percent") -> Iterato
         cells = []
         for c in curves:
             omega = 2.0 * np.pi * c.frequency
-            fit = fitted(partial(response, amplitude=c.amplitude, omega=omega), c, starts)
+            fit = fit_response(partial(response, amplitude=c.amplitude, omega=omega), c, starts)
             cells.append(f"{fit.storage:.1f}, {fit.loss:.1f}")
         yield f"| {name} | {count} | {' | '.join(cells)} | {time.perf_counter() - begin:.0f} |"
 

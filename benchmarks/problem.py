@@ -56,7 +56,7 @@ def errors(mode: str, displacement, force) -> dict[float, float]:
     return result
 
 
-def graded(elements: int, ratio: float, fine: str) -> np.ndarray:
+def graded_points(elements: int, ratio: float, fine: str) -> np.ndarray:
     """Vertices in [0, 1]; the longest element is `ratio` times the shortest, at the "stop" or at "both" ends."""
     k, n = np.arange(elements), max(elements - 1, 1)
     depth = {"stop": k, "both": np.abs(2 * k - n)}[fine] / n
@@ -66,14 +66,14 @@ def graded(elements: int, ratio: float, fine: str) -> np.ndarray:
 
 def radii(elements: int, ratio: float = 2.0) -> np.ndarray:
     """Radii of a mesh's vertices, short elements at both bonds."""
-    return INNER_RADIUS + (OUTER_RADIUS - INNER_RADIUS) * graded(elements, ratio, "both")
+    return INNER_RADIUS + (OUTER_RADIUS - INNER_RADIUS) * graded_points(elements, ratio, "both")
 
 
 def heights(elements: int, mode: str) -> np.ndarray:
     """Axial positions, short elements at the free ends: whole length for axial load, upper half for radial load."""
     if mode == "axial":
-        return LENGTH * (graded(elements, 2.0, "both") - 0.5)
-    return 0.5 * LENGTH * graded(elements, 6.0, "stop")
+        return LENGTH * (graded_points(elements, 2.0, "both") - 0.5)
+    return 0.5 * LENGTH * graded_points(elements, 6.0, "stop")
 
 
 def arguments() -> tuple[Task, list[int]]:

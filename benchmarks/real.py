@@ -44,7 +44,7 @@ def real(runs: int) -> Iterator[str]:
     yield "| case | unknowns | mesh, s | solve, s | memory, MB | error, % | reference's own, % |"
     yield "| --- | --- | --- | --- | --- | --- | --- |"
     for name in CASES:
-        measurements = [_measured(name) for _ in range(runs)]
+        measurements = [_measurement(name) for _ in range(runs)]
         first = measurements[0]
         mesh, solve = (statistics.median(item[key] for item in measurements) for key in ("mesh", "solve"))
         yield (
@@ -53,7 +53,7 @@ def real(runs: int) -> Iterator[str]:
         )
 
 
-def _measured(name: str) -> dict[str, float]:
+def _measurement(name: str) -> dict[str, float]:
     command = [sys.executable, str(Path(__file__).resolve()), name]
     folder = str(Path(__file__).resolve().parents[1])
     done = subprocess.run(

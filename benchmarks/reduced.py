@@ -103,7 +103,7 @@ class Reduced:
         self.matrix, self.b = self.model.system.create_matrix(), self.model.system.create_vector()
         fixed = self.model.system.owned_constrained
         self.free = np.setdiff1d(np.arange(self.model.system.owned), fixed)
-        self.states, self.stresses = self._marched(TRAINING)
+        self.states, self.stresses = self._states_and_stresses(TRAINING)
         self.weight = self.model.body.rubber.points.weight.copy()
 
     def _set(self, factors: tuple[float, ...]) -> None:
@@ -111,7 +111,7 @@ class Reduced:
             {name: f * value for f, (name, value) in zip(factors, LAW.items(), strict=True)}
         )
 
-    def _marched(self, laws: tuple[tuple[float, ...], ...]) -> tuple[Array, list[Array]]:
+    def _states_and_stresses(self, laws: tuple[tuple[float, ...], ...]) -> tuple[Array, list[Array]]:
         states, stresses = [], []
 
         def keep(_: Equilibrium) -> None:
@@ -160,7 +160,7 @@ class Reduced:
             points.weight[:] = self.weight * (1.0 if weights is None else weights[:, None])
             reactions = []
             for q, state in zip(self.program.displacement, self.states, strict=False):
-                if not self._balanced(V, V.T @ state[self.free], float(q)):
+                if not self._balance(V, V.T @ state[self.free], float(q)):
                     return float("nan")
                 self.model.system.residual(self.b)
                 reactions.append(reaction(self.model, self.b, self.model.rate(float(q))))
@@ -168,7 +168,7 @@ class Reduced:
             worst = max(worst, float(np.abs(np.array(reactions) - exact).max() / np.ptp(exact)))
         return worst
 
-    def _balanced(self, V: Array, a: Array, q: float) -> bool:
+    def _balance(self, V: Array, a: Array, q: float) -> bool:
         """Bring the reduced model into equilibrium by Newton's method; return whether it is."""
         from scipy.sparse import csr_matrix
 

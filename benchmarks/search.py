@@ -38,7 +38,7 @@ SearchErrors = list[tuple[Changes, float]]
 """Changes and error, in slacks, of each fit of one search."""
 
 
-class Noting(PredictionErrors):
+class ErrorLog(PredictionErrors):
     """Errors that are also written down."""
 
     case = ""
@@ -55,16 +55,16 @@ class Noting(PredictionErrors):
 def errors(folder: Path, names: Sequence[str]) -> None:
     """Diagnose cases, and write the errors of their predictions down."""
 
-    class Watched(Search):
+    class LoggedSearch(Search):
         """A search whose errors are written down."""
 
         def __post_init__(self) -> None:
-            self.waiting.errors = Noting()
+            self.waiting.errors = ErrorLog()
             super().__post_init__()
 
     for name in names:
-        Noting.case = name
-        with patch.object(module, "Search", Watched):
+        ErrorLog.case = name
+        with patch.object(module, "Search", LoggedSearch):
             module.diagnose(load_case(folder / name / "case.toml"), maps=False)
 
 

@@ -36,7 +36,7 @@ def six(runs: int) -> Iterator[str]:
     yield "| --- | --- | --- | --- | --- | --- |"
     for name in CASES:
         measurements = sorted(
-            (_measured(name) for _ in range(runs)), key=lambda measurement: float(measurement["solve"])
+            (_measurement(name) for _ in range(runs)), key=lambda measurement: float(measurement["solve"])
         )
         median = measurements[len(measurements) // 2]
         yield (
@@ -45,7 +45,7 @@ def six(runs: int) -> Iterator[str]:
         )
 
 
-def _measured(name: str) -> dict[str, Any]:
+def _measurement(name: str) -> dict[str, Any]:
     here = Path(__file__).resolve()
     done = subprocess.run(
         [sys.executable, str(here), name],

@@ -63,7 +63,7 @@ def study(runs: int) -> Iterator[str]:
                 yield _overhead(load[0], _case(Path(folder), load))
         for name, effects in (("axial recording", ""), ("axial recording, viscoelastic", MEMORY)):
             with tempfile.TemporaryDirectory() as folder:
-                yield _overhead(name, _recorded(Path(folder), effects), 60 if not effects else 8)
+                yield _overhead(name, _write_recorded_case(Path(folder), effects), 60 if not effects else 8)
     yield "\n" + _rows(100_000)
 
 
@@ -73,7 +73,7 @@ def _case(folder: Path, load: tuple[str, float, int]) -> Path:
     return file
 
 
-def _recorded(folder: Path, effects: str) -> Path:
+def _write_recorded_case(folder: Path, effects: str) -> Path:
     """Write a case with a recording of four cycles and a hold, 4,000 samples."""
     t = np.linspace(0.0, 100.0, 4000)
     corners = np.arange(0.0, 100.0, 10.0)
@@ -125,7 +125,7 @@ def _overhead(name: str, file: Path, designs: int = 60) -> str:
     marched = []
     predict = module.predict
 
-    def watched(*arguments: object, **options: object) -> object:
+    def timed_predict(*arguments: object, **options: object) -> object:
         prediction = predict(*arguments, **options)  # type: ignore[arg-type]
         marched.append(prediction.channels[0].seconds["march"])
         return prediction
@@ -137,7 +137,7 @@ def _overhead(name: str, file: Path, designs: int = 60) -> str:
     cache = DesignCache()
     task = with_fineness(cache, StudyTask(file, (), chosen.keys, default_answers(case)), chosen.rows[0])
     evaluate(cache, task, 0, chosen.rows)
-    module.predict = watched  # type: ignore[assignment]
+    module.predict = timed_predict  # type: ignore[assignment]
     try:
         rows = evaluate(cache, task, 0, chosen.rows)
     finally:

@@ -67,7 +67,7 @@ MODELS = {
 }
 
 
-def drawn(task: Task, random: np.random.Generator, duration: float) -> Array:
+def draw_start(task: Task, random: np.random.Generator, duration: float) -> Array:
     """Return a start (parameters,): shapes from their priors, amplitudes about their start values."""
     start, bounds = task.vectors()
     priors: dict[str, Prior | None] = {
@@ -100,14 +100,14 @@ def rms(problem: LeastSquaresProblem, x: Array) -> list[float]:
     return misfits
 
 
-def searched(task: Task, own: bool = False) -> list[tuple[float, list[float]]]:
+def search_ends(task: Task, own: bool = False) -> list[tuple[float, list[float]]]:
     """Return cost and misfits (%) at the ends of the searches from drawn starts, and from the task's `own`."""
     random, ends = np.random.default_rng(SEED), []
     for i in range(-own, STARTS):
         problem, curves, _ = task.problem()
         times = [curve.recording.time for curve in curves if curve.recording.time is not None]
         duration = max((float(np.ptp(time)) for time in times), default=1.0)
-        start = task.vectors()[0] if i < 0 else drawn(task, random, duration)
+        start = task.vectors()[0] if i < 0 else draw_start(task, random, duration)
         end = first_minimum(problem, start, task.loss)
         if end is not None:
             ends.append((end.minimum.cost, rms(problem, end.minimum.x)))
@@ -124,7 +124,7 @@ def row(folder: Path, model: str, table: str) -> str:
     fit = identify(task)
     own = [curve.rms_percent for curve in fit.curves]
     seconds = time.process_time() - began
-    ends = searched(task)
+    ends = search_ends(task)
     cost, best = min(ends)
     count = sum(end_cost <= 1.01 * min(cost, fit.cost) for end_cost, _ in ends)
     words = [", ".join(f"{value:.3f}" for value in values) for values in (own, best)]
@@ -154,7 +154,7 @@ def row_of_answer(case: Path, result: Path) -> str | None:
         shutil.copytree(case.parent, folder, dirs_exist_ok=True)
         file = Path(folder) / "case.toml"
         file.write_text(file.read_text() + effects_of(answer))
-        best = min(searched(Task(load_case(file), answer["law"]), own=True))[1]
+        best = min(search_ends(Task(load_case(file), answer["law"]), own=True))[1]
     names = " and ".join(effect["name"] for effect in answer["effects"])
     ratio = float(np.sqrt(np.mean(np.square(after)) / np.mean(np.square(best))))
     shown = [", ".join(f"{value:.3f}" for value in values) for values in (after, best)]

@@ -23,7 +23,7 @@ import numpy as np  # noqa: E402
 from mpi4py import MPI  # noqa: E402
 
 from benchmarks.contact import CASES, YEOH  # noqa: E402
-from benchmarks.medium import CURVATURES, MEDIUM, RUBBER, Medium, Problem, marched  # noqa: E402
+from benchmarks.medium import CURVATURES, MEDIUM, RUBBER, Medium, Problem, march_path  # noqa: E402
 from cases.equilibrium import Equilibrium  # noqa: E402
 from cases.march import NotConverged  # noqa: E402
 from cases.mode import modes  # noqa: E402
@@ -159,7 +159,7 @@ def by_medium(medium: Medium, path: Sequence[float], near: float, size: float = 
         force.append(2 * problem.reaction())
         gap.append(float(0.8 + wall - stop))
 
-    tried, cut = marched(problem, path, tell)
+    tried, cut = march_path(problem, path, tell)
     return March(force, gap, tried, cut, problem.unknowns, time.process_time() - begin)
 
 

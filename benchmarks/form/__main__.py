@@ -60,7 +60,7 @@ def keep(folder: Path, to: Path, only: list[str] | None, budget: float) -> None:
 
 def measure(folder: Path, only: list[str] | None) -> None:
     """Add the recordings that the results do not contain yet."""
-    from benchmarks.form.measure import measured
+    from benchmarks.form.measure import excess_by_channel
 
     there = (
         {json.loads(line)["name"] for line in RESULTS.read_text().splitlines()} if RESULTS.exists() else set()
@@ -74,7 +74,7 @@ def measure(folder: Path, only: list[str] | None) -> None:
             continue
         case = folder / "cases" / name / "case.toml"
         try:
-            result = measured(case, tuple(truth["truth"]))
+            result = excess_by_channel(case, tuple(truth["truth"]))
         except (RuntimeError, ValueError, ArithmeticError) as error:
             result = {"failed": repr(error)}
         row = {
@@ -103,7 +103,7 @@ def table(rows: list[dict[str, Any]]) -> str:
                 f"| {row['name']} | {', '.join(row['formulas'])} | {', '.join(row['truth'])} | | {row['failed']} | |"
             )
             continue
-        whole = _explained(np.maximum(row["plain"], 0.0), np.array(row["signal"]))
+        whole = _squares_to_explain(np.maximum(row["plain"], 0.0), np.array(row["signal"]))
         for i, channel in enumerate(row["names"]):
             left, plain = max(row["left"][i], 0.0), float(whole[i])
             noise = SEEN * np.sqrt(2.0 * row["features"][i])
@@ -118,7 +118,7 @@ def table(rows: list[dict[str, Any]]) -> str:
                 effective.append(row["effective"][i])
             ratio = np.sqrt(max(left, noise) / plain)
             lines.append(
-                f"{_begun(row)} {channel} | {'' if seen else '< '}{ratio:.3f} | {row['effective'][i]:.1f} |"
+                f"{_first_cells(row)} {channel} | {'' if seen else '< '}{ratio:.3f} | {row['effective'][i]:.1f} |"
             )
     if shares:
         below = [share for share in shares if share[0] < MOST**2 * share[1]]
@@ -133,12 +133,12 @@ def table(rows: list[dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
-def _explained(plain: np.ndarray, signal: np.ndarray) -> np.ndarray:
+def _squares_to_explain(plain: np.ndarray, signal: np.ndarray) -> np.ndarray:
     """Misfit of each channel that an effect has to explain, as in `Likelihood.explained_squares`."""
     return 0.5 * plain + 0.5 * float(plain.sum() / signal.sum()) * signal
 
 
-def _begun(row: dict[str, Any]) -> str:
+def _first_cells(row: dict[str, Any]) -> str:
     return f"| {row['name']} | {', '.join(row['formulas'])} | {', '.join(row['truth'])} |"
 
 

@@ -48,7 +48,7 @@ LAWS: Mapping[str, Callable[[int], float]] = {
 UNKNOWN, STATED, HELD, FLOOR = "unknown", 0.95, 0.95, 1e-3
 
 
-class Keeping(Search):
+class SearchWithMisfits(Search):
     """A search that keeps the misfit that each prediction leaves."""
 
     last: Search
@@ -69,7 +69,7 @@ class Keeping(Search):
             )
 
 
-class Leaving(Beside):
+class BesideWithMisfits(Beside):
     """Predictions with the misfit that the best point of their grid leaves."""
 
     def _averaged(self, points: Any) -> Prediction:
@@ -88,9 +88,12 @@ def keep(case_file: Path, out: Path, budget: float) -> None:
     budget : float
         Seconds.
     """
-    with patch.object(module, "Search", Keeping), patch("bushcli.selection.queue.Beside", Leaving):
+    with (
+        patch.object(module, "Search", SearchWithMisfits),
+        patch("bushcli.selection.queue.Beside", BesideWithMisfits),
+    ):
         module.diagnose(load_case(case_file), maps=False, budget=budget)
-    search = Keeping.last
+    search = SearchWithMisfits.last
     fitted = [
         {
             "key": key,
@@ -181,13 +184,13 @@ def table(folder: Path) -> str:
         "| --- | --- | --- | --- |",
     ]
     for name, law in LAWS.items():
-        scores = [_scored(posterior(data, law), entries[case]) for case, data in diagnoses.items()]
+        scores = [_score(posterior(data, law), entries[case]) for case, data in diagnoses.items()]
         mean = np.mean([score for score, _, _ in scores])
         lines.append(f"| {name} | {mean:.3f} | {sum(s[1] for s in scores)} | {sum(s[2] for s in scores)} |")
     return "\n".join(lines)
 
 
-def _scored(sets: Sets, entry: Entry) -> tuple[float, bool, bool]:
+def _score(sets: Sets, entry: Entry) -> tuple[float, bool, bool]:
     """Log probability of the right answer, whether the credible set has it, and whether a wrong effect is stated."""
     right = {frozenset(names) for names in (entry.truth, *entry.also_right)} if not entry.outside else set()
     if entry.outside and entry.truth:

@@ -29,7 +29,7 @@ from bushcli.selection.state import State
 Array = NDArray[np.float64]
 
 
-def measured(case_file: Path, truth: tuple[str, ...]) -> dict[str, Any] | None:
+def excess_by_channel(case_file: Path, truth: tuple[str, ...]) -> dict[str, Any] | None:
     """Excess of the plain law and of the right physics, by channel; None where one of them cannot be solved.
 
     Parameters

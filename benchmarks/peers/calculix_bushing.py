@@ -31,7 +31,7 @@ BRICK = [
 ]
 
 
-def refined(vertices):
+def with_middles(vertices):
     """Vertices and the middles between them."""
     return np.interp(np.arange(2 * len(vertices) - 1) / 2, np.arange(len(vertices)), vertices)
 
@@ -39,10 +39,10 @@ def refined(vertices):
 def deck(task, elements):
     """Input deck, and the component of the force in it."""
     across, along, *around = elements
-    axes = [refined(radii(across)), refined(heights(along, task.mode))]
+    axes = [with_middles(radii(across)), with_middles(heights(along, task.mode))]
     template, kind = QUADRILATERAL, "CAX8R"
     if task.mode == "radial":
-        axes.insert(1, refined(np.linspace(0, np.pi, around[0] + 1)))
+        axes.insert(1, with_middles(np.linspace(0, np.pi, around[0] + 1)))
         template, kind = BRICK, "C3D20R"
     number, cells = {}, []
     for corner in product(*(range(0, len(axis) - 1, 2) for axis in axes)):

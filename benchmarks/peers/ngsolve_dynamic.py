@@ -23,7 +23,7 @@ DENSITY = 1.1e-9
 WEIGHT = 4.0
 
 
-def preloaded(mesh, V, a, sleeve, preload):
+def state_at_preload(mesh, V, a, sleeve, preload):
     """Equilibrium at a preload in five steps, and the sleeve's unit motion."""
     state, lift = ngs.GridFunction(V), ngs.GridFunction(V)
     lift.components[0].Set(ngs.CoefficientFunction((1, 0, 0)), definedon=mesh.Boundaries(sleeve))
@@ -74,7 +74,7 @@ def main():
     preload, count = float(sys.argv[3]), int(sys.argv[4])
     task, elements = arguments()
     mesh, V, a, sleeve, _bend = model(task.mode, elements)
-    state, lift = preloaded(mesh, V, a, sleeve, preload)
+    state, lift = state_at_preload(mesh, V, a, sleeve, preload)
     begin = time.perf_counter()
     parts = matrices(V, a, state)
     unit = lift.vec.FV().NumPy().copy()
