@@ -151,11 +151,11 @@ def test_faults_are_what_they_say() -> None:
 
 def test_a_digest_knows_its_data_and_forgives_rounding() -> None:
     t, q, f = _line()
-    kept = json.loads(json.dumps(digest(t, q, f)))
-    assert compare_digests(kept, digest(t, q, f)) == "same"
-    assert compare_digests(kept, digest(t, q, f + 3e-4 * np.ptp(f))) == "near"
-    assert compare_digests(kept, digest(t, q, f * 1.01)) == "different"
-    assert compare_digests(kept, digest(t, q, f + 10 * np.sin(t))) == "different"
+    known = json.loads(json.dumps(digest(t, q, f)))
+    assert compare_digests(known, digest(t, q, f)) == "same"
+    assert compare_digests(known, digest(t, q, f + 3e-4 * np.ptp(f))) == "near"
+    assert compare_digests(known, digest(t, q, f * 1.01)) == "different"
+    assert compare_digests(known, digest(t, q, f + 10 * np.sin(t))) == "different"
 
 
 # -- foreign physics ---------------------------------------------------------------------------------------------
@@ -276,7 +276,7 @@ def test_what_is_in_the_ledger_is_done(tmp_path: Path) -> None:
         case = tmp_path / "own" / "cases" / name
         case.mkdir(parents=True)
         (case / "case.toml").write_text("bad" if name == "001" else "good")
-    go = {"workers": 1, "timeout": 20.0, "kept": tmp_path / "ledger"}
+    go = {"workers": 1, "timeout": 20.0, "ledgers": tmp_path / "ledger"}
     command = [sys.executable, str(tool)]
     assert len(list(run_all("own", tmp_path / "own", command, "new", count=1, **go))) == 1
     assert len(list(run_all("own", tmp_path / "own", command, "new", **go))) == 1
