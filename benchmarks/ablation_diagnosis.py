@@ -63,7 +63,9 @@ def patches() -> dict[str, list[Any]]:
         "smaller sizes where a start fails": [patch.object(fit, "RETREATS", ())],
         "marches are given up": [patch.object(fit, "FAILED_STEPS", None)],
         "what a fit may find in addition": [patch.object(queue.Search, "_queue", hopeless)],
-        "one effect more beside a poor one": [patch.object(queue, "with_one_more", lambda *given: [])],
+        "one effect more beside a poor one": [
+            patch.object(queue.Search, "_queue_with_one_more", lambda *given: None)
+        ],
         "one branch more beside a poor one": [patch.object(queue, "more_branches", lambda *given: [])],
         "others in place of an effect": [patch.object(queue.Search, "_expand_without", lambda *given: None)],
         "reliable predictions count": [

@@ -1,4 +1,4 @@
-"""Predictions of models with one branch, or one effect, more than a fitted one."""
+"""Models with one branch more than a fitted one, and those with which a search begins where there are tables."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from bushcli.selection.columns import trials
 from bushcli.selection.derivatives import Derivatives
 from bushcli.selection.model import Key, Model
 from bushcli.selection.predict import Beside
-from bushcli.selection.prediction import Addition, Prediction
+from bushcli.selection.prediction import Prediction
 from bushcli.selection.state import CommonData, State
 
 # Moduli of all branches together over the law's where their fit begins: what tables of filled rubber show in three
@@ -109,17 +109,3 @@ def relaxing_models(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> It
                 start = {name: warm.parameter(name).start for name in trial.amplitudes}
                 active = replace(trial.active, values=dict(trial.active.values) | start)
                 yield replace(trial, active=active).add_to(beside)
-
-
-def with_one_more(
-    state: State, beside_plain: Mapping[str, Sequence[Addition]], most: int
-) -> Sequence[Prediction]:
-    """Return predictions of a model with one effect more, whose derivatives are those beside the plain law.
-
-    The prediction of a pair beside the plain law has the errors of both effects; here one of the two is fitted.
-    """
-    if len(state.model.identities) >= most:
-        return []
-    every = [addition for points in beside_plain.values() for addition in points]
-    others = [addition for addition in every if not addition.trial.active.is_among(state.model.effects)]
-    return Beside(state, others).singles()

@@ -84,9 +84,15 @@ class Beside:
             ]
             grouped.setdefault(" ".join([addition.trial.active.identity, *fixed]), []).append(addition)
         self.grouped = grouped
-        self._solutions: dict[tuple[bool, tuple[int, ...]], tuple[Evidence, Array]] = {}
-        self._settled: dict[tuple[int, ...], tuple[Evidence, Array]] = {}
-        self._own_columns: dict[int, tuple[Addition, Array, Array]] = {}
+        # What was predicted before serves where the same additions are predicted with the same variances.
+        same = before if before is not None and list(before.variances) == list(self.variances) else None
+        self._solutions: dict[tuple[bool, tuple[int, ...]], tuple[Evidence, Array]] = (
+            {} if same is None else same._solutions
+        )
+        self._settled: dict[tuple[int, ...], tuple[Evidence, Array]] = {} if same is None else same._settled
+        self._own_columns: dict[int, tuple[Addition, Array, Array]] = (
+            {} if same is None else same._own_columns
+        )
 
     # -- predictions ---------------------------------------------------------------------------------------------
 

@@ -21,9 +21,9 @@ from scipy.special import logsumexp
 
 from bushcli.effects.effect import Effect
 from bushcli.evidence.prior import log_odds
-from bushcli.evidence.stopping_rule import Needed, needed_of
+from bushcli.evidence.stopping_rule import needed_of
 from bushcli.runtime.workers import Workers
-from bushcli.selection.additions import more_branches, relaxing_models, with_one_more
+from bushcli.selection.additions import more_branches, relaxing_models
 from bushcli.selection.columns import incompatibility, shear_modulus
 from bushcli.selection.derivatives import Derivatives
 from bushcli.selection.fit import FittedSamples, fit
@@ -91,6 +91,7 @@ class Search:
     _branched: set[Key] = field(default_factory=set)
     _tried: set[Key] = field(default_factory=set)
     _beside_plain: Mapping[str, list[Addition]] = field(default_factory=dict)
+    _borrowed: dict[Key, Beside] = field(default_factory=dict)
 
     # -- the loop ------------------------------------------------------------------------------------------------
 
@@ -213,25 +214,35 @@ class Search:
             start = self._start_beside_effects(queued)
             questions.append((self.problem.case, queued.model, measured, inner, least, needed, start))
 
-        known: dict[int, Fitted | None] = {}
+        known: dict[int, State | None] = {}
+        entered: list[tuple[Queued, State, float]] = []
 
         def notify(i: int, answer: Fitted | None) -> None:
-            known[i] = answer
+            known[i] = state = None if answer is None else State(self.problem, answer)
             text = "cannot be solved"
-            if answer is not None:
-                state = State(self.problem, answer)
+            if state is not None:
                 gain = self.weights(state)[0] - self.plain.evidence.log
                 text = f"misfit {state.size:.3g} times the noise, log evidence {gain:+.1f}"
             text += f" (predicted {chosen[i].predicted_weight - self.plain.evidence.log:.1f})"
             self.progress("fit", label(chosen[i].model), text)
+            receive()
 
+        def receive() -> None:
+            # In the order of the questions, saved answers too; neighbours are predicted while other processes fit.
+            while waiting and (i := len(chosen) - len(waiting)) in known:
+                queued, needed, state = waiting.pop(0), questions[i][5], known[i]
+                self._receive(queued, state)
+                if state is not None:
+                    entered.append((queued, state, math.inf if needed is None else needed.log))
+
+        waiting = list(chosen)
         try:
             self.workers.run(fit, questions, notify, self.deadline)
         finally:
             # If the user interrupts the second of two fits, the first counts; what was not fitted waits again.
-            self._receive(
-                [(queued, questions[i][5], known.get(i, queued)) for i, queued in enumerate(chosen)]
-            )
+            for queued in waiting:
+                self.waiting.put(queued)
+            self.waiting.learn(entered)
 
     def _start_beside_effects(self, queued: Queued) -> Mapping[str, float] | None:
         """Return parameters of the law beside effects that explain the recordings, if it was predicted far from those.
@@ -251,22 +262,15 @@ class Search:
             return None
         return best.model.start
 
-    def _receive(self, answers: Sequence[tuple[Queued, Needed | None, Fitted | Queued | None]]) -> None:
-        """Enter finished fits with the evidence each needed to matter; models not fitted (`Queued`) wait again."""
-        entered = []
-        for queued, needed, fitted in answers:
-            if isinstance(fitted, Queued):
-                self.waiting.put(queued)
-            elif fitted is None:
-                none, why = float("nan"), "cannot be solved from any start"
-                self.lost.append(label(queued.model, variants=True))
-                self.waiting.pop(queued.model.structure, None)
-                self.rows.append(self._row(queued.model, queued.predicted_weight, none, none, why))
-            else:
-                state = State(self.problem, fitted)
-                self._enter(state, queued.predicted_weight)
-                entered.append((queued, state, math.inf if needed is None else needed.log))
-        self.waiting.learn(entered)
+    def _receive(self, queued: Queued, state: State | None) -> None:
+        """Enter a finished fit, or note that the model cannot be solved."""
+        if state is not None:
+            self._enter(state, queued.predicted_weight)
+            return
+        none, why = float("nan"), "cannot be solved from any start"
+        self.lost.append(label(queued.model, variants=True))
+        self.waiting.pop(queued.model.structure, None)
+        self.rows.append(self._row(queued.model, queued.predicted_weight, none, none, why))
 
     def _next_model(self, key: Key) -> Queued:
         """The model to be fitted next: another law is fitted without effects before it is fitted with them."""
@@ -293,8 +297,7 @@ class Search:
                 for model in other_laws(self.problem.case, other.model):
                     self._exchange_law(other, model)
         elif (state.model.law, state.model.terms) == (self.plain.model.law, self.plain.model.terms):
-            for prediction in with_one_more(state, self._beside_plain, MOST_EFFECTS):
-                self._queue(prediction, state, slack_of(BORROWED * prediction.reach))
+            self._queue_with_one_more(state)
         else:
             self._exchange_law(state, with_law_of(self.plain.model, state.model))
         row = self._row(state.model, predicted, self.weights(state)[0], state.size, "")
@@ -340,9 +343,18 @@ class Search:
                 self._queue(prediction, state, slack_of(prediction.reach))
         self._branched |= self.states.keys()
 
+    def _queue_with_one_more(self, state: State) -> None:
+        """Queue a model with one effect more, whose derivatives are those beside the plain law.
+
+        The prediction of a pair beside the plain law has the errors of both effects; here one of the two is fitted.
+        """
+        if self._beside_plain and len(state.model.identities) < MOST_EFFECTS:
+            for prediction in self._with_borrowed(state).singles():
+                self._queue(prediction, state, slack_of(BORROWED * prediction.reach))
+
     def _expand(self, key: Key) -> None:
         state = self.states[key]
-        beside = Beside(state, self._additions_beside(state))
+        beside = self._beside(state)
         if state is self.plain:
             self._beside_plain = beside.grouped
         further = MOST_EFFECTS - len(state.model.effects)
@@ -366,30 +378,37 @@ class Search:
         # Not before: an interrupted search has not looked at these neighbours.
         self._expanded.add(key)
 
-    def _additions_beside(self, state: State) -> list[Addition]:
+    def _beside(self, state: State) -> Beside:
         """Return further effects with their derivatives beside a model, or beside the plain law where that will do.
 
         The derivative beside the plain law is a fair estimate. Where it predicts no visible gain beside the model, by a
         factor of `BORROWED`, the effect is not solved anew.
         """
         if state is self.plain or not state.model.effects:
-            return self.derivatives.additions_beside(state, state is self.plain)
-        borrowed = [
-            addition
-            for points in self._beside_plain.values()
-            for addition in points
-            if not addition.trial.active.is_among(state.model.effects)
-        ]
-        beside, gains = Beside(state, borrowed), dict[str, float]()
-        for points, prediction in zip(beside.grouped.values(), beside.singles(), strict=True):
+            return Beside(state, self.derivatives.additions_beside(state, state is self.plain))
+        borrowed, gains = self._with_borrowed(state), dict[str, float]()
+        for points, prediction in zip(borrowed.grouped.values(), borrowed.singles(), strict=True):
             name = points[0].trial.effect.name
             gains[name] = max(prediction.gain, gains.get(name, 0.0))
         silent = {name for name, gain in gains.items() if BORROWED * gain < FAINT}
         among = [effect for effect in self.catalogue if effect.name not in silent]
-        return [
+        every = [addition for points in borrowed.grouped.values() for addition in points]
+        own = [
             *self.derivatives.additions_beside(state, among=among),
-            *(addition for addition in borrowed if addition.trial.effect.name in silent),
+            *(addition for addition in every if addition.trial.effect.name in silent),
         ]
+        return Beside(state, own, before=borrowed)
+
+    def _with_borrowed(self, state: State) -> Beside:
+        """Return further effects with their derivatives beside the plain law."""
+        key = state.model.structure
+        if key not in self._borrowed or self._borrowed[key].state is not state:
+            every = [addition for points in self._beside_plain.values() for addition in points]
+            others = [
+                addition for addition in every if not addition.trial.active.is_among(state.model.effects)
+            ]
+            self._borrowed[key] = Beside(state, others)
+        return self._borrowed[key]
 
     def _expand_without(self, state: State, beside: Beside) -> None:
         """Queue the model without some of its effects, and with another effect in their place.

@@ -21,7 +21,6 @@ from bushcli.selection.additions import more_branches
 from bushcli.selection.fit import WORSE
 from bushcli.selection.model import Model
 from bushcli.selection.neighbours import label
-from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import Prediction
 from bushcli.selection.queue import LEFT, NEIGHBOURS, Search
 from bushcli.selection.state import State
@@ -204,13 +203,14 @@ def test_only_what_may_be_visible_is_solved_anew_beside_a_fitted_effect(world, m
         "additions_beside",
         lambda state, among: asked.update(effect.name for effect in among) or [],
     )
-    borrowed = {addition.trial.effect.name for addition in found._additions_beside(state)}
+    beside = found._beside(state)
+    borrowed = {points[0].trial.effect.name for points in beside.grouped.values()}
     # Of its own effects there may be further branches.
     assert {active.effect.name for active in state.model.effects} <= asked
     assert borrowed
     assert borrowed | asked == {effect.name for effect in found.catalogue}
     assert not borrowed & asked
-    for prediction in Beside(state, found._additions_beside(state)).singles():
+    for prediction in beside.singles():
         assert queue.BORROWED * prediction.gain < queue.FAINT
 
 
