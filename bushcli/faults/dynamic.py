@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.faults.fault import MENTIONED, WRONG, DataFault
+from bushcli.faults.fault import MENTIONED, WRONG, DataFault, percent
 from bushcli.faults.scale import unit_stiffness
 from bushcli.recording.dynamic.table import DynamicTable
 from cases.mode import modes
@@ -23,10 +23,11 @@ from geometry.shape import Shape
 
 Array = NDArray[np.float64]
 
-#: MPa: shear moduli of elastomers from the softest gel to the glass that each is at low temperature.
-_MODULI = (0.003, 3000.0)
-#: Between these the moduli of most rubber compounds lie, filled ones at small amplitude and low temperature included.
-_USUAL = (0.1, 100.0)
+#: MPa: the shear modulus of the glass that each elastomer is at low temperature; none is stiffer.
+_GLASS = 3000.0
+#: Median (MPa) and standard deviation of the logarithm of the least dynamic shear modulus of a table (judgement):
+#: gels, and filled compounds at low temperature, are three standard deviations away.
+_MEDIAN, _SPREAD = 2.0, 1.6
 #: Units that are taken for each other, by the factor between them: as the file says it, and as its numbers are.
 _TAKEN = {
     ("MPa", 1e6): ("Pa", "MPa"),
@@ -102,7 +103,7 @@ def _angle(table: DynamicTable, off_curve: NDArray[np.bool_]) -> Iterator[DataFa
         return
     shown, slope, other = np.degrees([delta, rise, 0.5 * np.pi - delta])
     where = f"loss angles of {shown:.3g} degrees on average, where the rise of the stiffness with frequency means "
-    where += f"about {max(slope, 0.0):.2g}: with a probability of {probability:.3g} the loss angles are "
+    where += f"about {max(slope, 0.0):.2g}: with a probability of {percent(probability)} the loss angles are "
     where += f"90 degrees minus those of the file, {other:.3g}"
     remedy = 'loss_angle_is = "complement" in the recording\'s table, or "loss" if it has "complement"; if the file is '
     remedy += 'read as it was measured, accept = ["loss_angle"]'
@@ -120,29 +121,35 @@ def _probability(read: float, other: float) -> float:
 
 
 def _unit(shape: Shape, table: DynamicTable) -> Iterator[DataFault]:
-    """Yield a fault if no elastomer has the moduli of a table."""
+    """Yield a fault if another unit makes moduli usual that are rare as read; without doubt if no polymer has them."""
     bounds = {"E": (3.0, 3.0), "G": (1.0, 1.0)}.get(table.quantity) or unit_stiffness(shape, table.mode)
     if bounds is None:
         return
     size = np.sort(table.stiffness)
     low, high = size[0] / bounds[1], size[-1] / bounds[0]
-    if high > _MODULI[0] and low < _MODULI[1]:
+    factors = np.array([1.0, 1e3, 1e-3, 1e6, 1e-6])
+    # The logarithm of the least modulus lies between those of the two bounds of the stiffness.
+    unusual = (np.log(factors * size[0] / np.sqrt(bounds[0] * bounds[1])) - np.log(_MEDIAN)) / _SPREAD
+    weight = np.r_[1.0 - WRONG, np.full(4, WRONG / 4)] * np.exp(-0.5 * (unusual**2 - np.min(unusual**2)))
+    best, proved = 1 + int(np.argmax(weight[1:])), low > _GLASS
+    probability = 1.0 if proved else float(1.0 - weight[0] / weight.sum())
+    if probability < MENTIONED:
         return
     unit = (
         "MPa" if table.quantity != "stiffness" else "N mm/rad" if modes()[table.mode].rotational else "N/mm"
     )
-    fits = next((f for f in (1e3, 1e-3, 1e6, 1e-6) if _USUAL[0] < f * high and f * low < _USUAL[1]), None)
+    factor = factors[best]
     where = f"{size[0]:.3g} to {size[-1]:.3g} {unit}: a shear modulus of {low:.2g} to {high:.2g} MPa, "
-    where += "which no elastomer has"
-    remedy = 'check the unit of the stiffness, or accept = ["unit"] in the recording\'s table'
-    if fits is not None:
-        where += f"; times {fits:g} it would be {fits * size[0]:.3g} to {fits * size[-1]:.3g} {unit}"
-        stated, meant = _TAKEN.get((unit, fits), ("one unit", "another"))
-        keys = (
-            f'units = {{storage = "{meant}", loss = "{meant}"}}, or of the columns that it has, in its table'
-        )
-        remedy = f"if the file says {stated} and its numbers are {meant}: {keys}"
-    yield DataFault(table.name, "unit", where, remedy, True, np.ones(len(table), dtype=bool))
+    where += "which no polymer has" if proved else "which is rare"
+    where += f"; times {factor:g} it would be {factor * size[0]:.3g} to {factor * size[-1]:.3g} {unit}"
+    where += "" if proved else f"; the probability of a wrong unit is {percent(probability)}"
+    stated, meant = _TAKEN.get((unit, float(factor)), ("one unit", "another"))
+    keys = f'units = {{storage = "{meant}", loss = "{meant}"}}, or of the columns that it has, in its table'
+    remedy = (
+        f"if the file says {stated} and its numbers are {meant}: {keys}; also check that [geometry] is in mm"
+    )
+    remedy += '; or accept = ["unit"] if the values are right'
+    yield DataFault(table.name, "unit", where, remedy, proved, np.full(len(table), proved), probability)
 
 
 def _off_curve(table: DynamicTable) -> NDArray[np.bool_]:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from bushcli.faults.dynamic import table_faults
+from bushcli.faults.fault import percent
 from bushcli.recording.dynamic.table import DynamicTable
 from geometry.shape import shapes
 
@@ -38,10 +39,15 @@ def test_a_sound_table_has_none(temperatures, noise):
     assert kinds(sweeps(temperatures, noise=noise)) == []
 
 
-@pytest.mark.parametrize(("scale", "meant"), [(1e-6, "MPa"), (1e6, "Pa")])
-def test_moduli_of_no_elastomer_are_a_wrong_unit(scale, meant):
+@pytest.mark.parametrize(
+    ("scale", "meant", "fatal"),
+    [(1e-6, "MPa", False), (1e-3, "MPa", False), (1e3, "kPa", False), (1e6, "Pa", True)],
+)
+def test_moduli_that_are_rare_are_a_wrong_unit_and_those_of_no_polymer_for_certain(scale, meant, fatal):
+    """The glass bounds moduli from above; however soft a gel is, nothing contradicts it."""
     (fault,) = table_faults(PLAIN, [sweeps([20.0], scale)])
-    assert (fault.kind, fault.fatal) == ("unit", True)
+    assert (fault.kind, fault.fatal, bool(fault.samples.all())) == ("unit", fatal, fatal)
+    assert fault.fatal or f"wrong unit is {percent(fault.probability)}" in fault.where
     assert f'storage = "{meant}"' in fault.remedy
     assert kinds(replace(sweeps([20.0], scale), accepted_faults=("unit",))) == []
 
@@ -49,7 +55,9 @@ def test_moduli_of_no_elastomer_are_a_wrong_unit(scale, meant):
 def test_the_stiffness_of_a_bushing_is_judged_by_its_shape():
     # An axial stiffness of 2 pi L G / ln(b/a) = 415 N/mm for G = 1 MPa.
     assert kinds(sweeps([20.0], 100.0, quantity="stiffness", mode="axial")) == []
-    assert kinds(sweeps([20.0], 1e-3, quantity="stiffness", mode="axial")) == ["unit"]
+    for factor in (1e-3, 1e3):
+        table = sweeps([20.0], 100.0 * factor, quantity="stiffness", mode="axial")
+        assert kinds(table) == ["unit"]
 
 
 def test_a_row_of_another_sweep_is_found_with_that_sweep():
