@@ -71,7 +71,8 @@ def table_panels(compared: ComparedTable, file: str) -> Panels:
     x = table.frequency if table.over_frequency else table.amplitude
     measured = table.stiffness, np.degrees(table.loss_angle)
     models = [] if compared.started is None else [("before", "before", compared.started)]
-    models.append(("after", f"{how} (held out)" if compared.held_out else how, compared.simulated))
+    # Each simulated curve has the colour of its rows.
+    models.append(("", f"{how} (held out)" if compared.held_out else how, compared.simulated))
     series: list[list[Series]] = [[], [], []]
     regions: list[list[Region]] = [[], []]
     curves = table.conditions()
@@ -90,9 +91,9 @@ def table_panels(compared: ComparedTable, file: str) -> Panels:
         for role, label, simulated in models:
             polar = _polar(simulated[rows])
             for k in range(2):
-                named = label if i == len(curves) - 1 and k == 0 else ""
-                series[k].append(Series(role, named, x[rows], polar[k]))
-            series[2].append(Series(role, "", *polar))
+                named = label if i == 0 and k == 0 else ""
+                series[k].append(Series(role or key, named, x[rows], polar[k]))
+            series[2].append(Series(role or key, "", *polar))
         if compared.spread is not None:
             halves = compared.spread[0, rows], np.degrees(compared.spread[1, rows])
             for band, end, half in zip(regions, _polar(compared.simulated[rows]), halves, strict=True):

@@ -10,7 +10,7 @@ import numpy as np
 
 from bushcli.report.conditions import conditions
 from bushcli.report.document import Document, Paragraph, Row, Section, Table, figures, note, paragraphs
-from bushcli.report.quantity import channel_label, interval, number, percent, quantities, with_std
+from bushcli.report.quantity import channel_label, interval, join_names, number, percent, quantities, with_std
 from bushcli.report.results import FitResult
 from cases.mode import modes
 
@@ -132,9 +132,12 @@ def fit_lines(fit: Fit) -> list[str]:
 
 
 def curves_of(fit: Fit) -> str:
-    """Return the data to which a law was fitted, in words: "3 coupon tests"."""
-    count = sum(not curve.held_out for curve in fit.curves)
-    return f"{count} {'coupon test' if _all_coupons(fit) else 'recording'}{'s' if count != 1 else ''}"
+    """Return the data to which a law was fitted, in words: "3 coupon tests", "1 recording and 2 tables"."""
+    curves = sum(not curve.held_out for curve in fit.curves)
+    tables = sum(not table.held_out for table in fit.tables)
+    counts = ((curves, "coupon test" if _all_coupons(fit) else "recording"), (tables, "table"))
+    words = [f"{count} {word}{'s' if count != 1 else ''}" for count, word in counts if count]
+    return join_names(words) or "no recording"
 
 
 def bulk_modulus_std(fit: Fit) -> float | None:

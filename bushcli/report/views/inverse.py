@@ -275,8 +275,9 @@ def correlation_table(fit: Fit) -> Table:
     rows: list[Row] = []
     for i, name in enumerate(names):
         below = (f"{fit.correlation[i, j]:+.2f}" for j in range(i))
-        rows.append((name, *below, "1", *("",) * (len(names) - i - 1)))
-    return Table("Correlation", ("", *names), tuple(rows) if len(names) > 1 else (), on="terminal")
+        rows.append((f"{i + 1}", name, *below, "1", *("",) * (len(names) - i - 1)))
+    heads = ("", "", *(str(i + 1) for i in range(len(names))))
+    return Table("Correlation", heads, tuple(rows) if len(names) > 1 else (), left=2, on="terminal")
 
 
 def leverage_table(fit: Fit) -> Table:
