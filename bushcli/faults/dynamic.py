@@ -15,6 +15,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.errors import count_of
 from bushcli.faults.fault import MENTIONED, WRONG, DataFault, percent
 from bushcli.faults.scale import unit_stiffness
 from bushcli.recording.dynamic.table import DynamicTable
@@ -202,7 +203,7 @@ def _unit(shape: Shape, table: DynamicTable, off_curve: NDArray[np.bool_]) -> It
     )
     at = np.flatnonzero(misread)
     partly = not (misread | off_curve).all()
-    where = f"{table.places[at[0]]} to {table.places[at[-1]]}, {len(at)} rows: " if partly else ""
+    where = f"{table.places[at[0]]} to {table.places[at[-1]]}, {count_of(len(at), 'row')}: " if partly else ""
     where += f"{low:.3g} to {high:.3g} {unit}: a shear modulus of {low / bounds[1]:.2g} to {high / bounds[0]:.2g} MPa, "
     where += "which no polymer has" if proved else "which is rare"
     where += f"; times {factor:g} it would be {factor * low:.3g} to {factor * high:.3g} {unit}"

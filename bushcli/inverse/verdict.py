@@ -10,6 +10,7 @@ import numpy as np
 
 from bushcli.case.checks import moduli
 from bushcli.curve.misfit import NOISE_FLOOR
+from bushcli.errors import count_of
 from bushcli.inverse.file_units import in_file_units
 from bushcli.inverse.local import STAYED, Minimum
 from bushcli.inverse.result import Fit, FittedCurve
@@ -120,7 +121,7 @@ class _Doubts:
     def end(self, interrupted: bool) -> Iterator[Condition]:
         """How the search ended."""
         if interrupted:
-            what = f"stopped after {self.fit.sweeps} evaluations; this is the best point so far"
+            what = f"stopped after {count_of(self.fit.sweeps, 'evaluation')}; this is the best point so far"
             yield Condition(
                 "interrupted", what, "run it again" if self.task.source == "coupons" else CONTINUE
             )

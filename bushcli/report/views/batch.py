@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from bushcli.errors import count_of
 from bushcli.inverse import Estimate
 from bushcli.inverse.file_units import in_file_units, parameter_unit
 from bushcli.report.conditions import conditions
@@ -75,7 +76,7 @@ def batch_headline(batch: Batch) -> str:
     )
     names = [part.name for part in batch.outliers]
     outliers = f"outlier{'s' * (len(names) > 1)}: {join_names(names)}" if names else "no outliers"
-    return f"{len(batch.parts)} parts: {scatter}; {outliers}"
+    return f"{count_of(len(batch.parts), 'part')}: {scatter}; {outliers}"
 
 
 def stiffness(part: BatchPart) -> float:

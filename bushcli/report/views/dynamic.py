@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.errors import count_of
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.report.conditions import conditions
 from bushcli.report.document import Columns, Document, Section, Table, figures, paragraphs, table_of
@@ -32,7 +33,7 @@ def dynamic_document(result: DynamicResult) -> Document:
     response = result.response
     count = len({(curve.name, curve.preload) for curve in response.curves})
     tables = [frequency_table(curve) for curve in response.curves]
-    headline = f"Dynamic stiffness about {count} preload{'' if count == 1 else 's'}"
+    headline = f"Dynamic stiffness about {count_of(count, 'preload')}"
     lines = [] if response.complete else ["Not every preload has a result: see the problems."]
     return Document(
         headline,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bushcli.errors import count_of
 from bushcli.report.conditions import conditions
 from bushcli.report.document import Document, Paragraph, Row, Section, Table, figures, note, paragraphs
 from bushcli.report.quantity import channel_label, interval, join_names, number, percent, quantities, with_std
@@ -29,7 +30,7 @@ def fit_document(result: FitResult) -> Document:
     fit, lines, material = result.fit, [], None
     if fit is None:
         names = {table_fit.table.name for table_fit in result.spectra}
-        headline = f"Relaxation spectra of {len(names)} table{'s' * (len(names) != 1)} of dynamic moduli"
+        headline = f"Relaxation spectra of {count_of(len(names), 'table')} of dynamic moduli"
     else:
         worst = max(curve.rms_percent for curve in fit.curves if not curve.held_out)
         # Rounded up, because no curve is worse.
@@ -50,8 +51,9 @@ def fit_document(result: FitResult) -> Document:
 def fit_section(fit: Fit) -> Section:
     """Return the section on a law fitted to coupon tests."""
     solved = (
-        f"{'converged' if fit.converged else 'not converged'} after {fit.iterations} iterations, "
-        f"{fit.sweeps} evaluations, {fit.forward_solves} simulations of one test, {fit.seconds:.1f} s"
+        f"{'converged' if fit.converged else 'not converged'} after {count_of(fit.iterations, 'iteration')}, "
+        f"{count_of(fit.sweeps, 'evaluation')}, {count_of(fit.forward_solves, 'simulation')} of one test, "
+        f"{fit.seconds:.1f} s"
     )
     blocks = [
         parameter_table(fit),
@@ -136,7 +138,7 @@ def curves_of(fit: Fit) -> str:
     curves = sum(not curve.held_out for curve in fit.curves)
     tables = sum(not table.held_out for table in fit.tables)
     counts = ((curves, "coupon test" if _all_coupons(fit) else "recording"), (tables, "table"))
-    words = [f"{count} {word}{'s' if count != 1 else ''}" for count, word in counts if count]
+    words = [count_of(count, word) for count, word in counts if count]
     return join_names(words) or "no recording"
 
 

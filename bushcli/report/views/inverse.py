@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bushcli.curve.misfit import NOISE_FLOOR
+from bushcli.errors import count_of
 from bushcli.inverse import Estimate, Fit, FittedCurve
 from bushcli.inverse.certainty import UNDETERMINED
 from bushcli.inverse.file_units import parameter_unit
@@ -219,9 +220,12 @@ def search_lines(fit: Fit) -> list[str]:
     """Return a line on how the result was found."""
     failed = f" ({fit.failed_solves} failed)" if fit.failed_solves else ""
     starts = f", {len(fit.end_points)} starts" if len(fit.end_points) > 1 else ""
+    after = (
+        f"{'converged' if fit.converged else 'not converged'} after {count_of(fit.iterations, 'iteration')}"
+    )
     return [
-        f"{fit.method}: {'converged' if fit.converged else 'not converged'} after {fit.iterations} iterations{starts}, "
-        f"{fit.sweeps} evaluations{failed}, {fit.forward_solves} simulations of one channel, {fit.seconds:.1f} s"
+        f"{fit.method}: {after}{starts}, {count_of(fit.sweeps, 'evaluation')}{failed}, "
+        f"{count_of(fit.forward_solves, 'simulation')} of one channel, {fit.seconds:.1f} s"
         + (f" ({fit.message.rstrip('.').replace('`', '')})" if fit.message and not fit.converged else "")
     ]
 

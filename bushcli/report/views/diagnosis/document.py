@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from bushcli.diagnosis.result import SMALL, Diagnosis
 from bushcli.effects.titles import phrase, title
+from bushcli.errors import count_of
 from bushcli.report.conditions import conditions
 from bushcli.report.document import (
     Block,
@@ -158,8 +159,8 @@ def record_section(diagnosis: Diagnosis) -> Section:
 
 def search_section(diagnosis: Diagnosis) -> Section:
     """Return how many models were fitted, and what these recordings cannot show."""
-    failed = f"{diagnosis.failed_solves} trial{'s' * (diagnosis.failed_solves != 1)} failed"
-    solved = f"{diagnosis.forward_solves} simulations of one channel, {failed}, {diagnosis.seconds:.0f} s"
+    failed = f"{count_of(diagnosis.failed_solves, 'trial')} failed"
+    solved = f"{count_of(diagnosis.forward_solves, 'simulation')} of one channel, {failed}, {diagnosis.seconds:.0f} s"
     blocks = [
         *paragraphs(words.as_sentences(words.searched_lines(diagnosis))),
         *paragraphs(words.as_sentences(untestable_lines(diagnosis)), "terminal"),
@@ -375,9 +376,9 @@ def fault_table(diagnosis: Diagnosis) -> Table:
             fault.where,
             "correct first"
             if fault.fatal
-            else f"{100 * fault.probability:.0f} % probable"
+            else f"{words.chance(fault.probability)} probable"
             if fault.is_doubtful
-            else f"{int(fault.samples.sum())} samples left out",
+            else f"{count_of(int(fault.samples.sum()), 'sample')} left out",
             fault.remedy,
         )
         for fault in sorted(diagnosis.faults, key=lambda fault: not fault.fatal)
