@@ -214,7 +214,8 @@ def _unit(shape: Shape, table: DynamicTable, off_curve: NDArray[np.bool_]) -> It
         stated, meant = _TAKEN.get((unit, factor), ("one unit", "another"))
         remedy = f"if the file says {stated} and its numbers are {meant}: "
         remedy += f'units = {{storage = "{meant}", loss = "{meant}"}}'
-        remedy += ", or of the columns that it has, in its table; also check that [geometry] is in mm"
+        remedy += ", or of the columns that it has, in its table"
+        remedy += "; also check that [geometry] is in mm" if table.quantity == "stiffness" else ""
     remedy += '; or accept = ["unit"] if the values are right'
     samples = misread & (partly or proved)
     yield DataFault(table.name, "unit", where, remedy, proved, samples, 1.0 if proved else probability)
