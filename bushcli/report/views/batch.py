@@ -50,6 +50,7 @@ def batch_document(batch: Batch) -> Document:
     ]
     fit = in_file_units(batch.fit)
     law = [(name, parameter_unit(fit, name), estimate) for name, estimate in fit.parameters.items()]
+    law_title = f"Law of all parts: {fit.material.law}"
     return Document(
         batch_headline(batch),
         lines,
@@ -57,10 +58,11 @@ def batch_document(batch: Batch) -> Document:
         [
             Section("Curves", [figures("curve")], on="page"),
             Section("Parts", [table_of("Parts", batch.parts, _PARTS, left=2), note(_HOW)]),
-            Section("Scatter", [table_of("Scatter of the stiffness", batch.curves, _SCATTER), note(_BAND)]),
             Section(
-                "Law of all parts", [table_of(f"Law of all parts: {fit.material.law}", law, _LAW, left=2)]
+                "Scatter of the stiffness",
+                [table_of("Scatter of the stiffness", batch.curves, _SCATTER), note(_BAND)],
             ),
+            Section(law_title, [table_of(law_title, law, _LAW, left=2)]),
         ],
         batch.conditions,
         conditions(replace(batch.case, material=batch.fit.material)),
@@ -92,7 +94,7 @@ _PARTS: Columns[BatchPart] = (
     ("part", lambda part: part.name),
     ("mode", lambda part: part.mode),
     ("factor", lambda part: with_std(part.factor, part.std)),
-    ("deviation", lambda part: "-" if math.isnan(part.deviation) else f"{part.deviation:+.1f}"),
+    ("deviation [std]", lambda part: "-" if math.isnan(part.deviation) else f"{part.deviation:+.1f}"),
     ("secant stiffness", lambda part: number(stiffness(part))),
     ("", lambda part: quantities(part.mode).stiffness_unit),
     ("misfit", lambda part: percent(part.rms_percent)),
