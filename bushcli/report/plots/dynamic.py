@@ -91,7 +91,7 @@ def table_panels(compared: ComparedTable, file: str) -> Panels:
         for role, label, simulated in models:
             polar = _polar(simulated[rows])
             for k in range(2):
-                named = label if i == 0 and k == 0 else ""
+                named = label if i == len(curves) - 1 and k == 0 else ""
                 series[k].append(Series(role or key, named, x[rows], polar[k]))
             series[2].append(Series(role or key, "", *polar))
         if compared.spread is not None:
@@ -104,12 +104,11 @@ def table_panels(compared: ComparedTable, file: str) -> Panels:
     above = Plot("stiffness", ("", f"|K*| [{unit}]"), series[0], regions[0], log=log)
     below = Plot("angle", (axis, "loss angle [deg]"), series[1], regions[1], log=log)
     wicket = Plot("wicket", (f"|K*| [{unit}]", "loss angle [deg]"), series[2], height=300.0)
+    pale = "" if compared.spread is None else "; pale: 95 % interval of the simulated curve"
+    note = f"Bars: one standard error of the measured row{pale}. {_WICKET}"
     misfit = f"{percent(compared.stiffness_percent)} and {number(compared.loss_angle_deg)} degrees rms"
     title = f"{capital(table.name)}: {how} within {misfit}"
-    return Panels(f"{file}-table", "table", title, [[above], [below], [wicket]], table.name, note=_NOTE)
+    return Panels(f"{file}-table", "table", title, [[above], [below], [wicket]], table.name, note=note)
 
 
-_NOTE = (
-    "Bars: one standard error of the measured row; pale: 95 % interval of the simulated curve. In the lowest plot, the "
-    "wicket plot, a row that belongs to no curve stands apart."
-)
+_WICKET = "In the lowest plot, the wicket plot, a row that belongs to no curve stands apart."
