@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import count_of
-from bushcli.faults.fault import MENTIONED, WRONG, DataFault, percent
+from bushcli.faults.fault import MENTIONED, WRONG, DataFault, chance_in_words
 from bushcli.faults.scale import unit_stiffness
 from bushcli.recording.dynamic.table import DynamicTable
 from cases.mode import modes
@@ -113,7 +113,7 @@ def _angle(table: DynamicTable, off_curve: NDArray[np.bool_]) -> Iterator[DataFa
         return
     shown, slope, other = np.degrees([delta, rise, angles[best]])
     where = f"loss angles of {shown:.3g} degrees on average, where the rise of the stiffness with frequency means "
-    where += f"about {max(slope, 0.0):.2g}: with a probability of {percent(probability)} the loss angles are "
+    where += f"about {max(slope, 0.0):.2g}: with a probability of {chance_in_words(probability)} the loss angles are "
     if best == 1:
         where += f"90 degrees minus those of the file, {other:.3g}"
         remedy = 'loss_angle_is = "complement" in the recording\'s table, or "loss" if it has "complement"'
@@ -171,7 +171,9 @@ def _travel(shape: Shape, table: DynamicTable) -> Iterator[DataFault]:
                 f"a {word} of {value:.3g} {unit}".rstrip()
                 + f" is a strain of {100 * value / reference:.2g} %"
             )
-            where += f"; the probability that it is {factor:g} times as large is {percent(probability)}"
+            where += (
+                f"; the probability that it is {factor:g} times as large is {chance_in_words(probability)}"
+            )
             remedy = (
                 f"check its unit: units = {{{key} = ...}} in the recording's table, and [geometry] in mm; "
             )
@@ -207,7 +209,7 @@ def _unit(shape: Shape, table: DynamicTable, off_curve: NDArray[np.bool_]) -> It
     where += f"{low:.3g} to {high:.3g} {unit}: a shear modulus of {low / bounds[1]:.2g} to {high / bounds[0]:.2g} MPa, "
     where += "which no polymer has" if proved else "which is rare"
     where += f"; times {factor:g} it would be {factor * low:.3g} to {factor * high:.3g} {unit}"
-    where += "" if proved else f"; the probability of a wrong unit is {percent(probability)}"
+    where += "" if proved else f"; the probability of a wrong unit is {chance_in_words(probability)}"
     if partly:
         remedy = "correct these rows, or delete them; fits leave them out"
     else:

@@ -59,7 +59,7 @@ class DataFault:
         return self.probability < 1.0
 
 
-def percent(probability: float) -> str:
+def chance_in_words(probability: float) -> str:
     """Return the probability of a fault in words; one that nothing contradicts is never certain."""
     return "more than 99 %" if probability > 0.99 else f"{100.0 * probability:.0f} %"
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case.typical import SHEAR, SHEAR_WORDS
-from bushcli.faults.fault import MENTIONED, WRONG, DataFault, Mask, percent
+from bushcli.faults.fault import MENTIONED, WRONG, DataFault, Mask, chance_in_words
 from bushcli.faults.signal import moving_samples, slope
 from bushcli.recording import Recording
 from bushcli.recording.header.units import find_unit
@@ -273,7 +273,7 @@ def _misread(scale: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
     means = "displacement and force exchanged" if best.kind == "swapped" else "another unit"
     where += f"and with {means} it would be {best.scale.span}"
     if not proved:
-        where += f"; the probability that it was read wrongly is {percent(probability)}"
+        where += f"; the probability that it was read wrongly is {chance_in_words(probability)}"
     sized = best.kind == "unit" and scale.kind != "strain" and not best.of_geometry
     remedy = f"{best.words}; also check that [geometry] is in mm" if sized else best.words
     return DataFault(

@@ -13,7 +13,7 @@ import pytest
 from bushcli.case import Case, Material, MeshOptions, load_case
 from bushcli.errors import InputError, RecordingError
 from bushcli.faults import bad_samples, condition, find_faults, masks
-from bushcli.faults.fault import percent
+from bushcli.faults.fault import chance_in_words
 from bushcli.faults.scale import unit_stiffness
 from bushcli.recording import Recording, read_coupon, read_recording
 from bushcli.recording.source import Source
@@ -166,7 +166,7 @@ def test_units_a_thousand_off_alone(mode, change):
     lengths = mode in ("axial", "radial")
     certain = {(1e-3, 1.0): lengths, (1e3, 1.0): True, (1.0, 1e-3): False, (1.0, 1e3): mode != "conical"}
     assert fault.fatal == certain[change]
-    assert fault.fatal or f"wrongly is {percent(fault.probability)}" in fault.where
+    assert fault.fatal or f"wrongly is {chance_in_words(fault.probability)}" in fault.where
 
 
 @pytest.mark.parametrize("softer", [1000.0, 1e5])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bushcli.faults.dynamic import table_faults
-from bushcli.faults.fault import percent
+from bushcli.faults.fault import chance_in_words
 from bushcli.recording.dynamic.table import DynamicTable
 from geometry.shape import shapes
 
@@ -47,7 +47,7 @@ def test_moduli_that_are_rare_are_a_wrong_unit_and_those_of_no_polymer_for_certa
     """The glass bounds moduli from above; however soft a gel is, nothing contradicts it."""
     (fault,) = table_faults(PLAIN, [sweeps([20.0], scale)])
     assert (fault.kind, fault.fatal, bool(fault.samples.all())) == ("unit", fatal, fatal)
-    assert fault.fatal or f"wrong unit is {percent(fault.probability)}" in fault.where
+    assert fault.fatal or f"wrong unit is {chance_in_words(fault.probability)}" in fault.where
     assert f'storage = "{meant}"' in fault.remedy
     assert kinds(replace(sweeps([20.0], scale), accepted_faults=("unit",))) == []
 

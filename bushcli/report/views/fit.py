@@ -13,6 +13,7 @@ from bushcli.report.conditions import conditions
 from bushcli.report.document import Document, Paragraph, Row, Section, Table, figures, note, paragraphs
 from bushcli.report.quantity import channel_label, interval, join_names, number, percent, quantities, with_std
 from bushcli.report.results import FitResult
+from bushcli.report.verdict import doubt_lines, faulty_data
 from cases.mode import modes
 
 if TYPE_CHECKING:
@@ -27,7 +28,8 @@ _NOTE = (
 
 def fit_document(result: FitResult) -> Document:
     """Return the document of an identified law, and of what the tables of dynamic moduli say."""
-    fit, lines, material = result.fit, [], None
+    fit, material = result.fit, None
+    lines: list[str] = []
     if fit is None:
         names = {table_fit.table.name for table_fit in result.spectra}
         headline = f"Relaxation spectra of {count_of(len(names), 'table')} of dynamic moduli"
@@ -36,7 +38,10 @@ def fit_document(result: FitResult) -> Document:
         # Rounded up, because no curve is worse.
         accuracy = f"{math.ceil(10 * worst - 1e-6) / 10:.1f} % rms or better"
         headline, material = f"{fit.material.law} fits {curves_of(fit)} to {accuracy}", fit.material
-        lines = [] if fit.converged else ["The fit did not converge."]
+        lines = [*doubt_lines(fit.faults), *([] if fit.converged else ["The fit did not converge."])]
+        if any(fault.fatal for fault in fit.faults):
+            lines = [f"{headline}: its values do not describe the rubber.", *lines]
+            headline = faulty_data(fit.faults)
     return Document(
         headline,
         lines,

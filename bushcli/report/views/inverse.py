@@ -30,7 +30,7 @@ from bushcli.report.document import (
 from bushcli.report.quantity import channel_label, interval, join_names, number, percent, with_std
 from bushcli.report.ranking import CLEAR, information_criterion
 from bushcli.report.results import InverseResult
-from bushcli.report.verdict import Verdict, faulty_data
+from bushcli.report.verdict import Verdict, doubt_lines, faulty_data
 from bushcli.report.views.cycles import history_section
 from bushcli.report.views.dynamic import compared_section, misfit_lines
 from bushcli.report.views.fit import curves_of
@@ -119,9 +119,11 @@ def answer(fit: Fit) -> Verdict:
     else:
         met, tone = f"{subject} reproduced closely, not to within {noise} ({details})", "plain"
     met, tone = _with_tables(fit, met, tone)
+    doubts = doubt_lines(fit.faults)
+    tone = "bad" if doubts else tone
     if len(fit.parameters) > _IN_HEADLINE:
-        return Verdict(met, (f"{values}.", *_lines(fit)), tone)
-    return Verdict(f"{met}: {values}", tuple(_lines(fit)), tone)
+        return Verdict(met, (*doubts, f"{values}.", *_lines(fit)), tone)
+    return Verdict(f"{met}: {values}", (*doubts, *_lines(fit)), tone)
 
 
 def _with_tables(fit: Fit, met: str, tone: Tone) -> tuple[str, Tone]:
