@@ -120,7 +120,7 @@ def answer(fit: Fit) -> Verdict:
         met, tone = f"{subject} reproduced closely, not to within {noise} ({details})", "plain"
     met, tone = _with_tables(fit, met, tone)
     doubts = doubt_lines(fit.faults)
-    tone = "bad" if doubts else tone
+    tone = "plain" if doubts and tone == "good" else tone
     if len(fit.parameters) > _IN_HEADLINE:
         return Verdict(met, (*doubts, f"{values}.", *_lines(fit)), tone)
     return Verdict(f"{met}: {values}", (*doubts, *_lines(fit)), tone)

@@ -23,7 +23,7 @@ from bushcli.report.document import (
     table_of,
 )
 from bushcli.report.quantity import channel_label, join_names, number, percent
-from bushcli.report.verdict import FAULTS, fault_kind, fault_lines
+from bushcli.report.verdict import FAULTS, doubt_lines, fault_kind, fault_lines
 from bushcli.report.views.diagnosis import words
 from bushcli.report.views.diagnosis.paragraph import short_paragraphs
 from bushcli.report.views.diagnosis.values import reciprocals_text, shown_quantity
@@ -114,10 +114,12 @@ def diagnosis_document(diagnosis: Diagnosis) -> Document:
     ]
     # Where the verdict is faulty data, its paragraph has the faults.
     faults = [] if is_faulty else fault_lines(diagnosis.faults)
+    doubts = [] if is_faulty else doubt_lines(diagnosis.faults)
+    tone = words.tone(diagnosis)
     return Document(
         words.headline(diagnosis),
-        short_paragraphs(diagnosis),
-        words.tone(diagnosis),
+        [*doubts, *short_paragraphs(diagnosis)],
+        "plain" if doubts and tone == "good" else tone,
         sections,
         # The faults of the data are in the warning.
         [condition for condition in diagnosis.conditions if condition.name not in FAULTS],
