@@ -56,7 +56,14 @@ def printable(text: str) -> str:
 
 
 def count_of(number: int, noun: str) -> str:
-    """Return a number of things in words: "1 sample", "12 samples"."""
+    """Return a number of things in words: "1 sample", "12 samples".
+
+    Parameters
+    ----------
+    number : int
+    noun : str
+        Of one thing; its plural ends in s.
+    """
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 

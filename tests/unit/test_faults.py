@@ -464,7 +464,7 @@ def test_masks_take_the_faults_of_their_own_channel():
     assert not masks(faults, other).any()
     told = condition(faults[0])
     assert told.name == "bad_samples"
-    assert told.message.startswith("axial: 1 of 400 samples of the force")
+    assert told.message.startswith("axial: in 1 of 400 samples the force lies far")
 
 
 # -- time stamps -----------------------------------------------------------------------------------------------------
