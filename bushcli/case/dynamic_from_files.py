@@ -10,6 +10,7 @@ import re
 import tomllib
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import Any
 
 from bushcli.errors import Problem, RecordingError, count_of
 from bushcli.recording.dynamic.columns import MEASURED, meanings
@@ -96,11 +97,11 @@ def _answered(source: DynamicSource, problems: tuple[Problem, ...]) -> tuple[Dyn
         if proposal is None:
             return source, []
         ((key, answer),) = tomllib.loads(proposal[0]).items()
-        given = getattr(source, key, "")
+        given: Any = getattr(source, key, key)
         if given if not isinstance(answer, dict) else set(answer) & set(given):
             return source, []
-        value = {**given, **answer} if isinstance(answer, dict) else answer
-        source = replace(source, **{key: value})
+        answers: dict[str, Any] = {key: {**given, **answer} if isinstance(answer, dict) else answer}
+        source = replace(source, **answers)
         remarks.append(f"<-- {key}: {problem.what}")
     return source, remarks
 
