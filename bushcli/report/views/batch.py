@@ -94,7 +94,7 @@ _PARTS: Columns[BatchPart] = (
     ("part", lambda part: part.name),
     ("mode", lambda part: part.mode),
     ("factor", lambda part: with_std(part.factor, part.std)),
-    ("deviation [std]", lambda part: "-" if math.isnan(part.deviation) else f"{part.deviation:+.1f}"),
+    ("deviation [std]", lambda part: "-" if math.isnan(part.deviation) else f"{part.deviation:+z.1f}"),
     ("secant stiffness", lambda part: number(stiffness(part))),
     ("", lambda part: quantities(part.mode).stiffness_unit),
     ("misfit", lambda part: percent(part.rms_percent)),
