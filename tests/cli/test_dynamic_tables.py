@@ -103,7 +103,8 @@ def test_a_table_far_from_the_static_stiffness_is_asked_for_its_unit(tmp_path):
     (tmp_path / "axial.csv").write_text("time_s,displacement_mm,force_N\n" + rows)
     static = '[[recordings]]\nmode = "axial"\nfile = "axial.csv"\nname = "loop"\n'
     table = '[[recordings]]\nmode = "axial"\nkind = "dynamic"\nfile = "table.csv"\nname = "table"\n'
-    effect = '[[effects]]\nname = "viscoelasticity"\nparameters = { g1 = 0.1, tau1 = 0.05 }\n[mesh]\nelements_across = 3\n'
+    effect = '[[effects]]\nname = "viscoelasticity"\nparameters = { g1 = 0.1, tau1 = 0.05 }\n'
+    effect += "[mesh]\nelements_across = 3\n"
     head = CASE.split("[[recordings]]", maxsplit=1)[0]
     (tmp_path / "case.toml").write_text(head + effect + static + table)
     rows = "".join(f"{f},{4100 + 20 * f},{d}\n" for f, d in ((1, 2.0), (3, 2.2), (10, 2.1), (30, 1.9)))
