@@ -55,6 +55,18 @@ def printable(text: str) -> str:
     return _CONTROL.sub(lambda found: _escaped(ord(found[0])), text)
 
 
+def count_of(number: int, noun: str) -> str:
+    """Return a number of things in words: "1 sample", "12 samples".
+
+    Parameters
+    ----------
+    number : int
+    noun : str
+        Of one thing; its plural ends in s.
+    """
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
 def _escaped(code: int) -> str:
     byte = code - 0xDC00 if 0xDC80 <= code <= 0xDCFF else code
     return f"\\x{byte:02x}" if byte < 0x100 else f"\\u{byte:04x}"

@@ -12,9 +12,9 @@ import os
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import repeat
 from pathlib import Path
 
+from bushcli.case.dynamic_from_files import DynamicEntry, dynamic_entry, dynamic_text
 from bushcli.errors import CaseError, InputError, Problem, RecordingError, printable
 from bushcli.recording import Recording, read_recording
 from bushcli.recording.find_table import format_of
@@ -64,6 +64,16 @@ class _Entry:
     recording: Recording
     remarks: tuple[str, ...]
 
+    @property
+    def file(self) -> Path:
+        """The file."""
+        return self.source.file
+
+    @property
+    def mode(self) -> str:
+        """Name of the mode."""
+        return self.source.mode
+
 
 def case_from_files(files: Sequence[Path], folder: Path) -> str:
     """Return the text of a case file.
@@ -82,7 +92,7 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
     """
     if len(files) > MOST_FILES:
         raise InputError(Problem("--from", f"{len(files)} files are given", "", f"at most {MOST_FILES}"))
-    entries: list[_Entry] = []
+    entries: list[_Entry | DynamicEntry] = []
     problems: list[Problem] = []
     tables = TableCache()
     for file in dict.fromkeys(files):
@@ -92,7 +102,7 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
             problems.append(Problem(str(file), what, "", "rename it"))
             continue
         try:
-            entries.append(_entry(file, tables))
+            entries.append(dynamic_entry(file, tables) or _entry(file, tables))
         except RecordingError as error:
             for problem in error.problems:
                 expected = problem.expected
@@ -103,12 +113,13 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
                 problems.append(replace(problem, expected=expected))
     if problems:
         raise CaseError(*problems)
-    bushing = [entry for entry in entries if modes()[entry.source.mode].specimen == "bushing"]
+    bushing = [entry for entry in entries if modes()[entry.mode].specimen == "bushing"]
     coupons = [entry for entry in entries if entry not in bushing]
     # A length in mm, in proportion to the travel of the recordings.
     travels = [
-        8.0 if modes()[entry.source.mode].rotational else float(abs(entry.recording.displacement).max())
+        8.0 if modes()[entry.mode].rotational else float(abs(entry.recording.displacement).max())
         for entry in bushing
+        if isinstance(entry, _Entry)
     ]
     reach = max((min(max(travel, 2.0), 50.0) for travel in travels), default=8.0)
     head = _HEAD.format(
@@ -119,8 +130,12 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
         length=5.0 * reach,
         origin="the coupon tests" if coupons else "the recordings, by bushcli inverse",
     )
-    text = head + "".join(map(_table, bushing, _names(bushing), repeat("recordings"), repeat(folder)))
-    return text + "".join(map(_table, coupons, _names(coupons), repeat("coupons"), repeat(folder)))
+    texts = [
+        _table(entry, name, _relative_name(entry.file, folder))
+        for part in (bushing, coupons)
+        for entry, name in zip(part, _names(part), strict=True)
+    ]
+    return head + "".join(texts)
 
 
 def _relative_name(file: Path, folder: Path) -> str:
@@ -128,10 +143,10 @@ def _relative_name(file: Path, folder: Path) -> str:
     return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
 
 
-def _names(entries: Sequence[_Entry]) -> list[str]:
+def _names(entries: Sequence[_Entry | DynamicEntry]) -> list[str]:
     """Return the names of channels: that of the file if the mode occurs more than once, else an empty one."""
-    entry_modes = [entry.source.mode for entry in entries]
-    stems = unique_names([entry.source.file.stem for entry in entries])
+    entry_modes = [entry.mode for entry in entries]
+    stems = unique_names([entry.file.stem for entry in entries])
     return [
         stem if entry_modes.count(mode) > 1 else "" for mode, stem in zip(entry_modes, stems, strict=True)
     ]
@@ -298,9 +313,19 @@ def _with_choices(source: Source, tables: TableCache) -> tuple[Source, tuple[str
     return replace(source, columns=columns), tuple(remarks)
 
 
-def _table(entry: _Entry, name: str, section: str, folder: Path) -> str:
+def _table(entry: _Entry | DynamicEntry, name: str, file: str) -> str:
+    lines = (
+        dynamic_text(entry, name, file)
+        if isinstance(entry, DynamicEntry)
+        else _static_text(entry, name, file)
+    )
+    # Remarks quote the file, and a comment cannot contain control characters either.
+    return "\n" + "\n".join(printable(line.replace("\n", " ")) for line in lines) + "\n"
+
+
+def _static_text(entry: _Entry, name: str, file: str) -> list[str]:
     source, recording = entry.source, entry.recording
-    file = _relative_name(source.file, folder)
+    section = "recordings" if modes()[entry.mode].specimen == "bushing" else "coupons"
     reader = readers().get(format_of(source.file))
     form = reader.name if reader else "a text file"
     time = "no time" if recording.time is None else f"{recording.time[-1] - recording.time[0]:.4g} s"
@@ -326,8 +351,7 @@ def _table(entry: _Entry, name: str, section: str, folder: Path) -> str:
     if recording.time is None and not any("sample_rate" in repair.text for repair in recording.repairs):
         lines.append("# sample_rate = 100.0     # Hz, if the samples were taken at equal intervals")
     lines.append("# conditioning = 3        # first cycles that only condition the part")
-    # Remarks quote the file, and a comment cannot contain control characters either.
-    return "\n" + "\n".join(printable(line.replace("\n", " ")) for line in lines) + "\n"
+    return lines
 
 
 def _json_string(text: str) -> str:

@@ -25,7 +25,7 @@ from bushcli.cli.shared import (
     say_what_is_saved,
     scheduler_option,
 )
-from bushcli.errors import InputError, Problem
+from bushcli.errors import InputError, Problem, count_of
 from bushcli.runtime.interrupt import listen
 
 
@@ -131,7 +131,7 @@ def diagnose(
         except BaseException as error:
             if journal is not None and journal.is_dir():
                 count = len(list(journal.glob(f"*{SUFFIX}")))
-                say_what_is_saved(error, run.output, f"{count} result{'s' * (count != 1)}")
+                say_what_is_saved(error, run.output, count_of(count, "result"))
             raise
         run.deliver(diagnosis)
         ended = {condition.name for condition in diagnosis.conditions}

@@ -11,7 +11,7 @@ import click
 from bushcli.cli.progress import search_progress
 from bushcli.cli.run import DONE, NEGATIVE, Run, on_a_case, verdict_code
 from bushcli.cli.shared import names_in, pool, resume_option, scheduler_option
-from bushcli.errors import InputError, Problem
+from bushcli.errors import InputError, Problem, count_of
 
 if TYPE_CHECKING:
     from bushcli.case import Case
@@ -111,7 +111,7 @@ def fit_to_coupons(
 
     law = model or case.material.law
     if case.coupons and law in laws():
-        run.say(f"fitting {law} to {len(case.coupons)} coupon test{'s' if len(case.coupons) != 1 else ''}")
+        run.say(f"fitting {law} to {count_of(len(case.coupons), 'coupon test')}")
     # A coupon is solved in milliseconds: its evaluations are printed only with --verbose.
     progress = search_progress(run, {}) if run.verbose else None
     with run.timer("fit"):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bushcli.curve.curve import Curve
 from bushcli.curve.recording import Recording
 from bushcli.curve.segment import Segment
-from bushcli.errors import Problem, RecordingError
+from bushcli.errors import Problem, RecordingError, count_of
 
 # Points of the cycles that are selected, as of a coupon: fewer are no curve.
 _FEWEST = 3
@@ -98,7 +98,7 @@ def select_cycles(recording: Recording, cycles: Iterable[int]) -> Recording:
     first = np.flatnonzero(mask[1:] & ~mask[:-1])
     mask[first] = True
     if mask.sum() < _FEWEST or np.ptp(recording.displacement[mask]) == 0.0:
-        what = f"cycles {', '.join(map(str, cycles))} hold only {mask.sum()} points"
+        what = f"cycles {', '.join(map(str, cycles))} hold only {count_of(mask.sum(), 'point')}"
         raise RecordingError(Problem(str(recording.source or recording.mode), what))
     if np.ptp(recording.force[mask]) == 0.0:
         what = f"cycles {', '.join(map(str, cycles))}: the force is {recording.force[mask][0]:g} throughout"

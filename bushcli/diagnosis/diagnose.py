@@ -30,7 +30,7 @@ from bushcli.diagnosis.posterior import (
 from bushcli.diagnosis.question import Question, pose_problem, question
 from bushcli.diagnosis.result import UNSEARCHED, Diagnosis, Verdict
 from bushcli.diagnosis.words import possible_shift
-from bushcli.errors import InputError, Problem
+from bushcli.errors import InputError, Problem, count_of
 from bushcli.inverse.verdict import history_not_saved
 from bushcli.mismatch.missing_force import describe_missing
 from bushcli.mismatch.record import locate
@@ -316,7 +316,7 @@ def _open_store(journal: Path | None, resume: bool | None, notify: Progress) -> 
         return None
     # Fits of any question share a folder, because each has the name of its own question.
     store = Store(history_of(journal, holds_results, resume)[0], FitCodec(), resume is not False)
-    fits = f"{store.there} result{'s' * (store.there != 1)}"
+    fits = count_of(store.there, "result")
     if store.there and resume is False:
         notify("begin", store.folder.name, f"{fits} found; those of the same question are calculated again")
     elif store.there:

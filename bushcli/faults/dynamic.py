@@ -15,7 +15,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.faults.fault import MENTIONED, WRONG, DataFault
+from bushcli.errors import count_of
+from bushcli.faults.fault import MENTIONED, WRONG, DataFault, chance_in_words
 from bushcli.faults.scale import unit_stiffness
 from bushcli.recording.dynamic.table import DynamicTable
 from cases.mode import modes
@@ -23,10 +24,15 @@ from geometry.shape import Shape
 
 Array = NDArray[np.float64]
 
-#: MPa: shear moduli of elastomers from the softest gel to the glass that each is at low temperature.
-_MODULI = (0.003, 3000.0)
-#: Between these the moduli of most rubber compounds lie, filled ones at small amplitude and low temperature included.
-_USUAL = (0.1, 100.0)
+#: MPa: the shear modulus of the glass that each elastomer is at low temperature; none is stiffer.
+_GLASS = 3000.0
+#: Median and standard deviation of the logarithm (judgement): of the least dynamic shear modulus of a curve (MPa), from
+#: which gels, and filled compounds at low temperature, are three standard deviations away; of the loss angle of rubber
+#: (rad), from natural rubber without fillers to butyl; of amplitudes and preloads over the rubber's thickness, or as
+#: strains.
+_MODULUS, _LOSS_ANGLE, _AMPLITUDE, _PRELOAD = (2.0, 1.6), (0.1, 0.9), (0.003, 1.8), (0.1, 1.2)
+#: Chi square beyond which another reading is no better: no probability is 0 or 1.
+_CERTAIN = 40.0
 #: Units that are taken for each other, by the factor between them: as the file says it, and as its numbers are.
 _TAKEN = {
     ("MPa", 1e6): ("Pa", "MPa"),
@@ -67,7 +73,7 @@ def table_faults(shape: Shape, tables: Sequence[DynamicTable]) -> tuple[DataFaul
     faults: list[DataFault] = []
     for table in tables:
         off_curve = _off_curve(table)
-        candidates = [*_unit(shape, table)]
+        candidates = [*_unit(shape, table, off_curve), *_travel(shape, table)]
         if off_curve.any():
             first, count = int(np.argmax(off_curve)), int(off_curve.sum()) - 1
             where = f"{table.places[first]}: |K*| = {table.stiffness[first]:.4g} is off its curve"
@@ -82,7 +88,7 @@ def table_faults(shape: Shape, tables: Sequence[DynamicTable]) -> tuple[DataFaul
 
 
 def _angle(table: DynamicTable, off_curve: NDArray[np.bool_]) -> Iterator[DataFault]:
-    """Yield a fault if 90 degrees minus the loss angles suit the stiffness better.
+    """Yield a fault if the loss angles suit rubber, and the rise of the stiffness, better in another reading.
 
     What is linear and causal has a loss angle of about pi/2 d ln |K*| / d ln f (Booij and Thoone 1982,
     doi:10.1007/BF01535664). The error of that is one for all rows of a table, the median of which counts.
@@ -97,52 +103,124 @@ def _angle(table: DynamicTable, off_curve: NDArray[np.bool_]) -> Iterator[DataFa
     if not seen:
         return
     delta, rise = float(np.median(seen)), float(np.median(expected))
-    probability = _probability(((delta - rise) / _RISE) ** 2, ((0.5 * np.pi - delta - rise) / _RISE) ** 2)
+    angles = np.array([delta, 0.5 * np.pi - delta, np.degrees(delta)])
+    possible = (angles > 0.0) & (angles < 0.5 * np.pi)
+    median, spread = _LOSS_ANGLE
+    unusual = np.log(np.where(possible, angles, 1.0) / median) / spread
+    misfit = np.where(possible, ((angles - rise) / _RISE) ** 2 + unusual**2, np.inf)
+    probability, best = _misread(misfit)
     if probability < MENTIONED:
         return
-    shown, slope, other = np.degrees([delta, rise, 0.5 * np.pi - delta])
+    shown, slope, other = np.degrees([delta, rise, angles[best]])
     where = f"loss angles of {shown:.3g} degrees on average, where the rise of the stiffness with frequency means "
-    where += f"about {max(slope, 0.0):.2g}: with a probability of {probability:.3g} the loss angles are "
-    where += f"90 degrees minus those of the file, {other:.3g}"
-    remedy = 'loss_angle_is = "complement" in the recording\'s table, or "loss" if it has "complement"; if the file is '
-    remedy += 'read as it was measured, accept = ["loss_angle"]'
+    where += f"about {max(slope, 0.0):.2g}: with a probability of {chance_in_words(probability)} the loss angles are "
+    if best == 1:
+        where += f"90 degrees minus those of the file, {other:.3g}"
+        remedy = 'loss_angle_is = "complement" in the recording\'s table, or "loss" if it has "complement"'
+    else:
+        where += f"in radians, or their tangents, which means {other:.3g} degrees"
+        remedy = 'units = {loss_angle = "rad"} in the recording\'s table, or columns = {tan_delta = ...}'
+    remedy += '; if the file is read as it was measured, accept = ["loss_angle"]'
     none = np.zeros(len(table), dtype=bool)
     yield DataFault(table.name, "loss_angle", where, remedy, False, none, probability)
 
 
-def _probability(read: float, other: float) -> float:
-    """Return the probability of another reading of a table, from chi square of the present and of the other one.
+def _misread(chi_square: Array) -> tuple[float, int]:
+    """Return the probability that numbers mean something else than read, and which other reading is the best.
 
-    However clear, it is an opinion: the numbers contradict no other statement.
+    However clear, it is an opinion: the numbers contradict no other statement. Chi square (readings,) begins with that
+    of the numbers as read.
     """
-    odds = WRONG / (1.0 - WRONG) * np.exp(min(0.5 * (read - other), 20.0))
-    return float(odds / (1.0 + odds))
+    prior = np.r_[1.0 - WRONG, np.full(len(chi_square) - 1, WRONG / (len(chi_square) - 1))]
+    weight = prior * np.exp(-0.5 * np.minimum(chi_square - chi_square.min(), _CERTAIN))
+    return float(1.0 - weight[0] / weight.sum()), 1 + int(np.argmax(weight[1:]))
 
 
-def _unit(shape: Shape, table: DynamicTable) -> Iterator[DataFault]:
-    """Yield a fault if no elastomer has the moduli of a table."""
+def _factor(value: float, usual: tuple[float, float], factors: Sequence[float]) -> tuple[float, float]:
+    """Return the probability that a value is wrong by one of some factors, and the most probable of them."""
+    median, spread = usual
+    unusual = np.log(value * np.array([1.0, *factors]) / median) / spread
+    probability, best = _misread(unusual**2)
+    return probability, factors[best - 1]
+
+
+def _travel(shape: Shape, table: DynamicTable) -> Iterator[DataFault]:
+    """Yield a fault if another unit makes amplitudes or preloads usual that are rare as read."""
+    mode = modes()[table.mode]
+    if mode.specimen == "coupon":
+        reference = 1.0
+    elif shape.wall is not None:
+        reference = shape.wall.thickness / (shape.wall.inner_radius if mode.rotational else 1.0)
+    else:
+        return
+    unit = "" if mode.specimen == "coupon" else "rad" if mode.rotational else "mm"
+    amplitudes, preload = table.amplitude[~np.isnan(table.amplitude)], np.abs(table.preload)
+    largest = float(np.nanmax(preload)) if not np.isnan(preload).all() else 0.0
+    typical = float(np.exp(np.mean(np.log(amplitudes)))) if len(amplitudes) else 0.0
+    # A preload may be as small as one likes.
+    for key, value, usual, factors in (
+        ("amplitude", typical, _AMPLITUDE, (1e3, 1e-3)),
+        ("preload", largest, _PRELOAD, (1e-3,)),
+    ):
+        if value == 0.0:
+            continue
+        probability, factor = _factor(value / reference, usual, factors)
+        if probability >= MENTIONED:
+            word = "typical amplitude" if key == "amplitude" else "largest preload"
+            where = (
+                f"a {word} of {value:.3g} {unit}".rstrip()
+                + f" is a strain of {100 * value / reference:.2g} %"
+            )
+            where += (
+                f"; the probability that it is {factor:g} times as large is {chance_in_words(probability)}"
+            )
+            remedy = (
+                f"check its unit: units = {{{key} = ...}} in the recording's table, and [geometry] in mm; "
+            )
+            remedy += 'or accept = ["unit"] if the values are right'
+            none = np.zeros(len(table), dtype=bool)
+            yield DataFault(table.name, "unit", where, remedy, False, none, probability)
+
+
+def _unit(shape: Shape, table: DynamicTable, off_curve: NDArray[np.bool_]) -> Iterator[DataFault]:
+    """Yield a fault if another unit makes moduli usual that are rare as read; of no polymer, for certain."""
     bounds = {"E": (3.0, 3.0), "G": (1.0, 1.0)}.get(table.quantity) or unit_stiffness(shape, table.mode)
     if bounds is None:
         return
-    size = np.sort(table.stiffness)
-    low, high = size[0] / bounds[1], size[-1] / bounds[0]
-    if high > _MODULI[0] and low < _MODULI[1]:
+    # The logarithm of a modulus lies between those of the two bounds of the stiffness.
+    size, modulus = table.stiffness, table.stiffness / np.sqrt(bounds[0] * bounds[1])
+    readings = [_factor(value, _MODULUS, (1e3, 1e-3, 1e6, 1e-6)) for value in modulus]
+    chances = np.array([chance for chance, _ in readings])
+    misread = ~off_curve & (chances >= MENTIONED) & (modulus < _MODULUS[0])
+    # A compound may be a glass in some of the rows, not in all of them.
+    if not misread.any() and (modulus[~off_curve] > _MODULUS[0]).all():
+        misread = ~off_curve & (chances[~off_curve].min() >= MENTIONED)
+    if not misread.any():
         return
+    probability, factor = readings[int(np.argmin(np.where(misread, chances, 1.0)))]
+    low, high = float(size[misread].min()), float(size[misread].max())
+    proved = bool(low / bounds[1] > _GLASS)
     unit = (
         "MPa" if table.quantity != "stiffness" else "N mm/rad" if modes()[table.mode].rotational else "N/mm"
     )
-    fits = next((f for f in (1e3, 1e-3, 1e6, 1e-6) if _USUAL[0] < f * high and f * low < _USUAL[1]), None)
-    where = f"{size[0]:.3g} to {size[-1]:.3g} {unit}: a shear modulus of {low:.2g} to {high:.2g} MPa, "
-    where += "which no elastomer has"
-    remedy = 'check the unit of the stiffness, or accept = ["unit"] in the recording\'s table'
-    if fits is not None:
-        where += f"; times {fits:g} it would be {fits * size[0]:.3g} to {fits * size[-1]:.3g} {unit}"
-        stated, meant = _TAKEN.get((unit, fits), ("one unit", "another"))
-        keys = (
-            f'units = {{storage = "{meant}", loss = "{meant}"}}, or of the columns that it has, in its table'
-        )
-        remedy = f"if the file says {stated} and its numbers are {meant}: {keys}"
-    yield DataFault(table.name, "unit", where, remedy, True, np.ones(len(table), dtype=bool))
+    at = np.flatnonzero(misread)
+    partly = not (misread | off_curve).all()
+    where = f"{table.places[at[0]]} to {table.places[at[-1]]}, {count_of(len(at), 'row')}: " if partly else ""
+    where += f"{low:.3g} to {high:.3g} {unit}: a shear modulus of {low / bounds[1]:.2g} to {high / bounds[0]:.2g} MPa, "
+    where += "which no polymer has" if proved else "which is rare"
+    where += f"; times {factor:g} it would be {factor * low:.3g} to {factor * high:.3g} {unit}"
+    where += "" if proved else f"; the probability of a wrong unit is {chance_in_words(probability)}"
+    if partly:
+        remedy = "correct these rows, or delete them; fits leave them out"
+    else:
+        stated, meant = _TAKEN.get((unit, factor), ("one unit", "another"))
+        remedy = f"if the file says {stated} and its numbers are {meant}: "
+        remedy += f'units = {{storage = "{meant}", loss = "{meant}"}}'
+        remedy += ", or of the columns that it has, in its table"
+        remedy += "; also check that [geometry] is in mm" if table.quantity == "stiffness" else ""
+    remedy += '; or accept = ["unit"] if the values are right'
+    samples = misread & (partly or proved)
+    yield DataFault(table.name, "unit", where, remedy, proved, samples, 1.0 if proved else probability)
 
 
 def _off_curve(table: DynamicTable) -> NDArray[np.bool_]:

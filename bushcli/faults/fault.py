@@ -59,6 +59,11 @@ class DataFault:
         return self.probability < 1.0
 
 
+def chance_in_words(probability: float) -> str:
+    """Return the probability of a fault in words; one that nothing contradicts is never certain."""
+    return "more than 99 %" if probability > 0.99 else f"{100.0 * probability:.0f} %"
+
+
 def masks(faults: Iterable[DataFault], recording: Recording) -> Mask:
     """Return which samples (n,) of a recording a fit must not use.
 

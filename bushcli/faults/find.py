@@ -182,7 +182,7 @@ def _spikes(recording: Recording, excluded: Mask) -> Iterator[DataFault]:
             yield DataFault(
                 recording.name,
                 "spikes",
-                f"{bad.sum()} of {n} samples of the {what} lie far from the curve through their neighbours "
+                f"in {bad.sum()} of {n} samples the {what} lies far from the curve through its neighbours "
                 f"({places(recording, np.flatnonzero(bad))})",
                 f"look for a loose contact or a disturbed cable; {_LEFT_OUT}",
                 False,

@@ -1,10 +1,10 @@
 """Checks whether a recording can be that of rubber: wrong units, exchanged columns, exchanged channels.
 
 The stiffness that was recorded while the specimen moved and the closed forms of `bushcli.faults.scale` give a shear
-modulus. How common moduli are gives the probability that a column was read in another unit: a modulus that rubber
-hardly has, beside one that most rubber has with that unit. It is a fault without doubt where two statements contradict
-each other: another channel of the same rubber, the size of the specimen, the strength of its bond, or the range of all
-elastomers.
+modulus. How common moduli are gives the probability that a column was read in another unit, or as the other quantity: a
+modulus that rubber hardly has, beside one that most rubber has with that reading. It is a fault without doubt where two
+statements contradict each other: another channel of the same rubber, the size of the specimen, or the strength of the
+rubber and its bond. However soft a specimen is, nothing contradicts it.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case.typical import SHEAR, SHEAR_WORDS
-from bushcli.faults.fault import MENTIONED, WRONG, DataFault, Mask
+from bushcli.faults.fault import MENTIONED, WRONG, DataFault, Mask, chance_in_words
 from bushcli.faults.signal import moving_samples, slope
 from bushcli.recording import Recording
 from bushcli.recording.header.units import find_unit
-from bushcli.recording.source import UNITS, Quantity, dimension
+from bushcli.recording.source import UNITS, FaultKind, Quantity, dimension
 from cases.mode import modes
 from geometry.shape import Shape
 
@@ -51,8 +51,7 @@ _RUBBER = (0.1, 10.0)
 # Shore A has 0.4 to 7 MPa (Gent 1958, `bushcli.case.typical`), within two standard deviations here; gels, silicones,
 # acrylics and foams have 0.01 to 1. Judgement: one specimen of ten is of these.
 _ELASTOMERS = ((0.9, 1.0, 0.8), (0.1, 0.1, 1.0))
-# Factor by which a compliant rig, voids, a stop or a loop may change the modulus that a bushing appears to have, and
-# beyond which a modulus is outside the range of elastomers without doubt.
+# Factor by which a compliant rig, voids, a stop or a loop may change the modulus that a bushing appears to have.
 _FEIGNED = 3.0
 # Range of the recorded travel over the rubber's thickness (axial, radial), of the rotation in rad and of the strain of
 # a coupon; and a typical value.
@@ -62,9 +61,10 @@ _USUAL = 0.3
 # Travel beyond which the unit is wrong whatever the stiffness is: a bushing 10 mm thick is not tested over
 # 0.01 mm.
 _IMPOSSIBLE = {"length": (1e-3, 30.0), "angle": (1e-6, 2.0 * math.pi), "strain": (1e-6, 100.0)}
-# MPa: shear modulus times shear strain, the stress that a recorded force implies, in a bond that holds. Engineering
-# judgement: the strongest vulcanisates break at about as much in tension; in 382 channels of decks at most 1.3.
-_STRENGTH = 30.0
+# MPa: shear modulus times strain, the stress that a recorded force implies, in a bond or a coupon that holds.
+# Engineering judgement: the strongest vulcanisates break at about 30 in tension; in 382 channels of decks at most 1.3.
+# The nominal stress of a coupon is three times as much (uniaxial) or more; no elastomer bears 300.
+_STRENGTH = {"length": 30.0, "angle": 30.0, "strain": 100.0}
 # Lengths in which a geometry is drawn by mistake, mm.
 _DRAWN = {"cm": 10.0, "inches": 25.4}
 # Intervals of the moduli of two channels of one bushing are further apart than this factor only if one of the
@@ -120,16 +120,22 @@ class _Scale:
         """Quantity of the displacement: "length", "angle" or "strain"."""
         return _dimension(self.recording, "displacement")
 
-    def is_travel_of_test(self, factor: float = 1.0) -> bool:
-        """Whether its travel, times a factor, is that of a test."""
+    @property
+    def is_travel_of_test(self) -> bool:
+        """Whether its travel is that of a test."""
         low, high = _TRAVEL[self.kind]
-        return low <= self.travel * factor <= high
+        return low <= self.travel <= high
 
     @property
     def is_plausible(self) -> bool:
         """Whether most rubber may have its moduli, and a test its travel."""
         low, high = self.modulus
-        return high >= _RUBBER[0] and low <= _RUBBER[1] and self.is_travel_of_test()
+        return high >= _RUBBER[0] and low <= _RUBBER[1] and self.is_travel_of_test
+
+    def times(self, displacement: float, force: float) -> _Scale:
+        """What it is with displacement and force times a factor each."""
+        low, high = (value * force / displacement for value in self.stiffness)
+        return replace(self, stiffness=(low, high), travel=self.travel * displacement)
 
     @property
     def with_columns_exchanged(self) -> _Scale:
@@ -141,12 +147,16 @@ class _Scale:
         return replace(self, stiffness=(1.0 / high / unit**2, 1.0 / low / unit**2), travel=travel)
 
     @property
-    def moduli(self) -> str:
-        """Its shear moduli in words."""
+    def span(self) -> str:
+        """Its shear moduli with their unit."""
         low, high = self.modulus
         least, most = (f"{value:.2g}" if value < 99.5 else f"{value:.0f}" for value in self.modulus)
-        span = least if high < 1.05 * low else f"{least} to {most}"
-        return f"the {self.recording.name} stiffness implies a shear modulus of {span} MPa"
+        return f"{least} MPa" if high < 1.05 * low else f"{least} to {most} MPa"
+
+    @property
+    def moduli(self) -> str:
+        """Its shear moduli in words."""
+        return f"the {self.recording.name} stiffness implies a shear modulus of {self.span}"
 
     @property
     def way(self) -> str:
@@ -156,16 +166,16 @@ class _Scale:
 
 
 @dataclass(frozen=True)
-class _Change:
-    """A change of unit: factors on displacement and force, words for its remedy, and a penalty if it is rare.
+class _Reading:
+    """Another reading of a recording: its scale then, the remedy in words, and a penalty if the mistake is rare.
 
-    A change `of_geometry` is one of the lengths in the case, written as the factors that have the same result.
+    A reading `of_geometry` is one of the lengths in the case, written as the factors that have the same result.
     """
 
-    displacement: float
-    force: float
+    scale: _Scale
     words: str
     rare: float = 0.0
+    kind: FaultKind = "unit"
     of_geometry: bool = False
 
 
@@ -211,21 +221,7 @@ def scales(shape: Shape, recordings: Sequence[Recording], bad: Sequence[Mask]) -
             for other in known_scales
             if other is not scale and other.recording.name not in swapped_names and other.is_plausible
         ]
-        possible = _IMPOSSIBLE[scale.kind][0] <= scale.travel <= _IMPOSSIBLE[scale.kind][1]
-        if (
-            scale.kind != "strain"
-            and not possible
-            and not scale.is_plausible
-            and scale.with_columns_exchanged.is_plausible
-        ):
-            yield DataFault(
-                scale.recording.name,
-                "swapped",
-                f"{scale.moduli}, and {scale.way}: displacement and force are read from each other's column",
-                "name the columns in the table of this recording: columns = { displacement = ..., force = ... }",
-                True,
-            )
-        elif (fault := _unit(scale, rest)) is not None:
+        if (fault := _misread(scale, rest)) is not None:
             yield fault
 
 
@@ -239,8 +235,8 @@ def _apart(first: tuple[float, float], second: tuple[float, float]) -> float:
     return max(first[0] / second[1], second[0] / first[1], 1.0)
 
 
-def _unit(scale: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
-    """Return the fault of a column in another unit, if a change of unit gives the modulus of rubber."""
+def _misread(scale: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
+    """Return the fault of a column in another unit, or of the other quantity, by the moduli of the same rubber."""
     low, high = scale.modulus
     lowest, largest = _IMPOSSIBLE[scale.kind]
     middle = math.sqrt(low * high)
@@ -249,72 +245,83 @@ def _unit(scale: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
         and not _RUBBER[0] <= middle <= _RUBBER[1]
         and all(_apart(scale.modulus, other.modulus) >= _APART for other in rest)
     )
-    torn = scale.kind == "length" and low * scale.travel > _STRENGTH
+    torn = low * scale.travel > _STRENGTH[scale.kind]
+    proved = contradicted or torn or not lowest <= scale.travel <= largest
     feigned = 1.0 if scale.kind == "strain" else _FEIGNED
-    outside = low > _FEIGNED * SHEAR[1] or _FEIGNED * high < SHEAR[0]
-    proved = outside or contradicted or torn or not lowest <= scale.travel <= largest
-    changes = list(_changes(scale.recording))
-    prior = WRONG / sum(10.0**-change.rare for change in changes)
+    readings = list(_readings(scale))
+    prior = WRONG / sum(10.0**-reading.rare for reading in readings)
     wrong, best, least = 0.0, None, math.inf
-    for change in changes:
-        factor = change.force / change.displacement
-        changed = low * factor, high * factor
-        if not scale.is_travel_of_test(change.displacement):
+    for reading in readings:
+        changed = reading.scale.modulus
+        if not reading.scale.is_travel_of_test or any(
+            _apart(changed, other.modulus) > _TOGETHER for other in rest
+        ):
             continue
-        if any(_apart(changed, other.modulus) > _TOGETHER for other in rest):
-            continue
-        wrong += prior * 10.0**-change.rare * _frequency(changed[0] / feigned, changed[1] * feigned)
-        # Of several suitable changes, take the one to the most typical rubber and travel.
-        unusual = abs(math.log10(middle * factor)) + abs(
-            math.log10(scale.travel * change.displacement / _USUAL)
-        )
-        if unusual + change.rare < least and SHEAR[0] <= middle * factor <= SHEAR[1]:
-            best, least = change, unusual + change.rare
+        wrong += prior * 10.0**-reading.rare * _frequency(changed[0] / feigned, changed[1] * feigned)
+        # Of several suitable readings, take the one to the most typical rubber and travel.
+        typical = math.sqrt(changed[0] * changed[1])
+        unusual = reading.rare + abs(math.log10(typical)) + abs(math.log10(reading.scale.travel / _USUAL))
+        if unusual < least and SHEAR[0] <= typical <= SHEAR[1]:
+            best, least = reading, unusual
     if best is None:
-        return None
+        return _unexplained(scale, rest, torn) if contradicted or torn else None
     right = (1.0 - WRONG) * _frequency(low / feigned, high * feigned)
     probability = 1.0 if proved else wrong / (wrong + right)
     if probability < MENTIONED:
         return None
-    certain = "" if proved else f"; the probability of a wrong unit is {100.0 * probability:.0f} %"
-    sized = scale.kind != "strain" and not best.of_geometry
+    where = f"{scale.moduli} at {scale.way}; {SHEAR_WORDS}, "
+    means = "displacement and force exchanged" if best.kind == "swapped" else "another unit"
+    where += f"and with {means} it would be {best.scale.span}"
+    if not proved:
+        where += f"; the probability that it was read wrongly is {chance_in_words(probability)}"
+    sized = best.kind == "unit" and scale.kind != "strain" and not best.of_geometry
     remedy = f"{best.words}; also check that [geometry] is in mm" if sized else best.words
     return DataFault(
         scale.recording.name,
-        "unit",
-        f"{scale.moduli} at {scale.way}; {SHEAR_WORDS}, and with another unit it would be "
-        f"{middle * best.force / best.displacement:.2g} MPa{certain}",
-        f'{remedy}; or accept = ["unit"] if the values are right',
+        best.kind,
+        where,
+        f'{remedy}; or accept = ["{best.kind}"] if the values are right',
         proved,
         probability=probability,
     )
 
 
-def _frequency(low: float, high: float) -> float:
-    """Return the density, over the logarithm, of the most common shear modulus within an interval (MPa)."""
-    return max(
-        sum(
-            share / spread * math.exp(-0.5 * (math.log(modulus / median) / spread) ** 2)
-            for share, median, spread in _ELASTOMERS
-        )
-        for modulus in np.geomspace(low, high, 9)
+def _unexplained(scale: _Scale, rest: Sequence[_Scale], torn: bool) -> DataFault:
+    """Return the fault of a recording that contradicts another one, or the rubber's strength, in every unit."""
+    other = min(rest, key=lambda each: _apart(scale.modulus, each.modulus), default=scale)
+    against = f"at {scale.way}, which no rubber bears" if torn else f"and {other.moduli}"
+    return DataFault(
+        scale.recording.name,
+        "unit",
+        f"{scale.moduli} {against}: no single wrong unit explains it",
+        'check columns, units and mode, and the lengths in [geometry]; or accept = ["unit"] if all are right',
+        True,
     )
 
 
-def _changes(recording: Recording) -> Iterator[_Change]:
-    """Yield the changes of one unit, or of both to SI units, that the user may have forgotten."""
-    displacement, force = (_dimension(recording, quantity) for quantity in ("displacement", "force"))
+def _frequency(low: float, high: float) -> float:
+    """Return the density, over the logarithm, of shear moduli (MPa), on average over an interval."""
+    logarithm = np.linspace(math.log(low), math.log(high), 17)
+    density = sum(
+        share / spread * np.exp(-0.5 * ((logarithm - math.log(median)) / spread) ** 2)
+        for share, median, spread in _ELASTOMERS
+    )
+    return float(np.mean(density))
+
+
+def _readings(scale: _Scale) -> Iterator[_Reading]:
+    """Yield the readings with another unit, or both in SI units, and with the columns exchanged."""
+    recording, displacement = scale.recording, scale.kind
+    force = _dimension(recording, "force")
     way = {"length": "displacement", "angle": "rotation"}.get(displacement, displacement)
     read = recording.units
     common = {"m", "um", "rad", "deg", "mm", "percent", "kN", "N", "Nm", "Nmm", "MPa", "kPa", "Pa"}
-    yield from (
-        _Change(factor, 1.0, f'if the {way} is in {name}: units = {{ displacement = "{name}" }}', rare)
-        for name, factor, rare in _others(displacement, read[0], common)
-    )
-    yield from (
-        _Change(1.0, factor, f'if the {force} is in {name}: units = {{ force = "{name}" }}', rare)
-        for name, factor, rare in _others(force, read[1], common)
-    )
+    for name, factor, rare in _others(displacement, read[0], common):
+        words = f'if the {way} is in {name}: units = {{ displacement = "{name}" }}'
+        yield _Reading(scale.times(factor, 1.0), words, rare)
+    for name, factor, rare in _others(force, read[1], common):
+        words = f'if the {force} is in {name}: units = {{ force = "{name}" }}'
+        yield _Reading(scale.times(1.0, factor), words, rare)
     si = {"length": ("m", "kN"), "angle": ("rad", "Nm")}.get(displacement)
     if si is not None and all(read):
         factors = [
@@ -323,17 +330,22 @@ def _changes(recording: Recording) -> Iterator[_Change]:
         ]
         if 1.0 not in factors:
             words = f'units = {{ displacement = "{si[0]}", force = "{si[1]}" }}'
-            yield _Change(factors[0], factors[1], f"if the file is in {si[0]} and {si[1]}: {words}", 0.2)
+            yield _Reading(scale.times(*factors), f"if the file is in {si[0]} and {si[1]}: {words}", 0.2)
     if displacement == "length":
         for unit, mm in _DRAWN.items():
             # Stiffness per modulus grows with the lengths, travel per thickness falls with them.
             words = f"if [geometry] is in {unit}: give its lengths in mm, {mm:g} times as large"
-            yield _Change(1.0 / mm, 1.0 / mm**2, words, 0.4, of_geometry=True)
+            yield _Reading(scale.times(1.0 / mm, 1.0 / mm**2), words, 0.4, of_geometry=True)
     for factor in (1e-3, 1e3):
         off, word = ("small", "multiply") if factor > 1 else ("large", "divide")
         remedy = f"is a thousand times too {off}: {word} its column by 1000"
-        yield _Change(1.0, factor, f"if the {force} {remedy}", 0.4)
-        yield _Change(factor, 1.0, f"if the {way} {remedy}", 0.4)
+        yield _Reading(scale.times(1.0, factor), f"if the {force} {remedy}", 0.4)
+        yield _Reading(scale.times(factor, 1.0), f"if the {way} {remedy}", 0.4)
+    if displacement != "strain":
+        words = (
+            "name the columns in the table of this recording: columns = { displacement = ..., force = ... }"
+        )
+        yield _Reading(scale.with_columns_exchanged, words, 0.4, "swapped")
 
 
 def _others(kind: str, read: str, common: set[str]) -> Iterator[tuple[str, float, float]]:

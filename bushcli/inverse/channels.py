@@ -9,7 +9,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.errors import InputError, Problem
+from bushcli.errors import InputError, Problem, count_of
 from bushcli.faults import bad_samples
 from bushcli.inverse.channel import Channel, Corrected, FollowedChannel, SweptChannel
 from bushcli.inverse.result import Weighting
@@ -85,7 +85,7 @@ def fitted_branch(source: Source, recording: Recording) -> tuple[str, NDArray[np
     if used.all() or (source.branch is None and np.count_nonzero(used) < FEWEST):
         return "", all_samples
     if np.count_nonzero(used) < FEWEST:
-        what = f"has {np.count_nonzero(used)} samples of {source.branch}"
+        what = f"has {count_of(np.count_nonzero(used), 'sample')} of {source.branch}"
         raise InputError(
             Problem(str(source.file), what, "", f'at least {FEWEST}; branch = "both" takes all samples')
         )

@@ -10,6 +10,7 @@ import numpy as np
 
 from bushcli.case.checks import moduli
 from bushcli.curve.misfit import NOISE_FLOOR
+from bushcli.errors import count_of
 from bushcli.inverse.file_units import in_file_units
 from bushcli.inverse.local import STAYED, Minimum
 from bushcli.inverse.result import Fit, FittedCurve
@@ -33,6 +34,8 @@ FAILED = 0.3
 DELICATE = 0.10
 # A held-out channel counts as predicted up to this rms misfit, the accepted 10 %.
 PREDICTED = 10.0
+#: Ratio of measured to simulated dynamic stiffness, on average, that no effect of a rig is likely to cause (judgement).
+_FAR = 2.0
 
 
 def profiles_cut_short() -> Condition:
@@ -120,7 +123,7 @@ class _Doubts:
     def end(self, interrupted: bool) -> Iterator[Condition]:
         """How the search ended."""
         if interrupted:
-            what = f"stopped after {self.fit.sweeps} evaluations; this is the best point so far"
+            what = f"stopped after {count_of(self.fit.sweeps, 'evaluation')}; this is the best point so far"
             yield Condition(
                 "interrupted", what, "run it again" if self.task.source == "coupons" else CONTINUE
             )
@@ -203,12 +206,17 @@ class _Doubts:
         for fitted in self.fit.tables:
             name = fitted.table.name
             if not fitted.held_out and fitted.over_errors > ABOVE_NOISE:
+                ratio = float(np.median(fitted.table.stiffness / np.abs(fitted.simulated)))
+                remedy = f'add an effect of its rig ({rig}) with channels = ["{name}"], or a branch of '
+                remedy += "viscoelasticity: the plot of the table on the page shows where it is missed"
+                if abs(np.log(ratio)) > np.log(_FAR):
+                    far = f"its stiffness is {ratio:.2g} times the simulated one: check the units of its columns"
+                    remedy = f"{far}; or {remedy}"
                 yield Condition(
                     "table_above_errors",
                     f"{name}: the table is missed by {fitted.stiffness_percent:.2g} % and "
                     f"{fitted.loss_angle_deg:.2g} degrees (rms), its standard errors being {fitted.errors_in_words}",
-                    f'add an effect of its rig ({rig}) with channels = ["{name}"], or a branch of viscoelasticity: the '
-                    "plot of the table on the page shows where it is missed",
+                    remedy,
                 )
 
     def bounds(self) -> Iterator[Condition]:

@@ -61,7 +61,19 @@ def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity], table
 def tables_of_file(
     source: Source, wanted: Sequence[str | int], tables: TableCache, single: bool = False
 ) -> Table | FileContents:
-    """Return the table of a text file, or the table that the case file names, or else all tables of the file."""
+    """Return the table of a text file, or the table that the case file names, or else all tables of the file.
+
+    Parameters
+    ----------
+    source : Source
+        File and group.
+    wanted : sequence of str or int
+        Columns that the case file names, which a binary file has to hold.
+    tables : TableCache
+        Cache of the files that the caller reads.
+    single : bool
+        Whether a single column is enough.
+    """
     name = format_of(source.file)
     if not name:
         if source.group is not None:

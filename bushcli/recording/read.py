@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from bushcli.curve.recording import ReadColumn, RecordedProgram, Recording, Repair
 from bushcli.curve.segment import turning_points
 from bushcli.curve.signals import select_cycles
+from bushcli.errors import count_of
 from bushcli.recording.find_table import open_table
 from bushcli.recording.header.above import factor_remarks, rate_remarks
 from bushcli.recording.header.columns import Column, chosen_index, column, untaken_time
@@ -81,7 +82,8 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     if source.largest_stretch is not None:
         within = np.asarray(mode.stretch(displacement) <= source.largest_stretch)
         if np.count_nonzero(within) < min(fewest, len(within)):
-            what = f"has {np.count_nonzero(within)} points up to largest_stretch = {source.largest_stretch:g}"
+            points = count_of(np.count_nonzero(within), "point")
+            what = f"has {points} up to largest_stretch = {source.largest_stretch:g}"
             raise table.refusal(what, f"at least {fewest}")
         displacement, force, samples = displacement[within], force[within], samples.select(within)
     machine = mode.specimen == "coupon" and source.dimension("force", "coupon", mode.rotational) == "force"
@@ -167,7 +169,7 @@ def _used_cycles(recording: Recording, source: Source) -> Recording:
     if source.conditioning:
         last = max(branch.cycle for branch in recording.branches)
         if source.conditioning >= last:
-            what = f"conditioning = {source.conditioning}, but the recording has {last} cycle{'s' if last > 1 else ''}"
+            what = f"conditioning = {source.conditioning}, but the recording has {count_of(last, 'cycle')}"
             raise source.refusal(what, "leave at least one cycle to compare")
         requested = source.cycles or range(source.conditioning + 1, last + 1)
         cycles = tuple(cycle for cycle in requested if cycle > source.conditioning)
@@ -248,7 +250,7 @@ def _long_enough(
     channel = column(table, source, mode, quantity)
     assert channel is not None
     if len(channel.values) < fewest:
-        what = f"has only {len(channel.values)} point{'s' if len(channel.values) > 1 else ''}"
+        what = f"has only {count_of(len(channel.values), 'point')}"
         raise table.refusal(what, f"at least {fewest}")
     return channel
 

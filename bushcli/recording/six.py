@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.curve.recording import RecordedPath
+from bushcli.errors import count_of
 from bushcli.recording.find_table import NeededColumns, only_table, quoted_names, tables_of_file
 from bushcli.recording.header.columns import Column, chosen_index, column
 from bushcli.recording.header.name import heading
@@ -199,7 +200,7 @@ def read_motions(source: Source, six: SixColumns, tables: TableCache) -> tuple[A
             what = f"the time does not increase, {time[row]:g} s follows {time[row - 1]:g} s"
             raise source.refusal(what, "put the rows in the order of time")
     if len(poses) < 2:
-        raise source.refusal(f"has only {len(poses)} points", "at least 2")
+        raise source.refusal(f"has only {count_of(len(poses), 'point')}", "at least 2")
     return time, poses
 
 

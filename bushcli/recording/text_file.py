@@ -16,7 +16,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import NamedTuple
 
-from bushcli.errors import Problem, RecordingError
+from bushcli.errors import Problem, RecordingError, count_of
 from bushcli.recording.header.head import header, unify_column_order
 from bushcli.recording.header.name import named_columns
 from bushcli.recording.text.decode import read_text
@@ -216,7 +216,7 @@ def _rows(sheet: Sheet, fewest: int) -> tuple[Sheet, int, list[str], bool]:
     for i in wrong:
         if i not in repeated:
             fields = len(trim_end(split[i]))
-            what = f"{fields} field{'s' if fields != 1 else ''}, where the rows before have {filled}"
+            what = f"{count_of(fields, 'field')}, where the rows before have {filled}"
             last = " (the last line: was the recording cut off?)" if body[i] is body[-1] else ""
             remedy = f"{filled} numbers; delete the line or put # in front of it"
             raise sheet.refusal(body[i].number, what + last, remedy)

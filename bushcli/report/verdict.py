@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bushcli.faults import DataFault
+from bushcli.faults.fault import chance_in_words
 from bushcli.report.document import Tone
 from bushcli.report.quantity import Quantities, join_names, number, percent, quantities
 from bushcli.runtime.digits import with_decimals
@@ -37,8 +38,15 @@ _KINDS = {
     "time": "wrong times",
     "no_signal": "noise in place of a force",
     "temperature": "two sweeps at one temperature",
+    "loss_angle": "another angle than the loss angle",
+    "order": "rows after larger amplitudes",
+    "amplitude": "other amplitudes",
 }
 
+# Factor between the stiffnesses of two batches of a compound, at most (judgement).
+_BATCHES = 4.0
+# A ratio that is larger is said as a multiple, not in percent.
+_MULTIPLE = 10.0
 # A single factor counts as an explanation if it removes at least this share of the rms misfit...
 EXPLAINS = 0.5
 # ... and the best factor of each channel deviates from the common one by at most this share.
@@ -105,7 +113,7 @@ def judge(response: Response, misfits: Mapping[str, Misfit]) -> DirectVerdict:
     factor = single_factor(list(misfits.values()))
     outside = [c.name for c in compared if not c.within]
     headline = faulty_data(response.faults) if faulty else _headline(response, misfits, within, outside)
-    lines = [channel.text for channel in channels]
+    lines = [*doubt_lines(response.faults), *(channel.text for channel in channels)]
     # Within the tolerance there is no deviation to be explained.
     if factor is not None and not within and not faulty:
         lines.append(_factor_text(factor))
@@ -221,6 +229,8 @@ def stiffer(ratio: float, limit: float) -> str:
     """Return the ratio of simulated to measured stiffness in words: "78 % too stiff"."""
     if not math.isfinite(ratio):
         return "no stiffness to compare"
+    if ratio >= _MULTIPLE:
+        return f"{number(ratio)} times as stiff as measured"
     deviation = 100 * abs(ratio - 1.0)
     if deviation < 0.5 and deviation <= limit:
         return "as stiff as measured"
@@ -229,17 +239,28 @@ def stiffer(ratio: float, limit: float) -> str:
 
 def _factor_text(single: SingleFactor) -> str:
     misfits = join_names([f"{percent(rms)} ({name})" for name, rms in single.rms_after.items()])
-    factor, alone = f"{single.factor:.2f}", len(single.by_channel) == 1
+    factor, alone = _factor(single.factor), len(single.by_channel) == 1
     if single.explains:
         gap = "the gap" if alone else "the gap in all channels"
-        explanation = f"would explain most of {gap}, leaving {misfits} rms: another batch of rubber?"
+        # The shear moduli of two batches of one compound differ by less.
+        what = (
+            "another batch of rubber"
+            if 1.0 / _BATCHES < single.factor < _BATCHES
+            else "another rubber or unit"
+        )
+        explanation = f"would explain most of {gap}, leaving {misfits} rms: {what}?"
         return f"A single factor of {factor} on the stiffness {explanation}"
     if alone:
         best = f"the best, {factor}, leaves {misfits} rms"
         return f"A single factor on the stiffness does not explain the gap: {best}."
-    factors = join_names([f"{value:.2f} ({name})" for name, value in single.by_channel.items()])
+    factors = join_names([f"{_factor(value)} ({name})" for name, value in single.by_channel.items()])
     need = f"the channels need {factors}, and a common {factor} leaves {misfits} rms"
     return f"No single factor on the stiffness explains the gap: {need}."
+
+
+def _factor(factor: float) -> str:
+    """Return a factor in words: 0.57, 1.75, 0.00037."""
+    return f"{factor:.2f}" if 0.1 <= abs(factor) < 100.0 else number(factor)
 
 
 def fault_kind(fault: DataFault) -> str:
@@ -252,6 +273,16 @@ def faulty_data(faults: Sequence[DataFault]) -> str:
     fatal = [fault for fault in faults if fault.fatal] or list(faults)
     places = dict.fromkeys(f"{fault_kind(fault)} in the {fault.channel} channel" for fault in fatal)
     return f"Faulty data: {join_names(list(places))}, to be corrected first"
+
+
+def doubt_lines(faults: Sequence[DataFault]) -> list[str]:
+    """Return a sentence on the faults that are probable, to stand above what follows from the recordings."""
+    doubtful = [fault for fault in faults if fault.is_doubtful]
+    places = [
+        f"{fault_kind(fault)} in the {fault.channel} channel ({chance_in_words(fault.probability)})"
+        for fault in doubtful
+    ]
+    return [f"Doubtful data: {join_names(places)}; what follows holds if there is none."] if places else []
 
 
 def fault_lines(faults: Sequence[DataFault]) -> list[str]:

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 
+from bushcli.errors import count_of
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.dolfinx_version import untried_dolfinx
 from cases.jit import cache_directory, damaged_kernels
@@ -118,7 +119,7 @@ def _mpi(modules: Mapping[str, ModuleType]) -> Examination:
     mpi = importlib.import_module("mpi4py.MPI")
     library = mpi.Get_library_version().strip("\0").splitlines()[0].split(",")[0]
     size = mpi.COMM_WORLD.size
-    facts = {"MPI": f"{library}, {size} rank{'s' if size > 1 else ''}"}
+    facts = {"MPI": f"{library}, {count_of(size, 'rank')}"}
     started = max(int(os.environ.get(name, "1")) for name in ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE"))
     if started == size:
         return Examination(facts, ())

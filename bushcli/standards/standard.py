@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 
+from bushcli.errors import count_of
 from bushcli.recording.source import Source
 from bushcli.runtime.digits import with_digits
 from bushcli.standards.observation import Observed
@@ -98,7 +99,7 @@ def cycles_clause(observed: Observed, least: int, text: str) -> Clause:
     marked = f", {observed.conditioning} of them marked as conditioning" if observed.conditioning else ""
     return Clause(
         text,
-        f"{observed.largest_cycles} cycle{'s' if observed.largest_cycles != 1 else ''} to the largest travel{marked}",
+        f"{count_of(observed.largest_cycles, 'cycle')} to the largest travel{marked}",
         observed.largest_cycles >= least,
         practice=True,
     )

@@ -198,7 +198,10 @@ def batch(
     ]
     order = {recording.name: i for i, recording in enumerate(recordings)}
     parts.sort(key=lambda part: order[part.name])
-    parts = [_with_causes(part, faults, curves, parts) for part in parts]
+    common = _common_remedies(faults, len(parts))
+    # What most parts have sets none apart.
+    own = [fault for fault in faults if fault.remedy not in common]
+    parts = [_with_causes(part, own, curves, parts) for part in parts]
     return Batch(case, fit, tuple(parts), tuple(curves), _conditions(parts, faults, fit), faults, programs)
 
 
@@ -392,14 +395,26 @@ def _with_causes(
     return replace(part, causes=tuple(causes))
 
 
+def _common_remedies(faults: Sequence[DataFault], parts: int) -> set[str]:
+    """Return the remedies of faults that most parts have."""
+    remedies = [fault.remedy for fault in faults]
+    return {remedy for remedy in remedies if 2 * remedies.count(remedy) > parts}
+
+
 def _conditions(parts: Sequence[BatchPart], faults: Sequence[DataFault], fit: Fit) -> tuple[Condition, ...]:
     conditions = []
+    common = _common_remedies(faults, len(parts))
+    for remedy in sorted(common):
+        alike = [fault for fault in faults if fault.remedy == remedy]
+        told = f"{len(alike)} of {len(parts)} parts have this fault, such as {alike[0].channel}: {alike[0].where}"
+        conditions.append(replace(fault_condition(alike[0]), message=told))
     for fault in faults:
-        alike = sum(other.remedy == fault.remedy for other in faults)
+        if fault.remedy in common:
+            continue
         source = next(part.recording.source for part in parts if part.name == fault.channel)
         remedy = fault.remedy
-        # It corrects the part alone, unless most parts have the same fault.
-        if source is not None and (fault.fatal or fault.is_doubtful) and 2 * alike <= len(parts):
+        # It corrects the part alone.
+        if source is not None and (fault.fatal or fault.is_doubtful):
             table = (
                 f'a [[specimens]] table of its own, file = ".../{source.name}", which goes before a pattern'
             )
@@ -413,4 +428,6 @@ def _conditions(parts: Sequence[BatchPart], faults: Sequence[DataFault], fit: Fi
     if few:
         what = f"too few parts ran one program to tell outliers: {', '.join(few)}, of at least {FEWEST}"
         conditions.append(Condition("few_parts", what, "record more parts with the same program"))
-    return (*conditions, *fit.conditions)
+    # The mean has the faults of most of its parts.
+    of_mean = {fault_condition(fault) for fault in fit.faults}
+    return (*conditions, *(condition for condition in fit.conditions if condition not in of_mean))

@@ -18,7 +18,9 @@ Array = NDArray[np.float64]
 # Entries of a result that say how it was computed, not what it is; problems have an entry of their own.
 _HOW = ("case", "versions", "timings_s", "problems", "files", "question", "command", "data_faults")
 # The same of a channel, and sentences that repeat numbers.
-_HOW_OF_CHANNEL = ("seconds", "newton_iterations", "text")
+_HOW_OF_CHANNEL = (
+    "seconds", "newton_iterations", "text", "headline", "iterations", "sweeps", "forward_solves", "failed_solves",
+)  # fmt: skip
 # Numbers that differ by less than this share of the larger one are equal: local strains of equal designs differ by up
 # to some 1e-7, the tolerance of a march being 1e-8 of the reactions.
 EQUAL = 1e-6
@@ -136,7 +138,12 @@ def compare(items: Sequence[ComparedResult]) -> Comparison:
     return Comparison(
         tuple(items),
         (*_differences(cases), *other),
-        _differences(common),
+        tuple(
+            difference
+            for difference in _differences(common)
+            # What another command, or a result without it, does not say is no other number.
+            if not _equal([value for value in difference.values if value is not None])
+        ),
         tuple(
             CurveDifference(name, _curve_differences([item.curves.get(name) for item in items]))
             for name in channels
@@ -194,11 +201,11 @@ def _leaves(value: Any, at: str = "") -> Iterator[tuple[str, Any]]:
 def _differences(tables: Sequence[Mapping[str, Any]]) -> tuple[Difference, ...]:
     keys = dict.fromkeys(key for table in tables for key in table)
     differences = (Difference(key, tuple(table.get(key) for table in tables)) for key in keys)
-    return tuple(
-        difference
-        for difference in differences
-        if not all(_same(difference.values[0], value) for value in difference.values)
-    )
+    return tuple(difference for difference in differences if not _equal(difference.values))
+
+
+def _equal(values: Sequence[Any]) -> bool:
+    return all(_same(values[0], value) for value in values)
 
 
 def _same(value: Any, other: Any) -> bool:

@@ -162,6 +162,26 @@ def test_the_remedy_for_a_part_in_another_unit_corrects_that_part_alone(
     ]
 
 
+def test_a_fault_that_most_parts_have_is_said_once_and_sets_none_apart(
+    tmp_path: Path, curve: np.ndarray
+) -> None:
+    """All forces are read in mN, which nothing contradicts: the outliers are those of the parts in N."""
+    case, _ = batch_of(tmp_path, curve, planted=True)
+    case.write_text(case.read_text().replace('mode = "axial"', 'mode = "axial"\nunits = { force = "mN" }'))
+    done = bushcli("batch", case, "-q", "--json")
+    found = json.loads(done.stdout)
+    (doubt,) = (one for one in found["problems"] if one["name"] == "doubtful_data")
+    assert doubt["message"].startswith(f"{COUNT} of {COUNT} parts have this fault, such as part_01: ")
+    causes = {
+        part["name"]: [cause["kind"] for cause in part["causes"]]
+        for part in found["parts"]
+        if part["outlier"]
+    }
+    assert causes == {
+        "part_05": [], "part_10": ["friction"], "part_14": ["travel"], "part_17": ["sign"], "part_19": ["offset"],
+    }  # fmt: skip
+
+
 @pytest.mark.parametrize("command", ["inverse", "direct", "diagnose"])
 def test_commands_on_one_part_name_the_one_for_a_batch(
     tmp_path: Path, curve: np.ndarray, command: str

@@ -272,24 +272,29 @@ def test_check_finds_no_fault_in_the_example(cli: Cli) -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "factor", "remedy"),
-    [("sign", -1.0, 'reverse = ["force"]'), ("unit", 1e-3, 'units = { force = "kN" }')],
+    ("kind", "factor", "remedy", "problem"),
+    [
+        ("sign", -1.0, 'reverse = ["force"]', "faulty_data"),
+        # Nothing contradicts a rubber that is too soft.
+        ("unit", 1e-3, 'units = { force = "kN" }', "doubtful_data"),
+    ],
 )
-def test_check_says_a_fatal_fault_with_its_remedy(
-    cli: Cli, small: Path, kind: str, factor: float, remedy: str
+def test_check_says_a_fault_with_its_remedy(
+    cli: Cli, small: Path, kind: str, factor: float, remedy: str, problem: str
 ) -> None:
+    fatal = problem == "faulty_data"
     spoiled(small, lambda _, force: factor * force)
     done = cli("check", small)
     assert done.returncode == 0, done.stderr
-    assert "problem faulty_data: axial: " in done.stdout
+    assert f"problem {problem}: axial: " in done.stdout
     assert remedy in " ".join(done.stdout.split())
     strict = cli("check", small, "--json", "--strict")
     assert strict.returncode == 1
     result = json.loads(strict.stdout)
     (fault,) = result["data_faults"]
-    assert (fault["channel"], fault["kind"], fault["fatal"], fault["samples"]) == ("axial", kind, True, 0)
+    assert (fault["channel"], fault["kind"], fault["fatal"], fault["samples"]) == ("axial", kind, fatal, 0)
     assert result["problems"] == [
-        {"name": "faulty_data", "message": f"axial: {fault['where']}", "remedy": fault["remedy"]}
+        {"name": problem, "message": f"axial: {fault['where']}", "remedy": fault["remedy"]}
     ]
     # With the key that the remedy names, the fault is gone.
     key = "recordings.0." + ('reverse=["force"]' if kind == "sign" else 'units.force="kN"')

@@ -95,3 +95,22 @@ def test_fit_says_why_a_sweep_has_no_spectrum(case):
     assert done.exit_code == 2
     assert "3 frequencies" in done.output
     assert "at least 4 frequencies" in done.output
+
+
+def test_a_table_far_from_the_static_stiffness_is_asked_for_its_unit(tmp_path):
+    """418 N/mm of a static curve (C10 = 0.5 MPa), beside a table that is ten times as stiff."""
+    rows = "".join(f"{i},{0.2 * i:.1f},{83.6 * i + (-1) ** i:.1f}\n" for i in range(12))
+    (tmp_path / "axial.csv").write_text("time_s,displacement_mm,force_N\n" + rows)
+    static = '[[recordings]]\nmode = "axial"\nfile = "axial.csv"\nname = "loop"\n'
+    table = '[[recordings]]\nmode = "axial"\nkind = "dynamic"\nfile = "table.csv"\nname = "table"\n'
+    effect = '[[effects]]\nname = "viscoelasticity"\nparameters = { g1 = 0.1, tau1 = 0.05 }\n'
+    effect += "[mesh]\nelements_across = 3\n"
+    head = CASE.split("[[recordings]]", maxsplit=1)[0]
+    (tmp_path / "case.toml").write_text(head + effect + static + table)
+    rows = "".join(f"{f},{4100 + 20 * f},{d}\n" for f, d in ((1, 2.0), (3, 2.2), (10, 2.1), (30, 1.9)))
+    (tmp_path / "table.csv").write_text("frequency_Hz,stiffness_N_per_mm,loss_angle_deg\n" + rows)
+    held = ("--fix", "viscoelasticity.g1", "--fix", "viscoelasticity.tau1")
+    done = run("inverse", tmp_path / "case.toml", "--json", "-q", *held)
+    found = [one for one in json.loads(done.stdout)["problems"] if one["name"] == "table_above_errors"]
+    assert found, done.stdout
+    assert "times the simulated one: check the units" in found[0]["remedy"]

@@ -13,6 +13,7 @@ import pytest
 from bushcli.case import Case, Material, MeshOptions, load_case
 from bushcli.errors import InputError, RecordingError
 from bushcli.faults import bad_samples, condition, find_faults, masks
+from bushcli.faults.fault import chance_in_words
 from bushcli.faults.scale import unit_stiffness
 from bushcli.recording import Recording, read_coupon, read_recording
 from bushcli.recording.source import Source
@@ -148,12 +149,41 @@ def test_a_position_of_the_rig_is_no_displacement():
 
 
 @pytest.mark.parametrize("mode", STIFFNESS)
-@pytest.mark.parametrize("others", [False, True])
 @pytest.mark.parametrize("change", [(1e-3, 1.0), (1e3, 1.0), (1.0, 1e-3), (1.0, 1e3)])
-def test_units_a_thousand_off(mode, others, change):
-    channels = [recorded(m) for m in STIFFNESS if others and m != mode]
+def test_units_a_thousand_off_beside_other_channels(mode, change):
+    channels = [recorded(m) for m in STIFFNESS if m != mode]
     faults = find_faults(bushing(), [*channels, changed(recorded(mode), *change)])
     assert kinds(faults) == [(mode, "unit", True)]
+
+
+@pytest.mark.parametrize("mode", STIFFNESS)
+@pytest.mark.parametrize("change", [(1e-3, 1.0), (1e3, 1.0), (1.0, 1e-3), (1.0, 1e3)])
+def test_units_a_thousand_off_alone(mode, change):
+    """The rubber's thickness contradicts a travel, and its strength a stress; nothing contradicts a gel."""
+    (fault,) = find_faults(bushing(), [changed(recorded(mode), *change)])
+    assert fault.kind == "unit"
+    assert fault.fatal == (fault.probability == 1.0)
+    lengths = mode in ("axial", "radial")
+    certain = {(1e-3, 1.0): lengths, (1e3, 1.0): True, (1.0, 1e-3): False, (1.0, 1e3): mode != "conical"}
+    assert fault.fatal == certain[change]
+    assert fault.fatal or f"wrongly is {chance_in_words(fault.probability)}" in fault.where
+
+
+@pytest.mark.parametrize("softer", [1000.0, 1e5])
+def test_a_specimen_however_soft_is_no_contradiction(softer):
+    """The softest gels have a modulus of pascals; a coupon of the same rubber contradicts the bushing."""
+    soft = changed(recorded(), force=1.0 / softer)
+    (fault,) = find_faults(bushing(), [soft])
+    assert (fault.fatal, condition(fault).name) == (False, "doubtful_data")
+    (fault,) = find_faults(bushing(), [soft, held(0.8)])
+    assert (fault.channel, fault.fatal, condition(fault).name) == ("axial", True, "faulty_data")
+
+
+def test_channels_of_one_rubber_that_contradict_each_other_in_every_unit_are_a_fault():
+    """Stiffness 60 times too low: no unit is so far off."""
+    (fault,) = find_faults(bushing(), [changed(recorded(), force=1.0 / 60.0), held(0.8)])
+    assert kinds([fault]) == [("axial", "unit", True)]
+    assert "no single wrong unit explains it" in fault.where
 
 
 @pytest.mark.parametrize(
@@ -191,11 +221,15 @@ def test_two_channels_that_are_exchanged(pair):
     assert set(kinds(faults)) == {(one, "swapped", True), (other, "swapped", True)}
 
 
-def test_columns_that_are_exchanged():
-    one = recorded()
+@pytest.mark.parametrize(
+    ("size", "coupon", "fatal"), [(1.0, False, True), (0.05, False, False), (0.05, True, True)]
+)
+def test_columns_that_are_exchanged(size, coupon, fatal):
+    """A force read as a travel is one through the rubber, or at least beside a coupon that of no rubber."""
+    one = changed(recorded(), size, size)
     wrong = replace(one, displacement=one.force, force=one.displacement)
-    (fault,) = find_faults(bushing(), [wrong])
-    assert fault.kind == "swapped"
+    (fault,) = find_faults(bushing(), [wrong, *([held(0.8)] if coupon else [])])
+    assert kinds([fault]) == [("axial", "swapped", fatal)]
     assert "columns = {" in fault.remedy
 
 
@@ -253,7 +287,7 @@ def test_another_channel_of_the_rubber_makes_a_wrong_unit_certain():
     ("spoilt", "kind"),
     [
         (changed(recorded(), force=-1.0), "sign"),
-        (changed(recorded(), force=1e-3), "unit"),
+        (changed(recorded(), force=1e3), "unit"),
         (replace(recorded(), displacement=recorded().displacement + 60.0), "position"),
     ],
 )
@@ -430,7 +464,7 @@ def test_masks_take_the_faults_of_their_own_channel():
     assert not masks(faults, other).any()
     told = condition(faults[0])
     assert told.name == "bad_samples"
-    assert told.message.startswith("axial: 1 of 400 samples of the force")
+    assert told.message.startswith("axial: in 1 of 400 samples the force lies far")
 
 
 # -- time stamps -----------------------------------------------------------------------------------------------------

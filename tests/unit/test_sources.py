@@ -17,9 +17,10 @@ from bushcli.case.example import write_case
 from bushcli.case.from_files import case_from_files
 from bushcli.case.rebuild import rebuilt_case
 from bushcli.cli import main
-from bushcli.errors import CaseError, InputError
+from bushcli.errors import CaseError, InputError, RecordingError
 from bushcli.recording import read_program, read_recording
 from bushcli.recording.guess import contradicting_modes, mode_of_name, modes_of_name
+from bushcli.recording.source import Source
 
 CASE = """
 [geometry]
@@ -463,3 +464,38 @@ def test_init_says_what_is_wrong_in_the_mode_whose_columns_the_file_has(tmp_path
     assert '"0.1 N" may be' in done.output
     assert "there is none yet: `bushcli init DIR`" in done.output
     assert "stretch" not in done.output
+
+
+TABLE = """\
+frequency [Hz];amplitude [mm];|K*| [N/mm];loss angle [deg]
+1;0.1;350;2.5
+5;0.1;390;5.1
+20;0.1;420;4.8
+80;0.1;470;5.5
+"""
+
+
+def test_a_table_of_dynamic_stiffness_becomes_a_recording_of_its_kind(tmp_path):
+    """What the file does not say, here the kind of its amplitude, is answered with a mark."""
+    (tmp_path / "radial.csv").write_text(TABLE)
+    (tmp_path / "dma.csv").write_text("Frequency (Hz),E' (MPa),E'' (MPa)\n1,6,0.6\n3,6.5,0.8\n10,7,1\n")
+    rig(tmp_path / "run_radial.csv")
+    files = [tmp_path / name for name in ("radial.csv", "dma.csv", "run_radial.csv")]
+    done = run("init", "--from", *files, tmp_path / "new")
+    assert done.exit_code == 0, done.output
+    text = (tmp_path / "new" / "case.toml").read_text()
+    assert 'kind = "dynamic"\nname = "radial"\nfile = "../radial.csv"\namplitude_is = "peak"' in text
+    assert "# <-- amplitude_is: column 2 (amplitude [mm]) may be the peak" in text
+    checked = run("check", tmp_path / "new" / "case.toml", "--json", "-q")
+    assert checked.exit_code == 0, checked.output
+    tables = json.loads(checked.output)["dynamic"]
+    assert {(table["name"], table["mode"]) for table in tables} == {
+        ("radial", "radial"),
+        ("uniaxial", "uniaxial"),
+    }
+
+
+def test_a_table_of_dynamic_stiffness_without_its_kind_is_refused_with_the_key(tmp_path):
+    (tmp_path / "radial.csv").write_text(TABLE)
+    with pytest.raises(RecordingError, match='kind = "dynamic" in the case file'):
+        read_recording(Source("radial", tmp_path / "radial.csv"))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from bushcli.faults.dynamic import table_faults
+from bushcli.faults.fault import chance_in_words
 from bushcli.recording.dynamic.table import DynamicTable
 from geometry.shape import shapes
 
@@ -38,18 +39,52 @@ def test_a_sound_table_has_none(temperatures, noise):
     assert kinds(sweeps(temperatures, noise=noise)) == []
 
 
-@pytest.mark.parametrize(("scale", "meant"), [(1e-6, "MPa"), (1e6, "Pa")])
-def test_moduli_of_no_elastomer_are_a_wrong_unit(scale, meant):
+@pytest.mark.parametrize(
+    ("scale", "meant", "fatal"),
+    [(1e-6, "MPa", False), (1e-3, "MPa", False), (1e3, "kPa", False), (1e6, "Pa", True)],
+)
+def test_moduli_that_are_rare_are_a_wrong_unit_and_those_of_no_polymer_for_certain(scale, meant, fatal):
+    """The glass bounds moduli from above; however soft a gel is, nothing contradicts it."""
     (fault,) = table_faults(PLAIN, [sweeps([20.0], scale)])
-    assert (fault.kind, fault.fatal) == ("unit", True)
+    assert (fault.kind, fault.fatal, bool(fault.samples.all())) == ("unit", fatal, fatal)
+    assert fault.fatal or f"wrong unit is {chance_in_words(fault.probability)}" in fault.where
     assert f'storage = "{meant}"' in fault.remedy
     assert kinds(replace(sweeps([20.0], scale), accepted_faults=("unit",))) == []
+
+
+def test_a_sweep_in_another_unit_is_left_out():
+    """A glass in some of the rows is none: a compound passes from rubber to glass."""
+    table = sweeps([0.0, 20.0, 40.0])
+    for part in (table.storage, table.loss):
+        part[20:40] *= 1e-3
+    (fault,) = table_faults(PLAIN, [table])
+    assert (fault.kind, fault.fatal, fault.is_doubtful) == ("unit", False, True)
+    np.testing.assert_array_equal(np.flatnonzero(fault.samples), np.arange(20, 40))
+    assert "a.csv:22 to a.csv:41, 20 rows" in fault.where
+    glass = sweeps([-120.0, 20.0])
+    for part in (glass.storage, glass.loss):
+        part[:20] *= 2.0
+    assert kinds(glass) == []
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize(("key", "usual"), [("amplitude", 0.05), ("preload", 3.0)])
+def test_amplitudes_and_preloads_in_another_unit_are_a_warning(key, usual, factor):
+    """0.05 mm read as 50 mm, or as 50 nm, on 10 mm of rubber; a preload may be as small as one likes."""
+    table = relaxing(0.2)
+    table = replace(table, **{key: np.full(len(table), factor * usual)})
+    expected = [] if factor == 1.0 or (key, factor) == ("preload", 1e-3) else [("unit", False, True)]
+    faults = table_faults(PLAIN, [table])
+    assert [(fault.kind, fault.fatal, fault.is_doubtful) for fault in faults] == expected
+    assert all(f"units = {{{key} = ...}}" in fault.remedy for fault in faults)
 
 
 def test_the_stiffness_of_a_bushing_is_judged_by_its_shape():
     # An axial stiffness of 2 pi L G / ln(b/a) = 415 N/mm for G = 1 MPa.
     assert kinds(sweeps([20.0], 100.0, quantity="stiffness", mode="axial")) == []
-    assert kinds(sweeps([20.0], 1e-3, quantity="stiffness", mode="axial")) == ["unit"]
+    for factor in (1e-3, 1e3):
+        table = sweeps([20.0], 100.0 * factor, quantity="stiffness", mode="axial")
+        assert kinds(table) == ["unit"]
 
 
 def test_a_row_of_another_sweep_is_found_with_that_sweep():
@@ -111,6 +146,19 @@ def test_the_rise_of_the_stiffness_tells_the_loss_angle_from_its_complement(glas
     assert fault.probability > 0.9
     assert 'loss_angle_is = "complement"' in fault.remedy
     assert kinds(replace(turned, accepted_faults=("loss_angle",))) == []
+
+
+def test_loss_angles_in_radians_that_are_read_as_degrees_are_a_warning():
+    """Rubber that stiffens by a fifth has a loss angle of degrees, not of hundredths of one."""
+    table = relaxing(0.6)
+    size, angle = table.stiffness, np.radians(table.loss_angle)
+    wrong = replace(table, storage=size * np.cos(angle), loss=size * np.sin(angle))
+    (fault,) = table_faults(PLAIN, [wrong])
+    assert (fault.kind, fault.fatal, fault.is_doubtful) == ("loss_angle", False, True)
+    assert "in radians" in fault.where
+    # Natural rubber without fillers.
+    low = replace(table, loss=np.full(len(table), np.radians(0.7)) * table.storage)
+    assert kinds(low) == []
 
 
 def softened(order, share):

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.errors import Problem, RecordingError
+from bushcli.errors import Problem, RecordingError, count_of
 from bushcli.recording.source import FaultKind
 
 Array = NDArray[np.float64]
@@ -165,7 +165,7 @@ def refuse_rows(
     """Refuse the first of the rows (n,) that are bad, and say how many more are, if that is wanted."""
     if bad.any():
         row, count = int(np.argmax(bad)), int(np.count_nonzero(bad)) - 1
-        rest = f", and likewise in {count} more row{'s' if count > 1 else ''}" if more and count else ""
+        rest = f", and likewise in {count_of(count, 'more row')}" if more and count else ""
         text = what if isinstance(what, str) else what(row)
         raise RecordingError(Problem(places[row], text + rest, "", remedy))
 

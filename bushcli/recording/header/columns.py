@@ -59,6 +59,8 @@ _OTHER_MODES = (
 _TIMES = re.compile(
     r"time|zeit|elapsed|seconds|врем|temps|tempo|tiempo|时间|時間|^\W*t(?![^\W_])", re.IGNORECASE
 )
+# A table with such a column is one of dynamic stiffness.
+_FREQUENCY = re.compile(r"freq|frek|频率|頻率|частот", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -201,6 +203,8 @@ def _missing_column_error(table: Table, wanted: WantedColumn, doubtful: list[Nam
             for specimen, kind, modes in _OTHER_MODES
             if specimen != here and any(match_quality(name, kind) >= 3 for name in table.names if name)
         ]
+    if any(_FREQUENCY.search(name) for name in table.names):
+        remedies.insert(0, 'of a table of dynamic stiffness give kind = "dynamic" in the case file')
     other = remedies[0] if remedies else ""
     if not other:
         for column in doubtful[:1]:

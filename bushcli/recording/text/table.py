@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.errors import Problem, RecordingError, printable
+from bushcli.errors import Problem, RecordingError, count_of, printable
 from bushcli.recording.text.clock_times import UTC, ClockTimes, Instant, clock_times, is_short, times_of
 from bushcli.recording.text.fields import is_number, says_missing, sentinel
 from bushcli.recording.text.rows import AlikeRows, SplitRows
@@ -305,7 +305,7 @@ class TextTable(Table):
         sign = "comma" if self.decimal == "," else "point"
         plain = f"numbers with a decimal {sign}, without thousands separators"
         others = int(np.count_nonzero(~(np.abs(values) <= LARGEST))) - 1
-        more = f", and likewise in {others} more row{'s' if others > 1 else ''}" if others > 0 else ""
+        more = f", and likewise in {count_of(others, 'more row')}" if others > 0 else ""
         for i, value in enumerate(values):
             written = self.text(i, column)
             shown, number = written[:SHOWN], is_number(written, self.decimal)

@@ -20,7 +20,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.errors import RecordingError
+from bushcli.errors import RecordingError, count_of
 from bushcli.recording.header.columns import Column, chosen_index, column
 from bushcli.recording.header.match import (
     WantedColumn,
@@ -366,7 +366,7 @@ def interpolate_at_stamps(
     text += f"{len(forced.time)} time stamps of {words[1]}, in {forced.raster}"
     if not rows.all():
         where = "before its beginning or after its end"
-        where += f", or in its {gaps} gap{'s' if gaps > 1 else ''}" if gaps else ""
+        where += f", or in its {count_of(gaps, 'gap')}" if gaps else ""
         text += f"; {np.count_nonzero(~rows)} of them, {where}, are left out"
     remarks.append(text)
     return ArrayTable(

@@ -50,8 +50,8 @@ def pane(plot: Plot) -> tuple[float, float, float, float]:
     numbers = () if plot.y_names or plot.y is None else ticks(*plot.y, 4, plot.log == "y")
     texts = [*map(tick, numbers), *(line for _, name in plot.y_names for line in name.split("\n"))]
     longest = max(map(len, texts), default=0)
-    # An axis without label has its numbers, too, unless it has names.
-    least = 62.0 if plot.labels[1] or not plot.y_names else 12.0
+    # An axis without label has its numbers, too, unless it has names. The first number of the other axis has room.
+    least = 62.0 if plot.labels[1] or not plot.y_names else 26.0
     left = min(max(least, 7.2 * longest + 16), 0.45 * plot.width)
     left += 16 if plot.labels[1] else 0
     lines = max((name.count("\n") for _, name in plot.x_names), default=0)

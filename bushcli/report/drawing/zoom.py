@@ -46,10 +46,11 @@ def script() -> Markup:
     return Markup(f"\n{text}")
 
 
-def figure(picture: Picture) -> Markup:
+def figure(picture: Picture, heading: str = "") -> Markup:
     """Return a picture as it stands on a page: zoomable where it was drawn from plots, otherwise as an image.
 
-    Lines are embedded as SVG, which stays sharp, shaded bodies as PNG, which is smaller.
+    Lines are embedded as SVG, which stays sharp, shaded bodies as PNG, which is smaller. A title that is the heading
+    of its section is left out.
     """
     panels, image, rows = picture.panels, "", []
     scale: tuple[str, ...] = ()
@@ -62,7 +63,7 @@ def figure(picture: Picture) -> Markup:
         if colour_scale := panels.rows[0][0].scale:
             scale = (*(tick(float(f"{sign * colour_scale[0]:.3g}")) for sign in (-1, 1)), colour_scale[1])
     template = templates().get_template("figure.html")
-    return Markup(template.render(picture=picture, image=image, scale=scale, rows=rows))
+    return Markup(template.render(picture=picture, heading=heading, image=image, scale=scale, rows=rows))
 
 
 def svg(plot: Plot, prefix: str = "") -> Markup:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from bushcli.errors import count_of
 from bushcli.report.document import Panels, Plot, Region, Series
 from bushcli.report.plots.direct import around, capital, colour, rest_lines
 from bushcli.report.quantity import quantities
@@ -36,7 +37,7 @@ def batch_panels(batch: Batch) -> list[Panels]:
         outlines = [around(q[leg], curve.lower[leg], curve.upper[leg]) for leg in legs]
         band = Region("range", "tolerance band", outlines)
         plot = Plot("curves", units.labels, series, [band], rest_lines(units), height=400.0)
-        title = f"{capital(curve.mode)}: {curve.parts} parts, their mean and the band of their tolerance"
+        title = f"{capital(curve.mode)}: {count_of(curve.parts, 'part')}, their mean and the band of their tolerance"
         panels.append(Panels(f"{curve.mode}-batch", "curve", title, [[plot]], curve.mode))
     return panels
 

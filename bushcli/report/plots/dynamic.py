@@ -71,7 +71,8 @@ def table_panels(compared: ComparedTable, file: str) -> Panels:
     x = table.frequency if table.over_frequency else table.amplitude
     measured = table.stiffness, np.degrees(table.loss_angle)
     models = [] if compared.started is None else [("before", "before", compared.started)]
-    models.append(("after", f"{how} (held out)" if compared.held_out else how, compared.simulated))
+    # Each simulated curve has the colour of its rows.
+    models.append(("", f"{how} (held out)" if compared.held_out else how, compared.simulated))
     series: list[list[Series]] = [[], [], []]
     regions: list[list[Region]] = [[], []]
     curves = table.conditions()
@@ -91,8 +92,8 @@ def table_panels(compared: ComparedTable, file: str) -> Panels:
             polar = _polar(simulated[rows])
             for k in range(2):
                 named = label if i == len(curves) - 1 and k == 0 else ""
-                series[k].append(Series(role, named, x[rows], polar[k]))
-            series[2].append(Series(role, "", *polar))
+                series[k].append(Series(role or key, named, x[rows], polar[k]))
+            series[2].append(Series(role or key, "", *polar))
         if compared.spread is not None:
             halves = compared.spread[0, rows], np.degrees(compared.spread[1, rows])
             for band, end, half in zip(regions, _polar(compared.simulated[rows]), halves, strict=True):
@@ -103,12 +104,11 @@ def table_panels(compared: ComparedTable, file: str) -> Panels:
     above = Plot("stiffness", ("", f"|K*| [{unit}]"), series[0], regions[0], log=log)
     below = Plot("angle", (axis, "loss angle [deg]"), series[1], regions[1], log=log)
     wicket = Plot("wicket", (f"|K*| [{unit}]", "loss angle [deg]"), series[2], height=300.0)
+    pale = "" if compared.spread is None else "; pale: 95 % interval of the simulated curve"
+    note = f"Bars: one standard error of the measured row{pale}. {_WICKET}"
     misfit = f"{percent(compared.stiffness_percent)} and {number(compared.loss_angle_deg)} degrees rms"
     title = f"{capital(table.name)}: {how} within {misfit}"
-    return Panels(f"{file}-table", "table", title, [[above], [below], [wicket]], table.name, note=_NOTE)
+    return Panels(f"{file}-table", "table", title, [[above], [below], [wicket]], table.name, note=note)
 
 
-_NOTE = (
-    "Bars: one standard error of the measured row; pale: 95 % interval of the simulated curve. In the lowest plot, the "
-    "wicket plot, a row that belongs to no curve stands apart."
-)
+_WICKET = "In the lowest plot, the wicket plot, a row that belongs to no curve stands apart."

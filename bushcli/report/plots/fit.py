@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from bushcli.errors import count_of
 from bushcli.inverse import Estimate, Fit, FittedCurve, Profile
 from bushcli.inverse.file_units import parameter_unit
 from bushcli.inverse.profile import RISE_95
@@ -283,7 +284,7 @@ def convergence_panels(fit: Fit) -> Panels:
     line = [Stripe("zero", y=(1.0, 1.0))]
     below = Plot("parameters", labels, ratios, x=span, y=limits, bands=line, heading=heading)
     end = "converged" if fit.converged else "not converged"
-    title = f"{fit.material.law}, {fit.method}: {end} after {fit.sweeps} evaluations, {fit.seconds:.0f} s"
+    title = f"{fit.material.law}, {fit.method}: {end} after {count_of(fit.sweeps, 'evaluation')}, {fit.seconds:.0f} s"
     return Panels("convergence", "convergence", title, [[above], [below]])
 
 

@@ -12,7 +12,7 @@ from bushcli.mismatch.maps import LocalMap, MissingProfile
 from bushcli.report.document import Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.cycles import in_rows
 from bushcli.report.plots.diagnosis import BEST, differs_from_plain, force_range
-from bushcli.report.plots.direct import Array, around, bar
+from bushcli.report.plots.direct import Array, around, bar, capital
 from bushcli.report.quantity import Quantities, quantities
 
 # Least end of the colour scale, in percent of the force range; a smaller one would show noise in full colours.
@@ -60,7 +60,7 @@ def record_panels(diagnosis: Diagnosis, channel: DiagnosedChannel, file: str) ->
             scale=(end, "simulated force too small (-) or too large (+) [% of range]"),
         )
 
-    title = f"{channel.name}: where in the record the simulation misses"
+    title = f"{capital(channel.name)}: where in the record the simulation misses"
     plots = [[plot(what, kind, bins) for kind in kinds] for what, bins in rows]
     note = "dots: more than noise, all bins tested together"
     return Panels(f"{file}-record-map", "record_map", title, plots, channel.name, note)
@@ -95,7 +95,7 @@ def missing_panels(channel: DiagnosedChannel, profiles: Sequence[MissingProfile]
     kinds = ("displacement", "time", "cycle", "rate")
     groups = [[profile for profile in profiles if profile.along == along] for along in kinds]
     plots = [profile_plot(group, quantities(channel.mode)) for group in groups if group]
-    title = f"{channel.name}: what the most probable model leaves"
+    title = f"{capital(channel.name)}: what the most probable model leaves"
     note = "recorded - simulated; bands and bars: two standard deviations to either side"
     return Panels(f"{file}-missing", "missing", title, in_rows(plots, 2), channel.name, note)
 

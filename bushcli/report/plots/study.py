@@ -8,9 +8,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from bushcli.errors import count_of
 from bushcli.report.document import Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.cycles import in_rows
-from bushcli.report.plots.direct import around, bar, box
+from bushcli.report.plots.direct import around, bar, box, capital
 from bushcli.report.quantity import number, quantities
 from bushcli.report.views.study import share_percent
 from bushcli.study.analysis import Summary
@@ -100,7 +101,7 @@ def band_panels(study: Study, band: Band) -> Panels:
         Region("shaded", "all designs", [around(q[leg], least[leg], most[leg]) for leg in legs]),
         Region("range", "5 to 95 %", [around(q[leg], low[leg], high[leg]) for leg in legs]),
     ]
-    title = f"{band.channel}: curves of {band.count} designs"
+    title = f"{capital(band.channel)}: curves of {count_of(band.count, 'design')}"
     file = "".join(c if c.isalnum() or c in "-_" else "_" for c in band.channel)[:50]
     series = [Series("after", "median", q, middle)]
     plot = Plot("band", units.labels, series, regions, height=400.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from bushcli.errors import count_of
 from bushcli.inverse import Estimate
 from bushcli.inverse.file_units import in_file_units, parameter_unit
 from bushcli.report.conditions import conditions
@@ -49,6 +50,7 @@ def batch_document(batch: Batch) -> Document:
     ]
     fit = in_file_units(batch.fit)
     law = [(name, parameter_unit(fit, name), estimate) for name, estimate in fit.parameters.items()]
+    law_title = f"Law of all parts: {fit.material.law}"
     return Document(
         batch_headline(batch),
         lines,
@@ -56,10 +58,11 @@ def batch_document(batch: Batch) -> Document:
         [
             Section("Curves", [figures("curve")], on="page"),
             Section("Parts", [table_of("Parts", batch.parts, _PARTS, left=2), note(_HOW)]),
-            Section("Scatter", [table_of("Scatter of the stiffness", batch.curves, _SCATTER), note(_BAND)]),
             Section(
-                "Law of all parts", [table_of(f"Law of all parts: {fit.material.law}", law, _LAW, left=2)]
+                "Scatter of the stiffness",
+                [table_of("Scatter of the stiffness", batch.curves, _SCATTER), note(_BAND)],
             ),
+            Section(law_title, [table_of(law_title, law, _LAW, left=2)]),
         ],
         batch.conditions,
         conditions(replace(batch.case, material=batch.fit.material)),
@@ -75,7 +78,7 @@ def batch_headline(batch: Batch) -> str:
     )
     names = [part.name for part in batch.outliers]
     outliers = f"outlier{'s' * (len(names) > 1)}: {join_names(names)}" if names else "no outliers"
-    return f"{len(batch.parts)} parts: {scatter}; {outliers}"
+    return f"{count_of(len(batch.parts), 'part')}: {scatter}; {outliers}"
 
 
 def stiffness(part: BatchPart) -> float:
@@ -91,7 +94,7 @@ _PARTS: Columns[BatchPart] = (
     ("part", lambda part: part.name),
     ("mode", lambda part: part.mode),
     ("factor", lambda part: with_std(part.factor, part.std)),
-    ("deviation", lambda part: "-" if math.isnan(part.deviation) else f"{part.deviation:+.1f}"),
+    ("deviation [std]", lambda part: "-" if math.isnan(part.deviation) else f"{part.deviation:+z.1f}"),
     ("secant stiffness", lambda part: number(stiffness(part))),
     ("", lambda part: quantities(part.mode).stiffness_unit),
     ("misfit", lambda part: percent(part.rms_percent)),

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bushcli.case import DynamicTest, LoadCase
+from bushcli.errors import count_of
 from bushcli.recording import RecordedProgram, Recording
 from bushcli.recording.text.table import SHOWN
 from bushcli.report.conditions import conditions
@@ -102,7 +103,7 @@ def load_case_row(load: LoadCase, recorded: RecordedProgram | None) -> Row:
         program = f"{len(values)} points of {load.source.file.name}"
     else:
         segments = len(values) - 1
-        program = f"{segments} segment{'s' * (segments != 1)}, up to {load.steps} steps each"
+        program = f"{count_of(segments, 'segment')}, up to {load.steps} steps each"
         if load.rate is not None:
             program += f", {number(per * load.rate)} {unit or units.displacement}/s"
     return load.label, load.mode, program, number(low), number(high), unit or units.displacement
@@ -160,7 +161,7 @@ def observed_line(test: Observed) -> str:
     """Return cycles, rates, holds and pauses of a test in words."""
     units = quantities(test.mode)
     cycles = len(test.compared)
-    words = [f"{cycles} cycle{'s' if cycles != 1 else ''}"]
+    words = [count_of(cycles, "cycle")]
     if test.conditioning:
         words[0] += f" after {test.conditioning} for conditioning"
     if not test.timed:

@@ -30,9 +30,9 @@ def compare_document(comparison: Comparison) -> Document:
     doubts = Table("Problems", ("result", "of", "problems"), problems, left=3)
     sections = [
         Section("Curves", [curves, figures("curve")]),
-        Section("Keys of the cases", [_table("Keys that differ", comparison, comparison.keys)]),
-        Section("Numbers", [_table("Numbers that differ", comparison, comparison.numbers)]),
-        Section("Problems of each result", [doubts]),
+        Section("Keys that differ", [_table("Keys that differ", comparison, comparison.keys)]),
+        Section("Numbers that differ", [_table("Numbers that differ", comparison, comparison.numbers)]),
+        Section("Problems", [doubts]),
     ]
     return Document(compare_headline(comparison), [], "plain", sections)
 
@@ -69,7 +69,9 @@ def _value_text(value: Any) -> str:
         return "-"
     if isinstance(value, bool):
         return "yes" if value else "no"
-    if isinstance(value, int | float):
-        return number(float(value), 5)
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, float):
+        return number(value, 5)
     text = ", ".join(map(_value_text, value)) if isinstance(value, tuple) else str(value)
     return text if len(text) <= 40 else f"{text[:37]}..."

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.errors import count_of
 from bushcli.report.conditions import conditions
 from bushcli.report.document import Columns, Document, Row, Section, Table, figures, paragraphs, table_of
 from bushcli.report.quantity import (
@@ -44,7 +45,7 @@ def direct_document(result: DirectResult) -> Document:
     response, verdict, shape = result.response, result.verdict, result.response.case.geometry
     compared, headline = result.tables or (), verdict.headline
     if compared and not response.channels:
-        headline = f"{len(compared)} table{'s' * (len(compared) > 1)} of dynamic stiffness compared"
+        headline = f"{count_of(len(compared), 'table')} of dynamic stiffness compared"
     checked = [channel for channel in response.channels if channel.mesh_error is not None]
     errors = ", ".join(f"{channel.name} {percent(channel.mesh_error)}" for channel in checked)
     error = f"estimated error of the mesh, of the force range: {errors}" if errors else ""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.errors import count_of
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.report.conditions import conditions
 from bushcli.report.document import Columns, Document, Section, Table, figures, paragraphs, table_of
@@ -32,7 +33,7 @@ def dynamic_document(result: DynamicResult) -> Document:
     response = result.response
     count = len({(curve.name, curve.preload) for curve in response.curves})
     tables = [frequency_table(curve) for curve in response.curves]
-    headline = f"Dynamic stiffness about {count} preload{'' if count == 1 else 's'}"
+    headline = f"Dynamic stiffness about {count_of(count, 'preload')}"
     lines = [] if response.complete else ["Not every preload has a result: see the problems."]
     return Document(
         headline,
@@ -158,7 +159,7 @@ def misfit_lines(compared: Sequence[ComparedTable]) -> list[str]:
     """Return a sentence with the misfit of each table."""
     return [
         f"{comparison.table.name}: dynamic stiffness within {percent(comparison.stiffness_percent)} and "
-        f"{number(comparison.loss_angle_deg)} degrees of its table (rms)"
+        f"{number(comparison.loss_angle_deg)} degrees of its table (rms)."
         for comparison in compared
     ]
 
@@ -210,25 +211,25 @@ _MEASURED: Columns[DynamicTable] = (
     ("channel", lambda part: part.name),
     ("quantity", lambda part: f"{part.quantity.replace('stiffness', 'K')}* [{table_units(part)[2]}]"),
     ("rows", lambda part: str(len(part))),
-    ("frequency", lambda part: _span(part.frequency, "Hz")),
+    ("frequency [Hz]", lambda part: _span(part.frequency, "")),
     ("amplitude", lambda part: _motion(part, part.amplitude)),
     ("preload", _preload),
     ("temperature", lambda part: _span(part.temperature, "°C")),
     ("magnitude", lambda part: _span(part.stiffness, "")),
-    ("loss angle", lambda part: _span(np.degrees(part.loss_angle), "°")),
+    ("loss angle [deg]", lambda part: _span(np.degrees(part.loss_angle), "")),
 )
 # Of the same, and their simulated stiffness.
 _COMPARED: Columns[tuple[DynamicTable, NDArray[np.complex128]]] = (
     ("channel", lambda row: row[0].name),
-    ("frequency", lambda row: _span(row[0].frequency, "Hz")),
+    ("frequency [Hz]", lambda row: _span(row[0].frequency, "")),
     ("amplitude", lambda row: _motion(row[0], row[0].amplitude)),
     ("preload", lambda row: _preload(row[0])),
     ("|K*|", lambda row: _span(row[0].stiffness, "")),
     ("simulated", lambda row: _span(np.abs(row[1]), "")),
     ("misfit", lambda row: percent(100.0 * _rms(np.abs(row[1]) / row[0].stiffness - 1.0))),
-    ("loss angle", lambda row: _span(np.degrees(row[0].loss_angle), "°")),
-    ("simulated", lambda row: _span(np.degrees(np.angle(row[1])), "°")),
-    ("misfit", lambda row: f"{number(np.degrees(_rms(np.angle(row[1]) - row[0].loss_angle)))} °"),
+    ("loss angle [deg]", lambda row: _span(np.degrees(row[0].loss_angle), "")),
+    ("simulated", lambda row: _span(np.degrees(np.angle(row[1])), "")),
+    ("misfit", lambda row: number(np.degrees(_rms(np.angle(row[1]) - row[0].loss_angle)))),
 )
 
 

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bushcli.errors import count_of
 from bushcli.report.conditions import conditions
 from bushcli.report.document import Document, Paragraph, Row, Section, Table, figures, note, paragraphs
-from bushcli.report.quantity import channel_label, interval, number, percent, quantities, with_std
+from bushcli.report.quantity import channel_label, interval, join_names, number, percent, quantities, with_std
 from bushcli.report.results import FitResult
+from bushcli.report.verdict import doubt_lines, faulty_data
 from cases.mode import modes
 
 if TYPE_CHECKING:
@@ -26,16 +28,20 @@ _NOTE = (
 
 def fit_document(result: FitResult) -> Document:
     """Return the document of an identified law, and of what the tables of dynamic moduli say."""
-    fit, lines, material = result.fit, [], None
+    fit, material = result.fit, None
+    lines: list[str] = []
     if fit is None:
         names = {table_fit.table.name for table_fit in result.spectra}
-        headline = f"Relaxation spectra of {len(names)} table{'s' * (len(names) != 1)} of dynamic moduli"
+        headline = f"Relaxation spectra of {count_of(len(names), 'table')} of dynamic moduli"
     else:
         worst = max(curve.rms_percent for curve in fit.curves if not curve.held_out)
         # Rounded up, because no curve is worse.
         accuracy = f"{math.ceil(10 * worst - 1e-6) / 10:.1f} % rms or better"
         headline, material = f"{fit.material.law} fits {curves_of(fit)} to {accuracy}", fit.material
-        lines = [] if fit.converged else ["The fit did not converge."]
+        lines = [*doubt_lines(fit.faults), *([] if fit.converged else ["The fit did not converge."])]
+        if any(fault.fatal for fault in fit.faults):
+            lines = [f"{headline}: its values do not describe the rubber.", *lines]
+            headline = faulty_data(fit.faults)
     return Document(
         headline,
         lines,
@@ -50,8 +56,9 @@ def fit_document(result: FitResult) -> Document:
 def fit_section(fit: Fit) -> Section:
     """Return the section on a law fitted to coupon tests."""
     solved = (
-        f"{'converged' if fit.converged else 'not converged'} after {fit.iterations} iterations, "
-        f"{fit.sweeps} evaluations, {fit.forward_solves} simulations of one test, {fit.seconds:.1f} s"
+        f"{'converged' if fit.converged else 'not converged'} after {count_of(fit.iterations, 'iteration')}, "
+        f"{count_of(fit.sweeps, 'evaluation')}, {count_of(fit.forward_solves, 'simulation')} of one test, "
+        f"{fit.seconds:.1f} s"
     )
     blocks = [
         parameter_table(fit),
@@ -132,9 +139,12 @@ def fit_lines(fit: Fit) -> list[str]:
 
 
 def curves_of(fit: Fit) -> str:
-    """Return the data to which a law was fitted, in words: "3 coupon tests"."""
-    count = sum(not curve.held_out for curve in fit.curves)
-    return f"{count} {'coupon test' if _all_coupons(fit) else 'recording'}{'s' if count != 1 else ''}"
+    """Return the data to which a law was fitted, in words: "3 coupon tests", "1 recording and 2 tables"."""
+    curves = sum(not curve.held_out for curve in fit.curves)
+    tables = sum(not table.held_out for table in fit.tables)
+    counts = ((curves, "coupon test" if _all_coupons(fit) else "recording"), (tables, "table"))
+    words = [count_of(count, word) for count, word in counts if count]
+    return join_names(words) or "no recording"
 
 
 def bulk_modulus_std(fit: Fit) -> float | None:

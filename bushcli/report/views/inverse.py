@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bushcli.curve.misfit import NOISE_FLOOR
+from bushcli.errors import count_of
 from bushcli.inverse import Estimate, Fit, FittedCurve
 from bushcli.inverse.certainty import UNDETERMINED
 from bushcli.inverse.file_units import parameter_unit
@@ -29,7 +30,7 @@ from bushcli.report.document import (
 from bushcli.report.quantity import channel_label, interval, join_names, number, percent, with_std
 from bushcli.report.ranking import CLEAR, information_criterion
 from bushcli.report.results import InverseResult
-from bushcli.report.verdict import Verdict, faulty_data
+from bushcli.report.verdict import Verdict, doubt_lines, faulty_data
 from bushcli.report.views.cycles import history_section
 from bushcli.report.views.dynamic import compared_section, misfit_lines
 from bushcli.report.views.fit import curves_of
@@ -118,9 +119,11 @@ def answer(fit: Fit) -> Verdict:
     else:
         met, tone = f"{subject} reproduced closely, not to within {noise} ({details})", "plain"
     met, tone = _with_tables(fit, met, tone)
+    doubts = doubt_lines(fit.faults)
+    tone = "plain" if doubts and tone == "good" else tone
     if len(fit.parameters) > _IN_HEADLINE:
-        return Verdict(met, (f"{values}.", *_lines(fit)), tone)
-    return Verdict(f"{met}: {values}", tuple(_lines(fit)), tone)
+        return Verdict(met, (*doubts, f"{values}.", *_lines(fit)), tone)
+    return Verdict(f"{met}: {values}", (*doubts, *_lines(fit)), tone)
 
 
 def _with_tables(fit: Fit, met: str, tone: Tone) -> tuple[str, Tone]:
@@ -219,9 +222,12 @@ def search_lines(fit: Fit) -> list[str]:
     """Return a line on how the result was found."""
     failed = f" ({fit.failed_solves} failed)" if fit.failed_solves else ""
     starts = f", {len(fit.end_points)} starts" if len(fit.end_points) > 1 else ""
+    after = (
+        f"{'converged' if fit.converged else 'not converged'} after {count_of(fit.iterations, 'iteration')}"
+    )
     return [
-        f"{fit.method}: {'converged' if fit.converged else 'not converged'} after {fit.iterations} iterations{starts}, "
-        f"{fit.sweeps} evaluations{failed}, {fit.forward_solves} simulations of one channel, {fit.seconds:.1f} s"
+        f"{fit.method}: {after}{starts}, {count_of(fit.sweeps, 'evaluation')}{failed}, "
+        f"{count_of(fit.forward_solves, 'simulation')} of one channel, {fit.seconds:.1f} s"
         + (f" ({fit.message.rstrip('.').replace('`', '')})" if fit.message and not fit.converged else "")
     ]
 
@@ -275,8 +281,9 @@ def correlation_table(fit: Fit) -> Table:
     rows: list[Row] = []
     for i, name in enumerate(names):
         below = (f"{fit.correlation[i, j]:+.2f}" for j in range(i))
-        rows.append((name, *below, "1", *("",) * (len(names) - i - 1)))
-    return Table("Correlation", ("", *names), tuple(rows) if len(names) > 1 else (), on="terminal")
+        rows.append((f"{i + 1}", name, *below, "1", *("",) * (len(names) - i - 1)))
+    heads = ("", "", *(str(i + 1) for i in range(len(names))))
+    return Table("Correlation", heads, tuple(rows) if len(names) > 1 else (), left=2, on="terminal")
 
 
 def leverage_table(fit: Fit) -> Table:

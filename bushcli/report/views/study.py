@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from bushcli.errors import count_of
 from bushcli.report.conditions import conditions
 from bushcli.report.document import Columns, Document, Row, Section, Table, Tone, figures, note, table_of
 from bushcli.report.quantity import number
@@ -72,7 +73,7 @@ def study_document(result: StudyResult) -> Document:
 def headline(study: Study) -> str:
     """Return the result in one sentence: the yield where there are limits, else the number of designs."""
     total = len(study.plan.rows)
-    designs = f"{total} design{'s' if total != 1 else ''} ({NAMES[study.plan.sampling]})"
+    designs = f"{count_of(total, 'design')} ({NAMES[study.plan.sampling]})"
     shares = {
         name: summary.limits.share for name, summary in study.summaries.items() if summary.limits is not None
     }
@@ -80,7 +81,7 @@ def headline(study: Study) -> str:
         worst = min(shares, key=lambda name: shares[name])
         summary = study.summaries[worst]
         whole = f" with a result, of {total}" if summary.count < total else ""
-        sample = f"{summary.count} designs{whole} ({NAMES[study.plan.sampling]})"
+        sample = f"{count_of(summary.count, 'design')}{whole} ({NAMES[study.plan.sampling]})"
         return f"{share_percent(shares[worst])} of {sample} are within the limits of {worst}"
     if study.failed:
         return f"{total - study.failed} of {designs} have a result"

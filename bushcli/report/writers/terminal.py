@@ -42,7 +42,8 @@ class DrawnTable:
         )
         for i, head in enumerate(self.table.heads):
             justify: Literal["left", "right"] = "left" if i < self.table.left else "right"
-            table.add_column(Text(head), justify=justify)
+            # A name or a number that is cut short would say something else.
+            table.add_column(Text(head), justify=justify, overflow="fold")
         for row in self.table.rows:
             # As Text, because a name in square brackets must not act as mark-up.
             table.add_row(*(Text(cell) for cell in row))

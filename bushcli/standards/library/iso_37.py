@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from bushcli.errors import count_of
 from bushcli.recording.source import Source
 from bushcli.standards.observation import Observed
 from bushcli.standards.standard import Clause, Standard, speed_clause
@@ -21,7 +22,7 @@ SPEEDS = ((500.0, 50.0), (200.0, 20.0))
 def judge(observed: Observed, source: Source) -> Iterator[Clause]:
     """Yield the clauses, each with what the recording has."""
     count = len(observed.amplitudes)
-    yield Clause("one pull, without conditioning", f"{count} cycle{'s' if count != 1 else ''}", count == 1)
+    yield Clause("one pull, without conditioning", count_of(count, "cycle"), count == 1)
     yield speed_clause(observed, source, SPEEDS, practice=True)
     start = "at rest" if observed.from_rest else "away from rest"
     yield Clause("the pull begins unloaded", start, observed.from_rest, practice=True)

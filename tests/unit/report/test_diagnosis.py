@@ -16,6 +16,7 @@ from bushcli.diagnosis.values import derived_values
 from bushcli.diagnosis.words import sentences
 from bushcli.effects.effect import effect
 from bushcli.effects.titles import phrase, title
+from bushcli.faults import DataFault
 from bushcli.report.document import Paragraph, on
 from bushcli.report.drawing.results import diagnosis_pictures, pictures_of
 from bushcli.report.plots.certainty import prior_panels, probability_panels
@@ -711,3 +712,14 @@ def test_the_headline_says_that_what_was_held_out_is_missed(case, diagnoses):
     )
     assert "held out" not in headline(replace(found, conditions=()))
     assert headline(missed).endswith("; but it does not predict what was held out")
+
+
+def test_a_law_that_explains_doubtful_data_is_no_good_news(case, diagnoses):
+    """Rubber a thousand times too soft is described by a law a thousand times too soft."""
+    found = diagnoses.diagnosis(case(), "explained")
+    doubt = DataFault(found.channels[0].name, "unit", "soft", "units", False, probability=0.97)
+    document = report.as_document(replace(found, faults=(doubt,)))
+    assert report.as_document(found).tone == "good"
+    assert document.tone == "plain"
+    assert document.lines[0].startswith("Doubtful data: wrong unit in the ")
+    assert "(97 %)" in document.lines[0]

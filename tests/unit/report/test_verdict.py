@@ -1,13 +1,15 @@
 """The verdict on curves of known stiffness."""
 
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pytest
 
 from bushcli.curve.curve import Curve
 from bushcli.faults import DataFault
-from bushcli.report.verdict import judge, single_factor, stiffer
+from bushcli.recording.source import FaultKind
+from bushcli.report.verdict import fault_kind, judge, single_factor, stiffer
 
 
 def test_too_stiff_says_how_much_and_what_factor_would_help(answer, channel):
@@ -116,3 +118,19 @@ def test_a_faulty_recording_makes_no_bushing_too_soft(answer, channel):
 
 def test_a_ratio_that_is_no_number_has_words():
     assert stiffer(float("nan"), 10.0) == "no stiffness to compare"
+
+
+def test_each_kind_of_fault_has_words():
+    words = {kind: fault_kind(DataFault("axial", kind, "", "", False)) for kind in get_args(FaultKind)}
+    assert not [kind for kind, text in words.items() if text == kind]
+
+
+def test_a_probable_fault_stands_above_what_follows_from_the_recording(answer, channel):
+    """Nothing contradicts a rubber a thousand times as soft; the force may be in kN."""
+    doubt = DataFault("axial", "unit", "soft", "units", False, probability=0.98)
+    found = answer(channel("axial", 100.0, 0.1))
+    verdict = judge(replace(found.response, faults=(doubt,)), found.misfits)
+    assert verdict.lines[0].startswith("Doubtful data: wrong unit in the axial channel (98 %)")
+    assert "1000 times as stiff as measured" in verdict.lines[1]
+    assert "factor of 0.00100 on the stiffness" in verdict.lines[2]
+    assert "another rubber or unit?" in verdict.lines[2]

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from bushcli.diagnosis.result import SMALL, Diagnosis
 from bushcli.effects.titles import phrase, title
+from bushcli.errors import count_of
 from bushcli.report.conditions import conditions
 from bushcli.report.document import (
     Block,
@@ -22,7 +23,7 @@ from bushcli.report.document import (
     table_of,
 )
 from bushcli.report.quantity import channel_label, join_names, number, percent
-from bushcli.report.verdict import FAULTS, fault_kind, fault_lines
+from bushcli.report.verdict import FAULTS, doubt_lines, fault_kind, fault_lines
 from bushcli.report.views.diagnosis import words
 from bushcli.report.views.diagnosis.paragraph import short_paragraphs
 from bushcli.report.views.diagnosis.values import reciprocals_text, shown_quantity
@@ -113,10 +114,12 @@ def diagnosis_document(diagnosis: Diagnosis) -> Document:
     ]
     # Where the verdict is faulty data, its paragraph has the faults.
     faults = [] if is_faulty else fault_lines(diagnosis.faults)
+    doubts = [] if is_faulty else doubt_lines(diagnosis.faults)
+    tone = words.tone(diagnosis)
     return Document(
         words.headline(diagnosis),
-        short_paragraphs(diagnosis),
-        words.tone(diagnosis),
+        [*doubts, *short_paragraphs(diagnosis)],
+        "plain" if doubts and tone == "good" else tone,
         sections,
         # The faults of the data are in the warning.
         [condition for condition in diagnosis.conditions if condition.name not in FAULTS],
@@ -158,8 +161,8 @@ def record_section(diagnosis: Diagnosis) -> Section:
 
 def search_section(diagnosis: Diagnosis) -> Section:
     """Return how many models were fitted, and what these recordings cannot show."""
-    failed = f"{diagnosis.failed_solves} trial{'s' * (diagnosis.failed_solves != 1)} failed"
-    solved = f"{diagnosis.forward_solves} simulations of one channel, {failed}, {diagnosis.seconds:.0f} s"
+    failed = f"{count_of(diagnosis.failed_solves, 'trial')} failed"
+    solved = f"{count_of(diagnosis.forward_solves, 'simulation')} of one channel, {failed}, {diagnosis.seconds:.0f} s"
     blocks = [
         *paragraphs(words.as_sentences(words.searched_lines(diagnosis))),
         *paragraphs(words.as_sentences(untestable_lines(diagnosis)), "terminal"),
@@ -375,9 +378,9 @@ def fault_table(diagnosis: Diagnosis) -> Table:
             fault.where,
             "correct first"
             if fault.fatal
-            else f"{100 * fault.probability:.0f} % probable"
+            else f"{words.chance(fault.probability)} probable"
             if fault.is_doubtful
-            else f"{int(fault.samples.sum())} samples left out",
+            else f"{count_of(int(fault.samples.sum()), 'sample')} left out",
             fault.remedy,
         )
         for fault in sorted(diagnosis.faults, key=lambda fault: not fault.fatal)
