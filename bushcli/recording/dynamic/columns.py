@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from bushcli.recording.dynamic.names import (
     ACROSS,
     CONDITIONS,
-    KINDS_OF_MODES,
     ColumnName,
     Stated,
     condition_of,
@@ -25,6 +24,7 @@ from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.header.columns import chosen_index
 from bushcli.recording.header.units import read_unit
 from bushcli.recording.header.vocabulary import is_foreign
+from bushcli.recording.quantities import DYNAMIC
 from bushcli.recording.text.fields import is_number, to_float
 from bushcli.recording.text.table import Table, TextTable
 from cases.mode import Mode
@@ -212,7 +212,7 @@ def _unique(
     for quantity, count in Counter(names[i].quantity for i in columns).items():
         among = [i for i in columns if names[i].quantity == quantity]
         if count > 1:
-            kinds = suited_kinds(quantity, mode)
+            kinds = DYNAMIC[quantity].kinds_in(mode)
             suited = [i for i in among if (unit := names[i].unit) is None or unit.measured in kinds]
             words = {i: set(re.split(r"[\W_]+", table.names[i].lower())) - _OWN_WORDS for i in among}
             measured = [i for i in suited or among if not any(map(is_foreign, words[i]))]
@@ -227,17 +227,6 @@ def _unique(
     return unique
 
 
-def suited_kinds(quantity: str, mode: Mode) -> frozenset[str]:
-    """Return the kinds of units that a quantity of a mode has.
-
-    Parameters
-    ----------
-    quantity : str
-    mode : Mode
-    """
-    return KINDS_OF_MODES[quantity][0 if mode.specimen == "coupon" else 1 if mode.rotational else 2]
-
-
 def numbers(
     table: Table, index: int, column: ColumnName, quantity: str, source: DynamicSource, mode: Mode
 ) -> tuple[Array, str]:
@@ -246,7 +235,7 @@ def numbers(
     remark, key = "", quantity if quantity != "modulus" else "stiffness"
     given = source.units.get(key)
     unit = column.unit if given is None else read_unit(given)
-    kinds = suited_kinds(quantity, mode)
+    kinds = DYNAMIC[quantity].kinds_in(mode)
     proposed = next(_PROPOSED[kind] for kind in (quantity, *sorted(kinds, reverse=True)) if kind in _PROPOSED)
     remedy = f"units = {{{key} = {proposed[0]}}} or {proposed[1]} in the recording's table of the case file"
     if given is not None and unit is None:

@@ -21,7 +21,6 @@ from bushcli.recording.dynamic.columns import (
     groups,
     is_dynamic,
     numbers,
-    suited_kinds,
     with_conditions_above,
     with_names_above,
     with_values,
@@ -32,6 +31,7 @@ from bushcli.recording.dynamic.source import HIGHEST, DynamicSource
 from bushcli.recording.dynamic.stiffness import StiffnessColumns, complex_stiffness
 from bushcli.recording.dynamic.table import DynamicTable, Quantity, TablePart, refuse_rows
 from bushcli.recording.find_table import quoted_names, tables_of_file
+from bushcli.recording.quantities import DYNAMIC
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import Table
@@ -222,7 +222,7 @@ def _stated_value(
     """Return a condition of all rows, as the case file or else the file states it, in internal units; or nan."""
     given = getattr(source, quantity)
     condition = stated.get(quantity) if given is None else None
-    if condition is not None and condition.unit.measured not in suited_kinds(quantity, mode):
+    if condition is not None and condition.unit.measured not in DYNAMIC[quantity].kinds_in(mode):
         unit = f"a unit of a {condition.unit.measured}, which mode {mode.name} has not"
         what = f"states a {quantity.replace('_', ' ')} in {unit}"
         raise table.refusal(what, f"{quantity} = ... in the recording's table of the case file")

@@ -17,7 +17,7 @@ from bushcli.recording.header.match import NamedColumn, WantedColumn
 from bushcli.recording.header.name import Heading, heading
 from bushcli.recording.header.numbers import number_of
 from bushcli.recording.header.units import Unit, certain_unit, find_unit, is_unit, tabulated_unit
-from bushcli.recording.header.vocabulary import WORDS
+from bushcli.recording.quantities import STATIC
 from bushcli.recording.source import Quantity, Source, dimension
 from bushcli.recording.text.table import LONGEST_LINE, SHOWN, Table
 
@@ -308,7 +308,7 @@ def _unknown_of(plain: str, wanted: WantedColumn) -> str:
 
 def _is_named(part: str) -> bool:
     """Whether a part of a list has the name of a quantity: "Force=N" in "units: Time=s, Force=N"."""
-    is_quantity = any(head.quality(kind) for head in _heads(part) for kind in WORDS)
+    is_quantity = any(head.quality(kind) for head in _heads(part) for kind in STATIC)
     return is_quantity and len(part) > 1 and not is_unit(part)
 
 

@@ -14,8 +14,6 @@ from bushcli.recording.header.above import refuse_factor
 from bushcli.recording.header.column_units import unit_of
 from bushcli.recording.header.match import (
     EITHER_TRUE,
-    KIND,
-    TRUE,
     NamedColumn,
     WantedColumn,
     are_identical,
@@ -33,6 +31,7 @@ from bushcli.recording.header.meaning import (
 from bushcli.recording.header.name import heading, match_quality, named_columns
 from bushcli.recording.header.units import tabulated_unit
 from bushcli.recording.header.vocabulary import EXTREME_WORDS
+from bushcli.recording.quantities import SPECIAL, STATIC
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.text.clock_times import Instant
 from bushcli.recording.text.table import Table
@@ -40,15 +39,6 @@ from cases.mode import Mode
 
 Array = NDArray[np.float64]
 
-_EXPECTED = {
-    "length": "displacement_mm", "angle": "rotation_deg", "force": "force_N", "moment": "moment_Nmm",
-    "strain": "stretch", "stress": "nominal_stress_MPa", "time": "time_s",
-}  # fmt: skip
-_SHEARED = {"strain": "shear_strain", "stress": "shear_stress_MPa"}
-#: What a coupon's file has in place of what is needed, and the key of the case file that converts it.
-_RAW = {
-    "strain": ("length", "gauge_length"), "stress": ("force", "area (or width and thickness, or diameter)"),
-}  # fmt: skip
 _COUPONS = "uniaxial, equibiaxial, planar or volumetric"
 #: Other specimens, the quantity by which they are known, and their modes.
 _OTHER_MODES = (
@@ -189,12 +179,11 @@ def _missing_column_error(table: Table, wanted: WantedColumn, doubtful: list[Nam
     if any(head.without(EXTREME_WORDS).quality(measured) for head in extreme):
         remedies = ["are its rows the extremes of cycles? The samples of whole cycles are needed"]
     elif mode.specimen == "coupon":
-        true = TRUE["stress" if measured == "stress" else "strain"]
-        raw, key = _RAW.get(measured, ("", ""))
+        true, raw = STATIC["stress" if measured == "stress" else "strain"].true, STATIC[measured].raw
         if any(head.without(true).quality(measured) and set(head.words) & true for head in heads):
             remedies = [f'if it is a true {measured}, give {measured} = "true"']
         elif raw and any(head.quality(raw) for head in heads):
-            remedies = [f"the file has a {KIND[raw]}: give {key} of the specimen in mm"]
+            remedies = [f"the file has a {STATIC[raw].title}: give {STATIC[raw].size}"]
     else:
         remedies = [
             f"is this a recording of mode {modes}?"
@@ -207,10 +196,8 @@ def _missing_column_error(table: Table, wanted: WantedColumn, doubtful: list[Nam
             unit_of(column)
     expected = f"or choose a column by name or number: columns = {{{wanted.quantity} = ...}} in the case file"
     listed = ", ".join(filter(None, table.names))
-    expected_name = (_SHEARED if wanted.mode.sheared else _EXPECTED).get(
-        wanted.measured, _EXPECTED[wanted.measured]
-    )
-    what = f"no column {expected_name}, which mode {wanted.mode.name} needs"
+    examples = ((SPECIAL.get(kind) or STATIC[kind]).example for kind in wanted.kinds)
+    what = f"no column {next(filter(None, examples))}, which mode {wanted.mode.name} needs"
     if listed:
         what += f"; there are {listed[:300]}"
     else:

@@ -10,25 +10,13 @@ import numpy as np
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.header.name import SYMBOLS, Heading, heading
 from bushcli.recording.header.units import Unit, find_unit, plain_unit, tabulated_unit
-from bushcli.recording.header.vocabulary import SPECIAL
+from bushcli.recording.quantities import SPECIAL, STATIC
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.text.table import Table
 from cases.mode import Mode, modes
 
-#: Names of quantities in messages.
-KIND = {
-    "time": "time", "length": "length", "angle": "rotation", "force": "force", "moment": "moment",
-    "strain": "stretch or strain", "stress": "stress", "shear": "shear strain",
-}  # fmt: skip
-#: Words of a true stress and of a true strain, by the quantity that is measured.
-TRUE = {
-    "stress": frozenset({"true", "wahre", "cauchy"}),
-    "strain": frozenset({"true", "wahre", "log", "logarithmic", "hencky", "logarithmische", "ln", "natural"}),
-}
-EITHER_TRUE = TRUE["stress"] | TRUE["strain"]
-#: Kinds of names of a coupon's columns in simple shear, and in a volumetric test, before those of any other test.
-_SHEARED = {"strain": ("shear",), "stress": ("shear stress",)}
-_VOLUMETRIC = {"strain": ("volume ratio", "volume strain"), "stress": ("pressure",)}
+#: Words of a true stress or a true strain.
+EITHER_TRUE = STATIC["stress"].true | STATIC["strain"].true
 #: Modes of a coupon whose strain and stress along the load extensometers call axial.
 _ALONG = ("uniaxial", "planar")
 #: Words for a change of length that are a strain where they are in percent.
@@ -50,11 +38,15 @@ class WantedColumn:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Kinds of names (`WORDS`, `SPECIAL`) that the column can have."""
-        sheared = _SHEARED.get(self.measured, ()) if self.mode.sheared else ()
-        volume = _VOLUMETRIC.get(self.measured, ()) if self.mode.needs_compressibility else ()
-        stretch = ("stretch",) if self.measured == "strain" and not sheared else ()
-        return (*sheared, *(volume if not sheared else ()), *stretch, self.measured)
+        """Quantities of `STATIC` and `SPECIAL` whose names the column can have."""
+        test = (
+            "simple_shear" if self.mode.sheared else "volumetric" if self.mode.needs_compressibility else ""
+        )
+        special = (
+            kind for kind, each in SPECIAL.items() if (each.test, each.measured) == (test, self.measured)
+        )
+        stretch = ("stretch",) if self.measured == "strain" and not self.mode.sheared else ()
+        return (*special, *stretch, self.measured)
 
     @staticmethod
     def of(source: Source, mode: Mode, quantity: Quantity) -> WantedColumn:
@@ -68,7 +60,7 @@ class WantedColumn:
         """
         measured = source.dimension(quantity, mode.specimen, mode.rotational)
         form = {"stress": source.specimen.stress, "strain": source.specimen.strain}.get(measured)
-        allowed = TRUE[measured] if form == "true" else frozenset[str]()
+        allowed = STATIC[measured].true if form == "true" else frozenset[str]()
         allowed |= {"shear", "simple"} if mode.sheared else set()
         allowed |= {"hydrostatic"} if mode.needs_compressibility else set()
         return WantedColumn(mode, quantity, measured, allowed, source.units.get(quantity), source.accept)

@@ -12,19 +12,14 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording.header.match import EITHER_TRUE, KIND, TRUE, NamedColumn
+from bushcli.recording.header.match import EITHER_TRUE, NamedColumn
 from bushcli.recording.header.numbers import largest
 from bushcli.recording.header.units import Unit
-from bushcli.recording.header.vocabulary import SPECIAL, WORDS
+from bushcli.recording.quantities import SPECIAL, STATIC
 from bushcli.recording.source import Source
 
 Array = NDArray[np.float64]
 
-#: Words of strains and stresses that belong to no load over an area and to no change of a length.
-_UNCONVERTED = {
-    "strain": frozenset({"green", "lagrange", "lagrangian", "almansi", "biot", "equivalent", "mises"}),
-    "stress": frozenset({"kirchhoff", "pk", "2nd", "second", "pk2", "mises", "equivalent", "deviatoric"}),
-}
 _NOMINAL = frozenset({"nominal", "engineering", "nom", "eng", "technical"})
 _VOLUME = frozenset({"volume", "volumetric", "vol", "volumetrisch", "volumetrische"})
 #: Days since 1900 from 1982 to 2119, largest interval of samples in days, and milliseconds since 1970 in 1973.
@@ -56,14 +51,14 @@ def meaning_of(column: NamedColumn, source: Source, chosen: bool) -> tuple[str, 
     elif form is None:
         # The first stress of Piola and Kirchhoff is the nominal one.
         is_first = any(text in column.head.name for text in ("1st", "first"))
-        if (words & _UNCONVERTED[key]) - ({"kirchhoff", "pk"} if is_first else set()):
+        if (words & STATIC[key].unconverted) - ({"kirchhoff", "pk"} if is_first else set()):
             what = f"{column.label} is not an engineering {key} by its name, and not a true one"
             raise column.table.refusal(
                 what, f"choose another column, or give {_possible_values(column, key)}"
             )
         # Shear stress and amount of shear are the same in the deformed and the undeformed body.
         same = wanted.given == "stretch" or mode.sheared
-        true = not same and not words.isdisjoint(TRUE[key])
+        true = not same and not words.isdisjoint(STATIC[key].true)
         measure = "true" if true else "engineering"
         if volumetric and not same:
             if key == "strain":
@@ -107,19 +102,19 @@ def _refuse_other(column: NamedColumn, key: str, chosen: bool) -> None:
         special = []
     # A unit of another quantity is refused where units are read; one of this quantity says what the column is.
     says = not chosen or wanted.quality(head) or column.written_units
-    plain = [] if says else [kind for kind in WORDS if head.quality(kind) >= 3]
+    plain = [] if says else [kind for kind in STATIC if head.quality(kind) >= 3]
     other = next((kind for kind in (*special, *plain) if kind != wanted.measured), "")
     if other:
-        size, coupon = {"length": "gauge_length", "force": "area"}, wanted.mode.specimen == "coupon"
-        what = f"{column.label} is a {KIND.get(other, other)} by its name, and the {KIND[wanted.measured]} is needed"
+        title = (STATIC.get(other) or SPECIAL[other]).title
+        what = f"{column.label} is a {title} by its name, and the {STATIC[wanted.measured].title} is needed"
         remedy = f'units = {{{wanted.quantity} = "..."}} if it is one'
         if other in SPECIAL:
-            mode = "simple_shear" if other.startswith("shear") else "volumetric"
-            remedy = f'mode = "{mode}" if the test is one, or {key} = "engineering" if the column is one'
-        elif coupon and other in size and wanted.measured in ("strain", "stress"):
-            remedy = f"give {size[other]} of the specimen in mm{'2' if other == 'force' else ''}, or {remedy}"
-        elif coupon and wanted.measured in size:
-            remedy = f"leave out {size[wanted.measured]}, or {remedy}"
+            test = SPECIAL[other].test
+            remedy = f'mode = "{test}" if the test is one, or {key} = "engineering" if the column is one'
+        elif STATIC[other].size and wanted.measured in ("strain", "stress"):
+            remedy = f"give {STATIC[other].size}, or {remedy}"
+        elif wanted.mode.specimen == "coupon" and STATIC[wanted.measured].size:
+            remedy = f"leave out {STATIC[wanted.measured].size.split()[0]}, or {remedy}"
         raise column.table.refusal(what, f"choose another column; {remedy}")
 
 

@@ -29,6 +29,7 @@ from bushcli.recording.header.units import (
 )
 from bushcli.recording.header.units_in_name import (
     FACTOR,
+    UnitReader,
     inner_units,
     numbers_or_doubts,
     prefix_of,
@@ -36,18 +37,13 @@ from bushcli.recording.header.units_in_name import (
     with_second_unit,
 )
 from bushcli.recording.header.vocabulary import (
-    COUNTED as COUNTED_WORDS,
-)
-from bushcli.recording.header.vocabulary import (
-    EXCLUDING,
+    COUNTED_WORDS,
     FILLING,
     FOREIGN_BEGINNINGS,
     HARMLESS,
     MEASURED_WORDS,
     POWER,
     REMARKS,
-    SPECIAL,
-    WORDS,
     is_code,
     is_foreign,
     kinds_of,
@@ -56,6 +52,7 @@ from bushcli.recording.header.vocabulary import (
     names_quantity,
     plain_name,
 )
+from bushcli.recording.quantities import SPECIAL, STATIC
 
 #: What stands behind the name of a volume ratio, in place of a unit.
 SYMBOLS = frozenset({"J", "j", "V0", "v0", "V_0", "γ", "τ"})
@@ -164,7 +161,7 @@ class Heading:
         excluded = (
             self.formula or any(map(is_foreign, self.words)) or self.name.startswith(FOREIGN_BEGINNINGS)
         )
-        return not (excluded or any(name_quality(self.name, kind) for kind in WORDS))
+        return not (excluded or any(name_quality(self.name, kind) for kind in STATIC))
 
     def without(self, words: Collection[str]) -> Heading:
         """Return it without some words, such as "true" where a case asks for the true stress."""
@@ -181,7 +178,7 @@ class Heading:
             name = _PLAIN.sub(" ", name)
             words = HARMLESS.sub(" ", name).split()
             excluded = self.formula or any(map(is_foreign, words))
-            excluded |= not EXCLUDING.get(kind, frozenset()).isdisjoint(words)
+            excluded |= not STATIC[kind].excluding.isdisjoint(words)
         return 0 if excluded else name_quality(" ".join(name.split()), kind)
 
 
@@ -198,7 +195,7 @@ def match_quality(text: str, kind: str) -> int:
 
 def named_columns(fields: Sequence[str]) -> int:
     """Return the number of fields in a line that contain a word for a quantity, so that they are names of columns."""
-    return sum(any(heading(field).quality(kind) for kind in WORDS) for field in fields)
+    return sum(any(heading(field).quality(kind) for kind in STATIC) for field in fields)
 
 
 def is_units_row(fields: Sequence[str]) -> bool:
@@ -215,8 +212,17 @@ def is_units_row(fields: Sequence[str]) -> bool:
 
 
 @lru_cache(maxsize=8192)
-def heading(text: str, has_unit: bool = False) -> Heading:
-    """Split ``Force [kN]``, ``force_kN``, ``Kraft in N``, ``F / N``, ``Axial Force (Max)`` into words and units."""
+def heading(text: str, has_unit: bool = False, known: UnitReader = tabulated_unit) -> Heading:
+    """Split ``Force [kN]``, ``force_kN``, ``Kraft in N``, ``F / N``, ``Axial Force (Max)`` into words and units.
+
+    Parameters
+    ----------
+    text : str
+    has_unit : bool
+        Whether the column has a unit elsewhere.
+    known : callable
+        What a text means as a unit; a table of dynamic stiffness has more kinds than a recording.
+    """
     text = text.strip() if len(text.strip()) <= _LONGEST_NAME else ""
     text = text.replace("∆", "Δ")  # the sign for a difference, and the Greek letter
     text = _INNER.sub(r"\1\2", _CAMEL.sub(" ", text))
@@ -227,16 +233,18 @@ def heading(text: str, has_unit: bool = False) -> Heading:
         _INSIDE.sub("", inside) if tabulated_unit(_INSIDE.sub("", inside)) else inside for inside in bracketed
     ]
     rest = _BRACKETS.sub(" ", text)
-    timed = any(word in WORDS["time"] for word in plain_name(rest).split())
-    are_units = [tabulated_unit(inside) is not None for inside in bracketed]
-    has_unit = has_unit or any(are_units) or (bool(bracketed) and next(units_within(rest, timed))[1] != "")
+    timed = any(word in STATIC["time"].words for word in plain_name(rest).split())
+    are_units = [known(inside) is not None for inside in bracketed]
+    has_unit = (
+        has_unit or any(are_units) or (bool(bracketed) and next(units_within(rest, timed, known))[1] != "")
+    )
     # [1] is no remark, but the unit of a number without one. "Load (Dynacell) [kN]" has a remark; "Load [kN] [klx]" may
     # have two units.
     remarks = [
         inside
         for i, inside in enumerate(bracketed)
         if "[1]" not in text
-        and _is_remark(inside, rest, timed, has_unit)
+        and _is_remark(inside, rest, timed, has_unit, known)
         and not (
             any(are_units[:i]) and _ONE_WORD.fullmatch(inside) and not known_word(re.sub(r"\W", "", inside))
         )
@@ -246,11 +254,11 @@ def heading(text: str, has_unit: bool = False) -> Heading:
     if inch:
         rest, written = rest[: inch.start()], ["in"]
     if not written:
-        name, unit = next(units_within(rest.rstrip(" ?"), timed))
+        name, unit = next(units_within(rest.rstrip(" ?"), timed, known))
         if unit:
             doubt = "?" if rest.rstrip().endswith("?") else ""
             rest, written = re.sub(r"\s+in\s*$", "", name), [unit + doubt]
-    rest, written = with_second_unit(rest, written, timed)
+    rest, written = with_second_unit(rest, written, timed, known)
     bare = RANGE.sub(" ", rest)
     scaled = factor_in(bare) or prefix_of(rest, written, bool(bracketed))
     written += [f"{FACTOR} {scaled}"] if scaled else []
@@ -286,14 +294,14 @@ def heading(text: str, has_unit: bool = False) -> Heading:
     )
 
 
-def _is_remark(inside: str, rest: str, timed: bool, has_unit: bool) -> bool:
+def _is_remark(inside: str, rest: str, timed: bool, has_unit: bool, known: UnitReader) -> bool:
     """Whether the text in brackets of a name is a remark, such as ``(Max)`` or ``(Ch. 2)``, and not a unit."""
     bare, words = inside.strip(), plain_name(inside).split()
     single = words[0] if len(words) == 1 else ""
     letter = single if len(single) == 1 and single.isalpha() else ""
     # A name that stands in brackets as a whole, as Simulink writes: "<Force>".
     kinds = kinds_of(plain_name(rest) or ("" if len(bare) == 1 else inside))
-    vocabulary = {word for kind in kinds for known in WORDS[kind] for word in known.split()}
+    vocabulary = {word for kind in kinds for name in STATIC[kind].words for word in name.split()}
     vocabulary |= {"eng", "nom"} if kinds & {"stress", "strain"} else set()
     known_words = []
     for i, numbered in enumerate(words):
@@ -301,7 +309,7 @@ def _is_remark(inside: str, rest: str, timed: bool, has_unit: bool) -> bool:
         is_known = word in REMARKS or word in vocabulary or (is_foreign(word) and word not in COUNTED_WORDS)
         # "Strain 1" is the name of a channel; Time [sample] counts samples.
         channel = word != numbered or (i + 1 < len(words) and words[i + 1].isdigit())
-        is_quantity = channel and any(word in names for names in WORDS.values())
+        is_quantity = channel and any(word in names for names in (each.words for each in STATIC.values()))
         known_words += (
             [numbered]
             if not _fills(numbered) and (is_known or is_quantity) and not (timed and word == "sample")
@@ -315,26 +323,26 @@ def _is_remark(inside: str, rest: str, timed: bool, has_unit: bool) -> bool:
     units = (find_unit(word, kind) for word in spoken if not known_word(word) for kind in ("force", "length"))
     is_unit = has_unit and (
         not says
-        or tabulated_unit(inside) is not None
+        or known(inside) is not None
         or factor_in(inside)
-        or any(tabulated_unit(word) or {word.lower()} & {*AMBIGUOUS, *_ABOUT_UNITS} for word in spoken)
+        or any(known(word) or {word.lower()} & {*AMBIGUOUS, *_ABOUT_UNITS} for word in spoken)
         or any(unit is not None and unit.measured != "time" for unit in units)
     )
     beside = has_unit and (_MARK.fullmatch(bare) or not is_unit)
-    has_units = any(tabulated_unit(word) is not None for word in words)
+    has_units = any(known(word) is not None for word in words)
     rules: tuple[tuple[object, object], ...] = (
         # (Min) beside (Max) is the smallest value; of a time it may be minutes, which `heading` lists as doubtful.
         (words == ["min"], not timed or bare != "min"),
         (ranges_in(inside) == [bare] and not bare[:1].isdigit(), True),
         (is_code(bare) or _PORT.fullmatch(bare) or beside, True),
         (
-            not words or tabulated_unit(inside) is not None or factor_in(inside) or _VALUE.search(inside),
+            not words or known(inside) is not None or factor_in(inside) or _VALUE.search(inside),
             False,
         ),
         (timed and words == ["std"] and "Std" in inside, False),  # Stunden: hours
         (has_units and any(word.isdigit() for word in words), False),  # "001 in"
         # "Force (F)" gives the symbol; "Force (t)" may be in tonnes.
-        (letter, letter in "xyz" or any(letter in WORDS[kind] for kind in kinds)),
+        (letter, letter in "xyz" or any(letter in STATIC[kind].words for kind in kinds)),
         (any(kind in kinds and form.fullmatch(inside) for kind, form in _RATIOS.items()), True),
         (single.isdigit(), _CHANNEL.fullmatch(single) and not POWER.fullmatch(single)),
         (True, known_words and all(word in known_words or _fills(word) for word in words)),

@@ -6,12 +6,16 @@ A number without a unit is a range, ``Force ±25``, a factor, or the number of a
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from bushcli.recording.header.numbers import loose_numbers
-from bushcli.recording.header.units import COUNTED, find_unit, tabulated_unit
+from bushcli.recording.header.units import COUNTED, Unit, find_unit, tabulated_unit
 from bushcli.recording.header.vocabulary import NUMBERED_WORDS, POWER, kinds_of, known_word
 
+#: What a text means as a unit.
+UnitReader = Callable[[str], Unit | None]
+#: Kinds of units that are written in two words: "N mm", "N s/mm".
+_PRODUCTS = ("moment", "damping", "rotational damping")
 #: Before a factor among the units of a column.
 FACTOR = "factor"
 _INCH_FIRST = re.compile(r"\s*in[\s_](?!phase|plane)", re.IGNORECASE)
@@ -25,7 +29,7 @@ _ABSENT = re.compile(r"(?<![^\W_])n\s*/\s*a\.?$", re.IGNORECASE)
 _NUMBER = re.compile(r"\d+(?:[.,/]\d+)?k?")
 
 
-def units_within(text: str, timed: bool) -> Iterator[tuple[str, str]]:
+def units_within(text: str, timed: bool, known: UnitReader = tabulated_unit) -> Iterator[tuple[str, str]]:
     """Yield the ways to split a name without brackets into the name and its unit, wherever that is, the surest first.
 
     The last one has an empty text in place of a unit.
@@ -39,19 +43,19 @@ def units_within(text: str, timed: bool) -> Iterator[tuple[str, str]]:
     yield from ((match[1], "'") for match in _FOOT.finditer(text))
     yield from ((text.replace(sign, " "), sign) for sign in "%‰" if sign in text)
     yield from ((text[: match.start()], match[0]) for match in _ABSENT.finditer(text))
-    yield from _units_at_end(text, timed)
+    yield from _units_at_end(text, timed, known)
 
 
-def _units_at_end(text: str, timed: bool) -> Iterator[tuple[str, str]]:
+def _units_at_end(text: str, timed: bool, known: UnitReader) -> Iterator[tuple[str, str]]:
     """Yield the units at the end of a name: ``force_kN``, ``Kraft in N``, ``F / N``, ``Moment N mm``."""
     slash = re.fullmatch(r"\s*([^\s_/]+|\S.*?\s)/\s*(\S.*)", text)
-    if slash and (_is_unit(slash[2]) or not _names_something(slash[2])):
+    if slash and (_is_unit(slash[2], known) or not _names_something(slash[2])):
         yield slash[1].strip(), slash[2]
     tokens = [token for token in re.split(r"[_\s,;|=]+", text) if token]
     for count in (2, 1):
         unit, before = "".join(tokens[-count:]), tokens[:-count]
-        known = tabulated_unit(unit) if before else None
-        if known is None or (count == 2 and known.measured != "moment"):
+        read = known(unit) if before else None
+        if read is None or (count == 2 and read.measured not in _PRODUCTS):
             continue
         # "Force in lbf" is no moment; "min" is the smallest value, or doubtful.
         force = count == 2 and tokens[-2] == "in" and "force" in kinds_of(" ".join(before))
@@ -65,18 +69,18 @@ def _units_at_end(text: str, timed: bool) -> Iterator[tuple[str, str]]:
     if joined and not _names_something(joined[2]):
         yield joined[1], joined[2]
     match = re.fullmatch(r"(.+)[-.]([^-.\s]+)", text.strip())
-    if match and _is_unit(match[2]):
+    if match and _is_unit(match[2], known):
         yield match[1], match[2]
     yield text, ""
 
 
-def with_second_unit(rest: str, written: list[str], timed: bool) -> tuple[str, list[str]]:
+def with_second_unit(rest: str, written: list[str], timed: bool, known: UnitReader) -> tuple[str, list[str]]:
     """Return a name without the second unit that stands before a first one, and both: ``Travel mm (in)``."""
-    first = tabulated_unit(written[0]) if len(written) == 1 else None
+    first = known(written[0]) if len(written) == 1 else None
     # The first m of "Travel m m" is a prefix.
     prefix = first and _prefix_apart(re.findall(r"[^\W_]+", rest), written[0])
-    before, unit = next(_units_at_end(rest, timed)) if first and not prefix else (rest, "")
-    second = tabulated_unit(unit) if unit and unit.lower() != "in" else None
+    before, unit = next(_units_at_end(rest, timed, known)) if first and not prefix else (rest, "")
+    second = known(unit) if unit and unit.lower() != "in" else None
     are_two = first and second and second.measured == first.measured
     return (re.sub(r"\s+in\s*$", "", before), [*written, unit]) if are_two else (rest, written)
 
@@ -154,9 +158,9 @@ def _are_units(parts: Sequence[str]) -> bool:
     return any(are_units) and not any(map(known_word, words))
 
 
-def _is_unit(text: str) -> bool:
-    """Whether a text is a unit of the table that is not also a word for the smallest value."""
-    return tabulated_unit(text) is not None and text.lower() != "min"
+def _is_unit(text: str, known: UnitReader) -> bool:
+    """Whether a text is a known unit that is not also a word for the smallest value."""
+    return known(text) is not None and text.lower() != "min"
 
 
 def _names_something(text: str) -> bool:
