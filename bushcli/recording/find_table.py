@@ -76,12 +76,8 @@ def tables_of_file(
     pieces: tuple[Table, ...] = ()
     if isinstance(source.group, int):
         hits = list(inside.tables[source.group - 1 : source.group])
-        problem = Problem(
-            str(source.file),
-            f"has no group {source.group}",
-            "",
-            f"it has {len(names)}: {quoted_names(names)}",
-        )
+        listed = f"it has {len(names)}: {quoted_names(names)}"
+        problem = Problem(str(source.file), f"has no group {source.group}", "", listed)
     else:
         key = source.group.strip("/ ").casefold()
         named_tables = [(table.part.strip("/ ").casefold(), table) for table in inside.tables]

@@ -39,6 +39,8 @@ _MOST_NUMBERS = 5_000_000
 MOST_SAMPLES, _MOST_IN_ALL = 5_000_000, 40_000_000
 _MOST_PARTS, _MOST_NAMES = 2_000, 20_000
 _FAILED = "bushcli failed: "
+#: Columns that were read; None where one was not.
+_Columns = Sequence[NDArray[Any] | None]
 _ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -100,9 +102,7 @@ def child_output(path: Path, reader: Reader, format_name: str, wanted: Collectio
     return process.stdout
 
 
-def _file_contents(
-    path: Path, parts: Iterable[tuple[FilePart, Sequence[NDArray[Any] | None]]]
-) -> FileContents:
+def _file_contents(path: Path, parts: Iterable[tuple[FilePart, _Columns]]) -> FileContents:
     tables, failed = list[Table](), {}
     for part, columns in parts:
         if part.cells is None:
@@ -133,7 +133,7 @@ def _damage_error(path: Path, reader: Reader, reason: str) -> RecordingError:
     return RecordingError(Problem(str(path), what, "", "is it complete? if so, export it again or as CSV"))
 
 
-def _parts_of_answer(answer: bytes) -> Iterator[tuple[FilePart, Sequence[NDArray[Any] | None]]]:
+def _parts_of_answer(answer: bytes) -> Iterator[tuple[FilePart, _Columns]]:
     head, _, content = answer.partition(b"\n")
     offset = 0
     for shown in json.loads(head):
@@ -203,12 +203,8 @@ def copy_contents(format_name: str, path: Path, wanted: Collection[str | int], o
                 raise ValueError(
                     f"has more than {_MOST_IN_ALL / 1e6:g} million numbers; export only those needed"
                 )
-            described = {
-                field.name: getattr(part, field.name) for field in fields(part) if field.name != "load"
-            }
-            shown.append(
-                described | {"kinds": [None if column is None else column.dtype.str for column in columns]}
-            )
+            described = {f.name: getattr(part, f.name) for f in fields(part) if f.name != "load"}
+            shown.append(described | {"kinds": [None if c is None else c.dtype.str for c in columns]})
     output.write(json.dumps(shown).encode() + b"\n")
     for array in arrays:
         output.write(np.ascontiguousarray(array).view(np.uint8).data)

@@ -167,6 +167,8 @@ SPECIAL: Mapping[str, ColumnQuantity] = {
     ),
 }  # fmt: skip
 
+#: Conditions of a row of a dynamic table, in the order of `DYNAMIC`.
+CONDITIONS = ("frequency", "amplitude", "preload", "preload_force", "temperature")
 _MOTION, _LOAD = _kinds("strain", "angle", "length"), _kinds("stress", "moment", "force")
 _STIFFNESS = _kinds("stress", "rotational stiffness, moment", "stiffness")
 #: The longest phrase that a name contains decides. "modulus" is one of |K*| and K', as a rig's "stiffness" is: the file

@@ -89,9 +89,8 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     path = None
     if source.six is not None:
         motions = motion_columns(table, source, source.six).items()
-        read_columns |= {
-            MOTIONS[k]: c for k, c in motions if k not in source.six.free and c.index != moved.index
-        }
+        free = source.six.free
+        read_columns |= {MOTIONS[k]: c for k, c in motions if k not in free and c.index != moved.index}
         path = recorded_path(source, source.six, samples, tables)
     columns, unused, remarks = _used_columns(table, read_columns, source)
     recording = Recording(
@@ -115,9 +114,8 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     if count is not None:
         name = table.names[count[0]]
         columns += (ReadColumn("cycle", count[0] + 1, name, "", False),)
-        recording = recording.with_cycle_numbers(
-            count[1], columns, tuple(column for column in unused if column != name)
-        )
+        unused = tuple(text for text in unused if text != name)
+        recording = recording.with_cycle_numbers(count[1], columns, unused)
     return _used_cycles(recording, source)
 
 

@@ -96,12 +96,8 @@ def _on_one_raster(source: Source, tables: Sequence[Table], chosen: Mapping[str,
             what = f"{key} is in several groups with different time stamps"
             expected = f'name the channel that is meant: motions = {{{key} = "..."}} in the case file'
             raise source.refusal(what, expected)
-    moved = [
-        RasterColumns(part.table, (index,), part.stamps)
-        for part in parts
-        if part is not raster
-        for index in part.columns
-    ]
+    others = (part for part in parts if part is not raster)
+    moved = [RasterColumns(part.table, (i,), part.stamps) for part in others for i in part.columns]
     return interpolate_at_stamps(raster, moved, source, _WORDS)
 
 

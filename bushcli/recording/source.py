@@ -22,21 +22,9 @@ WARM = (-150.0, 250.0)
 Quantity = Literal["time", "displacement", "force"]
 #: Kinds of the defects of a recording that have no physical cause, see `bushcli.faults`.
 FaultKind = Literal[
-    "sign",
-    "position",
-    "unit",
-    "swapped",
-    "clipped",
-    "spikes",
-    "stuck",
-    "time",
-    "extremes",
-    "no_signal",
-    "temperature",
-    "loss_angle",
-    "amplitude",
-    "order",
-]
+    "sign", "position", "unit", "swapped", "clipped", "spikes", "stuck", "time", "extremes", "no_signal", "temperature",
+    "loss_angle", "amplitude", "order",
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -231,11 +219,7 @@ def dimension(quantity: Quantity, specimen: str, rotational: bool) -> str:
     rotational : bool
         Whether the displacement is an angle.
     """
-    kinds = (
-        ("strain", "stress")
-        if specimen == "coupon"
-        else ("angle", "moment")
-        if rotational
-        else ("length", "force")
-    )
-    return {"time": "time", "displacement": kinds[0], "force": kinds[1]}[quantity]
+    kinds = {"displacement": ("strain", "angle", "length"), "force": ("stress", "moment", "force")}
+    if quantity == "time":
+        return "time"
+    return kinds[quantity][0 if specimen == "coupon" else 1 if rotational else 2]

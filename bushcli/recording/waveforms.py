@@ -82,11 +82,9 @@ def parts_by_clock(group: str, channels: Sequence[WaveChannel]) -> Iterator[File
     lengths = dict.fromkeys(channel.samples for channel in channels if channel.samples)
     for samples in lengths:
         same_length = [channel for channel in channels if channel.samples == samples]
-        samplings_with_step = {
-            channel.sampling for channel in same_length if channel.sampling and channel.sampling.step
-        }
+        stepped = {c.sampling for c in same_length if c.sampling and c.sampling.step}
         # One without an interval may only repeat the start of the only clock with one.
-        start = replace(*samplings_with_step, step=0.0) if len(samplings_with_step) == 1 else None
+        start = replace(*stepped, step=0.0) if len(stepped) == 1 else None
         samplings = [None if channel.sampling == start else channel.sampling for channel in same_length]
         clocks = list(dict.fromkeys(filter(None, samplings)))
         if len(clocks) < 2:
@@ -95,11 +93,7 @@ def parts_by_clock(group: str, channels: Sequence[WaveChannel]) -> Iterator[File
         stated = [
             (
                 clock,
-                [
-                    channel
-                    for channel, sampling in zip(same_length, samplings, strict=True)
-                    if sampling == clock
-                ],
+                [c for c, s in zip(same_length, samplings, strict=True) if s == clock],
             )
             for clock in (*clocks, None)
         ]

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from bushcli.recording.dynamic.names import (
     ACROSS,
-    CONDITIONS,
     ColumnName,
     Stated,
     condition_of,
@@ -24,7 +23,7 @@ from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.header.columns import chosen_index
 from bushcli.recording.header.units import read_unit
 from bushcli.recording.header.vocabulary import is_foreign
-from bushcli.recording.quantities import DYNAMIC
+from bushcli.recording.quantities import CONDITIONS, DYNAMIC
 from bushcli.recording.text.fields import is_number, to_float
 from bushcli.recording.text.table import Table, TextTable
 from cases.mode import Mode
@@ -52,19 +51,22 @@ _OWN_WORDS = frozenset([
 _LARGEST_RADIANS, _LARGEST_FACTOR = 1.6, 5.0
 
 
+#: Column, from 0, by quantity.
+Columns = Mapping[str, tuple[int, ColumnName]]
+
+
 @dataclass(frozen=True)
 class ColumnGroup:
     """Columns that belong together.
 
     Attributes
     ----------
-    columns : mapping of str to (int, ColumnName)
-        Column, from 0, by quantity.
+    columns : Columns
     conditions : mapping of str to Stated
         Conditions of all its rows.
     """
 
-    columns: Mapping[str, tuple[int, ColumnName]]
+    columns: Columns
     conditions: Mapping[str, Stated]
 
 
@@ -94,15 +96,10 @@ def meanings(table: Table) -> list[ColumnName]:
     # Above conditions a name in merged cells holds until the next one.
     for i, name in enumerate(_carry_fields(table.names, width) if above else table.names):
         condition = condition_of(name)
-        column = meaning(
-            titles.get(i, name) if condition else name, "" if condition_of(table.units[i]) else table.units[i]
-        )
-        conditions = (
-            *column.conditions,
-            *((condition,) if condition and i in titles else ()),
-            *above.get(i, ()),
-        )
-        columns.append(replace(column, conditions=conditions))
+        unit = "" if condition_of(table.units[i]) else table.units[i]
+        column = meaning(titles.get(i, name) if condition else name, unit)
+        of_name = () if condition is None or i not in titles else (condition,)
+        columns.append(replace(column, conditions=(*column.conditions, *of_name, *above.get(i, ()))))
     return columns
 
 
@@ -127,11 +124,8 @@ def _conditions_in(fields: Sequence[str]) -> dict[int, Stated]:
     for i, field in enumerate(fields):
         condition = condition_of(field) if field else None
         if condition is not None:
-            conditions[i] = (
-                replace(condition, quantity=quantity)
-                if quantity and condition.quantity == ACROSS
-                else condition
-            )
+            across = quantity and condition.quantity == ACROSS
+            conditions[i] = replace(condition, quantity=quantity) if across else condition
         elif i and field and quantity and label.unit is not None:
             number = next((to_float(field, sign) for sign in ".," if is_number(field, sign)), math.nan)
             if not math.isfinite(number):
@@ -197,16 +191,12 @@ def groups(table: Table, source: DynamicSource, mode: Mode) -> list[ColumnGroup]
     for columns in conditioned.values():
         quantities = {names[i].quantity for i in columns}
         members = [*columns, *(i for i in shared if names[i].quantity not in quantities)]
-        conditions = {
-            condition.quantity: condition for i in columns or shared for condition in names[i].conditions
-        }
+        conditions = {c.quantity: c for i in columns or shared for c in names[i].conditions}
         column_groups.append(ColumnGroup(_unique(table, members, names, mode), conditions))
     return column_groups
 
 
-def _unique(
-    table: Table, columns: Sequence[int], names: Sequence[ColumnName], mode: Mode
-) -> dict[str, tuple[int, ColumnName]]:
+def _unique(table: Table, columns: Sequence[int], names: Sequence[ColumnName], mode: Mode) -> Columns:
     """Return one column for each quantity: not a set value beside the measured one, not a unit of another specimen."""
     unique: dict[str, tuple[int, ColumnName]] = {}
     for quantity, count in Counter(names[i].quantity for i in columns).items():
@@ -262,22 +252,14 @@ def numbers(
 
 def conditions_above(table: Table) -> dict[str, Stated]:
     """Return the conditions that the lines above a table state for all its rows, by quantity."""
-    conditions = [
-        condition
-        for _, text in table.preamble
-        if (condition := stated_condition(text, table.decimal)) is not None
-    ]
+    conditions = [c for _, text in table.preamble if (c := stated_condition(text, table.decimal)) is not None]
     return {condition.quantity: condition for condition in conditions}
 
 
 def conditions_between_rows(table: Table, quantity: str) -> list[tuple[int, Stated]]:
     """Return the conditions of a quantity that lines between the rows state for the rows below, with their lines."""
     conditions = ((line, stated_condition(text, table.decimal)) for line, text in table.between)
-    return [
-        (line, condition)
-        for line, condition in conditions
-        if condition is not None and condition.quantity == quantity
-    ]
+    return [(line, c) for line, c in conditions if c is not None and c.quantity == quantity]
 
 
 def with_values(table: Table, group: ColumnGroup) -> Table:

@@ -75,12 +75,8 @@ def bursts(time: Array, displacement: Array) -> list[tuple[float, float, float]]
     if len(turns) < 2 * _FEWEST_PERIODS:
         return []
     middle = 0.5 * (displacement[turns[1:]] + displacement[turns[:-1]])
-    crossings = np.array(
-        [
-            _crossing(time, displacement, a, b, level)
-            for (a, b), level in zip(pairwise(turns), middle, strict=True)
-        ]
-    )
+    levels = zip(pairwise(turns), middle, strict=True)
+    crossings = np.array([_crossing(time, displacement, *ends, level) for ends, level in levels])
     ranges = np.abs(np.diff(displacement[turns]))
     halves = np.diff(crossings)
     stretches, first = [], 0
@@ -135,15 +131,10 @@ def harmonics(
     fundamental = [complex(c[0], -c[1]) for c in (motion, response)]
     stiffness = fundamental[1] / fundamental[0]
     error = math.hypot(force_error, abs(stiffness) * moved_error) / abs(fundamental[0])
-    third = [
-        math.hypot(*c[4:6]) / abs(f) if most >= 3 else math.nan
-        for c, f in zip((motion, response), fundamental, strict=True)
-    ]
+    fits = zip((motion, response), fundamental, strict=True)
+    third = [math.hypot(*c[4:6]) / abs(f) if most >= 3 else math.nan for c, f in fits]
     waves = design[:, : 2 * most]
-    mean = (
-        float(np.mean(q - waves @ motion[: 2 * most])),
-        float(np.mean(forces - waves @ response[: 2 * most])),
-    )
+    means = [float(np.mean(s - waves @ c[: 2 * most])) for s, c in ((q, motion), (forces, response))]
     return Harmonics(
         frequency,
         abs(fundamental[0]),
@@ -151,7 +142,7 @@ def harmonics(
         error,
         third[1],
         third[0],
-        mean,
+        (means[0], means[1]),
         (float(t[0]), float(t[-1])),
     )
 

@@ -9,7 +9,7 @@ from typing import Literal
 from bushcli.recording.header.name import heading
 from bushcli.recording.header.units import NO_UNIT, Unit, read_unit
 from bushcli.recording.header.vocabulary import plain_name
-from bushcli.recording.quantities import DYNAMIC
+from bushcli.recording.quantities import CONDITIONS, DYNAMIC
 from bushcli.recording.text.fields import is_thousands
 
 Peak = Literal["peak", "double", ""]
@@ -22,7 +22,6 @@ _DOUBLE = re.compile(
     r"\b(double|p p|pp|pk pk|peak to peak|peak peak|pkpk|ptp|spitze (?:zu )?spitze|doppel\w*|schwingbreite|range|dda"
     r"|total|crête à crête)\b"
 )
-CONDITIONS = ("frequency", "amplitude", "preload", "preload_force", "temperature")
 #: K', E'' (with one sign, two, or an inch mark), E*, |G*|, |K|.
 _MAGNITUDE = re.compile(r"\|\s*([KCEGkceg])\s*\*?\s*\|")
 _PRIMED = re.compile(
@@ -30,13 +29,8 @@ _PRIMED = re.compile(
 )
 _SIGNED = {"*": "complex"} | dict.fromkeys(("''", '"', "″", "”", "’’", "´´", "′′", "``"), "loss")
 #: The modulus of a coupon by its symbol or its words.
-_SHEAR = re.compile(
-    r"(?<![^\W_])G(?![^\W_])|(?<![^\W_])G(?:stor|loss|prime|doubleprime)|\bshear\b|schub", re.IGNORECASE
-)
-_TENSILE = re.compile(
-    r"(?<![^\W_])E(?![^\W_])|(?<![^\W_])E(?:stor|loss|prime|doubleprime)|young|tensile|elastizit",
-    re.IGNORECASE,
-)
+_SHEAR = re.compile(r"(?i)(?<![^\W_])G(?:(?![^\W_])|stor|loss|prime|doubleprime)|\bshear\b|schub")
+_TENSILE = re.compile(r"(?i)(?<![^\W_])E(?:(?![^\W_])|stor|loss|prime|doubleprime)|young|tensile|elastizit")
 #: A condition in a name: "@ 0.1 mm", "(500 N)", "A=±0.5mm", "23°C", "10 Hz".
 _CONDITION = re.compile(
     r"(?P<key>[^\W\d_]+)?\s*[@=:]?\s*(?P<sign>±|\+/-|[-+])?\s*(?<![\w.])(?P<number>\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)"
@@ -125,10 +119,8 @@ def meaning(name: str, unit: str = "") -> ColumnName:
         read, written = (known, bare) if known and read is None else (read, written)
     if unit.strip() and (row := read_unit(unit)) is not None:
         read, written = row, unit
-    symbols = plain.replace("_", " ")
-    modulus: Literal["E", "G", ""] = (
-        "G" if _SHEAR.search(symbols) else "E" if _TENSILE.search(symbols) else ""
-    )
+    text = plain.replace("_", " ")
+    modulus: Literal["E", "G", ""] = "G" if _SHEAR.search(text) else "E" if _TENSILE.search(text) else ""
     phrase = _words(" ".join(words))
     quantity = "stiffness" if _OWN.fullmatch(name.strip()) else _quantity(phrase, read)
     quantity = quantity or _quantity(" ".join(_DOUBLE.sub(" ", _PEAK.sub(" ", phrase)).split()), read)
@@ -213,11 +205,8 @@ def _condition(match: re.Match[str]) -> Stated:
     if peak or word == "amplitude" or key == "a":
         quantity = "amplitude"
     # The unit of these is enough.
-    sure = [
-        candidate
-        for candidate in ("frequency", "temperature", "preload_force")
-        if unit.measured in DYNAMIC[candidate].every_kind
-    ]
+    enough = ("frequency", "temperature", "preload_force")
+    sure = [key for key in enough if unit.measured in DYNAMIC[key].every_kind]
     return Stated(sure[0], number, unit) if sure else Stated(quantity, number, unit, peak)
 
 

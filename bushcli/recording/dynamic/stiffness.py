@@ -31,10 +31,7 @@ _SOLVED: Mapping[tuple[str, str], Callable[[Array, Array], tuple[Array, Array]]]
     ("storage", "loss"): lambda storage, loss: (storage, loss),
     ("storage", "tan_delta"): lambda storage, tangent: (storage, storage * tangent),
     ("loss", "tan_delta"): lambda loss, tangent: (loss / tangent, loss),
-    ("stiffness", "tan_delta"): lambda size, tangent: (
-        size * np.cos(np.arctan(tangent)),
-        size * np.sin(np.arctan(tangent)),
-    ),
+    ("stiffness", "tan_delta"): lambda k, t: (k * np.cos(np.arctan(t)), k * np.sin(np.arctan(t))),
     ("stiffness", "loss"): lambda size, loss: (np.sqrt(np.maximum(size**2 - loss**2, 0.0)), loss),
     ("stiffness", "storage"): lambda size, storage: (storage, np.sqrt(np.maximum(size**2 - storage**2, 0.0))),
 }
@@ -113,17 +110,13 @@ def _quantity_of_modulus(columns: StiffnessColumns, values: Mapping[str, Array])
         return {"magnitude": "stiffness", "storage": "storage"}[columns.stiffness_is], []
     if "storage" in values or "stiffness" in values:
         quantity = "stiffness" if "storage" in values else "storage"
-        return quantity, [
-            f"{label} is read as {'|K*|' if quantity == 'stiffness' else chr(75) + chr(39)}: the other one is given too"
-        ]
+        symbol = "|K*|" if quantity == "stiffness" else "K'"
+        return quantity, [f"{label} is read as {symbol}: the other one is given too"]
     tangent = np.tan(values["loss_angle"]) if "loss_angle" in values else values.get("tan_delta")
     if "loss" in values and tangent is not None:
         modulus, loss = values["modulus"], values["loss"]
-        misfit = {
-            "stiffness": np.abs(modulus * np.sin(np.arctan(tangent)) - loss),
-            "storage": np.abs(modulus * tangent - loss),
-        }
-        error = {key: float(np.sqrt(np.mean((value / modulus) ** 2))) for key, value in misfit.items()}
+        parts = {"stiffness": np.sin(np.arctan(tangent)), "storage": tangent}
+        error = {key: float(np.sqrt(np.mean((part - loss / modulus) ** 2))) for key, part in parts.items()}
         best, other = sorted(error, key=lambda key: error[key])
         # With a small loss angle both are the same within their digits, and it makes no difference.
         if error[best] < _TOLERANCE and (error[other] > 3.0 * error[best] or error[other] < 1e-3):
@@ -205,12 +198,11 @@ def _refuse_contradictions(
         remedy = f"correct or delete the rows; or columns = {{{key} = ...}}, if another column is meant"
         near = 2.0 * _TOLERANCE * np.maximum(np.abs(stated), 1e-12)
         explained = _hypotheses(key, stated, storage, loss, columns.frequency) if np.mean(bad) > 0.5 else {}
-        causes = (
-            cause for cause, values in explained.items() if np.all((np.abs(values - stated) <= near)[bad])
-        )
+        causes = (c for c, v in explained.items() if np.all((np.abs(v - stated) <= near)[bad]))
         refuse_rows(bad, columns.places, what, next(causes, remedy), more=True)
 
 
+_COMPLEMENT = '90 degrees minus the loss angle is in the file: loss_angle_is = "complement"'
 _EXCHANGED = "K' and K'' are exchanged: columns = {storage = ..., loss = ...}"
 
 
@@ -219,19 +211,14 @@ def _hypotheses(key: str, given: Array, storage: Array, loss: Array, frequency: 
     angle, tangent = np.arctan2(loss, storage), loss / storage
     as_magnitude = np.arcsin(np.minimum(tangent, 1.0))
     if key == "loss_angle":
-        complement = {
-            '90 degrees minus the loss angle is in the file: loss_angle_is = "complement"': 0.5 * np.pi
-            - angle
-        }
-        exchanged = {_EXCHANGED: 0.5 * np.pi - angle}
         # Both explain the same numbers: the loss angle of rubber is the smaller one.
-        first = complement if np.median(given) > _IMPLAUSIBLE_ANGLE else exchanged
-        return first | {
+        turned = _COMPLEMENT if np.median(given) > _IMPLAUSIBLE_ANGLE else _EXCHANGED
+        as_tangent = 'the column has tan delta: columns = {tan_delta = ...}, units = {tan_delta = "1"}'
+        return {
+            turned: 0.5 * np.pi - angle,
             'the angle is in radians: units = {loss_angle = "rad"}': np.radians(angle),
             'the angle is in degrees: units = {loss_angle = "deg"}': np.degrees(angle),
-            'the column has tan delta: columns = {tan_delta = ...}, units = {tan_delta = "1"}': np.radians(
-                tangent
-            ),
+            as_tangent: np.radians(tangent),
             "the column of K' has |K*|: columns = {stiffness = ...}": as_magnitude,
         }
     if key == "tan_delta":

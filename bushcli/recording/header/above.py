@@ -15,7 +15,7 @@ from itertools import pairwise
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.header.match import NamedColumn, WantedColumn
 from bushcli.recording.header.name import Heading, heading
-from bushcli.recording.header.numbers import number_of
+from bushcli.recording.header.name_parts import number_of
 from bushcli.recording.header.units import Unit, certain_unit, find_unit, is_unit, tabulated_unit
 from bushcli.recording.quantities import STATIC
 from bushcli.recording.source import Quantity, Source, dimension
@@ -69,9 +69,7 @@ _QUANTITIES: tuple[Quantity, ...] = ("time", "displacement", "force")
 _SHORT = 4
 _MOST = 10
 #: Words of a statement that belong to no name of a column.
-_ABOUT = re.compile(
-    r"\b(?:all|alle|toutes?|les|is|are|in|of|(?:channel|kanal)\b\s*\d*)(?!\w)|[:=]", re.IGNORECASE
-)
+_ABOUT = re.compile(r"(?i)\b(?:all|alle|toutes?|les|is|are|in|of|(?:channel|kanal)\b\s*\d*)(?!\w)|[:=]")
 #: "Length unit: inch" is about the column of a length; "Gauge length unit: mm" is not.
 _LENGTH = re.compile(
     r"^\W*(?:(?:lengths?|distances?|längen?)(?=[\s_-]*(?:units?|einheit))|units?\s+(?:of|for)\s+(?:lengths?|distances?)\b)",
@@ -133,12 +131,10 @@ _STATEMENT = re.compile(
     r"(?P<value>\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)[ \t;|]*(?P<behind>[^\s;,|]*(?: per s\w*)?)",
     re.IGNORECASE,
 )
-#: Units of a rate, in lower case, and their factor to Hz.
-_HERTZ = {
-    "hz": 1.0, "khz": 1e3, "1/s": 1.0, "s-1": 1.0, "s^-1": 1.0, "s/s": 1.0, "ks/s": 1e3, "sps": 1.0, "samples/s": 1.0,
-    "samples/sec": 1.0, "samples/second": 1.0, "pts/s": 1.0, "points/s": 1.0, "samples per second": 1.0,
-    "samples per s": 1.0, "samples per sec": 1.0,
-}  # fmt: skip
+#: Units of a rate, in hertz or kilohertz.
+_HERTZ = re.compile(
+    r"(?i)(k?)(?:hz|s/s)|1/s|s\^?-1|sps|(?:samples|pts|points)/s|samples/(?:sec|second)|samples per (?:s|sec|second)"
+)
 #: Largest relative difference of a rate and an interval that say the same: both are rounded to three digits.
 _SAME = 5e-3
 
@@ -176,9 +172,7 @@ def _plain(text: str) -> str:
 
 def _own(units: Iterable[Unit | None], wanted: WantedColumn) -> list[Unit]:
     """Return the units of the wanted quantity, each once."""
-    return list(
-        dict.fromkeys(unit for unit in units if unit is not None and unit.measured == wanted.measured)
-    )
+    return list(dict.fromkeys(unit for unit in units if unit and unit.measured == wanted.measured))
 
 
 def _listing(text: str) -> str | None:
@@ -207,9 +201,7 @@ def _parts(text: str) -> list[str]:
         several, words = re.split(r"[-/]", part), part.split()
         units = [tabulated_unit(word) for word in words]
         # Blanks within a unit stand behind a prefix, "Mio N", or in a product, "N m".
-        product = [unit.measured for unit in units if unit] == ["force", "length"] and max(
-            map(len, words)
-        ) <= 2
+        product = [u.measured for u in units if u] == ["force", "length"] and max(map(len, words)) <= 2
         joined = len(words) > 1 and is_unit(part) and (product or None in units)
         if len(several) > 2 and all(map(tabulated_unit, several)):
             parts += several  # mm-kN-s
@@ -242,9 +234,7 @@ def _heads(part: str) -> list[Heading]:
 
 def stated_system(table: Table) -> tuple[int, str] | None:
     """Return the line above a table, its number and words, that names a system of units: "Units: Imperial"; or None."""
-    matches = (
-        (number, form.search(text[:LONGEST_LINE])) for number, text in table.preamble for form in _SYSTEMS
-    )
+    matches = ((n, form.search(text[:LONGEST_LINE])) for n, text in table.preamble for form in _SYSTEMS)
     return next(((number, match[1]) for number, match in matches if match), None)
 
 
@@ -252,9 +242,7 @@ def stated_unknown(column: NamedColumn) -> tuple[int, str] | None:
     """Return the line above a table, its number and words, that states an unknown or unsuitable unit; or None."""
     lines = ((number, _plain(text)) for number, text in column.table.preamble)
     plain = ((number, text) for number, text in lines if not any(form.search(text) for form in _SYSTEMS))
-    statements = (
-        (number, _unknown_of(text, column.wanted) or _unknown_listed(text, column)) for number, text in plain
-    )
+    statements = ((n, _unknown_of(text, column.wanted) or _unknown_listed(text, column)) for n, text in plain)
     return next(((number, text[:SHOWN]) for number, text in statements if text), None)
 
 
@@ -339,9 +327,7 @@ class StatedFactor:
         plain = re.sub(r"\b(?:in|en)\s+(?:\w+s\b|\d+|tausend|hundert).*", " ", self.text)
         words = _ABOUT_FACTOR.sub(" ", _NUMBER.sub(" ", _CALLED.sub(" ", plain))).split()
         singular = (word.removesuffix("s") if len(word) > 4 else word for word in words)
-        is_mentioned = any(
-            column.wanted.quality(heading(" ".join(phrase))) >= 2 for phrase in (words, singular)
-        )
+        is_mentioned = any(column.wanted.quality(heading(" ".join(p))) >= 2 for p in (words, singular))
         every = _EVERY.search(self.text) is not None
         spoken = column.wanted.quantity != "time" if every else is_mentioned
         return self.is_of(column.index) if self.by_column else spoken
@@ -414,7 +400,8 @@ def rate_remarks(table: Table) -> list[str]:
             step = find_unit(unit, "time") if unit and match["step"] else None
             # A step in seconds is one over a rate; 0 where the unit is neither.
             seconds = step.factor if step is not None and step.measured == "time" else 0.0
-            factor = seconds if match["step"] else _HERTZ.get(unit.lower(), 0.0)
+            hertz = _HERTZ.fullmatch(unit)
+            factor = seconds if match["step"] else 0.0 if hertz is None else 1e3 if hertz[1] else 1.0
             value = number_of(match["value"]) * factor
             if value > 0.0:
                 rates.append((1.0 / value if match["step"] else value, number, text.strip()[:SHOWN]))

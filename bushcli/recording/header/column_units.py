@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from bushcli.recording.header.above import stated_system, stated_units, stated_unknown
 from bushcli.recording.header.match import NamedColumn
 from bushcli.recording.header.name import SYMBOLS, heading
+from bushcli.recording.header.name_parts import FACTOR
 from bushcli.recording.header.units import (
     NO_UNIT,
     Unit,
@@ -19,7 +20,6 @@ from bushcli.recording.header.units import (
     slip,
     tabulated_unit,
 )
-from bushcli.recording.header.units_in_name import FACTOR
 from bushcli.recording.header.vocabulary import plain_name
 from bushcli.recording.quantities import SPECIAL, STATIC
 from bushcli.recording.source import UNITS
@@ -62,15 +62,12 @@ def unit_of(column: NamedColumn) -> KnownUnit:
     if not units:
         # The name says whether it is a strain or a stretch.
         measured, plain = column.wanted.measured, column.head.without(column.wanted.allowed)
-        special = ("shear", "volume strain")
-        is_strain = column.wanted.mode.sheared or any(
-            column.head.quality(kind) for kind in special if kind in column.wanted.kinds
-        )
+        kinds = [kind for kind in ("shear", "volume strain") if kind in column.wanted.kinds]
+        is_strain = column.wanted.mode.sheared or any(map(column.head.quality, kinds))
         is_strain |= not plain.quality("stretch") and plain.quality("strain") > 0
         name = "strain" if measured == "strain" and is_strain else STATIC[measured].unit
-        return _unit_above(column) or KnownUnit(
-            Unit(measured, name, UNITS[measured][name]), assumed=measured != "strain"
-        )
+        unit = Unit(measured, name, UNITS[measured][name])
+        return _unit_above(column) or KnownUnit(unit, assumed=measured != "strain")
     others = (
         f"{column.label}: line {line} states {unit.name}, the header {units[0].name}, which is used"
         for line, unit in stated_units(column.table, wanted, explicit=True)
@@ -148,11 +145,10 @@ def _unit_above(column: NamedColumn) -> KnownUnit | None:
         )
     if reason:
         raise column.refusal(f" has no unit, and {reason}")
-    read = (
-        KnownUnit(unit, (f"{column.label} is read in {unit.name}, which line {line} states",))
-        for line, unit in stated
-    )
-    return next(read, None)
+    if not stated:
+        return None
+    line, unit = stated[0]
+    return KnownUnit(unit, (f"{column.label} is read in {unit.name}, which line {line} states",))
 
 
 def _unit_of_text(column: NamedColumn, text: str) -> Unit:

@@ -114,9 +114,8 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
         if (values <= 0).any():
             row = int(np.argmax(values <= 0))
             what = f"{header_column.label}: a stretch of {table.text(row, index)} is impossible"
-            raise table.refusal(
-                what, 'if it is a strain, give units = {displacement = "strain"} or "percent"', row
-            )
+            remedy = 'if it is a strain, give units = {displacement = "strain"} or "percent"'
+            raise table.refusal(what, remedy, row)
         values = values - 1.0
     values = -values if quantity in (source.reverse or ()) else values
     return Column(index, values, read.unit.name, remarks, read.assumed, table.origin if timed else None, form)
@@ -135,19 +134,14 @@ def _index_of(
     """Return the column of a quantity and remarks about it; None for a time that the file lacks."""
     best = candidates(table, wanted) if chosen is None else [chosen_index(table, chosen)]
     # The names are right, but their units belong to another quantity: a force in kg, a time in m.
-    doubtful = [
-        column
-        for column in columns_as(table, wanted)
-        if column.index not in best and wanted.quality(column.head) >= 3
-    ]
+    doubtful = [c for c in columns_as(table, wanted) if c.index not in best and wanted.quality(c.head) >= 3]
     remarks: tuple[str, ...] = ()
     if not best and wanted.given and len(doubtful) == 1:
         best = [doubtful[0].index]
     elif not best and not doubtful:
         best = columns_by_unit(table, wanted)
-        remarks = tuple(
-            f"{table.label(i)} is read as the {wanted.quantity} because of its unit" for i in best
-        )
+        remark = f"is read as the {wanted.quantity} because of its unit"
+        remarks = tuple(f"{table.label(i)} {remark}" for i in best)
     if len(best) > 1 and are_identical(table, best, wanted):
         remarks = (f"{' and '.join(map(table.label, best))} are identical; one of them is used",)
     elif len(best) > 1:
@@ -225,9 +219,7 @@ def untaken_time(table: Table, taken: Collection[int]) -> list[str]:
         head = heading(name)
         units = [tabulated_unit(text) for text in (name, *head.written, table.units[i])]
         is_time = _TIMES.search(name) is not None
-        if i not in taken and (
-            is_time or any(unit is not None and unit.measured == "time" for unit in units)
-        ):
+        if i not in taken and (is_time or any(u is not None and u.measured == "time" for u in units)):
             remarks.append(
                 f"{table.label(i)} was not taken as the time; if it is, columns = {{time = {i + 1}}} "
                 "in the case file"

@@ -10,7 +10,7 @@ import numpy as np
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.header.name import SYMBOLS, Heading, heading
 from bushcli.recording.header.units import Unit, find_unit, plain_unit, tabulated_unit
-from bushcli.recording.quantities import SPECIAL, STATIC
+from bushcli.recording.quantities import SPECIAL, STATIC, word_set
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.text.table import Table
 from cases.mode import Mode, modes
@@ -20,9 +20,7 @@ EITHER_TRUE = STATIC["stress"].true | STATIC["strain"].true
 #: Modes of a coupon whose strain and stress along the load extensometers call axial.
 _ALONG = ("uniaxial", "planar")
 #: Words for a change of length that are a strain where they are in percent.
-_STRETCHING = frozenset(
-    {"elongation", "extension", "deformation", "verformung", "verlängerung", "compression", "stauchung"}
-)
+_STRETCHING = word_set("elongation extension deformation verformung verlängerung compression stauchung")
 
 
 @dataclass(frozen=True)
@@ -39,12 +37,8 @@ class WantedColumn:
     @property
     def kinds(self) -> tuple[str, ...]:
         """Quantities of `STATIC` and `SPECIAL` whose names the column can have."""
-        test = (
-            "simple_shear" if self.mode.sheared else "volumetric" if self.mode.needs_compressibility else ""
-        )
-        special = (
-            kind for kind, each in SPECIAL.items() if (each.test, each.measured) == (test, self.measured)
-        )
+        test = self.mode.name, self.measured
+        special = (kind for kind, each in SPECIAL.items() if (each.test, each.measured) == test)
         stretch = ("stretch",) if self.measured == "strain" and not self.mode.sheared else ()
         return (*special, *stretch, self.measured)
 
@@ -116,11 +110,8 @@ class NamedColumn:
         """How surely it is the quantity by its name; one that says that it was measured ranks higher."""
         wanted, words = self.wanted, set(self.head.words)
         special = wanted.is_special(self.head)
-        units = [
-            u
-            for text, u in zip(self.written_units, self.units, strict=True)
-            if not (special and text in SYMBOLS)
-        ]
+        pairs = zip(self.written_units, self.units, strict=True)
+        units = [unit for text, unit in pairs if not (special and text in SYMBOLS)]
         directions = {wanted.mode.name} | ({"axial"} if wanted.mode.name in _ALONG else set())
         quality = wanted.quality(self.head)
         if words & modes().keys() and directions.isdisjoint(words):
@@ -184,9 +175,7 @@ def candidates(table: Table, wanted: WantedColumn) -> list[int]:
     best = [column for column, quality in zip(columns, rank, strict=True) if quality == max(rank) > 0]
     # Beside "Force [N]", a column "Force [a.u.]" or "2*Force [N]" is not meant.
     if any(column.is_understood for column in best):
-        best = [
-            column for column in best if column.is_understood or not column.written_units or len(best) == 1
-        ]
+        best = [c for c in best if c.is_understood or not c.written_units or len(best) == 1]
     # Beside "Axial Force", the mode decides which force is meant.
     of_mode = [column.index for column in best if wanted.mode.name in column.head.words]
     neutral = [column.index for column in best if modes().keys().isdisjoint(column.head.words)]
@@ -233,6 +222,4 @@ def are_identical(table: Table, columns: Sequence[int], wanted: WantedColumn) ->
         numbers = [table.numbers(index, wanted.accept) for index in columns]
     except RecordingError:
         return False
-    return len(set(map(units, columns))) == 1 and all(
-        np.array_equal(numbers[0], values) for values in numbers[1:]
-    )
+    return len(set(map(units, columns))) == 1 and all(np.array_equal(numbers[0], v) for v in numbers[1:])

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.recording.header.match import EITHER_TRUE, NamedColumn
-from bushcli.recording.header.numbers import largest
+from bushcli.recording.header.name_parts import largest
 from bushcli.recording.header.units import Unit
 from bushcli.recording.quantities import SPECIAL, STATIC
 from bushcli.recording.source import Source
@@ -53,9 +53,8 @@ def meaning_of(column: NamedColumn, source: Source, chosen: bool) -> tuple[str, 
         is_first = any(text in column.head.name for text in ("1st", "first"))
         if (words & STATIC[key].unconverted) - ({"kirchhoff", "pk"} if is_first else set()):
             what = f"{column.label} is not an engineering {key} by its name, and not a true one"
-            raise column.table.refusal(
-                what, f"choose another column, or give {_possible_values(column, key)}"
-            )
+            remedy = f"choose another column, or give {_possible_values(column, key)}"
+            raise column.table.refusal(what, remedy)
         # Shear stress and amount of shear are the same in the deformed and the undeformed body.
         same = wanted.given == "stretch" or mode.sheared
         true = not same and not words.isdisjoint(STATIC[key].true)
@@ -85,11 +84,8 @@ def meaning_of(column: NamedColumn, source: Source, chosen: bool) -> tuple[str, 
 
 def _possible_values(column: NamedColumn, key: str) -> str:
     """Return the values of `strain` or `stress` that the case file can give, as a text."""
-    measure = (
-        {"strain": "volume", "stress": "pressure"}[key]
-        if column.wanted.mode.needs_compressibility
-        else "true"
-    )
+    special = {"strain": "volume", "stress": "pressure"}
+    measure = special[key] if column.wanted.mode.needs_compressibility else "true"
     return f'{key} = "engineering" or "{measure}" in the table of the case file'
 
 
@@ -169,16 +165,12 @@ def refuse_compression(column: NamedColumn, source: Source, values: Array) -> No
     The name of the column says that it is compressive, or that of the file, of its sheet or of the channel. In shear
     and in volumetric tests it says nothing about signs (`bushcli.recording.specimen`).
     """
-    names = {
-        source.file.stem: "the name of the file",
-        column.table.part: "its sheet",
-        source.name: "the name of the channel",
-    }
+    names = {source.file.stem: "the name of the file", column.table.part: "its sheet"}
+    names[source.name] = "the name of the channel"
     by_column = any(word.startswith(_COMPRESSIVE) for word in column.head.words)
     telling = [f"{of} says compression" for name, of in names.items() if says_compression(name)]
-    signed = (
-        source.reverse is not None or column.wanted.mode.sheared or column.wanted.mode.needs_compressibility
-    )
+    mode = column.wanted.mode
+    signed = source.reverse is not None or mode.sheared or mode.needs_compressibility
     # A stretch in compression is below 1: it has its sign already.
     if (by_column or telling) and not signed and values.max() > abs(values.min()):
         says = f"{column.label} is compressive" if by_column else telling[0]

@@ -1,7 +1,7 @@
 """Name of a column -> its words, units as written, and doubts: ``Standardkraft [kN]`` is a force in kN.
 
 A text in brackets is a unit, known or not, unless it is one of a closed list of remarks, ``Force (filtered)``. Outside
-of brackets a unit stands at the end, ``force_kN``, or is certainly one (`units_in_name`). Factors, ``Force x 10``, are
+of brackets a unit stands at the end, ``force_kN``, or is certainly one (`name_parts`). Factors, ``Force x 10``, are
 never applied.
 """
 
@@ -12,12 +12,19 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from bushcli.recording.header.numbers import (
+from bushcli.recording.header.name_parts import (
+    FACTOR,
     RANGE,
     RANGE_WORDS,
+    UnitReader,
     factor_in,
     in_groups,
+    inner_units,
+    numbers_or_doubts,
+    prefix_of,
     ranges_in,
+    units_within,
+    with_second_unit,
 )
 from bushcli.recording.header.units import (
     AMBIGUOUS,
@@ -26,15 +33,6 @@ from bushcli.recording.header.units import (
     find_unit,
     plain_unit,
     tabulated_unit,
-)
-from bushcli.recording.header.units_in_name import (
-    FACTOR,
-    UnitReader,
-    inner_units,
-    numbers_or_doubts,
-    prefix_of,
-    units_within,
-    with_second_unit,
 )
 from bushcli.recording.header.vocabulary import (
     COUNTED_WORDS,
@@ -52,7 +50,7 @@ from bushcli.recording.header.vocabulary import (
     names_quantity,
     plain_name,
 )
-from bushcli.recording.quantities import SPECIAL, STATIC
+from bushcli.recording.quantities import SPECIAL, STATIC, word_set
 
 #: What stands behind the name of a volume ratio, in place of a unit.
 SYMBOLS = frozenset({"J", "j", "V0", "v0", "V_0", "γ", "τ"})
@@ -109,12 +107,10 @@ _WITH_UNIT = re.compile(r"(?:[±<>=~]|\+/?-|-)?\d+(?:[.,]\d+)?\s?k?(?:[^\W\d_]|[
 #: An input of a device: "Dev1/ai0".
 _PORT = re.compile(r"\w*\d[\w.]*[/_]a?[io]\d{1,3}", re.IGNORECASE)
 #: Prefixes and systems of units.
-_ABOUT_UNITS = frozenset(
-    ["kilo", "mega", "milli", "micro", "si", "imperial", "metric", "metrisch", "english", "british", "us"]
-)
+_ABOUT_UNITS = word_set("kilo mega milli micro si imperial metric metrisch english british us")
 #: A mark, a date, or a serial number.
 _MARK = re.compile(
-    r"[+*]+|\d{4}-\d\d-\d\d|\d\d?\.\d\d?\.\d{4}|\b(?:s/?n|ser(?:ial)?\.?(?: ?no)?)\b\W*\w+", re.IGNORECASE
+    r"(?i)[+*]+|\d{4}-\d\d-\d\d|\d\d?\.\d\d?\.\d{4}|\b(?:s/?n|ser(?:ial)?\.?(?: ?no)?)\b\W*\w+"
 )
 
 
@@ -158,10 +154,8 @@ class Heading:
     @property
     def is_unnamed(self) -> bool:
         """Whether the words neither name a quantity nor exclude one: ``Channel 3``, ``AI 0``."""
-        excluded = (
-            self.formula or any(map(is_foreign, self.words)) or self.name.startswith(FOREIGN_BEGINNINGS)
-        )
-        return not (excluded or any(name_quality(self.name, kind) for kind in STATIC))
+        foreign = any(map(is_foreign, self.words)) or self.name.startswith(FOREIGN_BEGINNINGS)
+        return not (self.formula or foreign or any(name_quality(self.name, kind) for kind in STATIC))
 
     def without(self, words: Collection[str]) -> Heading:
         """Return it without some words, such as "true" where a case asks for the true stress."""
@@ -229,15 +223,11 @@ def heading(text: str, has_unit: bool = False, known: UnitReader = tabulated_uni
     text = _NUMBERED.sub(lambda match: f"{match[0]} " if names_quantity(match[0]) else match[0], text)
     bracketed = [in_groups(match) for match in _BRACKETS.finditer(text)]
     # "[in kN]"; "[in lbf]" may also be a moment.
-    bracketed = [
-        _INSIDE.sub("", inside) if tabulated_unit(_INSIDE.sub("", inside)) else inside for inside in bracketed
-    ]
+    bracketed = [_INSIDE.sub("", t) if tabulated_unit(_INSIDE.sub("", t)) else t for t in bracketed]
     rest = _BRACKETS.sub(" ", text)
     timed = any(word in STATIC["time"].words for word in plain_name(rest).split())
     are_units = [known(inside) is not None for inside in bracketed]
-    has_unit = (
-        has_unit or any(are_units) or (bool(bracketed) and next(units_within(rest, timed, known))[1] != "")
-    )
+    has_unit |= any(are_units) or (bool(bracketed) and next(units_within(rest, timed, known))[1] != "")
     # [1] is no remark, but the unit of a number without one. "Load (Dynacell) [kN]" has a remark; "Load [kN] [klx]" may
     # have two units.
     remarks = [
@@ -335,10 +325,7 @@ def _is_remark(inside: str, rest: str, timed: bool, has_unit: bool, known: UnitR
         (words == ["min"], not timed or bare != "min"),
         (ranges_in(inside) == [bare] and not bare[:1].isdigit(), True),
         (is_code(bare) or _PORT.fullmatch(bare) or beside, True),
-        (
-            not words or known(inside) is not None or factor_in(inside) or _VALUE.search(inside),
-            False,
-        ),
+        (not words or known(inside) is not None or factor_in(inside) or _VALUE.search(inside), False),
         (timed and words == ["std"] and "Std" in inside, False),  # Stunden: hours
         (has_units and any(word.isdigit() for word in words), False),  # "001 in"
         # "Force (F)" gives the symbol; "Force (t)" may be in tonnes.

@@ -47,8 +47,8 @@ _POUND = 0.45359237 * _GRAVITY
 #: records in megaseconds: a prefix that is not in use, as in "Ms", is a slip or has another meaning.
 _TABLE: tuple[tuple[str, float, str, str], ...] = (
     ("time", 1.0, "m u n", "s sec secs Sec sek с сек 秒 초"),
-    ("time", 1.0, "milli micro nano", "second seconds Sekunde Sekunden seconde"),
-    ("time", 1.0, "milli micro nano", "secondes secondo secondi segundo segundos"),
+    ("time", 1.0, "milli micro nano", "second seconds Sekunde Sekunden seconde secondes secondo secondi"),
+    ("time", 1.0, "milli micro nano", "segundo segundos"),
     ("time", 60.0, "", "min mins minute minutes Minute Minuten minuto minuti minutos мин 分"),
     ("time", 3600.0, "", "h hr hrs hour hours Stunde Stunden heure heures ora ore hora horas ч 小时"),
     ("time", 86400.0, "", "day days Tag Tage jour jours"),
@@ -186,9 +186,7 @@ _WORD = rf"[^\s\d/{_SIGNS}^()]+"
 _FACTOR = re.compile(rf"({_WORD})(?:(?:\^|\*\*)?\(?(-[1-4]|[2-4])\)?)?")
 _OPERATOR = re.compile(rf"[/{_SIGNS}]")
 #: Square units in words: sqmm, qmm, sq.in.
-_SQUARE = re.compile(
-    r"(?<![^\W_])(?:sq[.\-_]?|q(?=[cm]?m(?![^\W\d_])))(mm|cm|m|in|ft)(?![^\W_])", re.IGNORECASE
-)
+_SQUARE = re.compile(r"(?i)(?<![^\W_])(?:sq[.\-_]?|q(?=[cm]?m(?![^\W\d_])))(mm|cm|m|in|ft)(?![^\W_])")
 #: Between the words of "kilo-newton".
 _HYPHEN = re.compile(
     r"(?<=kilo|mega|giga|deca|deka|deci|nano)-(?=[^\W\d_])|(?<=milli|micro|mikro|centi|hecto)-(?=[^\W\d_])",
@@ -372,9 +370,8 @@ def _parse_unit(bare: str, measured: str) -> Unit | None:
     of = _MEASURED.get(size.powers, OTHER) if size else ""
     factor = float(f"{size.factor:.14g}") if size else 0.0  # 0.1, not 0.09999999999999999
     low, high = _SENSIBLE.get(of, (0.0, math.inf))
-    ratio = (
-        size and of == "strain" and "/" in bare and size.factor == 1.0 and not re.fullmatch(r"(\w+)/\1", bare)
-    )
+    bare_ratio = size and of == "strain" and size.factor == 1.0
+    ratio = bare_ratio and "/" in bare and not re.fullmatch(r"(\w+)/\1", bare)
     name = _NAMES.get((of, float(f"{factor:.12g}")))
     unit = Unit(of, bare, 0.0 if of == OTHER else factor) if name is None else Unit(of, name, UNITS[of][name])
     return unit if size and low <= size.factor <= high and not ratio else None
@@ -446,10 +443,8 @@ def _unit_by_pint(bare: str) -> Unit | None:
 
     try:
         parsed = [next(iter(_registry().parse_unit_name(word)), ("", "", "")) for word in words]
-        if any(
-            suffix == "s" and (len(w) < 3 or not w.islower())
-            for w, (_, _, suffix) in zip(words, parsed, strict=True)
-        ):
+        plural = [w for w, (_, _, end) in zip(words, parsed, strict=True) if end == "s"]
+        if any(len(w) < 3 or not w.islower() for w in plural):
             return None
         known = str(_registry().parse_units(expression))
         quantity = _registry().Quantity(1.0, known).to_base_units()

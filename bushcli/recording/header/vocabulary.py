@@ -113,12 +113,7 @@ _UNITS = re.compile(
     r"|DAC|DIG|INC|LSB|GAIN|DIV|MULT?|FAKT?|FACT?|EXP|BITS?|CNTS?|VDC|M?SEC|MIN|HRS?|DEGS?|M?RAD|PCT"
 )
 _ENDINGS = tuple(end for quantity in STATIC.values() for end in quantity.endings)
-_ALL_WORDS = frozenset(
-    word
-    for quantity in STATIC.values()
-    for name in (*quantity.words, *quantity.weak)
-    for word in name.split()
-)
+_ALL_WORDS = word_set(" ".join(name for each in STATIC.values() for name in (*each.words, *each.weak)))
 
 
 def is_foreign(word: str) -> bool:
@@ -184,9 +179,8 @@ def name_quality(name: str, kind: str) -> int:
         known, name = quantity.words, " ".join(words)
         # "extension ratio" contains a word for a length but is a stretch; any other ratio is none.
         phrase = any(" " in word and f" {word} " in f" {name} " for word in known)
-        other = ("ratio" in words and not phrase) or any(
-            name in STATIC[another].words for another in STATIC if another != kind
-        )
+        other = "ratio" in words and not phrase
+        other |= any(name in each.words for each in STATIC.values() if each is not quantity)
         longest = max((end for end in _ENDINGS if name.endswith(end)), key=len, default="")
         compound = longest in quantity.endings and not name.startswith(FOREIGN_BEGINNINGS)
         rules = (

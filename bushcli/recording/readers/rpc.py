@@ -44,13 +44,8 @@ def open_parts(path: Path) -> Iterator[Sequence[FilePart]]:
     channels, frame = int(_number(header, "CHANNELS")), int(_number(header, "PTS_PER_FRAME"))
     frames = int(_number(header, "FRAMES"))
     group = int(_number(header, "PTS_PER_GROUP", float(frame)))
-    if not (
-        1 <= channels <= _MOST_CHANNELS
-        and frame >= 1
-        and frames >= 1
-        and group >= frame
-        and group % frame == 0
-    ):
+    whole = min(frame, frames) >= 1 and group >= frame and group % frame == 0
+    if not (whole and 1 <= channels <= _MOST_CHANNELS):
         what = f"{channels} channels, {frames} frames of {frame} points, groups of {group} points contradict each other"
         raise ValueError(what)
     dtype = np.dtype(_ORDERS[order] + _TYPES[kind])

@@ -44,9 +44,7 @@ class Form:
             return None
         width = filled.pop()
         columns = list(zip(*(fields[:width] for fields in rows), strict=True))
-        numeric = tuple(
-            all(re.fullmatch(NUMBER[decimal], text, re.ASCII) for text in column) for column in columns
-        )
+        numeric = tuple(all(re.fullmatch(NUMBER[decimal], t, re.ASCII) for t in column) for column in columns)
         for texts, plain in zip(columns, numeric, strict=True):
             if not plain and any(is_grouped(text, decimal) or is_number(text, decimal) for text in texts):
                 return None

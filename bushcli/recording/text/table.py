@@ -223,9 +223,7 @@ class ArrayTable(Table):
 
     def of_rows(self, rows: Index) -> ArrayTable:
         """Return the table of some samples; see `Table.of_rows`."""
-        return replace(
-            self, columns=tuple(None if column is None else column[rows] for column in self.columns)
-        )
+        return replace(self, columns=tuple(None if c is None else c[rows] for c in self.columns))
 
     def clock(self, column: int, form: str = "") -> ClockTimes | None:
         """Return a column of dates or durations as seconds since the first; see `Table.clock`."""
@@ -297,7 +295,7 @@ class TextTable(Table):
         ends = np.cumsum([0, *map(len, self.parts)])
         indices = (rows[(rows >= start) & (rows < end)] - start for start, end in pairwise(ends))
         return replace(
-            self, parts=tuple(part.of_rows(index) for part, index in zip(self.parts, indices, strict=True))
+            self, parts=tuple(part.of_rows(i) for part, i in zip(self.parts, indices, strict=True))
         )
 
     def _refuse(self, column: int, values: NDArray[np.float64]) -> None:

@@ -236,9 +236,8 @@ def _group_with(
         raise source.refusal(what, f"name the channel that is meant: {key}")
     table, chosen = having[0], source.columns.get(quantity)
     indices = [i for i, name in enumerate(table.names) if name == chosen]
-    raster = columns_with_stamps(
-        table, indices or candidates(table, wanted) or columns_by_unit(table, wanted), source, mode
-    )
+    indices = indices or candidates(table, wanted) or columns_by_unit(table, wanted)
+    raster = columns_with_stamps(table, indices, source, mode)
     if raster is None:
         what = f'the {quantity} is in group "{table.part}", which has no time, apart from the other channels'
         raise source.refusal(what, f"{_RASTER}, or with a time in each group")
@@ -289,9 +288,8 @@ def own_clocks(
     if not all(_same_clock(reference, raster, True) for raster in rasters[: len(forced)]):
         what = f"{words[1]} have different columns of time"
         raise table.refusal(what, "forces are not interpolated: " + _RASTER)
-    return interpolate_at_stamps(
-        replace(reference, columns=tuple(forced)), travels, source, words, together=True
-    )
+    reference = replace(reference, columns=tuple(forced))
+    return interpolate_at_stamps(reference, travels, source, words, together=True)
 
 
 def clock_columns(table: Table, source: Source, mode: Mode) -> list[int]:
