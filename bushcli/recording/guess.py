@@ -45,8 +45,8 @@ def contradicting_modes(name: str, mode: str) -> tuple[str, ...]:
     if mode in words:
         return ()
     plain = {
-        other: {word for word in mode_words if len(word) > 3 and word not in SENSES}
-        for other, mode_words in words.items()
+        other: {word for word in each if len(word) > 3 and word not in SENSES}
+        for other, each in words.items()
     }
     return _unambiguous_modes({other: mode_words for other, mode_words in plain.items() if mode_words})
 

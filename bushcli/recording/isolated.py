@@ -96,9 +96,8 @@ def child_output(path: Path, reader: Reader, format_name: str, wanted: Collectio
         # Other lines that a failing parser prints are not the reason.
         lines = process.stderr.decode("utf-8", "replace").splitlines()
         messages = [line.removeprefix(_FAILED) for line in lines if line.startswith(_FAILED)]
-        raise _damage_error(
-            path, reader, messages[0] if messages else "its parser crashes or needs too much time"
-        )
+        crashed = "its parser crashes or needs too much time"
+        raise _damage_error(path, reader, messages[0] if messages else crashed)
     return process.stdout
 
 
@@ -192,17 +191,15 @@ def copy_contents(format_name: str, path: Path, wanted: Collection[str | int], o
             raise ValueError(f"has more than {_MOST_PARTS} groups or {_MOST_NAMES} columns")
         longest = max((part.samples for part in parts), default=0)
         if longest > MOST_SAMPLES:
-            raise ValueError(
-                f"has {longest} samples; at most {MOST_SAMPLES}: every tenth is enough for a fit"
-            )
+            most = f"at most {MOST_SAMPLES}: every tenth is enough for a fit"
+            raise ValueError(f"has {longest} samples; {most}")
         whole = sum(part.samples * len(part.names) for part in parts) <= _MOST_NUMBERS
         for part in parts:
             columns = _columns(part, wanted, whole)
             arrays += [column for column in columns if column is not None]
             if sum(map(len, arrays)) > _MOST_IN_ALL:
-                raise ValueError(
-                    f"has more than {_MOST_IN_ALL / 1e6:g} million numbers; export only those needed"
-                )
+                numbers = f"{_MOST_IN_ALL / 1e6:g} million numbers"
+                raise ValueError(f"has more than {numbers}; export only those needed")
             described = {f.name: getattr(part, f.name) for f in fields(part) if f.name != "load"}
             shown.append(described | {"kinds": [None if c is None else c.dtype.str for c in columns]})
     output.write(json.dumps(shown).encode() + b"\n")

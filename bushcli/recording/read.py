@@ -27,6 +27,8 @@ from cases.mode import Mode, modes
 from cases.six import MOTIONS
 
 Array = NDArray[np.float64]
+#: Columns that were read, names of the others, and remarks on how they were read.
+_Used = tuple[tuple[ReadColumn, ...], tuple[str, ...], tuple[Repair, ...]]
 
 _FEWEST_BUSHING = 5
 _FEWEST_COUPON = 3
@@ -141,10 +143,8 @@ def _temperature_of(table: Table, source: Source, rows: NDArray[np.int_]) -> Arr
     return np.asarray(values, dtype=np.float64)
 
 
-def _used_columns(
-    table: Table, used: Mapping[str, Column], source: Source
-) -> tuple[tuple[ReadColumn, ...], tuple[str, ...], tuple[Repair, ...]]:
-    """Return the columns that were read, the names of the others, and remarks on how they were read."""
+def _used_columns(table: Table, used: Mapping[str, Column], source: Source) -> _Used:
+    """Return the columns of a table by what was read of it."""
     taken = {column.index for column in used.values()}
     columns = tuple(
         ReadColumn(name, column.index + 1, table.names[column.index], column.unit, column.assumed)

@@ -28,10 +28,8 @@ from cases.mode import modes
 from cases.six import MOTIONS, PAIR_MODES, REACTIONS
 
 # Names of motions and reactions in a header: "ux_mm", "Fx [N]", "rotz_deg", "rz".
-_ALIASES = {
-    **{name: (name,) for name in (*MOTIONS, *REACTIONS)},
-    **{f"r{axis}": (f"r{axis}", f"rot{axis}", f"rotation{axis}") for axis in "xyz"},
-}
+_ALIASES: dict[str, tuple[str, ...]] = {name: (name,) for name in (*MOTIONS, *REACTIONS)}
+_ALIASES |= {f"r{axis}": (f"r{axis}", f"rot{axis}", f"rotation{axis}") for axis in "xyz"}
 _WORDS = ("the motion", "the reactions")
 
 

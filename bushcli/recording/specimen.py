@@ -30,9 +30,8 @@ def nominal(
     stress = np.asarray(forced / (1.0 if specimen.area is None else specimen.area))
     if strain_form == "true":
         if np.abs(strain).max() > _LARGEST_STRAIN:
-            what = (
-                f"reaches a logarithmic strain of {np.abs(strain).max():.3g}, beyond that of a stretch of 20"
-            )
+            largest = np.abs(strain).max()
+            what = f"reaches a logarithmic strain of {largest:.3g}, beyond that of a stretch of 20"
             raise source.refusal(what, _IN_PERCENT)
         strain = np.expm1(strain)
     if not mode.sheared and (strain <= -1.0).any():

@@ -282,10 +282,8 @@ def _remove_thousands(split: Sequence[list[str]], decimal: str) -> list[str]:
             split[row][column] = plain
         if numbers:
             row, plain = next(iter(numbers.items()))
-            remarks.append(
-                f"column {column + 1}: thousands separators are removed from {len(numbers)} numbers: "
-                f"{fields[row]} is read as {plain}"
-            )
+            removed = f"thousands separators are removed from {len(numbers)} numbers"
+            remarks.append(f"column {column + 1}: {removed}: {fields[row]} is read as {plain}")
     return remarks
 
 

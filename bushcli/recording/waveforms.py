@@ -90,13 +90,8 @@ def parts_by_clock(group: str, channels: Sequence[WaveChannel]) -> Iterator[File
         if len(clocks) < 2:
             parts.append((next(iter(clocks), None), same_length))
             continue
-        stated = [
-            (
-                clock,
-                [c for c, s in zip(same_length, samplings, strict=True) if s == clock],
-            )
-            for clock in (*clocks, None)
-        ]
+        pairs = list(zip(same_length, samplings, strict=True))
+        stated = [(clock, [c for c, s in pairs if s == clock]) for clock in (*clocks, None)]
         parts += [(clock, members) for clock, members in stated if members]
     names = [group]
     if len(parts) > 1:

@@ -203,9 +203,8 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
     )
     measured = {key: arrays.pop(key) for key in MEASURED if key in arrays}
     labels = {key: table.label(group.columns[key][0]) for key in measured}
-    columns = StiffnessColumns(
-        measured, table, labels, places, arrays["frequency"], source.stiffness_is, source.loss_angle_is
-    )
+    said = source.stiffness_is, source.loss_angle_is
+    columns = StiffnessColumns(measured, table, labels, places, arrays["frequency"], *said)
     storage, loss, said_of = complex_stiffness(columns)
     unknown = np.full(len(table), np.nan)
     arrays |= {"storage": storage, "loss": loss, "third_harmonic": unknown}
@@ -262,9 +261,8 @@ def _loops(source: DynamicSource, plain: Source, tables: TableCache) -> list[Tab
             raise
         what = "is no table of dynamic stiffness (frequency, and two of |K*|, K', K'', loss angle, tan delta, damping)"
         what += f"; and as loops of time, displacement and force it cannot be read: {error}"
-        expected = (
-            "columns = {frequency = ..., storage = ..., loss = ...} in the recording's table of the case file"
-        )
+        keys = "columns = {frequency = ..., storage = ..., loss = ...}"
+        expected = f"{keys} in the recording's table of the case file"
         raise plain.refusal(what, expected) from None
     if record.time is None:
         what = "has loops without a time, so that their frequency is not known"
@@ -282,9 +280,8 @@ def _loops(source: DynamicSource, plain: Source, tables: TableCache) -> list[Tab
         f"{plain.file.name}: {len(sines)} sine bursts give a row each, by a fit of harmonics to whole periods"
     ]
     if len(fitted) > len(sines):
-        remarks.append(
-            f"{plain.file.name}: {len(fitted) - len(sines)} periodic motions that are no sine are left out"
-        )
+        left = len(fitted) - len(sines)
+        remarks.append(f"{plain.file.name}: {left} periodic motions that are no sine are left out")
     temperature = source.temperature
     if temperature is None:
         table = tables_of_file(plain, list(columns.values()), tables)

@@ -22,14 +22,13 @@ from bushcli.recording.source import Quantity, Source, dimension
 from bushcli.recording.text.table import LONGEST_LINE, SHOWN, Table
 
 _UNITS = re.compile(
-    r"(?:\b|(?<=[a-zé])(?=U))(?:units?(?:\s+(?:set|system))?|einheit(?:en)?|unités?)\b\W*", re.IGNORECASE
+    r"(?i)(?:\b|(?<=[a-zé])(?=U))(?:units?(?:\s+(?:set|system))?|einheit(?:en)?|unités?)\b\W*"
 )
 #: The label of units of all columns. "Unit: 3" may count the parts under test; "Units: 3" has no unit either.
 _LABEL = re.compile(
-    r"\W*(?:units|einheiten|unités|units?\s+(?:set|system)|einheitensystem|system\s+of\s+units)"
+    r"(?i)\W*(?:units|einheiten|unités|units?\s+(?:set|system)|einheitensystem|system\s+of\s+units)"
     r"(?:\s+(?:set\s+to|are|used))?"
-    r"(?:\s*[:=;,\t|]|\s+in(?=\s+[^\W\d_])|(?<=to)\s|(?<=are)\s)\W*",
-    re.IGNORECASE,
+    r"(?:\s*[:=;,\t|]|\s+in(?=\s+[^\W\d_])|(?<=to)\s|(?<=are)\s)\W*"
 )
 #: "All values in kN and mm" states units; "Data in file 3" does not.
 _IN = (
@@ -42,8 +41,7 @@ _ALL = re.compile(r"\W*(?:all|alle|toutes)\b", re.IGNORECASE)
 _ENDS = re.compile(r"[,;\t|]|(?<=[\])])")
 #: Words between units; "in" before a unit is a preposition: "all values in mm".
 _JOINING = re.compile(
-    r"\b(?:and|und|et|all|alle|are|set|to|used|the|values?)\b|\bin\s+(?=[^\W\d_])|[:=]|\.(?=\s|$)",
-    re.IGNORECASE,
+    r"(?i)\b(?:and|und|et|all|alle|are|set|to|used|the|values?)\b|\bin\s+(?=[^\W\d_])|[:=]|\.(?=\s|$)"
 )
 #: Systems of units, which do not say in which unit a column is, and where their names stand. "US" is no unit there,
 #: and "us" no system.
@@ -72,8 +70,8 @@ _MOST = 10
 _ABOUT = re.compile(r"(?i)\b(?:all|alle|toutes?|les|is|are|in|of|(?:channel|kanal)\b\s*\d*)(?!\w)|[:=]")
 #: "Length unit: inch" is about the column of a length; "Gauge length unit: mm" is not.
 _LENGTH = re.compile(
-    r"^\W*(?:(?:lengths?|distances?|längen?)(?=[\s_-]*(?:units?|einheit))|units?\s+(?:of|for)\s+(?:lengths?|distances?)\b)",
-    re.IGNORECASE,
+    r"(?i)^\W*(?:(?:lengths?|distances?|längen?)(?=[\s_-]*(?:units?|einheit))"
+    r"|units?\s+(?:of|for)\s+(?:lengths?|distances?)\b)"
 )
 #: "Force unit: foo", "Unit of force = foo": the label without its colon, and what it says.
 _OF_QUANTITY = re.compile(r"([^:=;,\t|]*)[:=;,\t|]+\s*(\S.*)")
@@ -82,30 +80,26 @@ _OF_QUANTITY = re.compile(r"([^:=;,\t|]*)[:=;,\t|]+\s*(\S.*)")
 _N = r"\d+(?:[.,]\d+)?(?:[eE][-+−]?\d+)?"
 #: What names a factor.
 _CALLED = re.compile(
-    r"(?:\b|(?<=[a-z])(?=[FS]))\w{0,20}(?:scale|scaling|gains?|multipliers?|factors?|faktor(?:en)?|skalierung"
+    r"(?i)(?:\b|(?<=[a-z])(?=[FS]))\w{0,20}(?:scale|scaling|gains?|multipliers?|factors?|faktor(?:en)?|skalierung"
     r"|verstärkung|multiplikator(?:en)?|facteurs?|échelle|fattore|fattori|factores|moltiplicatore|multiplicador)\b"
     r"|\b(?:multipl(?:y|ied)|divided?)\b|\w{0,10}multiplizier\w*|\bdividier\w*|系数|比例|倍率|係数"
-    rf"|\b(?:in|units?|einheiten|multiples|vielfachen?)\s+(?:of|von)\s+(?={_N})|(?<![^\W_])(?<!\*)[x×*]\s*(?={_N})",
-    re.IGNORECASE,
+    rf"|\b(?:in|units?|einheiten|multiples|vielfachen?)\s+(?:of|von)\s+(?={_N})|(?<![^\W_])(?<!\*)[x×*]\s*(?={_N})"
 )
 #: A factor in words, or before a unit: "Force in thousands", "Kraftwerte in 1000 N".
 _WORDED = re.compile(
-    r"\b(?:in|en)\s+(?:tens|hundreds?|thousands?|millions?|tausend(?:er)?|hundert|milliers|miles|migliaia)\b"
-    r"|\b(?:forces?|loads?|values?|kräfte|\w*werte|\w*wege?|\w*kraft|displacements?)\s+(?:are\s+)?in\s+10+\s+[^\W\d_]",
-    re.IGNORECASE,
+    r"(?i)\b(?:in|en)\s+(?:tens|hundreds?|thousands?|millions?|tausend(?:er)?|hundert|milliers|miles|migliaia)\b"
+    r"|\b(?:forces?|loads?|values?|kräfte|\w*werte|\w*wege?|\w*kraft|displacements?)\s+(?:are\s+)?in\s+10+\s+[^\W\d_]"
 )
 #: What else is called so.
 _OTHER = re.compile(
-    r"\b(?:pid|[pid] ?gain|gain ?[pid]|full|safety|shape|form|loss|damping|filter|drawing|stretch|rate|speed"
+    r"(?i)\b(?:pid|[pid] ?gain|gain ?[pid]|full|safety|shape|form|loss|damping|filter|drawing|stretch|rate|speed"
     r"|temperature|sensitivity|gau?ge|k|power|crest|formfaktor|verlustfaktor|sicherheitsfaktor|k-faktor|zoom|plot|axis"
-    r"|graph|display|anzeige|diagramm?)\b|\d\s*x\s*\d",
-    re.IGNORECASE,
+    r"|graph|display|anzeige|diagramm?)\b|\d\s*x\s*\d"
 )
 #: What a column in units of force or length contains already, or what says so.
 _CONTAINED = re.compile(
-    r"gain|ampli|verstärk|calib|kalib|\bcal\b|étalon|\btar|already|applied|included|corrected|bereits|enthalten"
-    r"|korrigiert|angewendet|incluse?",
-    re.IGNORECASE,
+    r"(?i)gain|ampli|verstärk|calib|kalib|\bcal\b|étalon|\btar|already|applied|included|corrected|bereits|enthalten"
+    r"|korrigiert|angewendet|incluse?"
 )
 _ABOUT_FACTOR = re.compile(
     r"[:=;,\t|()\[\]*×]|\b(?:of|for|by|de|von|für|mit|values?|werte?|in|channel|kanal)\b"
@@ -126,10 +120,9 @@ _STEP = (
 )
 #: A label, a unit in brackets, a number, a unit: "Sampling rate [Hz] = 100", "dt: 0.01 s".
 _STATEMENT = re.compile(
-    rf"(?:^|[;,\t|])\W*(?:(?P<rate>{_RATE})|(?P<step>{_STEP}))\W*?"
+    rf"(?i)(?:^|[;,\t|])\W*(?:(?P<rate>{_RATE})|(?P<step>{_STEP}))\W*?"
     r"(?:[\[(]\s*(?P<inside>[^\])]{1,20})[\])])?\s*[:=;,\t|\s]+"
-    r"(?P<value>\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)[ \t;|]*(?P<behind>[^\s;,|]*(?: per s\w*)?)",
-    re.IGNORECASE,
+    r"(?P<value>\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)[ \t;|]*(?P<behind>[^\s;,|]*(?: per s\w*)?)"
 )
 #: Units of a rate, in hertz or kilohertz.
 _HERTZ = re.compile(

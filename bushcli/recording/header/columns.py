@@ -46,9 +46,7 @@ _OTHER_MODES = (
     ("coupon", "stretch", _COUPONS), ("coupon", "strain", _COUPONS),
 )  # fmt: skip
 #: Parts of names that may be those of a time, in whatever other words.
-_TIMES = re.compile(
-    r"time|zeit|elapsed|seconds|врем|temps|tempo|tiempo|时间|時間|^\W*t(?![^\W_])", re.IGNORECASE
-)
+_TIMES = re.compile(r"(?i)time|zeit|elapsed|seconds|врем|temps|tempo|tiempo|时间|時間|^\W*t(?![^\W_])")
 
 
 @dataclass(frozen=True)
@@ -196,11 +194,8 @@ def _missing_column_error(table: Table, wanted: WantedColumn, doubtful: list[Nam
         what += f"; there are {listed[:300]}"
     else:
         # A line above the table may have names, but not as many as the rows have fields.
-        lines = (
-            (number, delimiter, text.split(delimiter))
-            for number, text in reversed(table.preamble)
-            for delimiter in ("\t", ";", ",")
-        )
+        delimiters = ("\t", ";", ",")
+        lines = ((n, sign, text.split(sign)) for n, text in reversed(table.preamble) for sign in delimiters)
         short = (line for line in lines if len(line[2]) > 1 and named_columns(line[2]) > 1)
         number, delimiter, fields = next(short, (0, "", []))
         header = f"line {number} has {len(fields)} names, and the rows have {len(table.names)} fields"
@@ -220,10 +215,8 @@ def untaken_time(table: Table, taken: Collection[int]) -> list[str]:
         units = [tabulated_unit(text) for text in (name, *head.written, table.units[i])]
         is_time = _TIMES.search(name) is not None
         if i not in taken and (is_time or any(u is not None and u.measured == "time" for u in units)):
-            remarks.append(
-                f"{table.label(i)} was not taken as the time; if it is, columns = {{time = {i + 1}}} "
-                "in the case file"
-            )
+            key = f"columns = {{time = {i + 1}}} in the case file"
+            remarks.append(f"{table.label(i)} was not taken as the time; if it is, {key}")
     return remarks
 
 

@@ -181,10 +181,8 @@ def _below_units(sheet: Sheet, number: int, fields: Sequence[str]) -> bool:
     words = [_NUMBERED.sub("", field) for field in fields if field]
     if not words or is_units_row(fields):
         return False
-    if any(
-        tabulated_unit(word) is not None or factor_in(word) or re.search(r"[\[\](){}%]|(?<![^\W_])\d", word)
-        for word in words
-    ):
+    marks = re.compile(r"[\[\](){}%]|(?<![^\W_])\d")
+    if any(tabulated_unit(word) or factor_in(word) or marks.search(word) for word in words):
         shown = " ".join(fields)[:SHOWN]
         what = f'"{shown}" stands below the row of units, and it is not clear whether it has factors or other units'
         raise sheet.refusal(number, what, "put # in front of a remark")

@@ -10,6 +10,7 @@ import numpy as np
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.header.name import SYMBOLS, Heading, heading
 from bushcli.recording.header.units import Unit, find_unit, plain_unit, tabulated_unit
+from bushcli.recording.header.vocabulary import MEASURED_WORDS
 from bushcli.recording.quantities import SPECIAL, STATIC, word_set
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.text.table import Table
@@ -119,7 +120,7 @@ class NamedColumn:
             quality = min(quality, 0 if wanted.mode.specimen == "coupon" else 1)
         foreign = any(unit is not None and unit.measured != wanted.measured for unit in units)
         # If engineering and true strain are side by side, the one that the case file asks for ranks highest.
-        more = 5 * self.head.is_measured + 10 * (not wanted.allowed.isdisjoint(words))
+        more = 5 * (not MEASURED_WORDS.isdisjoint(words)) + 10 * (not wanted.allowed.isdisjoint(words))
         return quality + more if quality and not foreign else 0
 
     def refusal(self, what: str, near: str = "", instead: str = "") -> RecordingError:
@@ -181,11 +182,6 @@ def candidates(table: Table, wanted: WantedColumn) -> list[int]:
     neutral = [column.index for column in best if modes().keys().isdisjoint(column.head.words)]
     every_best = [column.index for column in best]
     return (of_mode or neutral or every_best) if len(best) > 1 else every_best
-
-
-def columns_by_name(table: Table, wanted: WantedColumn) -> list[int]:
-    """Return all columns, from 0, whose names may mean a quantity, however surely."""
-    return [column.index for column in columns_as(table, wanted) if column.rank]
 
 
 def columns_by_unit(table: Table, wanted: WantedColumn) -> list[int]:

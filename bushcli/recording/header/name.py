@@ -39,15 +39,14 @@ from bushcli.recording.header.vocabulary import (
     FILLING,
     FOREIGN_BEGINNINGS,
     HARMLESS,
-    MEASURED_WORDS,
     POWER,
+    QUANTITY_WORDS,
     REMARKS,
     is_code,
     is_foreign,
     kinds_of,
     known_word,
     name_quality,
-    names_quantity,
     plain_name,
 )
 from bushcli.recording.quantities import SPECIAL, STATIC, word_set
@@ -81,9 +80,8 @@ _LONGEST_NAME = 200
 
 #: A function of something in brackets, or something between bars. "Force|N" has a single bar.
 _FUNCTION = re.compile(
-    r"(?<![^\W_])(?:abs|absolute|absolut|betrag|sqrt|sqr|sq|log|log10|log2|ln|exp|sum|cumsum|diff|int|integral|d|der|norm"
-    r"|rms|sign|neg|var|std|fft)[(\[{](?=([^()\[\]{}]*))|(?:^|[\s(\[=+])[|‖∥]+\s*([^|‖∥]+?)\s*[|‖∥]",
-    re.IGNORECASE,
+    r"(?i)(?<![^\W_])(?:abs|absolute|absolut|betrag|sqrt|sqr|sq|log|log10|log2|ln|exp|sum|cumsum|diff|int|integral|d|der|norm"
+    r"|rms|sign|neg|var|std|fft)[(\[{](?=([^()\[\]{}]*))|(?:^|[\s(\[=+])[|‖∥]+\s*([^|‖∥]+?)\s*[|‖∥]"
 )
 #: A negative or an inverse; a power of something else than a number: "10^3" is a factor.
 _SIGNED = re.compile(r"\s*[-−–—]\s*[^\W\d_]|\W*1\s*/\s*[^\W\d_]")
@@ -145,11 +143,6 @@ class Heading:
     def name(self) -> str:
         """The name without unit, in lower case."""
         return " ".join(self.words)
-
-    @property
-    def is_measured(self) -> bool:
-        """Whether the name says that the column was measured, unlike columns of set values."""
-        return not MEASURED_WORDS.isdisjoint(self.words)
 
     @property
     def is_unnamed(self) -> bool:
@@ -220,7 +213,9 @@ def heading(text: str, has_unit: bool = False, known: UnitReader = tabulated_uni
     text = text.strip() if len(text.strip()) <= _LONGEST_NAME else ""
     text = text.replace("∆", "Δ")  # the sign for a difference, and the Greek letter
     text = _INNER.sub(r"\1\2", _CAMEL.sub(" ", text))
-    text = _NUMBERED.sub(lambda match: f"{match[0]} " if names_quantity(match[0]) else match[0], text)
+    text = _NUMBERED.sub(
+        lambda match: f"{match[0]} " if match[0].lower() in QUANTITY_WORDS else match[0], text
+    )
     bracketed = [in_groups(match) for match in _BRACKETS.finditer(text)]
     # "[in kN]"; "[in lbf]" may also be a moment.
     bracketed = [_INSIDE.sub("", t) if tabulated_unit(_INSIDE.sub("", t)) else t for t in bracketed]
@@ -300,11 +295,8 @@ def _is_remark(inside: str, rest: str, timed: bool, has_unit: bool, known: UnitR
         # "Strain 1" is the name of a channel; Time [sample] counts samples.
         channel = word != numbered or (i + 1 < len(words) and words[i + 1].isdigit())
         is_quantity = channel and any(word in names for names in (each.words for each in STATIC.values()))
-        known_words += (
-            [numbered]
-            if not _fills(numbered) and (is_known or is_quantity) and not (timed and word == "sample")
-            else []
-        )
+        if not _fills(numbered) and (is_known or is_quantity) and not (timed and word == "sample"):
+            known_words.append(numbered)
     # Beside a known unit a text is a remark if it is no unit itself, has none, and is no factor. A number with a unit
     # is a range or a rate: "Load cell (25 kN) [kN]", "Force (LP 100 Hz) [N]"; the fs of "fs = 1 kHz" is no unit.
     ranged = _WITH_UNIT.sub(" ", inside)

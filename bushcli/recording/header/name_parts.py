@@ -46,8 +46,7 @@ _TENS = re.compile(
 )
 #: Factors in words; a prefix apart from its unit, "Force mega N", at the end of the name, after which the unit stood.
 _WORDED = re.compile(
-    r"(?<![^\W_])(?:(?:ten|hundred|thousand|million)(?:th)?s?|tsd|tausend(?:stel)?|hundertstel|zehntel)(?![^\W_])",
-    re.IGNORECASE,
+    r"(?i)(?<![^\W_])(?:(?:ten|hundred|thousand|million)(?:th)?s?|tsd|tausend(?:stel)?|hundertstel|zehntel)(?![^\W_])"
 )
 _PREFIX = re.compile(r"(?<![^\W_])(?:giga|mega|kilo|hecto|deca|deci|centi|milli|micro)\W*$", re.IGNORECASE)
 #: Before the "/50" in the type of a sensor, WA/50, S9M/5kN, and before the "/-25" of a range, +/-25.

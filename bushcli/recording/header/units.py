@@ -127,11 +127,9 @@ COUNTED = {
 _COUNTED_UNIT = re.compile(r"(pi|π|mio\.?|tsd\.?|mega|kilo)[\s*·⋅×∙•-]*(?=\D)", re.IGNORECASE)
 #: For a force, a pound or ounce is a pound-force or ounce-force: nobody measures a mass with a load cell. Kilograms are
 #: refused, because many read-outs show them, and the file does not say whether they were converted.
-_OF_FORCE = {
-    "lb": _POUND, "lbs": _POUND, "pound": _POUND, "pounds": _POUND, "#": _POUND, "klb": 1e3 * _POUND,
-    "klbs": 1e3 * _POUND, "kilopound": 1e3 * _POUND, "kilopounds": 1e3 * _POUND, "oz": _POUND / 16.0,
-    "ounce": _POUND / 16.0, "ounces": _POUND / 16.0,
-}  # fmt: skip
+_OF_FORCE = dict.fromkeys(("lb", "lbs", "pound", "pounds", "#"), _POUND)
+_OF_FORCE |= dict.fromkeys(("klb", "klbs", "kilopound", "kilopounds"), 1e3 * _POUND)
+_OF_FORCE |= dict.fromkeys(("oz", "ounce", "ounces"), _POUND / 16.0)
 #: Units that are words of names as well, so that they are units only where units stand: "Turns", "Force at".
 _LOOSE = frozenset([
     "rev", "revs", "turn", "turns", "revolution", "revolutions", "at", "bar", "bars", "tr", "ora", "ore", "hora",
@@ -189,8 +187,7 @@ _OPERATOR = re.compile(rf"[/{_SIGNS}]")
 _SQUARE = re.compile(r"(?i)(?<![^\W_])(?:sq[.\-_]?|q(?=[cm]?m(?![^\W\d_])))(mm|cm|m|in|ft)(?![^\W_])")
 #: Between the words of "kilo-newton".
 _HYPHEN = re.compile(
-    r"(?<=kilo|mega|giga|deca|deka|deci|nano)-(?=[^\W\d_])|(?<=milli|micro|mikro|centi|hecto)-(?=[^\W\d_])",
-    re.IGNORECASE,
+    r"(?i)(?<=kilo|mega|giga|deca|deka|deci|nano)-(?=[^\W\d_])|(?<=milli|micro|mikro|centi|hecto)-(?=[^\W\d_])"
 )
 _SUPERSCRIPTS = str.maketrans({"²": "2", "³": "3", "⁻": "-", "¹": "1", "⁴": "4", "µ": "u", "μ": "u"})
 #: A number before a unit: "0.1 N", "x10 N", "10^3 N", "1/10 mm", "1e3 N".

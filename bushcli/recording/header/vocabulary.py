@@ -113,7 +113,8 @@ _UNITS = re.compile(
     r"|DAC|DIG|INC|LSB|GAIN|DIV|MULT?|FAKT?|FACT?|EXP|BITS?|CNTS?|VDC|M?SEC|MIN|HRS?|DEGS?|M?RAD|PCT"
 )
 _ENDINGS = tuple(end for quantity in STATIC.values() for end in quantity.endings)
-_ALL_WORDS = word_set(" ".join(name for each in STATIC.values() for name in (*each.words, *each.weak)))
+#: Words for a quantity.
+QUANTITY_WORDS = word_set(" ".join(name for each in STATIC.values() for name in (*each.words, *each.weak)))
 
 
 def is_foreign(word: str) -> bool:
@@ -127,11 +128,6 @@ def is_code(word: str) -> bool:
     return match is not None and not _UNITS.fullmatch(match[1] or "")
 
 
-def names_quantity(word: str) -> bool:
-    """Whether a word, in any case, is one of those for a quantity."""
-    return word.lower() in _ALL_WORDS
-
-
 def known_word(word: str) -> bool:
     """Whether a word belongs to names of columns and is therefore not a unit; digits behind it do not count."""
     if POWER.fullmatch(word):
@@ -142,10 +138,10 @@ def known_word(word: str) -> bool:
     if plain[:1].isdigit():
         # "2Force" is a channel; "10V" is a number and a unit.
         plain = plain.lstrip("0123456789")
-        return len(plain) > 1 and plain in _ALL_WORDS
+        return len(plain) > 1 and plain in QUANTITY_WORDS
     return (
         not plain
-        or plain in _ALL_WORDS
+        or plain in QUANTITY_WORDS
         or is_foreign(plain)
         or plain in _BESIDE
         or any(len(plain) > len(end) and plain.endswith(end) for end in _ENDINGS)

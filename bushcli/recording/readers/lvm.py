@@ -175,9 +175,8 @@ def _x_values(body: _Body, head: _Head, channel: int, column: int, form: _Form) 
     if form.columns == "no" or (form.columns == "one" and stated[:2] != stated[2:]):
         first, step = (_number(_field(head, key, channel), key, form.decimal) for key in ("x0", "delta_x"))
         if not math.isfinite(first + step * len(body)):
-            raise ValueError(
-                f"X0 = {first:g} and Delta_X = {step:g} of channel {channel + 1} give no finite times"
-            )
+            what = f"X0 = {first:g} and Delta_X = {step:g} of channel {channel + 1}"
+            raise ValueError(f"{what} give no finite times")
         return np.asarray(first + step * np.arange(len(body)))
     return _column(body, column, form.decimal)
 
@@ -200,9 +199,8 @@ def _column(body: _Body, index: int, decimal: str) -> Array:
 def _number(text: str, where: str, decimal: str = ".") -> float:
     text = text.strip()
     if not is_number(text, decimal):
-        raise ValueError(
-            f"{where}: {text[:40]!r} is not a number" if text else f"{where}: a number is missing"
-        )
+        what = f"{text[:40]!r} is not a number" if text else "a number is missing"
+        raise ValueError(f"{where}: {what}")
     return to_float(text, decimal)
 
 

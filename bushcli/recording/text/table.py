@@ -153,16 +153,8 @@ class Table(ABC):
         """
         return RecordingError(Problem(self.where if row is None else self.place(row), what, "", remedy))
 
-    def refusal_of_code(self, row: int, column: int, value: float) -> RecordingError:
-        """Return the error for a value that looks like a code for a missing one.
-
-        Parameters
-        ----------
-        row, column : int
-            Indices from 0.
-        value : float
-            The number, in the unit of the file.
-        """
+    def _refusal_of_code(self, row: int, column: int, value: float) -> RecordingError:
+        """Return the error for a value, in the unit of the file, that looks like a code for a missing one."""
         what = f"{self.label(column)}: {self.text(row, column)} looks like a code for a missing value"
         expected = (
             "if it is one, delete the row or put # in front of it; if it was measured, "
@@ -218,7 +210,7 @@ class ArrayTable(Table):
             raise self.refusal(what, expected, row)
         code = sentinel(values, lambda row: self.text(row, column), accepted)
         if code is not None:
-            raise self.refusal_of_code(code, column, float(values[code]))
+            raise self._refusal_of_code(code, column, float(values[code]))
         return values
 
     def of_rows(self, rows: Index) -> ArrayTable:
@@ -287,7 +279,7 @@ class TextTable(Table):
             self._refuse(column, values)
         code = sentinel(values, lambda row: self.text(row, column), accepted)
         if code is not None:
-            raise self.refusal_of_code(code, column, values[code])
+            raise self._refusal_of_code(code, column, values[code])
         return values
 
     def of_rows(self, rows: Index) -> TextTable:

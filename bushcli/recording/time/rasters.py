@@ -25,7 +25,7 @@ from bushcli.recording.header.columns import Column, chosen_index, column
 from bushcli.recording.header.match import (
     WantedColumn,
     candidates,
-    columns_by_name,
+    columns_as,
     columns_by_unit,
     has_columns,
 )
@@ -302,7 +302,8 @@ def clock_columns(table: Table, source: Source, mode: Mode) -> list[int]:
     mode : Mode
     """
     wanted, head = WantedColumn.of(source, mode, "time"), _first_rows(table, min(len(table), _HEAD))
-    columns = columns_by_name(table, wanted) or columns_by_unit(table, wanted)
+    named = [column.index for column in columns_as(table, wanted) if column.rank]
+    columns = named or columns_by_unit(table, wanted)
     clocks = sorted({*columns, *(i for i in range(len(table.names)) if head.clock(i) is not None)})
     return clocks if all(b - a > 1 for a, b in pairwise(clocks)) else []
 
