@@ -52,9 +52,8 @@ def wrong_units(keys: Keys, source: Source) -> Iterator[Finding]:
     from bushcli.recording.header.units import scaled_unit  # its tables of spellings serve recordings alone
     from bushcli.recording.text.clock_times import is_form
 
-    mode = modes()[source.mode]
     for quantity, unit in source.units.items():
-        measured = source.dimension(quantity, mode.specimen, mode.rotational)
+        measured = source.dimension(quantity)
         scaled = scaled_unit(unit, measured)
         if quantity == "time" and is_form(unit):
             continue

@@ -18,7 +18,6 @@ from bushcli.recording.text.decode import refused_if_unreadable
 from bushcli.recording.text.table import Table
 from bushcli.recording.time.rasters import clock_columns, join_by_clock, on_one_raster, own_clocks
 from bushcli.runtime.bounded import read_beginning
-from cases.mode import Mode
 
 #: Bytes; only the needed channels of a binary file are read.
 LARGEST_BINARY = 512_000_000
@@ -35,27 +34,27 @@ _FOREIGN = (
 _LISTED = 12
 
 
-def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity], tables: TableCache) -> Table:
+def open_table(source: Source, quantities: Sequence[Quantity], tables: TableCache) -> Table:
     """Return the table of a file that holds the columns of a recording."""
     table = tables_of_file(source, list(source.columns.values()), tables, single=len(quantities) == 1)
     if isinstance(table, FileContents):
         needed = NeededColumns(
             f"columns for {' and '.join(quantities)}",
             "columns = {...}, by name",
-            lambda table: has_columns(table, source, mode, quantities),
-            lambda together: on_one_raster(together, source, mode) if len(quantities) > 1 else None,
+            lambda table: has_columns(table, source, quantities),
+            lambda together: on_one_raster(together, source) if len(quantities) > 1 else None,
         )
-        table = only_table(source, mode, table, needed)
+        table = only_table(source, table, needed)
     if source.rows:
         table = own_rows(table, source)
-    if len(clock_columns(table, source, mode)) < 2:
+    if len(clock_columns(table, source)) < 2:
         return table
     indices: dict[Quantity, int] = {}
     for quantity in quantities:
-        indices[quantity] = found_index(table, source, mode, quantity)
+        indices[quantity] = found_index(table, source, quantity)
     forced = [indices["force"]] if "force" in indices else []
     moved = [indices["displacement"]] if "displacement" in indices else []
-    return own_clocks(table, forced, moved, source, mode)
+    return own_clocks(table, forced, moved, source)
 
 
 def tables_of_file(
@@ -130,13 +129,13 @@ class NeededColumns(NamedTuple):
     across: Callable[[list[Table]], Table | None]
 
 
-def only_table(source: Source, mode: Mode, inside: FileContents, needed: NeededColumns) -> Table:
+def only_table(source: Source, inside: FileContents, needed: NeededColumns) -> Table:
     """Return the only table of a file, or the only one that fits, or else what channels of several groups give."""
     tables = inside.tables
     is_single = len(tables) == 1 and not inside.failed
     fitting = [table for table in tables if is_single or needed.fits(table)]
     if not fitting:
-        together = join_by_clock(tables, source, mode)
+        together = join_by_clock(tables, source)
         fitting = [table for table in together if needed.fits(table)]
         common = None if fitting else needed.across(together)
         fitting += [] if common is None else [common]

@@ -29,16 +29,10 @@ class ColumnQuantity:
 
     Attributes
     ----------
-    names : str
-        Its words, in lower case with single blanks, that of this project first, with commas between.
-    kinds : tuple of frozenset of str
-        Kinds of units of a coupon, of a rotation and of a translation.
-    title : str
-        Its name in messages.
-    example : str
-        A column name that is always understood.
-    unit : str
-        Unit where nothing gives one.
+    names, kinds : str, tuple of frozenset of str
+        Its words in lower case, that of this project first; kinds of units of a coupon, a rotation and a translation.
+    title, example, unit : str
+        Its name in messages, a column name that is always understood, and the unit where nothing gives one.
     endings : tuple of str
         Last parts of compounds, which determine their meaning: Standardkraft, 试验力. The longest one decides.
     weak : tuple of str
@@ -47,10 +41,8 @@ class ColumnQuantity:
         Words beside which a name means another quantity.
     true, unconverted : frozenset of str
         Words of its true measure, and of measures that belong to no load over an area and to no change of a length.
-    raw : str
-        Of a coupon: the quantity that the file of a machine has instead.
-    size : str
-        The dimension of a coupon that converts it into a strain or a stress.
+    raw, size : str
+        What the file of a machine has instead of that of a coupon; the dimension of the coupon that converts it.
     measured, test : str
         Of a special quantity: the one in place of which it stands, and the mode of the test.
     """

@@ -23,7 +23,7 @@ from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import Table
 from bushcli.recording.time.cycle_count import cycle_count
 from bushcli.recording.time.samples import program_times, samples_with_times
-from cases.mode import Mode, modes
+from cases.mode import modes
 from cases.six import MOTIONS
 
 Array = NDArray[np.float64]
@@ -61,16 +61,16 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         The cycles that the source names; ``record`` has all of them, because a response that depends on the path needs
         the earlier ones.
     """
-    mode, tables = _mode(source), TableCache() if tables is None else tables
+    mode, tables = source.deformation, TableCache() if tables is None else tables
     fewest = _FEWEST_COUPON if mode.specimen == "coupon" else _FEWEST_BUSHING
     if source.six is None:
-        table = open_table(source, mode, ("displacement", "force"), tables)
+        table = open_table(source, ("displacement", "force"), tables)
     else:
         table = six_table(source, source.six.chosen, tables)
-    stamps = column(table, source, mode, "time")
+    stamps = column(table, source, "time")
     refuse_several(table, stamps)
-    moved = _long_enough(table, source, mode, fewest)
-    forced = column(table, source, mode, "force")
+    moved = _long_enough(table, source, fewest)
+    forced = column(table, source, "force")
     assert forced is not None
     _refuse_still(table, moved, forced, stamps is not None or source.sample_rate is not None)
     samples = samples_with_times(table, source, stamps, moved, forced, fewest)
@@ -79,14 +79,14 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         what = f"{table.label(forced.index)} is {table.text(0, forced.index)} throughout: was the sensor connected?"
         raise table.refusal(what)
     if mode.specimen == "coupon":
-        displacement, force = nominal(source, mode, displacement, force, moved.form, forced.form)
+        displacement, force = nominal(source, displacement, force, moved.form, forced.form)
     if source.largest_stretch is not None:
         within = np.asarray(mode.stretch(displacement) <= source.largest_stretch)
         if np.count_nonzero(within) < min(fewest, len(within)):
             what = f"has {np.count_nonzero(within)} points up to largest_stretch = {source.largest_stretch:g}"
             raise table.refusal(what, f"at least {fewest}")
         displacement, force, samples = displacement[within], force[within], samples.select(within)
-    machine = mode.specimen == "coupon" and source.dimension("force", "coupon", mode.rotational) == "force"
+    machine = mode.specimen == "coupon" and source.dimension("force") == "force"
     read_columns = {"displacement": moved, "force": forced} | ({"time": stamps} if stamps else {})
     path = None
     if source.six is not None:
@@ -189,7 +189,7 @@ def read_coupon(source: Source, tables: TableCache | None = None) -> Recording:
     RecordingError
         As `read_recording` does; also when the mode is that of a bushing.
     """
-    if _mode(source).specimen != "coupon":
+    if source.deformation.specimen != "coupon":
         coupons = ", ".join(mode.name for mode in modes().values() if mode.specimen == "coupon")
         what = f"mode {source.mode} is not a material test"
         raise source.refusal(what, coupons)
@@ -214,10 +214,9 @@ def read_program(
     RecordingError
         As `read_recording` does, but two points are enough and the other quantity is not needed.
     """
-    mode = _mode(source)
-    table = open_table(source, mode, (quantity,), TableCache() if tables is None else tables)
-    stamps = column(table, source, mode, "time")
-    moved = _long_enough(table, source, mode, _FEWEST_PROGRAM, quantity)
+    table = open_table(source, (quantity,), TableCache() if tables is None else tables)
+    stamps = column(table, source, "time")
+    moved = _long_enough(table, source, _FEWEST_PROGRAM, quantity)
     _refuse_still(table, moved)
     time: Array | None = None
     if stamps is not None:
@@ -227,23 +226,13 @@ def read_program(
     read_columns: dict[str, Column] = {quantity: moved}
     if stamps is not None:
         read_columns["time"] = stamps
-    return RecordedProgram(
-        source.label, mode.name, time, moved.values, *_used_columns(table, read_columns, source)
-    )
+    used = _used_columns(table, read_columns, source)
+    return RecordedProgram(source.label, source.mode, time, moved.values, *used)
 
 
-def _mode(source: Source) -> Mode:
-    mode = modes().get(source.mode)
-    if mode is None:
-        raise source.refusal(f'"{source.mode}" is not a mode', ", ".join(modes()))
-    return mode
-
-
-def _long_enough(
-    table: Table, source: Source, mode: Mode, fewest: int, quantity: Quantity = "displacement"
-) -> Column:
+def _long_enough(table: Table, source: Source, fewest: int, quantity: Quantity = "displacement") -> Column:
     """Return the column of a quantity, or refuse it if it has too few points."""
-    channel = column(table, source, mode, quantity)
+    channel = column(table, source, quantity)
     assert channel is not None
     if len(channel.values) < fewest:
         what = f"has only {len(channel.values)} point{'s' if len(channel.values) > 1 else ''}"

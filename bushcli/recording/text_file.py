@@ -99,9 +99,8 @@ def _table(path: Path, lines: list[Line], runs: list[AlikeRows], given: _Given) 
     grouped = None
     if given.decimal is None and (dialect.decimal == "," or dialect.delimiter in ";\t"):
         grouped = ambiguous_thousands(rows, dialect.decimal)
-    if runs and (
-        reordered or dialect != (runs[0].form.delimiter, runs[0].form.decimal) or grouped is not None
-    ):
+    differs = runs and dialect != (runs[0].form.delimiter, runs[0].form.decimal)
+    if runs and (reordered or differs or grouped is not None):
         return None
     # A sign in front of rows of numbers makes them comments.
     below = (line for line in sheet.lines if line.comment and line.number > sheet.first_row_line)

@@ -53,6 +53,8 @@ _LARGEST_RADIANS, _LARGEST_FACTOR = 1.6, 5.0
 
 #: Column, from 0, by quantity.
 Columns = Mapping[str, tuple[int, ColumnName]]
+#: Numbers in internal units, and a remark.
+_Values = tuple[Array, str]
 
 
 @dataclass(frozen=True)
@@ -160,7 +162,7 @@ def with_conditions_above(table: Table) -> Table:
     return replace(table.of_rows(np.arange(1, len(table))), units=tuple(units), preamble=preamble)
 
 
-def groups(table: Table, source: DynamicSource, mode: Mode) -> list[ColumnGroup]:
+def groups(table: Table, source: DynamicSource) -> list[ColumnGroup]:
     """Return the groups of columns of a table: one, or one for each condition that the columns' names have."""
     names = meanings(table)
     chosen = {key: chosen_index(table, column) for key, column in source.columns.items()}
@@ -192,7 +194,7 @@ def groups(table: Table, source: DynamicSource, mode: Mode) -> list[ColumnGroup]
         quantities = {names[i].quantity for i in columns}
         members = [*columns, *(i for i in shared if names[i].quantity not in quantities)]
         conditions = {c.quantity: c for i in columns or shared for c in names[i].conditions}
-        column_groups.append(ColumnGroup(_unique(table, members, names, mode), conditions))
+        column_groups.append(ColumnGroup(_unique(table, members, names, source.deformation), conditions))
     return column_groups
 
 
@@ -217,15 +219,13 @@ def _unique(table: Table, columns: Sequence[int], names: Sequence[ColumnName], m
     return unique
 
 
-def numbers(
-    table: Table, index: int, column: ColumnName, quantity: str, source: DynamicSource, mode: Mode
-) -> tuple[Array, str]:
+def numbers(table: Table, index: int, column: ColumnName, quantity: str, source: DynamicSource) -> _Values:
     """Return a column in internal units, and a remark where its unit was understood from its values."""
     values = table.numbers(index)
     remark, key = "", quantity if quantity != "modulus" else "stiffness"
     given = source.units.get(key)
     unit = column.unit if given is None else read_unit(given)
-    kinds = DYNAMIC[quantity].kinds_in(mode)
+    kinds = DYNAMIC[quantity].kinds_in(source.deformation)
     proposed = next(_PROPOSED[kind] for kind in (quantity, *sorted(kinds, reverse=True)) if kind in _PROPOSED)
     remedy = f"units = {{{key} = {proposed[0]}}} or {proposed[1]} in the recording's table of the case file"
     if given is not None and unit is None:
@@ -242,7 +242,7 @@ def numbers(
     if unit.measured not in kinds:
         article = "an" if unit.measured[0] in "aeiou" else "a"
         where = f"{table.label(index)}: {column.written or given} is a unit of {article} {unit.measured}"
-        what = f"{where}, and the {quantity.replace('_', ' ')} in mode {mode.name} is not one"
+        what = f"{where}, and the {quantity.replace('_', ' ')} in mode {source.mode} is not one"
         expected = f"columns = {{{key} = ...}}, if another column is meant"
         if unit.measured == "stress":
             expected = 'a modulus is that of a coupon: [[coupons]] with mode = "uniaxial", for example'

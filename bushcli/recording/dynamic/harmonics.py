@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from bushcli.curve.segment import turning_points
 
 Array = NDArray[np.float64]
+#: Begin and end, s, and frequency, Hz.
+Burst = tuple[float, float, float]
 
 #: Half cycles of a burst agree in duration and range within this share: a rig needs some periods to reach its
 #: amplitude, and what it does on the way is no burst (judgement).
@@ -34,22 +36,14 @@ class Harmonics:
 
     Attributes
     ----------
-    frequency : float
-        Hz.
-    amplitude : float
-        Peak of the first harmonic of the displacement.
-    stiffness : complex
-        K* = K' + i K''.
-    error : float
-        Standard error of K', and of K''.
-    third : float
-        Third harmonic of the force, as a share of its first.
-    third_motion : float
-        The same of the displacement.
-    mean : (float, float)
-        Mean displacement and mean force.
-    span : (float, float)
-        Times of the first and last sample, s.
+    frequency, amplitude : float
+        Hz; peak of the first harmonic of the displacement.
+    stiffness, error : complex, float
+        K* = K' + i K''; standard error of K', and of K''.
+    third, third_motion : float
+        Third harmonics of the force and of the displacement, as shares of their first.
+    mean, span : (float, float)
+        Means of displacement and force; times of the first and last sample, s.
     """
 
     frequency: float
@@ -62,7 +56,7 @@ class Harmonics:
     span: tuple[float, float]
 
 
-def bursts(time: Array, displacement: Array) -> list[tuple[float, float, float]]:
+def bursts(time: Array, displacement: Array) -> list[Burst]:
     """Return begin and end (s) and frequency (Hz) of each stretch in which the motion is periodic."""
     # The reversals that are larger than the noise.
     steps = np.abs(np.diff(displacement))
@@ -106,9 +100,7 @@ def _crossing(time: Array, values: Array, a: int, b: int, level: float) -> float
     return float(time[i - 1] + min(max(share, 0.0), 1.0) * (time[i] - time[i - 1]))
 
 
-def harmonics(
-    time: Array, displacement: Array, force: Array, burst: tuple[float, float, float]
-) -> Harmonics | None:
+def harmonics(time: Array, displacement: Array, force: Array, burst: Burst) -> Harmonics | None:
     """Return the harmonics of a burst, fitted to whole periods without the start-up; None if too few are left."""
     begin, end, frequency = burst
     left_out = math.ceil(max(1.0, _START_UP * (end - begin) * frequency))

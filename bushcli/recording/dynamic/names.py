@@ -15,7 +15,7 @@ from bushcli.recording.text.fields import is_thousands
 Peak = Literal["peak", "double", ""]
 
 _ERRORS = re.compile(
-    r"\b(std|stdev|sd|se|standard error|standard deviation|uncertainty|standardabweichung|err|error)\b"
+    r"\b(stdev|std|sd|se|standard (error|deviation)|uncertainty|standardabweichung|err|error)\b"
 )
 _PEAK = re.compile(r"\b(peak|0 p|0 pk|zero to peak|half|single|einfach|scheitel|ampl zero peak)\b|±|\+/-")
 _DOUBLE = re.compile(

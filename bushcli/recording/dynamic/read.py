@@ -36,7 +36,6 @@ from bushcli.recording.read import read_recording
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import Table
-from cases.mode import Mode, modes
 
 Array = NDArray[np.float64]
 
@@ -61,8 +60,8 @@ def read_dynamic(source: DynamicSource, tables: TableCache | None = None) -> Dyn
         With file, line and column, when something cannot be read, is not possible or contradicts itself; with the key
         of the case file that answers it, when the file does not say what its numbers are.
     """
-    mode, tables = modes()[source.mode], TableCache() if tables is None else tables
-    parts = [part for file in source.files for part in _parts(file, source, mode, tables)]
+    mode, tables = source.deformation, TableCache() if tables is None else tables
+    parts = [part for file in source.files for part in _parts(file, source, tables)]
     if mode.specimen == "coupon" and source.quantity is None:
         if not mode.sheared and not all(part.modulus for part in parts):
             what = "has a modulus, and does not say whether it is Young's modulus E or the shear modulus G"
@@ -113,7 +112,7 @@ def read_dynamic(source: DynamicSource, tables: TableCache | None = None) -> Dyn
     )
 
 
-def _parts(file: Path, source: DynamicSource, mode: Mode, tables: TableCache) -> list[TablePart]:
+def _parts(file: Path, source: DynamicSource, tables: TableCache) -> list[TablePart]:
     """Return the rows of one file: of all its sheets or groups that are tables of stiffness, or of its loops."""
     plain = Source(
         source.mode,
@@ -135,8 +134,8 @@ def _parts(file: Path, source: DynamicSource, mode: Mode, tables: TableCache) ->
     parts: list[TablePart] = []
     for table in fitting:
         # A column of conditions alone, such as the mean of all, is no group.
-        measured = [group for group in groups(table, source, mode) if set(MEASURED) & set(group.columns)]
-        group_parts = [_part(with_values(table, group), group, source, mode) for group in measured]
+        measured = [group for group in groups(table, source) if set(MEASURED) & set(group.columns)]
+        group_parts = [_part(with_values(table, group), group, source) for group in measured]
         taken = {index for group in measured for index, _ in group.columns.values()}
         unused = [name for i, name in enumerate(table.names) if name and i not in taken]
         if unused:
@@ -150,7 +149,7 @@ def _parts(file: Path, source: DynamicSource, mode: Mode, tables: TableCache) ->
     return parts
 
 
-def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -> TablePart:
+def _part(table: Table, group: ColumnGroup, source: DynamicSource) -> TablePart:
     """Return the rows of a group of columns, in internal units."""
     if not len(table):
         raise table.refusal("has a group of columns without values")
@@ -160,7 +159,7 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
     asked: list[Problem] = []
     for quantity, (index, column) in group.columns.items():
         try:
-            arrays[quantity], remark = numbers(table, index, column, quantity, source, mode)
+            arrays[quantity], remark = numbers(table, index, column, quantity, source)
             remarks += [remark] if remark else []
         except RecordingError as error:
             asked += error.problems
@@ -174,14 +173,14 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
         raise RecordingError(*asked)
     for quantity in CONDITIONS:
         if quantity not in arrays:
-            arrays[quantity] = np.full(len(table), _stated_value(table, quantity, stated, source, mode))
+            arrays[quantity] = np.full(len(table), _stated_value(table, quantity, stated, source))
             for line, c in () if quantity in group.conditions else conditions_between_rows(table, quantity):
                 below = np.array([table.line(row) > line for row in range(len(table))])
-                arrays[quantity][below] = _stated_value(table, quantity, {quantity: c}, source, mode)
+                arrays[quantity][below] = _stated_value(table, quantity, {quantity: c}, source)
     arrays["amplitude"] = np.abs(arrays["amplitude"]) * (0.5 if peak == "double" else 1.0)
     places = tuple(table.place(row) for row in range(len(table)))
     # Moduli may come from shifts along temperature, which reach any frequency.
-    highest = HIGHEST if mode.specimen == "bushing" else math.inf
+    highest = HIGHEST if source.deformation.specimen == "bushing" else math.inf
     frequency = arrays["frequency"]
     if np.isnan(frequency).any():
         what = "has no column of a frequency, and neither its header nor the case file states one"
@@ -196,9 +195,7 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
     refuse_rows(
         frequency > highest,
         places,
-        lambda row: (
-            f"{frequency[row]:.4g} Hz is beyond any dynamic test of a bushing, which ends at some kHz"
-        ),
+        lambda row: f"{frequency[row]:.4g} Hz is beyond any test of a bushing, which ends at some kHz",
         'delete the row; or units = {frequency = "rad/s"} or "Hz", if the file has another unit',
     )
     measured = {key: arrays.pop(key) for key in MEASURED if key in arrays}
@@ -214,14 +211,14 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
     return TablePart(arrays, places, (*remarks, *said_of), modulus, peak)
 
 
-def _stated_value(
-    table: Table, quantity: str, stated: Mapping[str, Stated], source: DynamicSource, mode: Mode
-) -> float:
+def _stated_value(table: Table, quantity: str, stated: Mapping[str, Stated], source: DynamicSource) -> float:
     """Return a condition of all rows, as the case file or else the file states it, in internal units; or nan."""
     given = getattr(source, quantity)
     condition = stated.get(quantity) if given is None else None
-    if condition is not None and condition.unit.measured not in DYNAMIC[quantity].kinds_in(mode):
-        unit = f"a unit of a {condition.unit.measured}, which mode {mode.name} has not"
+    if condition is not None and condition.unit.measured not in DYNAMIC[quantity].kinds_in(
+        source.deformation
+    ):
+        unit = f"a unit of a {condition.unit.measured}, which mode {source.mode} has not"
         what = f"states a {quantity.replace('_', ' ')} in {unit}"
         raise table.refusal(what, f"{quantity} = ... in the recording's table of the case file")
     return condition.value if condition is not None else math.nan if given is None else float(given)
@@ -241,9 +238,8 @@ def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source
         raise table.refusal(what, "leave amplitude_is out, or name another column")
     peak = source.amplitude_is or stated_peak
     if not peak:
-        what = (
-            f"{label} may be the peak (half of the travel of a cycle) or the double amplitude (peak to peak)"
-        )
+        double = "the double amplitude (peak to peak)"
+        what = f"{label} may be the peak (half of the travel of a cycle) or {double}"
         expected = 'amplitude_is = "peak" or "double" in the recording\'s table of the case file'
         raise table.refusal(what, expected)
     return peak
@@ -251,7 +247,7 @@ def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source
 
 def _loops(source: DynamicSource, plain: Source, tables: TableCache) -> list[TablePart]:
     """Return the rows that the sine bursts of a file give."""
-    mode = modes()[source.mode]
+    mode = source.deformation
     columns = {key: value for key, value in source.columns.items() if key in LOOP_COLUMNS}
     units = {key: value for key, value in source.units.items() if key in LOOP_COLUMNS}
     try:
@@ -272,9 +268,7 @@ def _loops(source: DynamicSource, plain: Source, tables: TableCache) -> list[Tab
     sines = [fit for fit in fitted if not fit.third_motion > LARGEST_THIRD]
     if not sines:
         what = f"has {'no sine, but other periodic motions' if fitted else 'no burst of at least three equal periods'}"
-        expected = (
-            "bursts of constant frequency and amplitude; a sweep of frequency, or a triangle, gives no K*"
-        )
+        expected = "bursts of constant frequency and amplitude; a sweep, or a triangle, gives no K*"
         raise plain.refusal(what, expected)
     remarks = [
         f"{plain.file.name}: {len(sines)} sine bursts give a row each, by a fit of harmonics to whole periods"

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from bushcli.recording.source import FaultKind
+from cases.mode import Mode, modes
 
 #: Columns of a table, as in the ``columns`` and ``units`` keys of a case file.
 COLUMNS = (
@@ -83,6 +84,11 @@ class DynamicSource:
     temperature: float | None = None
     accepted_faults: tuple[FaultKind, ...] = ()
     amplitude_factor: float = 1.0
+
+    @property
+    def deformation(self) -> Mode:
+        """The deformation mode."""
+        return modes()[self.mode]
 
     @property
     def label(self) -> str:

@@ -46,17 +46,12 @@ class StiffnessColumns:
     values : mapping of str to (n,) array
         By quantity: "stiffness" |K*|, "modulus" (|K*| or K'), "storage", "loss", "loss_angle", "tan_delta",
         "damping"; N/mm, N mm/rad or MPa, rad.
-    table : Table
-        Where they stand.
-    labels : mapping of str to str
-        ``column 2 (K')`` by quantity.
-    places : sequence of str
-        File and line of each row.
-    frequency : shape (n,)
-        Hz.
-    stiffness_is : {"magnitude", "storage"}, optional
-        What the case says that the "modulus" is.
-    loss_angle_is : {"loss", "complement"}, optional
+    table, labels : Table, mapping of str to str
+        Where they stand; ``column 2 (K')`` by quantity.
+    places, frequency : sequence of str, (n,) array
+        File and line, and Hz, of each row.
+    stiffness_is, loss_angle_is : str, optional
+        What the case says that the "modulus" and the angle are.
     """
 
     values: Mapping[str, Array]

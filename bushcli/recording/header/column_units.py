@@ -120,9 +120,8 @@ def _units_beside(column: NamedColumn) -> Iterator[Unit]:
             row = next(i for i, field in enumerate(fields) if field != fields[0])
             units = f'"{fields[0][:SHOWN]}" at first and "{fields[row][:SHOWN]}" here'
             what = f"{column.label}: the unit behind it is {units}"
-            expected = (
-                f'one unit; or units = {{{column.wanted.quantity} = "..."}} in the table of the case file'
-            )
+            key = f'units = {{{column.wanted.quantity} = "..."}}'
+            expected = f"one unit; or {key} in the table of the case file"
             raise table.refusal(what, expected, row)
         yield _unit_of_text(column, written[0])
 
@@ -140,9 +139,8 @@ def _unit_above(column: NamedColumn) -> KnownUnit | None:
     elif system and not stated:
         reason = f"line {system[0]} states the system of units: {system[1]}"
     elif unknown:
-        reason = (
-            f'what line {unknown[0]} states is not a unit of {STATIC[wanted.measured].title}: "{unknown[1]}"'
-        )
+        title = STATIC[wanted.measured].title
+        reason = f'what line {unknown[0]} states is not a unit of {title}: "{unknown[1]}"'
     if reason:
         raise column.refusal(f" has no unit, and {reason}")
     if not stated:

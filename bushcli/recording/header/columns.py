@@ -35,9 +35,10 @@ from bushcli.recording.quantities import SPECIAL, STATIC
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.text.clock_times import Instant
 from bushcli.recording.text.table import Table
-from cases.mode import Mode
 
 Array = NDArray[np.float64]
+#: A column, from 0, or None, and remarks about it.
+_Index = tuple[int | None, tuple[str, ...]]
 
 _COUPONS = "uniaxial, equibiaxial, planar or volumetric"
 #: Other specimens, the quantity by which they are known, and their modes.
@@ -55,16 +56,12 @@ class Column:
 
     Attributes
     ----------
-    index : int
-        From 0.
-    values : (n,) array
-        In internal units; stretch - 1 of the deformation of a coupon.
-    unit : str
-        Unit in the file.
+    index, values : int, (n,) array
+        From 0; in internal units, stretch - 1 of the deformation of a coupon.
+    unit, assumed : str, bool
+        Unit in the file; whether it is the default one, because neither the file nor the case file gives one.
     remarks : tuple of str
-        What a user should know about how the column was found.
-    assumed : bool
-        Whether the unit is the default one, because neither the file nor the case file gives one.
+        What a user should know about how the column was chosen.
     begin : Instant, optional
         Of times: the instant from which they count, if the file says it.
     form : str
@@ -80,9 +77,9 @@ class Column:
     form: str = "engineering"
 
 
-def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Column | None:
+def column(table: Table, source: Source, quantity: Quantity) -> Column | None:
     """Return the column of a quantity; None for a time that the file lacks."""
-    wanted = WantedColumn.of(source, mode, quantity)
+    wanted = WantedColumn.of(source, quantity)
     chosen = source.columns.get(quantity)
     timed = quantity == "time"
     index, remarks = (None, ()) if timed and source.is_untimed else _index_of(table, wanted, chosen)
@@ -102,7 +99,7 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
     numbers = table.numbers(index, source.accept)
     remarks = (*remarks, *meant, *read.remarks, *ranges_of(header_column, numbers, read.assumed))
     values = numbers * read.unit.factor
-    if mode.specimen == "coupon" and not timed:
+    if wanted.mode.specimen == "coupon" and not timed:
         refuse_compression(header_column, source, values)
     if timed and read.assumed:
         refuse_date(header_column, values)
@@ -119,16 +116,14 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
     return Column(index, values, read.unit.name, remarks, read.assumed, table.origin if timed else None, form)
 
 
-def found_index(table: Table, source: Source, mode: Mode, quantity: Quantity) -> int:
+def found_index(table: Table, source: Source, quantity: Quantity) -> int:
     """Return the column of a displacement or force, from 0; see `column`."""
-    index, _ = _index_of(table, WantedColumn.of(source, mode, quantity), source.columns.get(quantity))
+    index, _ = _index_of(table, WantedColumn.of(source, quantity), source.columns.get(quantity))
     assert index is not None  # a quantity that is missing is refused
     return index
 
 
-def _index_of(
-    table: Table, wanted: WantedColumn, chosen: str | int | None
-) -> tuple[int | None, tuple[str, ...]]:
+def _index_of(table: Table, wanted: WantedColumn, chosen: str | int | None) -> _Index:
     """Return the column of a quantity and remarks about it; None for a time that the file lacks."""
     best = candidates(table, wanted) if chosen is None else [chosen_index(table, chosen)]
     # The names are right, but their units belong to another quantity: a force in kg, a time in m.

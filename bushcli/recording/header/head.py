@@ -21,6 +21,8 @@ _APART = "each table in a file of its own: a # in front of this line would mix t
 _NUMBERED = re.compile(r"(?i)\b(?:ch|channel|kanal|run|test|specimen|sample|sensor|probe)\s?\d{1,3}\b")
 #: Lines above the rows, each with its fields.
 _Rows = Sequence[tuple[Line, list[str]]]
+#: Rows of units by the number of their line.
+_Units = Mapping[int, Sequence[str]]
 #: Characters up to which a word that ends with s is no plural.
 _SHORT = 4
 
@@ -100,9 +102,7 @@ def header(sheet: Sheet, width: int) -> Header:
     return Header(empty, units, place, tuple((row.number, row.content) for row in above))
 
 
-def _merge_units(
-    sheet: Sheet, rows: Mapping[int, Sequence[str]], number: int, units: tuple[str, ...]
-) -> tuple[str, ...]:
+def _merge_units(sheet: Sheet, rows: _Units, number: int, units: tuple[str, ...]) -> tuple[str, ...]:
     """Return the units of a header, those of its other rows of known units included."""
     merged = list(units)
     for column in range(len(units) if number in rows and len(rows) > 1 else 0):
@@ -251,9 +251,8 @@ def unify_column_order(sheet: Sheet) -> list[str]:
             order = list(range(len(names))) if same else [cells.index(name) for name in names]
             changed.append((line.number, order))
             if order != sorted(order):
-                remarks.append(
-                    f"the columns from line {line.number} on are put into the order of the first header"
-                )
+                first = f"the columns from line {line.number} on"
+                remarks.append(f"{part} are put into the order of the first header")
         elif len(cells) != len(order or names) or _put_in_order(cells, order) != units:
             what = f'"{" ".join(cells)}" below the first rows: other units than above them'
             raise sheet.refusal(line.number, what, _APART)

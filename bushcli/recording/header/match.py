@@ -44,16 +44,15 @@ class WantedColumn:
         return (*special, *stretch, self.measured)
 
     @staticmethod
-    def of(source: Source, mode: Mode, quantity: Quantity) -> WantedColumn:
+    def of(source: Source, quantity: Quantity) -> WantedColumn:
         """Return the column that a source and its mode need.
 
         Parameters
         ----------
         source : Source
-        mode : Mode
-        quantity : Quantity
+            quantity : Quantity
         """
-        measured = source.dimension(quantity, mode.specimen, mode.rotational)
+        mode, measured = source.deformation, source.dimension(quantity)
         form = {"stress": source.specimen.stress, "strain": source.specimen.strain}.get(measured)
         allowed = STATIC[measured].true if form == "true" else frozenset[str]()
         allowed |= {"shear", "simple"} if mode.sheared else set()
@@ -136,18 +135,17 @@ def columns_as(table: Table, wanted: WantedColumn) -> list[NamedColumn]:
     return [NamedColumn(table, index, wanted) for index in range(len(table.names))]
 
 
-def has_columns(table: Table, source: Source, mode: Mode, quantities: Sequence[Quantity]) -> bool:
+def has_columns(table: Table, source: Source, quantities: Sequence[Quantity]) -> bool:
     """Whether a table has, for each quantity, at least one column that may be meant.
 
     Parameters
     ----------
     table : Table
     source : Source
-    mode : Mode
     quantities : sequence of Quantity
     """
     for quantity in quantities:
-        wanted, chosen = WantedColumn.of(source, mode, quantity), source.columns.get(quantity)
+        wanted, chosen = WantedColumn.of(source, quantity), source.columns.get(quantity)
         if chosen is None:
             is_there = bool(candidates(table, wanted) or columns_by_unit(table, wanted))
         elif isinstance(chosen, int):

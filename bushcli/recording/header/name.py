@@ -118,14 +118,10 @@ class Heading:
 
     Attributes
     ----------
-    words : tuple of str
-        The name without unit, in lower case.
-    written : tuple of str
-        The units as written; several different ones contradict each other.
-    doubtful : tuple of str
-        Unknown words, as written, that could be units.
-    at_end : str
-        The one of them that stands where units stand, after ``_`` or a comma, or an empty text.
+    words, written : tuple of str
+        The name without unit, in lower case; the units as written, of which several different ones contradict.
+    doubtful, at_end : tuple of str, str
+        Unknown words, as written, that could be units; the one that stands where units stand, after ``_`` or a comma.
     formula : bool
         Whether the name is a formula, such as ``abs(Force)``.
     ranges : tuple of str

@@ -179,9 +179,8 @@ class AlikeRows:
             start = self.begin if rows[0] == 0 else int(self._ends[rows[0] - 1]) + 1
             return replace(self, begin=start, end=int(self._ends[rows[-1]]) + 1, at=self.at + int(rows[0]))
         width = len(self.form.numeric)
-        return SplitRows(
-            [[self.text(i, k) for k in range(width)] for i in rows], [self.line(int(i)) for i in rows]
-        )
+        fields = [[self.text(i, k) for k in range(width)] for i in rows]
+        return SplitRows(fields, [self.line(int(i)) for i in rows])
 
 
 def end_of_head(text: str) -> int:

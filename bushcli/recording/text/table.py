@@ -286,9 +286,8 @@ class TextTable(Table):
         """Return the table of some rows; see `Table.of_rows`."""
         ends = np.cumsum([0, *map(len, self.parts)])
         indices = (rows[(rows >= start) & (rows < end)] - start for start, end in pairwise(ends))
-        return replace(
-            self, parts=tuple(part.of_rows(i) for part, i in zip(self.parts, indices, strict=True))
-        )
+        parts = zip(self.parts, indices, strict=True)
+        return replace(self, parts=tuple(part.of_rows(index) for part, index in parts))
 
     def _refuse(self, column: int, values: NDArray[np.float64]) -> None:
         """Raise for the first field that is no finite number of a possible size."""
@@ -318,6 +317,5 @@ class TextTable(Table):
             return ClockTimes(self.numbers(column), self.dates[column])
         stamped = len(self) > 0 and ":" in self.text(0, column)
         fields = (text for part in self.parts for text in part.texts(column))
-        return (
-            clock_times([*fields], form or f"{self.names[column]} {self.units[column]}") if stamped else None
-        )
+        form = form or f"{self.names[column]} {self.units[column]}"
+        return clock_times([*fields], form) if stamped else None

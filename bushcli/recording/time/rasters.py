@@ -33,7 +33,6 @@ from bushcli.recording.source import Quantity, Source
 from bushcli.recording.text.clock_times import ClockTimes
 from bushcli.recording.text.table import ArrayTable, Table
 from bushcli.recording.time.samples import even_stamps
-from cases.mode import Mode
 
 Array = NDArray[np.float64]
 
@@ -134,13 +133,13 @@ class JoinedTable(Table):
         return table.clock(index, form)
 
 
-def join_by_clock(tables: Sequence[Table], source: Source, mode: Mode) -> list[Table]:
+def join_by_clock(tables: Sequence[Table], source: Source) -> list[Table]:
     """Return tables, those with equal time stamps as one: some loggers write a group for each channel."""
     groups: list[list[RasterColumns]] = []
     separate = list(tables[_MOST_COMPARED:])
     for table in tables[:_MOST_COMPARED]:
         try:
-            raster = columns_with_stamps(table, (), source, mode)
+            raster = columns_with_stamps(table, (), source)
         except RecordingError:
             raster = None  # it is said where the table is needed
         if raster is None:
@@ -177,14 +176,12 @@ def join_by_clock(tables: Sequence[Table], source: Source, mode: Mode) -> list[T
     return tables_by_clock + separate
 
 
-def columns_with_stamps(
-    table: Table, columns: Sequence[int], source: Source, mode: Mode
-) -> RasterColumns | None:
+def columns_with_stamps(table: Table, columns: Sequence[int], source: Source) -> RasterColumns | None:
     """Return columns with the time stamps of their table; None if it has none."""
     chosen = source.columns.get("time")
-    if isinstance(chosen, int) or (chosen is not None and not has_columns(table, source, mode, ["time"])):
+    if isinstance(chosen, int) or (chosen is not None and not has_columns(table, source, ["time"])):
         source = replace(source, columns={key: name for key, name in source.columns.items() if key != "time"})
-    stamps = column(table, source, mode, "time")
+    stamps = column(table, source, "time")
     return None if stamps is None else RasterColumns(table, tuple(columns), stamps)
 
 
@@ -209,22 +206,20 @@ def _same_clock(raster: RasterColumns, other: RasterColumns, together: bool) -> 
     return bool(np.abs(raster.time - (other.time + (shift or 0.0))).max(initial=0.0) <= _EQUAL * interval)
 
 
-def on_one_raster(tables: Iterable[Table], source: Source, mode: Mode) -> Table | None:
+def on_one_raster(tables: Iterable[Table], source: Source) -> Table | None:
     """Return the columns of the force with the travel interpolated at their time stamps; None if that is impossible."""
     tables = list(tables)
-    forced = _group_with(tables, source, mode, "force")
-    moved = _group_with(tables, source, mode, "displacement")
+    forced = _group_with(tables, source, "force")
+    moved = _group_with(tables, source, "displacement")
     return None if forced is None or moved is None else interpolate_at_stamps(forced, [moved], source)
 
 
-def _group_with(
-    tables: Sequence[Table], source: Source, mode: Mode, quantity: Quantity
-) -> RasterColumns | None:
+def _group_with(tables: Sequence[Table], source: Source, quantity: Quantity) -> RasterColumns | None:
     """Return the only group that has a quantity; None if no group has it."""
     if isinstance(source.columns.get(quantity), int):
         return None  # a column's number is ambiguous if the columns are in several groups
-    wanted = WantedColumn.of(source, mode, quantity)
-    having = [table for table in tables if has_columns(table, source, mode, [quantity])]
+    wanted = WantedColumn.of(source, quantity)
+    having = [table for table in tables if has_columns(table, source, [quantity])]
     # A group whose channel names the quantity precedes those that have the unit only.
     having = [table for table in having if candidates(table, wanted)] or having
     if not having:
@@ -237,7 +232,7 @@ def _group_with(
     table, chosen = having[0], source.columns.get(quantity)
     indices = [i for i, name in enumerate(table.names) if name == chosen]
     indices = indices or candidates(table, wanted) or columns_by_unit(table, wanted)
-    raster = columns_with_stamps(table, indices, source, mode)
+    raster = columns_with_stamps(table, indices, source)
     if raster is None:
         what = f'the {quantity} is in group "{table.part}", which has no time, apart from the other channels'
         raise source.refusal(what, f"{_RASTER}, or with a time in each group")
@@ -249,14 +244,13 @@ def own_clocks(
     forced: Sequence[int],
     moved: Sequence[int],
     source: Source,
-    mode: Mode,
     words: tuple[str, str] = WORDS,
 ) -> Table:
     """Return a table with one clock: where several columns of time stand each in front of its channels.
 
     Columns of time that stand beside each other describe the same rows; `bushcli.recording.header.columns` chooses one.
     """
-    clocks = clock_columns(table, source, mode)
+    clocks = clock_columns(table, source)
     if len(clocks) < 2 or not (forced or moved):
         return table
     rasters = []
@@ -266,11 +260,11 @@ def own_clocks(
         beside = [clock for clock in clocks if (clock > index if behind else clock < index)]
         if index in clocks or not beside:
             return table
-        rasters.append(_with_clock(table, index, beside[0 if behind else -1], source, mode))
+        rasters.append(_with_clock(table, index, beside[0 if behind else -1], source))
     reference, travels = rasters[0], rasters[len(forced) :]
     chosen = None if source.is_untimed else source.columns.get("time")
     if chosen is not None:
-        rasters.append(_with_clock(table, reference.columns[0], chosen_index(table, chosen), source, mode))
+        rasters.append(_with_clock(table, reference.columns[0], chosen_index(table, chosen), source))
     if all(_same_clock(reference, raster, True) for raster in rasters):
         others = {i for i in clocks if i != reference.stamps.index} if chosen is None else set()
         names = tuple("" if i in others else name for i, name in enumerate(table.names))
@@ -292,23 +286,22 @@ def own_clocks(
     return interpolate_at_stamps(reference, travels, source, words, together=True)
 
 
-def clock_columns(table: Table, source: Source, mode: Mode) -> list[int]:
+def clock_columns(table: Table, source: Source) -> list[int]:
     """Return the columns of time that stand apart from each other, from 0; none if two are neighbours.
 
     Parameters
     ----------
     table : Table
     source : Source
-    mode : Mode
     """
-    wanted, head = WantedColumn.of(source, mode, "time"), _first_rows(table, min(len(table), _HEAD))
+    wanted, head = WantedColumn.of(source, "time"), _first_rows(table, min(len(table), _HEAD))
     named = [column.index for column in columns_as(table, wanted) if column.rank]
     columns = named or columns_by_unit(table, wanted)
     clocks = sorted({*columns, *(i for i in range(len(table.names)) if head.clock(i) is not None)})
     return clocks if all(b - a > 1 for a, b in pairwise(clocks)) else []
 
 
-def _with_clock(table: Table, index: int, clock: int, source: Source, mode: Mode) -> RasterColumns:
+def _with_clock(table: Table, index: int, clock: int, source: Source) -> RasterColumns:
     """Return a column with its column of time, to the last row that has one: a slower channel has fewer rows."""
     count = len(table)
     if isinstance(table, ArrayTable):
@@ -319,7 +312,7 @@ def _with_clock(table: Table, index: int, clock: int, source: Source, mode: Mode
     else:
         count = max((row + 1 for row in range(len(table)) if table.text(row, clock)), default=0)
     cut = _first_rows(table, count)
-    stamps = column(cut, replace(source, columns={"time": clock + 1}), mode, "time")
+    stamps = column(cut, replace(source, columns={"time": clock + 1}), "time")
     assert stamps is not None
     return RasterColumns(cut, (index,), stamps)
 
@@ -395,9 +388,8 @@ def _common_stamps(
             raise raster.table.refusal(what, _RASTER, row)
         # Stamps with too few digits get equal intervals.
         even = even_stamps(raster.time)
-        rasters.append(
-            raster if even is None else replace(raster, stamps=replace(raster.stamps, values=even))
-        )
+        stamps = raster.stamps if even is None else replace(raster.stamps, values=even)
+        rasters.append(replace(raster, stamps=stamps))
     forced, *moved = rasters
     rows = np.ones(len(forced.time), dtype=bool)
     for raster in moved:
