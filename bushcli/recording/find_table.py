@@ -32,6 +32,7 @@ _FOREIGN = (
     (b"7z\xbc\xaf", "a 7-Zip archive", "unpack it first"),
 )
 _LISTED = 12
+_CHANNELS: tuple[Quantity, ...] = ("force", "displacement")
 
 
 def open_table(source: Source, quantities: Sequence[Quantity], tables: TableCache) -> Table:
@@ -49,11 +50,8 @@ def open_table(source: Source, quantities: Sequence[Quantity], tables: TableCach
         table = own_rows(table, source)
     if len(clock_columns(table, source)) < 2:
         return table
-    indices: dict[Quantity, int] = {}
-    for quantity in quantities:
-        indices[quantity] = found_index(table, source, quantity)
-    forced = [indices["force"]] if "force" in indices else []
-    moved = [indices["displacement"]] if "displacement" in indices else []
+    indices = {quantity: found_index(table, source, quantity) for quantity in quantities}
+    forced, moved = ([indices[key]] if key in indices else [] for key in _CHANNELS)
     return own_clocks(table, forced, moved, source)
 
 

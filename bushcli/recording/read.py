@@ -23,7 +23,6 @@ from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import Table
 from bushcli.recording.time.cycle_count import cycle_count
 from bushcli.recording.time.samples import program_times, samples_with_times
-from cases.mode import modes
 from cases.six import MOTIONS
 
 Array = NDArray[np.float64]
@@ -40,7 +39,7 @@ _SMALLEST = 1e-12
 
 
 def read_recording(source: Source, tables: TableCache | None = None) -> Recording:
-    """Read a recording of a bushing (or, with the mode of a coupon, as `read_coupon` does).
+    """Read a recording of a bushing, or a test of a coupon: stretch - 1 over nominal stress, MPa.
 
     Parameters
     ----------
@@ -173,27 +172,6 @@ def _used_cycles(recording: Recording, source: Source) -> Recording:
             what = f"conditioning = {source.conditioning} leaves none of the cycles that are to be used"
             raise source.refusal(what)
     return recording if cycles is None else select_cycles(recording, cycles)
-
-
-def read_coupon(source: Source, tables: TableCache | None = None) -> Recording:
-    """Read a material test: displacement is stretch - 1, force the nominal stress in MPa.
-
-    Parameters
-    ----------
-    source : Source
-    tables : TableCache, optional
-        Cache of the binary files that the caller reads.
-
-    Raises
-    ------
-    RecordingError
-        As `read_recording` does; also when the mode is that of a bushing.
-    """
-    if source.deformation.specimen != "coupon":
-        coupons = ", ".join(mode.name for mode in modes().values() if mode.specimen == "coupon")
-        what = f"mode {source.mode} is not a material test"
-        raise source.refusal(what, coupons)
-    return read_recording(source, tables)
 
 
 def read_program(

@@ -50,7 +50,6 @@ _OWN_WORDS = frozenset([
 #: rubber in its glass transition is 2 to 3.
 _LARGEST_RADIANS, _LARGEST_FACTOR = 1.6, 5.0
 
-
 #: Column, from 0, by quantity.
 Columns = Mapping[str, tuple[int, ColumnName]]
 #: Numbers in internal units, and a remark.

@@ -195,7 +195,7 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource) -> TablePart:
     refuse_rows(
         frequency > highest,
         places,
-        lambda row: f"{frequency[row]:.4g} Hz is beyond any test of a bushing, which ends at some kHz",
+        lambda row: f"{frequency[row]:.4g} Hz is beyond any dynamic test of a bushing: some kHz",
         'delete the row; or units = {frequency = "rad/s"} or "Hz", if the file has another unit',
     )
     measured = {key: arrays.pop(key) for key in MEASURED if key in arrays}

@@ -76,7 +76,6 @@ _LENGTH = re.compile(
 #: "Force unit: foo", "Unit of force = foo": the label without its colon, and what it says.
 _OF_QUANTITY = re.compile(r"([^:=;,\t|]*)[:=;,\t|]+\s*(\S.*)")
 
-
 _N = r"\d+(?:[.,]\d+)?(?:[eE][-+−]?\d+)?"
 #: What names a factor.
 _CALLED = re.compile(
@@ -108,7 +107,6 @@ _EVERY = re.compile(r"\b(?:all|alle|allen|toutes?|tous|tutti|todos|todas)\b", re
 #: A number without a unit; behind "in units of" the unit is that of the column.
 _BARE = re.compile(rf"(?<![\w.,:]){_N}(?![\w:]|[.,]\d|\s*[^\W\d_]|\s*%)")
 _NUMBER = re.compile(rf"(?<![\w.,]){_N}(?![\w]|[.,]\d)")
-
 
 _RATE = (
     r"(?:(?:sampl(?:e|ing)|scan(?:ning)?|acquisition|data|logg(?:er|ing)|daq|storage)[\s_-]*(?:rate|freq(?:uency|\.)?)"

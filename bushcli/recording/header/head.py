@@ -251,8 +251,8 @@ def unify_column_order(sheet: Sheet) -> list[str]:
             order = list(range(len(names))) if same else [cells.index(name) for name in names]
             changed.append((line.number, order))
             if order != sorted(order):
-                first = f"the columns from line {line.number} on"
-                remarks.append(f"{part} are put into the order of the first header")
+                these = f"the columns from line {line.number} on"
+                remarks.append(f"{these} are put into the order of the first header")
         elif len(cells) != len(order or names) or _put_in_order(cells, order) != units:
             what = f'"{" ".join(cells)}" below the first rows: other units than above them'
             raise sheet.refusal(line.number, what, _APART)

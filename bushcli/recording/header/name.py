@@ -89,7 +89,6 @@ _POWER = re.compile(r"(?<![\d\s])\s*(?:\^|\*\*)\s*[-+−(]?\d|(?<=[^\W\d_])[²³
 #: Quantities by which others are divided: a force over a travel is a stiffness.
 _DIVISORS = ("length", "angle", "time", "strain", "stretch")
 
-
 #: The number of a channel.
 _CHANNEL = re.compile(r"\d{1,2}")
 #: Numbers that are no channels: 0.1, 1,0, 0-5, 0..10; x2 may be a factor.
@@ -198,13 +197,7 @@ def is_units_row(fields: Sequence[str]) -> bool:
 def heading(text: str, has_unit: bool = False, known: UnitReader = tabulated_unit) -> Heading:
     """Split ``Force [kN]``, ``force_kN``, ``Kraft in N``, ``F / N``, ``Axial Force (Max)`` into words and units.
 
-    Parameters
-    ----------
-    text : str
-    has_unit : bool
-        Whether the column has a unit elsewhere.
-    known : callable
-        What a text means as a unit; a table of dynamic stiffness has more kinds than a recording.
+    The column may have a unit elsewhere; a table of dynamic stiffness knows more units than a recording.
     """
     text = text.strip() if len(text.strip()) <= _LONGEST_NAME else ""
     text = text.replace("∆", "Δ")  # the sign for a difference, and the Greek letter
