@@ -50,7 +50,7 @@ class WantedColumn:
         Parameters
         ----------
         source : Source
-            quantity : Quantity
+        quantity : Quantity
         """
         mode, measured = source.deformation, source.dimension(quantity)
         form = {"stress": source.specimen.stress, "strain": source.specimen.strain}.get(measured)
