@@ -146,8 +146,7 @@ def _used_columns(table: Table, used: Mapping[str, Column], source: Source) -> _
     """Return the columns of a table by what was read of it."""
     taken = {column.index for column in used.values()}
     columns = tuple(
-        ReadColumn(name, column.index + 1, table.names[column.index], column.unit, column.assumed)
-        for name, column in used.items()
+        ReadColumn(name, c.index + 1, table.names[c.index], c.unit, c.assumed) for name, c in used.items()
     )
     unused = tuple(name for i, name in enumerate(table.names) if name and i not in taken)
     remarks = [*table.remarks, *(text for column in used.values() for text in column.remarks)]

@@ -115,11 +115,8 @@ def _part(name: str, sampling: Sampling | None, members: Sequence[WaveChannel]) 
     names, units = [channel.name for channel in members], [channel.unit for channel in members]
     samples = members[0].samples
     # A channel of times is more exact than an interval.
-    if (
-        sampling is None
-        or not sampling.step
-        or any(channel.is_time or match_quality(channel.name, "time") for channel in members)
-    ):
+    has_time = any(channel.is_time or match_quality(channel.name, "time") for channel in members)
+    if sampling is None or not sampling.step or has_time:
         return FilePart(name, names, units, samples, lambda i: members[i].load())
     time = sampling.first + sampling.step * np.arange(samples)
     without = [channel for channel in members if channel.sampling is None or not channel.sampling.step]

@@ -15,6 +15,9 @@ from bushcli.recording.quantities import CONDITIONS
 from bushcli.recording.source import FaultKind
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+#: A text, or what gives it by the index of a row.
+Text = str | Callable[[int], str]
 Quantity = Literal["stiffness", "E", "G"]
 
 
@@ -151,13 +154,7 @@ def _level(key: str, values: Array) -> Array:
     return levels
 
 
-def refuse_rows(
-    bad: NDArray[np.bool_],
-    places: Sequence[str],
-    what: str | Callable[[int], str],
-    remedy: str,
-    more: bool = False,
-) -> None:
+def refuse_rows(bad: Mask, places: Sequence[str], what: Text, remedy: str, more: bool = False) -> None:
     """Refuse the first of the rows (n,) that are bad, and say how many more are, if that is wanted."""
     if bad.any():
         row, count = int(np.argmax(bad)), int(np.count_nonzero(bad)) - 1

@@ -451,10 +451,8 @@ def _unit_by_pint(bare: str) -> Unit | None:
     dimensions = {name: int(power) for name, power in quantity.dimensionality.items()}
     # An energy has the dimensions of a moment, and so has a moment per angle; pint's pixels and points are lengths on a
     # printed page. The numbers mV/V and the angle "mil" of gunners are no strains and angles.
-    foreign = re.search(
-        r"pixel|point|pica|dot|joule|calor|thermal|watt|volt|erg|hartree|radian|bit|count",
-        f"{known} {quantity.units}",
-    )
+    names = "pixel|point|pica|dot|joule|calor|thermal|watt|volt|erg|hartree|radian|bit|count"
+    foreign = re.search(names, f"{known} {quantity.units}")
     for of, wanted, scale in () if foreign else _DIMENSIONS:
         if dimensions == wanted:
             low, high = _SENSIBLE[of]

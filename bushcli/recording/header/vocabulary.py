@@ -165,11 +165,8 @@ def name_quality(name: str, kind: str) -> int:
         known = SPECIAL[kind].words
         plain = " ".join(word for word in name.split() if len(word) > 1 or word not in known)
         within = any(len(word) > 1 and f" {word} " in f" {name} " for word in known)
-        rules: tuple[tuple[object, int], ...] = (
-            (known[0] in (name, plain), 4),
-            (name in known or plain in known, 3),
-            (within, 2),
-        )
+        own, whole = known[0] in (name, plain), name in known or plain in known
+        rules: tuple[tuple[object, int], ...] = ((own, 4), (whole, 3), (within, 2))
     else:
         quantity, words = STATIC[kind], [word for word in name.split() if word not in modes()]
         known, name = quantity.words, " ".join(words)
