@@ -195,7 +195,9 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource) -> TablePart:
     refuse_rows(
         frequency > highest,
         places,
-        lambda row: f"{frequency[row]:.4g} Hz is beyond any dynamic test of a bushing: some kHz",
+        lambda row: (
+            f"{frequency[row]:.4g} Hz is beyond any dynamic test of a bushing, which ends at some kHz"
+        ),
         'delete the row; or units = {frequency = "rad/s"} or "Hz", if the file has another unit',
     )
     measured = {key: arrays.pop(key) for key in MEASURED if key in arrays}
@@ -268,7 +270,8 @@ def _loops(source: DynamicSource, plain: Source, tables: TableCache) -> list[Tab
     sines = [fit for fit in fitted if not fit.third_motion > LARGEST_THIRD]
     if not sines:
         what = f"has {'no sine, but other periodic motions' if fitted else 'no burst of at least three equal periods'}"
-        expected = "bursts of constant frequency and amplitude; a sweep, or a triangle, gives no K*"
+        others = "a sweep of frequency, or a triangle, gives no K*"
+        expected = f"bursts of constant frequency and amplitude; {others}"
         raise plain.refusal(what, expected)
     remarks = [
         f"{plain.file.name}: {len(sines)} sine bursts give a row each, by a fit of harmonics to whole periods"

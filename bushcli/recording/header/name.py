@@ -2,7 +2,8 @@
 
 A text in brackets is a unit, known or not, unless it is one of a closed list of remarks, ``Force (filtered)``. Outside
 of brackets a unit stands at the end, ``force_kN``, or is certainly one (`name_parts`). Factors, ``Force x 10``, are
-never applied.
+never applied. Names in a table of dynamic stiffness have further units, conditions and signs
+(`bushcli.recording.dynamic.names`).
 """
 
 from __future__ import annotations
