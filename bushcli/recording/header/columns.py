@@ -183,8 +183,8 @@ def _missing_column_error(table: Table, wanted: WantedColumn, doubtful: list[Nam
             unit_of(column)
     expected = f"or choose a column by name or number: columns = {{{wanted.quantity} = ...}} in the case file"
     listed = ", ".join(filter(None, table.names))
-    examples = ((SPECIAL.get(kind) or STATIC[kind]).example for kind in wanted.kinds)
-    what = f"no column {next(filter(None, examples))}, which mode {wanted.mode.name} needs"
+    usual_names = ((SPECIAL.get(kind) or STATIC[kind]).example for kind in wanted.kinds)
+    what = f"no column {next(filter(None, usual_names))}, which mode {wanted.mode.name} needs"
     if listed:
         what += f"; there are {listed[:300]}"
     else:
