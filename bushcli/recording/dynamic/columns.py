@@ -71,11 +71,6 @@ class ColumnGroup:
     conditions: Mapping[str, Stated]
 
 
-def is_dynamic(table: Table, source: DynamicSource) -> bool:
-    """Whether a table has columns of which K' and K'' may be made."""
-    return any(key in MEASURED for key in (*source.columns, *(column.quantity for column in meanings(table))))
-
-
 def meanings(table: Table) -> list[ColumnName]:
     """Return the meaning of each column; a condition in the row of units, or in a row above, is one of its columns."""
     columns, width = [], len(table.names)
@@ -251,8 +246,8 @@ def numbers(table: Table, index: int, column: ColumnName, quantity: str, source:
 
 def conditions_above(table: Table) -> dict[str, Stated]:
     """Return the conditions that the lines above a table state for all its rows, by quantity."""
-    conditions = [c for _, text in table.preamble if (c := stated_condition(text, table.decimal)) is not None]
-    return {condition.quantity: condition for condition in conditions}
+    conditions = (stated_condition(text, table.decimal) for _, text in table.preamble)
+    return {condition.quantity: condition for condition in conditions if condition is not None}
 
 
 def conditions_between_rows(table: Table, quantity: str) -> list[tuple[int, Stated]]:

@@ -127,16 +127,8 @@ def harmonics(time: Array, displacement: Array, force: Array, burst: Burst) -> H
     third = [math.hypot(*c[4:6]) / abs(f) if most >= 3 else math.nan for c, f in fits]
     waves = design[:, : 2 * most]
     means = [float(np.mean(s - waves @ c[: 2 * most])) for s, c in ((q, motion), (forces, response))]
-    return Harmonics(
-        frequency,
-        abs(fundamental[0]),
-        stiffness,
-        error,
-        third[1],
-        third[0],
-        (means[0], means[1]),
-        (float(t[0]), float(t[-1])),
-    )
+    mean, span = (means[0], means[1]), (float(t[0]), float(t[-1]))
+    return Harmonics(frequency, abs(fundamental[0]), stiffness, error, third[1], third[0], mean, span)
 
 
 def _design(time: Array, frequency: float, most: int, drift: int) -> Array:

@@ -19,7 +19,7 @@ from bushcli.recording.dynamic.columns import (
     conditions_above,
     conditions_between_rows,
     groups,
-    is_dynamic,
+    meanings,
     numbers,
     with_conditions_above,
     with_names_above,
@@ -128,7 +128,8 @@ def _parts(file: Path, source: DynamicSource, tables: TableCache) -> list[TableP
     contents = tables_of_file(plain, names, tables)
     sheets = [contents] if isinstance(contents, Table) else contents.tables
     complete = (with_conditions_above(with_names_above(table)) for table in sheets)
-    fitting = [table for table in complete if is_dynamic(table, source)]
+    chosen = not set(MEASURED).isdisjoint(source.columns)
+    fitting = [table for table in complete if chosen or {c.quantity for c in meanings(table)} & set(MEASURED)]
     if not fitting:
         return _loops(source, plain, tables)
     parts: list[TablePart] = []

@@ -203,9 +203,7 @@ def heading(text: str, has_unit: bool = False, known: UnitReader = tabulated_uni
     text = text.strip() if len(text.strip()) <= _LONGEST_NAME else ""
     text = text.replace("∆", "Δ")  # the sign for a difference, and the Greek letter
     text = _INNER.sub(r"\1\2", _CAMEL.sub(" ", text))
-    text = _NUMBERED.sub(
-        lambda match: f"{match[0]} " if match[0].lower() in QUANTITY_WORDS else match[0], text
-    )
+    text = _NUMBERED.sub(lambda m: f"{m[0]} " if m[0].lower() in QUANTITY_WORDS else m[0], text)
     bracketed = [in_groups(match) for match in _BRACKETS.finditer(text)]
     # "[in kN]"; "[in lbf]" may also be a moment.
     bracketed = [_INSIDE.sub("", t) if tabulated_unit(_INSIDE.sub("", t)) else t for t in bracketed]
@@ -259,14 +257,8 @@ def heading(text: str, has_unit: bool = False, known: UnitReader = tabulated_uni
         or _POWER.search(rest)
         or (first and second.intersection(_DIVISORS) and not first & second)
     )
-    return Heading(
-        words=tuple(word.lower() for word in shown),
-        written=tuple(written),
-        doubtful=tuple(doubtful),
-        at_end=end[1] if end and end[1] in doubtful else "",
-        formula=bool(formula),
-        ranges=tuple(ranges),
-    )
+    at_end, words = end[1] if end and end[1] in doubtful else "", tuple(word.lower() for word in shown)
+    return Heading(words, tuple(written), tuple(doubtful), at_end, bool(formula), tuple(ranges))
 
 
 def _is_remark(inside: str, rest: str, timed: bool, has_unit: bool, known: UnitReader) -> bool:
@@ -284,7 +276,7 @@ def _is_remark(inside: str, rest: str, timed: bool, has_unit: bool, known: UnitR
         is_known = word in REMARKS or word in vocabulary or (is_foreign(word) and word not in COUNTED_WORDS)
         # "Strain 1" is the name of a channel; Time [sample] counts samples.
         channel = word != numbered or (i + 1 < len(words) and words[i + 1].isdigit())
-        is_quantity = channel and any(word in names for names in (each.words for each in STATIC.values()))
+        is_quantity = channel and any(word in each.words for each in STATIC.values())
         if not _fills(numbered) and (is_known or is_quantity) and not (timed and word == "sample"):
             known_words.append(numbered)
     # Beside a known unit a text is a remark if it is no unit itself, has none, and is no factor. A number with a unit

@@ -153,13 +153,8 @@ AMBIGUOUS: Mapping[str, str] = {
     "tons": '"kgf", "kN" or "lbf": a ton has 1000 kg, 2000 lb or 2240 lb',
     "tonf": '"kN" or "lbf": a ton has 1000 kg, 2000 lb or 2240 lb',
 }
-#: Names of `UNITS`, and units that are shown by them.
-_NAMES = {
-    (measured, float(f"{factor:.12g}")): name
-    for measured, units in UNITS.items()
-    for name, factor in units.items()
-    if name != "stretch"
-}
+#: Names of `UNITS`, the last one of each size, and units that are shown by them.
+_NAMES = {(kind, float(f"{size:.12g}")): name for kind, each in UNITS.items() for name, size in each.items()}
 #: Surveyors' units of pint that name a part of a machine in the header of a rig: "Displacement (rod)".
 _PARTS = frozenset(
     ["rod", "rods", "pole", "poles", "perch", "link", "links", "chain", "chains", "hand", "hands"]
