@@ -24,9 +24,7 @@ _DOUBLE = re.compile(
 )
 #: K', E'' (with one sign, two, or an inch mark), E*, |G*|, |K|.
 _MAGNITUDE = re.compile(r"\|\s*([KCEGkceg])\s*\*?\s*\|")
-_PRIMED = re.compile(
-    r"""(?<![^\W_])([KCEGkceg])(?:_?dyn)?\s*(\*|''|"|″|”|’’|´´|′′|``|'|′|’|´|`)(?![^\W_])""",
-)
+_PRIMED = re.compile(r"""(?<![^\W_])([KCEGkceg])(?:_?dyn)?\s*(\*|''|"|″|”|’’|´´|′′|``|'|′|’|´|`)(?![^\W_])""")
 _SIGNED = {"*": "complex"} | dict.fromkeys(("''", '"', "″", "”", "’’", "´´", "′′", "``"), "loss")
 #: The modulus of a coupon by its symbol or its words.
 _SHEAR = re.compile(r"(?i)(?<![^\W_])G(?:(?![^\W_])|stor|loss|prime|doubleprime)|\bshear\b|schub")

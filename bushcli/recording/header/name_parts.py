@@ -34,7 +34,7 @@ _SIGNED_NUMBER = r"\d+(?:[.,]\d+)?(?:[eE][-+−]?\d+)?"
 _TIMES = re.compile(
     rf"(?:[×*÷·/]|(?<![^\W_])x)\s*(?P<behind>[-+−]?{_SIGNED_NUMBER})"
     rf"|(?<![\w.,])(?P<before>[-−]?{_SIGNED_NUMBER})(?:\s*[×*]|x(?![^\W_]))|^\W*(?P<first>{_SIGNED_NUMBER})\s+x(?=[\s_])"
-    rf"|(?<![^\W_])(?:scale|scaling|gain|factor|faktor|multiplier)\W*(?P<called>{_SIGNED_NUMBER})",
+    rf"|(?<![^\W_])(?:scale|scaling|gain|factor|faktor|multiplier)\W*(?P<called>{_SIGNED_NUMBER})"
 )
 #: A power of ten or another number that cannot be that of a channel: "10^3", "e-3", "1e3", "E3", "0.5 Force".
 _TENS = re.compile(

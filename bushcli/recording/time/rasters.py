@@ -22,13 +22,7 @@ from numpy.typing import NDArray
 
 from bushcli.errors import RecordingError
 from bushcli.recording.header.columns import Column, chosen_index, column
-from bushcli.recording.header.match import (
-    WantedColumn,
-    candidates,
-    columns_as,
-    columns_by_unit,
-    has_columns,
-)
+from bushcli.recording.header.match import WantedColumn, candidates, columns_as, columns_by_unit, has_columns
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.text.clock_times import ClockTimes
 from bushcli.recording.text.table import ArrayTable, Table
@@ -49,7 +43,8 @@ _HEAD = 20
 #: Largest number of groups whose stamps are compared.
 _MOST_COMPARED = 200
 #: What is interpolated, and at the stamps of what.
-WORDS = ("the displacement", "the force")
+Words = tuple[str, str]
+WORDS: Words = ("the displacement", "the force")
 _RASTER = "export the channels with one common raster"
 
 
@@ -91,6 +86,9 @@ class RasterColumns:
     def span(self) -> str:
         """`name` with the first and the last stamp."""
         return f"{self.name} ({self.time[0]:.6g} to {self.time[-1]:.6g} s)"
+
+
+Rasters = Sequence[RasterColumns]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -240,11 +238,7 @@ def _group_with(tables: Sequence[Table], source: Source, quantity: Quantity) -> 
 
 
 def own_clocks(
-    table: Table,
-    forced: Sequence[int],
-    moved: Sequence[int],
-    source: Source,
-    words: tuple[str, str] = WORDS,
+    table: Table, forced: Sequence[int], moved: Sequence[int], source: Source, words: Words = WORDS
 ) -> Table:
     """Return a table with one clock: where several columns of time stand each in front of its channels.
 
@@ -322,11 +316,7 @@ def _first_rows(table: Table, count: int) -> Table:
 
 
 def interpolate_at_stamps(
-    forced: RasterColumns,
-    moved: Sequence[RasterColumns],
-    source: Source,
-    words: tuple[str, str] = WORDS,
-    together: bool = False,
+    forced: RasterColumns, moved: Rasters, source: Source, words: Words = WORDS, together: bool = False
 ) -> ArrayTable:
     """Return a table of the force, and of the travel at its stamps."""
     forced, moved, rows, gaps = _common_stamps(forced, moved, source, together)
@@ -375,8 +365,8 @@ def interpolate_at_stamps(
 
 
 def _common_stamps(
-    forced: RasterColumns, moved: Sequence[RasterColumns], source: Source, together: bool
-) -> tuple[RasterColumns, list[RasterColumns], NDArray[np.bool_], int]:
+    forced: RasterColumns, moved: Rasters, source: Source, together: bool
+) -> tuple[RasterColumns, Rasters, NDArray[np.bool_], int]:
     """Return the force, and the travels with stamps that count from the same instant; where all travels are known, (n,)
     by stamp of the force; and the number of gaps of the travels.
     """
