@@ -45,7 +45,7 @@ _STATED = re.compile(
 _BESIDE = re.compile(r"±|\+/-|\b(?:p-?p|pk-?pk|peak[- ]to[- ]peak|0-p|0-pk|peak|pk|double|zero-peak)\b")
 #: A quotient of units in words, "N_per_mm", and an impulse in two words before it, "N s/mm".
 _PER = re.compile(r"(?<=[^\W_])[\s_]+per[\s_]+(?=[^\W_])")
-_IMPULSE = re.compile(r"(?<![^\W_])([kM]?N(?:mm|m)?)[\s_]+(?=s/)")
+_IMPULSE = re.compile(r"(?<=[\s_])([kM]?N(?:mm|m)?)[\s_]+(?=s/)")
 #: The name of the contract for |K*|, in whatever unit.
 _OWN = re.compile(r"stiffness_[A-Za-z]+_per_[A-Za-z]+")
 #: Of a length or a strain in a name of a column: which condition it is, is not known.
