@@ -110,8 +110,8 @@ def sources(
 def _columns(table: DynamicRecordingTable, keys: Keys) -> list[Finding]:
     """Return what is wrong with the keys of columns and units."""
     # Here, because a case without such tables needs no parser of units.
-    from bushcli.recording.dynamic.columns import suited_kinds
     from bushcli.recording.header.units import read_unit
+    from bushcli.recording.quantities import DYNAMIC
 
     mode, findings = modes()[table.mode], []
     column_names = (*COLUMNS, *LOOP_COLUMNS)
@@ -125,9 +125,9 @@ def _columns(table: DynamicRecordingTable, keys: Keys) -> list[Finding]:
                 )
     for key, text in (table.units or {}).items():
         unit = read_unit(text)
-        if key in COLUMNS and (unit is None or unit.measured not in suited_kinds(key, mode)):
+        if key in COLUMNS and (unit is None or unit.measured not in DYNAMIC[key].kinds_in(mode)):
             at = (*keys, "units", key)
-            kinds = " or ".join(sorted(suited_kinds(key, mode)))
+            kinds = " or ".join(sorted(DYNAMIC[key].kinds_in(mode)))
             what = f"is not a unit of a {kinds}"
             expected = f"the {key.replace('_', ' ')} in mode {mode.name} is one"
             findings.append(wrong_value(at, text, what, expected))

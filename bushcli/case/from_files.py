@@ -260,10 +260,9 @@ def _ways(source: Source, machine: bool, tables: TableCache) -> Iterator[tuple[S
     chosen, choices = _with_choices(source, tables)
     if choices:
         yield chosen, (*remarks, *choices)
-    mode = modes()[source.mode]
     units: dict[Quantity, str] = {"time": "s"}
     for quantity in _QUANTITIES[1:]:
-        units[quantity] = _USUAL[source.dimension(quantity, mode.specimen, mode.rotational)]
+        units[quantity] = _USUAL[source.dimension(quantity)]
     table = None if format_of(source.file) else read_table(source.file)
     if table is not None and len(table.names) in (2, 3) and not any(table.names) and not any(table.units):
         # Two or three columns in the most common order.
@@ -280,12 +279,12 @@ def _suitable_tables(source: Source, tables: TableCache) -> list[Table]:
     """Return the tables of a file that have a displacement and a force of the mode."""
     name = format_of(source.file)
     candidates = list(tables.tables(source.file, name, ()).tables) if name else [read_table(source.file)]
-    return [t for t in candidates if has_columns(t, source, modes()[source.mode], ("displacement", "force"))]
+    return [t for t in candidates if has_columns(t, source, ("displacement", "force"))]
 
 
 def _with_choices(source: Source, tables: TableCache) -> tuple[Source, tuple[str, ...]]:
     """Return a source with the first possible group and columns, and remarks that list the others."""
-    mode, remarks = modes()[source.mode], []
+    remarks = []
     fitting = _suitable_tables(source, tables)
     if not fitting:
         return source, ()
@@ -295,9 +294,9 @@ def _with_choices(source: Source, tables: TableCache) -> tuple[Source, tuple[str
         remarks.append(f"<-- group: also {', '.join(_json_string(t.part) for t in fitting[1:6])}")
     columns: dict[Quantity, str | int] = {}
     # Where each channel has a time beside it, none of these is that of all.
-    several_times = len(clock_columns(table, source, mode)) > 1
+    several_times = len(clock_columns(table, source)) > 1
     for quantity in _QUANTITIES[1:] if several_times else _QUANTITIES:
-        column = WantedColumn.of(source, mode, quantity)
+        column = WantedColumn.of(source, quantity)
         indices = candidates(table, column) or columns_by_unit(table, column)
         if len(indices) > 1:
             columns[quantity] = indices[0] + 1

@@ -15,7 +15,7 @@ from bushcli.case.finding import Finding, Keys, dotted_key, toml_text, unknown_n
 from bushcli.case.limits import MOST_ENTRIES
 from bushcli.case.schema import DELIMITERS, FileTable
 from bushcli.errors import nearest
-from bushcli.recording.guess import contradicting_modes, mode_of_name, modes_of_name
+from bushcli.recording.guess import contradicting_modes, modes_of_name
 from bushcli.recording.source import UNITS, Quantity, Source, Specimen
 from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
@@ -52,9 +52,8 @@ def wrong_units(keys: Keys, source: Source) -> Iterator[Finding]:
     from bushcli.recording.header.units import scaled_unit  # its tables of spellings serve recordings alone
     from bushcli.recording.text.clock_times import is_form
 
-    mode = modes()[source.mode]
     for quantity, unit in source.units.items():
-        measured = source.dimension(quantity, mode.specimen, mode.rotational)
+        measured = source.dimension(quantity)
         scaled = scaled_unit(unit, measured)
         if quantity == "time" and is_form(unit):
             continue
@@ -160,15 +159,14 @@ class SourceBuilder:
                 expected = f'mode = "{modes_in_name[0]}"; or name = "{table.mode}", if the file is misnamed'
                 self.findings.append(Finding((*keys, "mode"), what, expected=expected))
             return table.mode
-        mode_name = mode_of_name(file.stem, usual)
-        if mode_name is None:
+        possible = modes_of_name(file.stem, usual)
+        if len(possible) != 1:
             names = ", ".join(mode.name for mode in modes().values() if mode.specimen == usual)
-            possible = modes_of_name(file.stem, usual)
             says = f"may mean {' or '.join(possible)}" if possible else "does not contain a mode"
             what = f"is missing, and the name {toml_text(file.name)} {says}"
             expected = ", ".join(possible) or names
             self.findings.append(wrong_key((*keys, "mode"), what, expected))
-        return mode_name
+        return possible[0] if len(possible) == 1 else None
 
     def _source(
         self, table: RecordingTable, keys: Keys, file: Path, mode: str, known: bool, name: str

@@ -40,7 +40,7 @@ def check(run: Run, strict: bool) -> int:
     from bushcli.case.typical import unusual_values
     from bushcli.faults import find_faults
     from bushcli.faults.dynamic import table_faults
-    from bushcli.recording import read_coupon, read_program, read_recording
+    from bushcli.recording import read_program, read_recording
     from bushcli.recording.dynamic.read import read_dynamic
     from bushcli.report.results import CheckResult
     from bushcli.runtime.dolfinx_version import installed_dolfinx, untried_dolfinx
@@ -50,7 +50,7 @@ def check(run: Run, strict: bool) -> int:
 
     case = run.load()
     curves = [read_recording(source, tables=run.tables) for source in (*case.recordings, *case.specimens)]
-    coupons = [read_coupon(source, run.tables) for source in case.coupons]
+    coupons = [read_recording(source, run.tables) for source in case.coupons]
     tables = [read_dynamic(source, run.tables) for source in case.dynamic]
     # What is not compared is simulated: its contents and its faults count too.
     records, materials = [curve.record for curve in curves], [curve.record for curve in coupons]

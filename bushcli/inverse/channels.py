@@ -13,7 +13,7 @@ from bushcli.errors import InputError, Problem, count_of
 from bushcli.faults import bad_samples
 from bushcli.inverse.channel import Channel, Corrected, FollowedChannel, SweptChannel
 from bushcli.inverse.result import Weighting
-from bushcli.recording import Recording, on_branch, read_coupon
+from bushcli.recording import Recording, on_branch, read_recording
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.reaction import Paths, simulation_of_recording
@@ -61,7 +61,7 @@ def coupon_channels(
     shape, tables = shapes()["coupon"](), None if measured is None else measured.tables
     channels = []
     for source in case.coupons:
-        recording = read_coupon(source, tables)
+        recording = read_recording(source, tables)
         branch, used = fitted_branch(source, recording)
         faulty = bad_samples(recording) | ~used
         channels.append(

@@ -12,39 +12,17 @@ from typing import TYPE_CHECKING, Any
 
 from bushcli.curve.recording import RecordedPath, RecordedProgram, Recording, Repair
 from bushcli.curve.segment import Segment
-from bushcli.curve.signals import (
-    cycle_mask,
-    departure,
-    on_branch,
-    select_cycles,
-)
+from bushcli.curve.signals import cycle_mask, departure, on_branch, select_cycles
 
 if TYPE_CHECKING:
-    from bushcli.recording.read import read_coupon, read_program, read_recording
+    from bushcli.recording.read import read_program, read_recording
     from bushcli.recording.write import write_curve_csv
 
 __all__ = [
-    "RecordedPath",
-    "RecordedProgram",
-    "Recording",
-    "Repair",
-    "Segment",
-    "cycle_mask",
-    "departure",
-    "on_branch",
-    "read_coupon",
-    "read_program",
-    "read_recording",
-    "select_cycles",
-    "write_curve_csv",
-]
-
-_HOME = {
-    "read_coupon": "read",
-    "read_program": "read",
-    "read_recording": "read",
-    "write_curve_csv": "write",
-}
+    "RecordedPath", "RecordedProgram", "Recording", "Repair", "Segment", "cycle_mask", "departure", "on_branch",
+    "read_program", "read_recording", "select_cycles", "write_curve_csv",
+]  # fmt: skip
+_HOME = {"read_program": "read", "read_recording": "read", "write_curve_csv": "write"}
 
 
 def __getattr__(name: str) -> Any:

@@ -18,7 +18,6 @@ from bushcli.recording.text.decode import refused_if_unreadable
 from bushcli.recording.text.table import Table
 from bushcli.recording.time.rasters import clock_columns, join_by_clock, on_one_raster, own_clocks
 from bushcli.runtime.bounded import read_beginning
-from cases.mode import Mode
 
 #: Bytes; only the needed channels of a binary file are read.
 LARGEST_BINARY = 512_000_000
@@ -33,29 +32,27 @@ _FOREIGN = (
     (b"7z\xbc\xaf", "a 7-Zip archive", "unpack it first"),
 )
 _LISTED = 12
+_CHANNELS: tuple[Quantity, ...] = ("force", "displacement")
 
 
-def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity], tables: TableCache) -> Table:
+def open_table(source: Source, quantities: Sequence[Quantity], tables: TableCache) -> Table:
     """Return the table of a file that holds the columns of a recording."""
     table = tables_of_file(source, list(source.columns.values()), tables, single=len(quantities) == 1)
     if isinstance(table, FileContents):
         needed = NeededColumns(
             f"columns for {' and '.join(quantities)}",
             "columns = {...}, by name",
-            lambda table: has_columns(table, source, mode, quantities),
-            lambda together: on_one_raster(together, source, mode) if len(quantities) > 1 else None,
+            lambda table: has_columns(table, source, quantities),
+            lambda together: on_one_raster(together, source) if len(quantities) > 1 else None,
         )
-        table = only_table(source, mode, table, needed)
+        table = only_table(source, table, needed)
     if source.rows:
         table = own_rows(table, source)
-    if len(clock_columns(table, source, mode)) < 2:
+    if len(clock_columns(table, source)) < 2:
         return table
-    indices: dict[Quantity, int] = {}
-    for quantity in quantities:
-        indices[quantity] = found_index(table, source, mode, quantity)
-    forced = [indices["force"]] if "force" in indices else []
-    moved = [indices["displacement"]] if "displacement" in indices else []
-    return own_clocks(table, forced, moved, source, mode)
+    indices = {quantity: found_index(table, source, quantity) for quantity in quantities}
+    forced, moved = ([indices[key]] if key in indices else [] for key in _CHANNELS)
+    return own_clocks(table, forced, moved, source)
 
 
 def tables_of_file(
@@ -88,12 +85,8 @@ def tables_of_file(
     pieces: tuple[Table, ...] = ()
     if isinstance(source.group, int):
         hits = list(inside.tables[source.group - 1 : source.group])
-        problem = Problem(
-            str(source.file),
-            f"has no group {source.group}",
-            "",
-            f"it has {len(names)}: {quoted_names(names)}",
-        )
+        listed = f"it has {len(names)}: {quoted_names(names)}"
+        problem = Problem(str(source.file), f"has no group {source.group}", "", listed)
     else:
         key = source.group.strip("/ ").casefold()
         named_tables = [(table.part.strip("/ ").casefold(), table) for table in inside.tables]
@@ -146,13 +139,13 @@ class NeededColumns(NamedTuple):
     across: Callable[[list[Table]], Table | None]
 
 
-def only_table(source: Source, mode: Mode, inside: FileContents, needed: NeededColumns) -> Table:
+def only_table(source: Source, inside: FileContents, needed: NeededColumns) -> Table:
     """Return the only table of a file, or the only one that fits, or else what channels of several groups give."""
     tables = inside.tables
     is_single = len(tables) == 1 and not inside.failed
     fitting = [table for table in tables if is_single or needed.fits(table)]
     if not fitting:
-        together = join_by_clock(tables, source, mode)
+        together = join_by_clock(tables, source)
         fitting = [table for table in together if needed.fits(table)]
         common = None if fitting else needed.across(together)
         fitting += [] if common is None else [common]

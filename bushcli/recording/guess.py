@@ -45,8 +45,8 @@ def contradicting_modes(name: str, mode: str) -> tuple[str, ...]:
     if mode in words:
         return ()
     plain = {
-        other: {word for word in mode_words if len(word) > 3 and word not in SENSES}
-        for other, mode_words in words.items()
+        other: {word for word in each if len(word) > 3 and word not in SENSES}
+        for other, each in words.items()
     }
     return _unambiguous_modes({other: mode_words for other, mode_words in plain.items() if mode_words})
 
@@ -72,17 +72,3 @@ def _mode_words(name: str, specimen: str) -> dict[str, set[str]]:
         if mode.specimen == specimen
     }
     return {mode: mode_words for mode, mode_words in words_of_modes.items() if mode_words}
-
-
-def mode_of_name(name: str, specimen: str) -> str | None:
-    """Return the mode that the name of a file contains, or None where it contains none or several.
-
-    Parameters
-    ----------
-    name : str
-        Without the suffix.
-    specimen : str
-        "bushing" or "coupon": the specimen whose modes are considered.
-    """
-    names = modes_of_name(name, specimen)
-    return names[0] if len(names) == 1 else None

@@ -39,6 +39,8 @@ _MOST_NUMBERS = 5_000_000
 MOST_SAMPLES, _MOST_IN_ALL = 5_000_000, 40_000_000
 _MOST_PARTS, _MOST_NAMES = 2_000, 20_000
 _FAILED = "bushcli failed: "
+#: Columns that were read; None where one was not.
+_Columns = Sequence[NDArray[Any] | None]
 _ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -94,15 +96,12 @@ def child_output(path: Path, reader: Reader, format_name: str, wanted: Collectio
         # Other lines that a failing parser prints are not the reason.
         lines = process.stderr.decode("utf-8", "replace").splitlines()
         messages = [line.removeprefix(_FAILED) for line in lines if line.startswith(_FAILED)]
-        raise _damage_error(
-            path, reader, messages[0] if messages else "its parser crashes or needs too much time"
-        )
+        crashed = "its parser crashes or needs too much time"
+        raise _damage_error(path, reader, messages[0] if messages else crashed)
     return process.stdout
 
 
-def _file_contents(
-    path: Path, parts: Iterable[tuple[FilePart, Sequence[NDArray[Any] | None]]]
-) -> FileContents:
+def _file_contents(path: Path, parts: Iterable[tuple[FilePart, _Columns]]) -> FileContents:
     tables, failed = list[Table](), {}
     for part, columns in parts:
         if part.cells is None:
@@ -133,7 +132,7 @@ def _damage_error(path: Path, reader: Reader, reason: str) -> RecordingError:
     return RecordingError(Problem(str(path), what, "", "is it complete? if so, export it again or as CSV"))
 
 
-def _parts_of_answer(answer: bytes) -> Iterator[tuple[FilePart, Sequence[NDArray[Any] | None]]]:
+def _parts_of_answer(answer: bytes) -> Iterator[tuple[FilePart, _Columns]]:
     head, _, content = answer.partition(b"\n")
     offset = 0
     for shown in json.loads(head):
@@ -192,23 +191,17 @@ def copy_contents(format_name: str, path: Path, wanted: Collection[str | int], o
             raise ValueError(f"has more than {_MOST_PARTS} groups or {_MOST_NAMES} columns")
         longest = max((part.samples for part in parts), default=0)
         if longest > MOST_SAMPLES:
-            raise ValueError(
-                f"has {longest} samples; at most {MOST_SAMPLES}: every tenth is enough for a fit"
-            )
+            most = f"at most {MOST_SAMPLES}: every tenth is enough for a fit"
+            raise ValueError(f"has {longest} samples; {most}")
         whole = sum(part.samples * len(part.names) for part in parts) <= _MOST_NUMBERS
         for part in parts:
             columns = _columns(part, wanted, whole)
             arrays += [column for column in columns if column is not None]
             if sum(map(len, arrays)) > _MOST_IN_ALL:
-                raise ValueError(
-                    f"has more than {_MOST_IN_ALL / 1e6:g} million numbers; export only those needed"
-                )
-            described = {
-                field.name: getattr(part, field.name) for field in fields(part) if field.name != "load"
-            }
-            shown.append(
-                described | {"kinds": [None if column is None else column.dtype.str for column in columns]}
-            )
+                numbers = f"{_MOST_IN_ALL / 1e6:g} million numbers"
+                raise ValueError(f"has more than {numbers}; export only those needed")
+            described = {f.name: getattr(part, f.name) for f in fields(part) if f.name != "load"}
+            shown.append(described | {"kinds": [None if c is None else c.dtype.str for c in columns]})
     output.write(json.dumps(shown).encode() + b"\n")
     for array in arrays:
         output.write(np.ascontiguousarray(array).view(np.uint8).data)

@@ -24,10 +24,11 @@ from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import Table
 from bushcli.recording.time.cycle_count import cycle_count
 from bushcli.recording.time.samples import program_times, samples_with_times
-from cases.mode import Mode, modes
 from cases.six import MOTIONS
 
 Array = NDArray[np.float64]
+#: Columns that were read, names of the others, and remarks on how they were read.
+_Used = tuple[tuple[ReadColumn, ...], tuple[str, ...], tuple[Repair, ...]]
 
 _FEWEST_BUSHING = 5
 _FEWEST_COUPON = 3
@@ -39,7 +40,7 @@ _SMALLEST = 1e-12
 
 
 def read_recording(source: Source, tables: TableCache | None = None) -> Recording:
-    """Read a recording of a bushing (or, with the mode of a coupon, as `read_coupon` does).
+    """Read a recording of a bushing, or a test of a coupon: stretch - 1 over nominal stress, MPa.
 
     Parameters
     ----------
@@ -60,16 +61,16 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         The cycles that the source names; ``record`` has all of them, because a response that depends on the path needs
         the earlier ones.
     """
-    mode, tables = _mode(source), TableCache() if tables is None else tables
+    mode, tables = source.deformation, TableCache() if tables is None else tables
     fewest = _FEWEST_COUPON if mode.specimen == "coupon" else _FEWEST_BUSHING
     if source.six is None:
-        table = open_table(source, mode, ("displacement", "force"), tables)
+        table = open_table(source, ("displacement", "force"), tables)
     else:
         table = six_table(source, source.six.chosen, tables)
-    stamps = column(table, source, mode, "time")
+    stamps = column(table, source, "time")
     refuse_several(table, stamps)
-    moved = _long_enough(table, source, mode, fewest)
-    forced = column(table, source, mode, "force")
+    moved = _long_enough(table, source, fewest)
+    forced = column(table, source, "force")
     assert forced is not None
     _refuse_still(table, moved, forced, stamps is not None or source.sample_rate is not None)
     samples = samples_with_times(table, source, stamps, moved, forced, fewest)
@@ -78,7 +79,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         what = f"{table.label(forced.index)} is {table.text(0, forced.index)} throughout: was the sensor connected?"
         raise table.refusal(what)
     if mode.specimen == "coupon":
-        displacement, force = nominal(source, mode, displacement, force, moved.form, forced.form)
+        displacement, force = nominal(source, displacement, force, moved.form, forced.form)
     if source.largest_stretch is not None:
         within = np.asarray(mode.stretch(displacement) <= source.largest_stretch)
         if np.count_nonzero(within) < min(fewest, len(within)):
@@ -86,14 +87,13 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
             what = f"has {points} up to largest_stretch = {source.largest_stretch:g}"
             raise table.refusal(what, f"at least {fewest}")
         displacement, force, samples = displacement[within], force[within], samples.select(within)
-    machine = mode.specimen == "coupon" and source.dimension("force", "coupon", mode.rotational) == "force"
+    machine = mode.specimen == "coupon" and source.dimension("force") == "force"
     read_columns = {"displacement": moved, "force": forced} | ({"time": stamps} if stamps else {})
     path = None
     if source.six is not None:
         motions = motion_columns(table, source, source.six).items()
-        read_columns |= {
-            MOTIONS[k]: c for k, c in motions if k not in source.six.free and c.index != moved.index
-        }
+        free = source.six.free
+        read_columns |= {MOTIONS[k]: c for k, c in motions if k not in free and c.index != moved.index}
         path = recorded_path(source, source.six, samples, tables)
     columns, unused, remarks = _used_columns(table, read_columns, source)
     recording = Recording(
@@ -117,9 +117,8 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     if count is not None:
         name = table.names[count[0]]
         columns += (ReadColumn("cycle", count[0] + 1, name, "", False),)
-        recording = recording.with_cycle_numbers(
-            count[1], columns, tuple(column for column in unused if column != name)
-        )
+        unused = tuple(text for text in unused if text != name)
+        recording = recording.with_cycle_numbers(count[1], columns, unused)
     return _used_cycles(recording, source)
 
 
@@ -145,14 +144,11 @@ def _temperature_of(table: Table, source: Source, rows: NDArray[np.int_]) -> Arr
     return np.asarray(values, dtype=np.float64)
 
 
-def _used_columns(
-    table: Table, used: Mapping[str, Column], source: Source
-) -> tuple[tuple[ReadColumn, ...], tuple[str, ...], tuple[Repair, ...]]:
-    """Return the columns that were read, the names of the others, and remarks on how they were read."""
+def _used_columns(table: Table, used: Mapping[str, Column], source: Source) -> _Used:
+    """Return the columns of a table by what was read of it."""
     taken = {column.index for column in used.values()}
     columns = tuple(
-        ReadColumn(name, column.index + 1, table.names[column.index], column.unit, column.assumed)
-        for name, column in used.items()
+        ReadColumn(name, c.index + 1, table.names[c.index], c.unit, c.assumed) for name, c in used.items()
     )
     unused = tuple(name for i, name in enumerate(table.names) if name and i not in taken)
     remarks = [*table.remarks, *(text for column in used.values() for text in column.remarks)]
@@ -179,27 +175,6 @@ def _used_cycles(recording: Recording, source: Source) -> Recording:
     return recording if cycles is None else select_cycles(recording, cycles)
 
 
-def read_coupon(source: Source, tables: TableCache | None = None) -> Recording:
-    """Read a material test: displacement is stretch - 1, force the nominal stress in MPa.
-
-    Parameters
-    ----------
-    source : Source
-    tables : TableCache, optional
-        Cache of the binary files that the caller reads.
-
-    Raises
-    ------
-    RecordingError
-        As `read_recording` does; also when the mode is that of a bushing.
-    """
-    if _mode(source).specimen != "coupon":
-        coupons = ", ".join(mode.name for mode in modes().values() if mode.specimen == "coupon")
-        what = f"mode {source.mode} is not a material test"
-        raise source.refusal(what, coupons)
-    return read_recording(source, tables)
-
-
 def read_program(
     source: Source, tables: TableCache | None = None, quantity: Quantity = "displacement"
 ) -> RecordedProgram:
@@ -218,10 +193,9 @@ def read_program(
     RecordingError
         As `read_recording` does, but two points are enough and the other quantity is not needed.
     """
-    mode = _mode(source)
-    table = open_table(source, mode, (quantity,), TableCache() if tables is None else tables)
-    stamps = column(table, source, mode, "time")
-    moved = _long_enough(table, source, mode, _FEWEST_PROGRAM, quantity)
+    table = open_table(source, (quantity,), TableCache() if tables is None else tables)
+    stamps = column(table, source, "time")
+    moved = _long_enough(table, source, _FEWEST_PROGRAM, quantity)
     _refuse_still(table, moved)
     time: Array | None = None
     if stamps is not None:
@@ -231,23 +205,13 @@ def read_program(
     read_columns: dict[str, Column] = {quantity: moved}
     if stamps is not None:
         read_columns["time"] = stamps
-    return RecordedProgram(
-        source.label, mode.name, time, moved.values, *_used_columns(table, read_columns, source)
-    )
+    used = _used_columns(table, read_columns, source)
+    return RecordedProgram(source.label, source.mode, time, moved.values, *used)
 
 
-def _mode(source: Source) -> Mode:
-    mode = modes().get(source.mode)
-    if mode is None:
-        raise source.refusal(f'"{source.mode}" is not a mode', ", ".join(modes()))
-    return mode
-
-
-def _long_enough(
-    table: Table, source: Source, mode: Mode, fewest: int, quantity: Quantity = "displacement"
-) -> Column:
+def _long_enough(table: Table, source: Source, fewest: int, quantity: Quantity = "displacement") -> Column:
     """Return the column of a quantity, or refuse it if it has too few points."""
-    channel = column(table, source, mode, quantity)
+    channel = column(table, source, quantity)
     assert channel is not None
     if len(channel.values) < fewest:
         what = f"has only {count_of(len(channel.values), 'point')}"

@@ -86,10 +86,8 @@ class Reader:
 def readers() -> dict[str, Reader]:
     """Return all readers found in ``bushcli/recording/readers``, by the name of their file."""
     package = importlib.import_module("bushcli.recording.readers")
-    return {
-        module.name: importlib.import_module(f"{package.__name__}.{module.name}").READER
-        for module in pkgutil.iter_modules(package.__path__)
-    }
+    modules = [module.name for module in pkgutil.iter_modules(package.__path__)]
+    return {name: importlib.import_module(f"{package.__name__}.{name}").READER for name in modules}
 
 
 def unit_of(values: Any) -> str:

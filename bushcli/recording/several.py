@@ -9,7 +9,7 @@ import numpy as np
 
 from bushcli.recording.header.columns import Column, chosen_index
 from bushcli.recording.header.name import heading
-from bushcli.recording.header.vocabulary import word_set
+from bushcli.recording.quantities import word_set
 from bushcli.recording.source import Source
 from bushcli.recording.text.fields import to_float
 from bushcli.recording.text.table import Table

@@ -25,14 +25,11 @@ from bushcli.recording.time.rasters import (
     own_clocks,
 )
 from bushcli.recording.time.samples import Samples
-from cases.mode import modes
 from cases.six import MOTIONS, PAIR_MODES, REACTIONS
 
 # Names of motions and reactions in a header: "ux_mm", "Fx [N]", "rotz_deg", "rz".
-_ALIASES = {
-    **{name: (name,) for name in (*MOTIONS, *REACTIONS)},
-    **{f"r{axis}": (f"r{axis}", f"rot{axis}", f"rotation{axis}") for axis in "xyz"},
-}
+_ALIASES: dict[str, tuple[str, ...]] = {name: (name,) for name in (*MOTIONS, *REACTIONS)}
+_ALIASES |= {f"r{axis}": (f"r{axis}", f"rot{axis}", f"rotation{axis}") for axis in "xyz"}
 _WORDS = ("the motion", "the reactions")
 
 
@@ -49,7 +46,7 @@ def named_in(table: Table) -> dict[str, int]:
 
 def six_table(source: Source, chosen: Mapping[str, str], tables: TableCache) -> Table:
     """Return the table of a recording of six motions."""
-    axial = modes()["axial"]
+    source = replace(source, mode="axial")
     table = tables_of_file(source, list(chosen.values()), tables)
     if isinstance(table, FileContents):
         names = {name for part in table.tables for name in _columns(part, chosen)}
@@ -59,12 +56,12 @@ def six_table(source: Source, chosen: Mapping[str, str], tables: TableCache) -> 
             lambda part: bool(names) and names == _columns(part, chosen).keys(),
             lambda together: _on_one_raster(source, together, chosen),
         )
-        table = only_table(source, axial, table, needed)
+        table = only_table(source, table, needed)
     # Motions and reactions of a table may have clocks of their own.
     columns = _columns(table, chosen)
     forced = [index for key, index in columns.items() if key in REACTIONS]
     moved = [index for key, index in columns.items() if key in MOTIONS]
-    return own_clocks(table, forced, moved, source, axial, _WORDS)
+    return own_clocks(table, forced, moved, source, _WORDS)
 
 
 def _columns(table: Table, chosen: Mapping[str, str]) -> dict[str, int]:
@@ -80,7 +77,7 @@ def _on_one_raster(source: Source, tables: Sequence[Table], chosen: Mapping[str,
     parts = []
     for table in tables:
         columns = tuple(_columns(table, chosen).values())
-        stamps = columns_with_stamps(table, columns, source, modes()["axial"]) if columns else None
+        stamps = columns_with_stamps(table, columns, source) if columns else None
         parts += [] if stamps is None else [stamps]
     if len(parts) < 2:
         return None
@@ -97,12 +94,8 @@ def _on_one_raster(source: Source, tables: Sequence[Table], chosen: Mapping[str,
             what = f"{key} is in several groups with different time stamps"
             expected = f'name the channel that is meant: motions = {{{key} = "..."}} in the case file'
             raise source.refusal(what, expected)
-    moved = [
-        RasterColumns(part.table, (index,), part.stamps)
-        for part in parts
-        if part is not raster
-        for index in part.columns
-    ]
+    others = (part for part in parts if part is not raster)
+    moved = [RasterColumns(part.table, (i,), part.stamps) for part in others for i in part.columns]
     return interpolate_at_stamps(raster, moved, source, _WORDS)
 
 
@@ -160,8 +153,8 @@ def motion_columns(table: Table, source: Source, six: SixColumns) -> dict[int, C
     for k, name in enumerate(MOTIONS):
         if name not in six.motions:
             continue
-        single = replace(source, columns={"displacement": six.motions[name]}, units={})
-        motion = column(table, single, modes()[PAIR_MODES[k]], "displacement")
+        single = replace(source, mode=PAIR_MODES[k], columns={"displacement": six.motions[name]}, units={})
+        motion = column(table, single, "displacement")
         assert motion is not None
         columns[k] = motion
     return columns
@@ -190,7 +183,7 @@ def read_motions(source: Source, six: SixColumns, tables: TableCache) -> tuple[A
         if not len(poses):
             poses = np.zeros((len(motion.values), 6))
         poses[:, k] = motion.values
-    stamps = column(table, source, modes()["axial"], "time")
+    stamps = column(table, replace(source, mode="axial"), "time")
     time = None if stamps is None else stamps.values
     if time is not None:
         mask = np.concatenate([[True], (np.diff(time) != 0.0) | (np.diff(poses, axis=0) != 0.0).any(axis=1)])

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Literal
 
 from bushcli.errors import Problem, RecordingError
+from cases.mode import Mode, modes
 
 #: What a case file writes as the column of a time that is not to be read.
 NO_TIME = "none"
@@ -22,21 +23,9 @@ WARM = (-150.0, 250.0)
 Quantity = Literal["time", "displacement", "force"]
 #: Kinds of the defects of a recording that have no physical cause, see `bushcli.faults`.
 FaultKind = Literal[
-    "sign",
-    "position",
-    "unit",
-    "swapped",
-    "clipped",
-    "spikes",
-    "stuck",
-    "time",
-    "extremes",
-    "no_signal",
-    "temperature",
-    "loss_angle",
-    "amplitude",
-    "order",
-]
+    "sign", "position", "unit", "swapped", "clipped", "spikes", "stuck", "time", "extremes", "no_signal", "temperature",
+    "loss_angle", "amplitude", "order",
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -180,19 +169,19 @@ class Source:
         """
         return RecordingError(Problem(str(self.file), what, "", remedy))
 
-    def dimension(self, quantity: Quantity, specimen: str, rotational: bool) -> str:
-        """Return the key of `UNITS` that applies to a column of the file.
-
-        Parameters
-        ----------
-        quantity : Quantity
-        specimen : str
-            "bushing" or "coupon".
-        rotational : bool
-        """
+    def dimension(self, quantity: Quantity) -> str:
+        """Return the key of `UNITS` that applies to a column of the file."""
         sizes = {"displacement": self.specimen.gauge_length, "force": self.specimen.area}
-        raw = specimen == "coupon" and sizes.get(quantity) is not None
-        return dimension(quantity, "bushing" if raw else specimen, rotational and not raw)
+        mode = self.deformation
+        raw = mode.specimen == "coupon" and sizes.get(quantity) is not None
+        return dimension(quantity, "bushing" if raw else mode.specimen, mode.rotational and not raw)
+
+    @property
+    def deformation(self) -> Mode:
+        """The deformation mode; it is refused if there is none of its name."""
+        if self.mode not in modes():
+            raise self.refusal(f'"{self.mode}" is not a mode', ", ".join(modes()))
+        return modes()[self.mode]
 
     @property
     def is_untimed(self) -> bool:
@@ -231,11 +220,7 @@ def dimension(quantity: Quantity, specimen: str, rotational: bool) -> str:
     rotational : bool
         Whether the displacement is an angle.
     """
-    kinds = (
-        ("strain", "stress")
-        if specimen == "coupon"
-        else ("angle", "moment")
-        if rotational
-        else ("length", "force")
-    )
-    return {"time": "time", "displacement": kinds[0], "force": kinds[1]}[quantity]
+    kinds = {"displacement": ("strain", "angle", "length"), "force": ("stress", "moment", "force")}
+    if quantity == "time":
+        return "time"
+    return kinds[quantity][0 if specimen == "coupon" else 1 if rotational else 2]

@@ -12,27 +12,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.recording.source import Source
-from cases.mode import Mode
 
 Array = NDArray[np.float64]
+_Curve = tuple[Array, Array]
 
 #: No rubber reaches a larger logarithmic strain: exp(3) = 20.
 _LARGEST_STRAIN = 3.0
 _IN_PERCENT = "if it is in percent, give its unit in units"
 
 
-def nominal(
-    source: Source, mode: Mode, moved: Array, forced: Array, strain_form: str, stress_form: str
-) -> tuple[Array, Array]:
+def nominal(source: Source, moved: Array, forced: Array, strain_form: str, stress_form: str) -> _Curve:
     """Return stretch - 1 and nominal stress in MPa of a coupon."""
-    specimen = source.specimen
+    specimen, mode = source.specimen, source.deformation
     strain = np.asarray(moved / (1.0 if specimen.gauge_length is None else specimen.gauge_length))
     stress = np.asarray(forced / (1.0 if specimen.area is None else specimen.area))
     if strain_form == "true":
         if np.abs(strain).max() > _LARGEST_STRAIN:
-            what = (
-                f"reaches a logarithmic strain of {np.abs(strain).max():.3g}, beyond that of a stretch of 20"
-            )
+            largest = np.abs(strain).max()
+            what = f"reaches a logarithmic strain of {largest:.3g}, beyond that of a stretch of 20"
             raise source.refusal(what, _IN_PERCENT)
         strain = np.expm1(strain)
     if not mode.sheared and (strain <= -1.0).any():
@@ -54,9 +51,8 @@ def nominal(
             what = f"by the signs of the columns the {signs}: nobody tests rubber like that"
             turned = (("displacement", grows), ("force", pulled))
             listed = ", ".join(f'"{name}"' for name, holds in turned if holds)
-            expected = (
-                f"reverse = [{listed}] in the table of the case file, or reverse = [] if the signs are right"
-            )
+            right = "reverse = [] if the signs are right"
+            expected = f"reverse = [{listed}] in the table of the case file, or {right}"
             raise source.refusal(what, expected)
         strain = volume ** (1.0 / 3.0) - 1.0
     elif stress_form == "true" and not mode.sheared:

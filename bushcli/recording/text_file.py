@@ -20,11 +20,7 @@ from bushcli.errors import Problem, RecordingError, count_of
 from bushcli.recording.header.head import header, unify_column_order
 from bushcli.recording.header.name import named_columns
 from bushcli.recording.text.decode import read_text
-from bushcli.recording.text.fields import (
-    ambiguous_thousands,
-    begins_with_missing,
-    without_thousands,
-)
+from bushcli.recording.text.fields import ambiguous_thousands, begins_with_missing, without_thousands
 from bushcli.recording.text.lines import (
     COMMENTS,
     Dialect,
@@ -103,9 +99,8 @@ def _table(path: Path, lines: list[Line], runs: list[AlikeRows], given: _Given) 
     grouped = None
     if given.decimal is None and (dialect.decimal == "," or dialect.delimiter in ";\t"):
         grouped = ambiguous_thousands(rows, dialect.decimal)
-    if runs and (
-        reordered or dialect != (runs[0].form.delimiter, runs[0].form.decimal) or grouped is not None
-    ):
+    differs = runs and dialect != (runs[0].form.delimiter, runs[0].form.decimal)
+    if runs and (reordered or differs or grouped is not None):
         return None
     # A sign in front of rows of numbers makes them comments.
     below = (line for line in sheet.lines if line.comment and line.number > sheet.first_row_line)
@@ -212,7 +207,7 @@ def _rows(sheet: Sheet, fewest: int) -> tuple[Sheet, int, list[str], bool]:
     # A header has as many fields as the rows have.
     full = [i for i, fields in below if len(fields) == raw and fields[-1][:1].isalpha()]
     texts = [i for i in full if not numbers_in(split[i], decimal)]
-    repeated = _repeated_lines(body, split, start, sorted({*wrong, *texts}), filled)
+    repeated = _repeated_lines(sheet, sorted({*wrong, *texts}), filled)
     for i in wrong:
         if i not in repeated:
             fields = len(trim_end(split[i]))
@@ -255,15 +250,14 @@ def _remove_text_below(sheet: Sheet) -> list[str]:
     return [single if len(below) == 1 else several]
 
 
-def _repeated_lines(
-    body: Sequence[Line], split: Sequence[list[str]], start: int, among: Sequence[int], width: int
-) -> list[int]:
+def _repeated_lines(sheet: Sheet, among: Sequence[int], width: int) -> list[int]:
     """Return which lines below the first row repeat those above it: whole groups of them, names included.
 
     Lines with a field for each column, names and units, are repeated if they are the same. The others, such as
     "Cycle 2", may differ in their numbers.
     """
-    texts = [line.text.strip() for line in body[:start]]
+    body, split = sheet.body, sheet.split
+    texts = [line.text.strip() for line in body[: sheet.start]]
     head = {text for text, fields in zip(texts, split, strict=False) if len(trim_end(fields)) == width}
     labels = {_NUMBERS.sub("#", text) for text in texts if text not in head}
     repeated: list[int] = []
@@ -287,10 +281,8 @@ def _remove_thousands(split: Sequence[list[str]], decimal: str) -> list[str]:
             split[row][column] = plain
         if numbers:
             row, plain = next(iter(numbers.items()))
-            remarks.append(
-                f"column {column + 1}: thousands separators are removed from {len(numbers)} numbers: "
-                f"{fields[row]} is read as {plain}"
-            )
+            removed = f"thousands separators are removed from {len(numbers)} numbers"
+            remarks.append(f"column {column + 1}: {removed}: {fields[row]} is read as {plain}")
     return remarks
 
 
@@ -304,17 +296,14 @@ def _is_row(fields: list[str], decimal: str, fewest: int = 2) -> bool:
 def _of_one_column(body: Sequence[Line], given: _Given) -> Dialect | None:
     """Return delimiter and decimal sign of a file with a single column of numbers; None for any other file."""
     for sign in (given.decimal,) if given.decimal else (".", ","):
-        split = [
-            split_line(line.text, given.delimiter or (";" if ";" in line.text else "\t")) for line in body
-        ]
+        split = [split_line(row.text, given.delimiter or (";" if ";" in row.text else "\t")) for row in body]
         are_rows = [_is_row(fields, sign, 1) for fields in split]
         first = are_rows.index(True) if any(are_rows) else len(are_rows)
         # Most lines, so that a line that does not fit is named.
         most = sum(are_rows) >= 2 and 2 * sum(are_rows) >= len(are_rows) - first
         has_name = first > 0 and "," not in body[first - 1].text
-        sure = (
-            has_name or given.delimiter or given.decimal or not any("," in line.text for line in body[first:])
-        )
+        without_comma = not any("," in line.text for line in body[first:])
+        sure = has_name or given.delimiter or given.decimal or without_comma
         if most and sure:
             return Dialect(given.delimiter or (";" if any(";" in line.text for line in body) else "\t"), sign)
     return None

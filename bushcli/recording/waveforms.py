@@ -82,27 +82,16 @@ def parts_by_clock(group: str, channels: Sequence[WaveChannel]) -> Iterator[File
     lengths = dict.fromkeys(channel.samples for channel in channels if channel.samples)
     for samples in lengths:
         same_length = [channel for channel in channels if channel.samples == samples]
-        samplings_with_step = {
-            channel.sampling for channel in same_length if channel.sampling and channel.sampling.step
-        }
+        stepped = {c.sampling for c in same_length if c.sampling and c.sampling.step}
         # One without an interval may only repeat the start of the only clock with one.
-        start = replace(*samplings_with_step, step=0.0) if len(samplings_with_step) == 1 else None
+        start = replace(*stepped, step=0.0) if len(stepped) == 1 else None
         samplings = [None if channel.sampling == start else channel.sampling for channel in same_length]
         clocks = list(dict.fromkeys(filter(None, samplings)))
         if len(clocks) < 2:
             parts.append((next(iter(clocks), None), same_length))
             continue
-        stated = [
-            (
-                clock,
-                [
-                    channel
-                    for channel, sampling in zip(same_length, samplings, strict=True)
-                    if sampling == clock
-                ],
-            )
-            for clock in (*clocks, None)
-        ]
+        pairs = list(zip(same_length, samplings, strict=True))
+        stated = [(clock, [c for c, s in pairs if s == clock]) for clock in (*clocks, None)]
         parts += [(clock, members) for clock, members in stated if members]
     names = [group]
     if len(parts) > 1:
@@ -126,11 +115,8 @@ def _part(name: str, sampling: Sampling | None, members: Sequence[WaveChannel]) 
     names, units = [channel.name for channel in members], [channel.unit for channel in members]
     samples = members[0].samples
     # A channel of times is more exact than an interval.
-    if (
-        sampling is None
-        or not sampling.step
-        or any(channel.is_time or match_quality(channel.name, "time") for channel in members)
-    ):
+    has_time = any(channel.is_time or match_quality(channel.name, "time") for channel in members)
+    if sampling is None or not sampling.step or has_time:
         return FilePart(name, names, units, samples, lambda i: members[i].load())
     time = sampling.first + sampling.step * np.arange(samples)
     without = [channel for channel in members if channel.sampling is None or not channel.sampling.step]

@@ -223,7 +223,6 @@ _OTHER_MEANINGS = {
     "bushcli/export/reduce.py": {"warming"},
     "bushcli/export/fmu/force_law.py": {"warming", "offset"},
     "bushcli/recording/dynamic/columns.py": {"offset"},
-    "bushcli/recording/dynamic/names.py": {"offset"},
     "bushcli/inverse/thinned.py": {"offset"},
 }
 

@@ -15,7 +15,7 @@ from bushcli.errors import InputError, RecordingError
 from bushcli.faults import bad_samples, condition, find_faults, masks
 from bushcli.faults.fault import chance_in_words
 from bushcli.faults.scale import unit_stiffness
-from bushcli.recording import Recording, read_coupon, read_recording
+from bushcli.recording import Recording, read_recording
 from bushcli.recording.source import Source
 from bushcli.simulate.admissible import check_travel
 from geometry.shape import shapes
@@ -602,7 +602,7 @@ def test_spikes_do_not_raise_the_noise():
 def test_the_examples_have_no_fault(name):
     case = load_case(ROOT / "examples" / name / "case.toml")
     found = [read_recording(source) for source in case.recordings]
-    assert find_faults(case, [*found, *(read_coupon(source) for source in case.coupons)]) == ()
+    assert find_faults(case, [*found, *(read_recording(source) for source in case.coupons)]) == ()
 
 
 @pytest.mark.parametrize(

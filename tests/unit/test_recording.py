@@ -11,7 +11,6 @@ import pytest
 from bushcli.errors import RecordingError
 from bushcli.recording import (
     cycle_mask,
-    read_coupon,
     read_program,
     read_recording,
     select_cycles,
@@ -109,14 +108,14 @@ def test_rotation_is_in_radians_inside(tmp_path):
     ],
 )
 def test_coupon_displacement_is_stretch_minus_one(tmp_path, head, values):
-    recording = read_coupon(source(tmp_path, head + "\n" + table((values, F)), "uniaxial"))
+    recording = read_recording(source(tmp_path, head + "\n" + table((values, F)), "uniaxial"))
     np.testing.assert_allclose(recording.displacement, Q, atol=1e-12)
     np.testing.assert_allclose(recording.force, F)
     assert recording.time is None
 
 
 def test_a_coupon_needs_only_three_points(tmp_path):
-    recording = read_coupon(source(tmp_path, "stretch,nominal_stress_MPa\n1,0\n2,1\n3,2\n", "planar"))
+    recording = read_recording(source(tmp_path, "stretch,nominal_stress_MPa\n1,0\n2,1\n3,2\n", "planar"))
     assert len(recording.force) == 3
 
 
@@ -131,19 +130,19 @@ def test_columns_by_number_and_units_by_key(tmp_path):
         + rest
     )
     keys = {"columns": {"force": 1, "displacement": 3, "time": 5}}
-    recording = read_coupon(source(tmp_path, content, "uniaxial", **keys))
+    recording = read_recording(source(tmp_path, content, "uniaxial", **keys))
     assert_read(recording)
     clear = content.replace("[%-trav]", "[mm]")
-    assert_read(read_coupon(source(tmp_path, clear, "uniaxial")))
+    assert_read(read_recording(source(tmp_path, clear, "uniaxial")))
     # Both strain columns have the same numbers: they count as one.
-    assert_read(read_coupon(source(tmp_path, content, "uniaxial")))
+    assert_read(read_recording(source(tmp_path, content, "uniaxial")))
     different = "# [N/mm**2] [N] [%-ext] [%-trav] [s]\n" + table((F, 100 * F, 100 * Q, 101 * Q, T)).replace(
         ",", "\t"
     )
     with pytest.raises(RecordingError, match="column 3 and column 4 could each be the displacement"):
-        read_coupon(source(tmp_path, different, "uniaxial"))
+        read_recording(source(tmp_path, different, "uniaxial"))
     headless = source(tmp_path, rows, "uniaxial", units={"displacement": "percent"}, **keys)
-    assert_read(read_coupon(headless))
+    assert_read(read_recording(headless))
 
 
 def test_columns_by_name(tmp_path):
@@ -247,14 +246,12 @@ def test_refuses_what_the_mode_does_not_have(tmp_path):
     good = source(tmp_path, HEAD + table())
     with pytest.raises(RecordingError, match='"axail" is not a mode'):
         read_recording(Source("axail", good.file))
-    with pytest.raises(RecordingError, match="mode axial is not a material test"):
-        read_coupon(good)
     with pytest.raises(RecordingError, match=r"no column rotation_deg.*axial or radial"):
         read_recording(Source("torsional", good.file))
     with pytest.raises(RecordingError, match=r"is in mm, but mode torsional needs a rotation"):
         read_recording(Source("torsional", good.file, columns={"displacement": 2, "force": 3}))
     with pytest.raises(RecordingError, match=r'a stretch of 0.0000 is impossible.*"percent"'):
-        read_coupon(source(tmp_path, "stretch,nominal_stress_MPa\n" + table((Q, F)), "uniaxial"))
+        read_recording(source(tmp_path, "stretch,nominal_stress_MPa\n" + table((Q, F)), "uniaxial"))
 
 
 def test_forced_delimiter_and_decimal_sign_are_obeyed(tmp_path):

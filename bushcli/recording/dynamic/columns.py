@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 
 from bushcli.recording.dynamic.names import (
     ACROSS,
-    CONDITIONS,
-    KINDS_OF_MODES,
     ColumnName,
     Stated,
     condition_of,
@@ -25,6 +23,7 @@ from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.header.columns import chosen_index
 from bushcli.recording.header.units import read_unit
 from bushcli.recording.header.vocabulary import is_foreign
+from bushcli.recording.quantities import CONDITIONS, DYNAMIC
 from bushcli.recording.text.fields import is_number, to_float
 from bushcli.recording.text.table import Table, TextTable
 from cases.mode import Mode
@@ -51,6 +50,11 @@ _OWN_WORDS = frozenset([
 #: rubber in its glass transition is 2 to 3.
 _LARGEST_RADIANS, _LARGEST_FACTOR = 1.6, 5.0
 
+#: Column, from 0, by quantity.
+Columns = Mapping[str, tuple[int, ColumnName]]
+#: Numbers in internal units, and a remark.
+_Values = tuple[Array, str]
+
 
 @dataclass(frozen=True)
 class ColumnGroup:
@@ -58,19 +62,13 @@ class ColumnGroup:
 
     Attributes
     ----------
-    columns : mapping of str to (int, ColumnName)
-        Column, from 0, by quantity.
+    columns : Columns
     conditions : mapping of str to Stated
         Conditions of all its rows.
     """
 
-    columns: Mapping[str, tuple[int, ColumnName]]
+    columns: Columns
     conditions: Mapping[str, Stated]
-
-
-def is_dynamic(table: Table, source: DynamicSource) -> bool:
-    """Whether a table has columns of which K' and K'' may be made."""
-    return any(key in MEASURED for key in (*source.columns, *(column.quantity for column in meanings(table))))
 
 
 def meanings(table: Table) -> list[ColumnName]:
@@ -94,15 +92,10 @@ def meanings(table: Table) -> list[ColumnName]:
     # Above conditions a name in merged cells holds until the next one.
     for i, name in enumerate(_carry_fields(table.names, width) if above else table.names):
         condition = condition_of(name)
-        column = meaning(
-            titles.get(i, name) if condition else name, "" if condition_of(table.units[i]) else table.units[i]
-        )
-        conditions = (
-            *column.conditions,
-            *((condition,) if condition and i in titles else ()),
-            *above.get(i, ()),
-        )
-        columns.append(replace(column, conditions=conditions))
+        unit = "" if condition_of(table.units[i]) else table.units[i]
+        column = meaning(titles.get(i, name) if condition else name, unit)
+        of_name = () if condition is None or i not in titles else (condition,)
+        columns.append(replace(column, conditions=(*column.conditions, *of_name, *above.get(i, ()))))
     return columns
 
 
@@ -127,11 +120,8 @@ def _conditions_in(fields: Sequence[str]) -> dict[int, Stated]:
     for i, field in enumerate(fields):
         condition = condition_of(field) if field else None
         if condition is not None:
-            conditions[i] = (
-                replace(condition, quantity=quantity)
-                if quantity and condition.quantity == ACROSS
-                else condition
-            )
+            across = quantity and condition.quantity == ACROSS
+            conditions[i] = replace(condition, quantity=quantity) if across else condition
         elif i and field and quantity and label.unit is not None:
             number = next((to_float(field, sign) for sign in ".," if is_number(field, sign)), math.nan)
             if not math.isfinite(number):
@@ -166,7 +156,7 @@ def with_conditions_above(table: Table) -> Table:
     return replace(table.of_rows(np.arange(1, len(table))), units=tuple(units), preamble=preamble)
 
 
-def groups(table: Table, source: DynamicSource, mode: Mode) -> list[ColumnGroup]:
+def groups(table: Table, source: DynamicSource) -> list[ColumnGroup]:
     """Return the groups of columns of a table: one, or one for each condition that the columns' names have."""
     names = meanings(table)
     chosen = {key: chosen_index(table, column) for key, column in source.columns.items()}
@@ -197,22 +187,18 @@ def groups(table: Table, source: DynamicSource, mode: Mode) -> list[ColumnGroup]
     for columns in conditioned.values():
         quantities = {names[i].quantity for i in columns}
         members = [*columns, *(i for i in shared if names[i].quantity not in quantities)]
-        conditions = {
-            condition.quantity: condition for i in columns or shared for condition in names[i].conditions
-        }
-        column_groups.append(ColumnGroup(_unique(table, members, names, mode), conditions))
+        conditions = {c.quantity: c for i in columns or shared for c in names[i].conditions}
+        column_groups.append(ColumnGroup(_unique(table, members, names, source.deformation), conditions))
     return column_groups
 
 
-def _unique(
-    table: Table, columns: Sequence[int], names: Sequence[ColumnName], mode: Mode
-) -> dict[str, tuple[int, ColumnName]]:
+def _unique(table: Table, columns: Sequence[int], names: Sequence[ColumnName], mode: Mode) -> Columns:
     """Return one column for each quantity: not a set value beside the measured one, not a unit of another specimen."""
     unique: dict[str, tuple[int, ColumnName]] = {}
     for quantity, count in Counter(names[i].quantity for i in columns).items():
         among = [i for i in columns if names[i].quantity == quantity]
         if count > 1:
-            kinds = suited_kinds(quantity, mode)
+            kinds = DYNAMIC[quantity].kinds_in(mode)
             suited = [i for i in among if (unit := names[i].unit) is None or unit.measured in kinds]
             words = {i: set(re.split(r"[\W_]+", table.names[i].lower())) - _OWN_WORDS for i in among}
             measured = [i for i in suited or among if not any(map(is_foreign, words[i]))]
@@ -227,26 +213,13 @@ def _unique(
     return unique
 
 
-def suited_kinds(quantity: str, mode: Mode) -> frozenset[str]:
-    """Return the kinds of units that a quantity of a mode has.
-
-    Parameters
-    ----------
-    quantity : str
-    mode : Mode
-    """
-    return KINDS_OF_MODES[quantity][0 if mode.specimen == "coupon" else 1 if mode.rotational else 2]
-
-
-def numbers(
-    table: Table, index: int, column: ColumnName, quantity: str, source: DynamicSource, mode: Mode
-) -> tuple[Array, str]:
+def numbers(table: Table, index: int, column: ColumnName, quantity: str, source: DynamicSource) -> _Values:
     """Return a column in internal units, and a remark where its unit was understood from its values."""
     values = table.numbers(index)
     remark, key = "", quantity if quantity != "modulus" else "stiffness"
     given = source.units.get(key)
     unit = column.unit if given is None else read_unit(given)
-    kinds = suited_kinds(quantity, mode)
+    kinds = DYNAMIC[quantity].kinds_in(source.deformation)
     proposed = next(_PROPOSED[kind] for kind in (quantity, *sorted(kinds, reverse=True)) if kind in _PROPOSED)
     remedy = f"units = {{{key} = {proposed[0]}}} or {proposed[1]} in the recording's table of the case file"
     if given is not None and unit is None:
@@ -263,7 +236,7 @@ def numbers(
     if unit.measured not in kinds:
         article = "an" if unit.measured[0] in "aeiou" else "a"
         where = f"{table.label(index)}: {column.written or given} is a unit of {article} {unit.measured}"
-        what = f"{where}, and the {quantity.replace('_', ' ')} in mode {mode.name} is not one"
+        what = f"{where}, and the {quantity.replace('_', ' ')} in mode {source.mode} is not one"
         expected = f"columns = {{{key} = ...}}, if another column is meant"
         if unit.measured == "stress":
             expected = 'a modulus is that of a coupon: [[coupons]] with mode = "uniaxial", for example'
@@ -273,22 +246,14 @@ def numbers(
 
 def conditions_above(table: Table) -> dict[str, Stated]:
     """Return the conditions that the lines above a table state for all its rows, by quantity."""
-    conditions = [
-        condition
-        for _, text in table.preamble
-        if (condition := stated_condition(text, table.decimal)) is not None
-    ]
-    return {condition.quantity: condition for condition in conditions}
+    conditions = (stated_condition(text, table.decimal) for _, text in table.preamble)
+    return {condition.quantity: condition for condition in conditions if condition is not None}
 
 
 def conditions_between_rows(table: Table, quantity: str) -> list[tuple[int, Stated]]:
     """Return the conditions of a quantity that lines between the rows state for the rows below, with their lines."""
     conditions = ((line, stated_condition(text, table.decimal)) for line, text in table.between)
-    return [
-        (line, condition)
-        for line, condition in conditions
-        if condition is not None and condition.quantity == quantity
-    ]
+    return [(line, c) for line, c in conditions if c is not None and c.quantity == quantity]
 
 
 def with_values(table: Table, group: ColumnGroup) -> Table:

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from bushcli.curve.segment import turning_points
 
 Array = NDArray[np.float64]
+#: Begin and end, s, and frequency, Hz.
+Burst = tuple[float, float, float]
 
 #: Half cycles of a burst agree in duration and range within this share: a rig needs some periods to reach its
 #: amplitude, and what it does on the way is no burst (judgement).
@@ -34,22 +36,14 @@ class Harmonics:
 
     Attributes
     ----------
-    frequency : float
-        Hz.
-    amplitude : float
-        Peak of the first harmonic of the displacement.
-    stiffness : complex
-        K* = K' + i K''.
-    error : float
-        Standard error of K', and of K''.
-    third : float
-        Third harmonic of the force, as a share of its first.
-    third_motion : float
-        The same of the displacement.
-    mean : (float, float)
-        Mean displacement and mean force.
-    span : (float, float)
-        Times of the first and last sample, s.
+    frequency, amplitude : float
+        Hz; peak of the first harmonic of the displacement.
+    stiffness, error : complex, float
+        K* = K' + i K''; standard error of K', and of K''.
+    third, third_motion : float
+        Third harmonics of the force and of the displacement, as shares of their first.
+    mean, span : (float, float)
+        Means of displacement and force; times of the first and last sample, s.
     """
 
     frequency: float
@@ -62,7 +56,7 @@ class Harmonics:
     span: tuple[float, float]
 
 
-def bursts(time: Array, displacement: Array) -> list[tuple[float, float, float]]:
+def bursts(time: Array, displacement: Array) -> list[Burst]:
     """Return begin and end (s) and frequency (Hz) of each stretch in which the motion is periodic."""
     # The reversals that are larger than the noise.
     steps = np.abs(np.diff(displacement))
@@ -75,12 +69,8 @@ def bursts(time: Array, displacement: Array) -> list[tuple[float, float, float]]
     if len(turns) < 2 * _FEWEST_PERIODS:
         return []
     middle = 0.5 * (displacement[turns[1:]] + displacement[turns[:-1]])
-    crossings = np.array(
-        [
-            _crossing(time, displacement, a, b, level)
-            for (a, b), level in zip(pairwise(turns), middle, strict=True)
-        ]
-    )
+    levels = zip(pairwise(turns), middle, strict=True)
+    crossings = np.array([_crossing(time, displacement, *ends, level) for ends, level in levels])
     ranges = np.abs(np.diff(displacement[turns]))
     halves = np.diff(crossings)
     stretches, first = [], 0
@@ -110,9 +100,7 @@ def _crossing(time: Array, values: Array, a: int, b: int, level: float) -> float
     return float(time[i - 1] + min(max(share, 0.0), 1.0) * (time[i] - time[i - 1]))
 
 
-def harmonics(
-    time: Array, displacement: Array, force: Array, burst: tuple[float, float, float]
-) -> Harmonics | None:
+def harmonics(time: Array, displacement: Array, force: Array, burst: Burst) -> Harmonics | None:
     """Return the harmonics of a burst, fitted to whole periods without the start-up; None if too few are left."""
     begin, end, frequency = burst
     left_out = math.ceil(max(1.0, _START_UP * (end - begin) * frequency))
@@ -135,25 +123,12 @@ def harmonics(
     fundamental = [complex(c[0], -c[1]) for c in (motion, response)]
     stiffness = fundamental[1] / fundamental[0]
     error = math.hypot(force_error, abs(stiffness) * moved_error) / abs(fundamental[0])
-    third = [
-        math.hypot(*c[4:6]) / abs(f) if most >= 3 else math.nan
-        for c, f in zip((motion, response), fundamental, strict=True)
-    ]
+    fits = zip((motion, response), fundamental, strict=True)
+    third = [math.hypot(*c[4:6]) / abs(f) if most >= 3 else math.nan for c, f in fits]
     waves = design[:, : 2 * most]
-    mean = (
-        float(np.mean(q - waves @ motion[: 2 * most])),
-        float(np.mean(forces - waves @ response[: 2 * most])),
-    )
-    return Harmonics(
-        frequency,
-        abs(fundamental[0]),
-        stiffness,
-        error,
-        third[1],
-        third[0],
-        mean,
-        (float(t[0]), float(t[-1])),
-    )
+    means = [float(np.mean(s - waves @ c[: 2 * most])) for s, c in ((q, motion), (forces, response))]
+    mean, span = (means[0], means[1]), (float(t[0]), float(t[-1]))
+    return Harmonics(frequency, abs(fundamental[0]), stiffness, error, third[1], third[0], mean, span)
 
 
 def _design(time: Array, frequency: float, most: int, drift: int) -> Array:

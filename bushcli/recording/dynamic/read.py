@@ -19,23 +19,23 @@ from bushcli.recording.dynamic.columns import (
     conditions_above,
     conditions_between_rows,
     groups,
-    is_dynamic,
+    meanings,
     numbers,
-    suited_kinds,
     with_conditions_above,
     with_names_above,
     with_values,
 )
-from bushcli.recording.dynamic.loops import read_loops
-from bushcli.recording.dynamic.names import CONDITIONS, Peak, Stated
-from bushcli.recording.dynamic.source import HIGHEST, DynamicSource
+from bushcli.recording.dynamic.harmonics import LARGEST_THIRD, bursts, harmonics
+from bushcli.recording.dynamic.names import Peak, Stated
+from bushcli.recording.dynamic.source import HIGHEST, LOOP_COLUMNS, DynamicSource
 from bushcli.recording.dynamic.stiffness import StiffnessColumns, complex_stiffness
 from bushcli.recording.dynamic.table import DynamicTable, Quantity, TablePart, refuse_rows
 from bushcli.recording.find_table import quoted_names, tables_of_file
+from bushcli.recording.quantities import CONDITIONS, DYNAMIC
+from bushcli.recording.read import read_recording
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import Table
-from cases.mode import Mode, modes
 
 Array = NDArray[np.float64]
 
@@ -60,8 +60,8 @@ def read_dynamic(source: DynamicSource, tables: TableCache | None = None) -> Dyn
         With file, line and column, when something cannot be read, is not possible or contradicts itself; with the key
         of the case file that answers it, when the file does not say what its numbers are.
     """
-    mode, tables = modes()[source.mode], TableCache() if tables is None else tables
-    parts = [part for file in source.files for part in _parts(file, source, mode, tables)]
+    mode, tables = source.deformation, TableCache() if tables is None else tables
+    parts = [part for file in source.files for part in _parts(file, source, tables)]
     if mode.specimen == "coupon" and source.quantity is None:
         if not mode.sheared and not all(part.modulus for part in parts):
             what = "has a modulus, and does not say whether it is Young's modulus E or the shear modulus G"
@@ -112,7 +112,7 @@ def read_dynamic(source: DynamicSource, tables: TableCache | None = None) -> Dyn
     )
 
 
-def _parts(file: Path, source: DynamicSource, mode: Mode, tables: TableCache) -> list[TablePart]:
+def _parts(file: Path, source: DynamicSource, tables: TableCache) -> list[TablePart]:
     """Return the rows of one file: of all its sheets or groups that are tables of stiffness, or of its loops."""
     plain = Source(
         source.mode,
@@ -123,19 +123,20 @@ def _parts(file: Path, source: DynamicSource, mode: Mode, tables: TableCache) ->
         group=source.group,
     )
     if set(source.columns) & {"time", "displacement", "force"}:
-        return read_loops(source, plain, tables)
+        return _loops(source, plain, tables)
     names = [name for name in source.columns.values() if isinstance(name, str)]
     contents = tables_of_file(plain, names, tables)
     sheets = [contents] if isinstance(contents, Table) else contents.tables
     complete = (with_conditions_above(with_names_above(table)) for table in sheets)
-    fitting = [table for table in complete if is_dynamic(table, source)]
+    chosen = not set(MEASURED).isdisjoint(source.columns)
+    fitting = [table for table in complete if chosen or {c.quantity for c in meanings(table)} & set(MEASURED)]
     if not fitting:
-        return read_loops(source, plain, tables)
+        return _loops(source, plain, tables)
     parts: list[TablePart] = []
     for table in fitting:
         # A column of conditions alone, such as the mean of all, is no group.
-        measured = [group for group in groups(table, source, mode) if set(MEASURED) & set(group.columns)]
-        group_parts = [_part(with_values(table, group), group, source, mode) for group in measured]
+        measured = [group for group in groups(table, source) if set(MEASURED) & set(group.columns)]
+        group_parts = [_part(with_values(table, group), group, source) for group in measured]
         taken = {index for group in measured for index, _ in group.columns.values()}
         unused = [name for i, name in enumerate(table.names) if name and i not in taken]
         if unused:
@@ -149,7 +150,7 @@ def _parts(file: Path, source: DynamicSource, mode: Mode, tables: TableCache) ->
     return parts
 
 
-def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -> TablePart:
+def _part(table: Table, group: ColumnGroup, source: DynamicSource) -> TablePart:
     """Return the rows of a group of columns, in internal units."""
     if not len(table):
         raise table.refusal("has a group of columns without values")
@@ -159,7 +160,7 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
     asked: list[Problem] = []
     for quantity, (index, column) in group.columns.items():
         try:
-            arrays[quantity], remark = numbers(table, index, column, quantity, source, mode)
+            arrays[quantity], remark = numbers(table, index, column, quantity, source)
             remarks += [remark] if remark else []
         except RecordingError as error:
             asked += error.problems
@@ -173,16 +174,14 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
         raise RecordingError(*asked)
     for quantity in CONDITIONS:
         if quantity not in arrays:
-            arrays[quantity] = np.full(len(table), _stated_value(table, quantity, stated, source, mode))
-            for line, condition in (
-                conditions_between_rows(table, quantity) if quantity not in group.conditions else ()
-            ):
+            arrays[quantity] = np.full(len(table), _stated_value(table, quantity, stated, source))
+            for line, c in () if quantity in group.conditions else conditions_between_rows(table, quantity):
                 below = np.array([table.line(row) > line for row in range(len(table))])
-                arrays[quantity][below] = _stated_value(table, quantity, {quantity: condition}, source, mode)
+                arrays[quantity][below] = _stated_value(table, quantity, {quantity: c}, source)
     arrays["amplitude"] = np.abs(arrays["amplitude"]) * (0.5 if peak == "double" else 1.0)
     places = tuple(table.place(row) for row in range(len(table)))
     # Moduli may come from shifts along temperature, which reach any frequency.
-    highest = HIGHEST if mode.specimen == "bushing" else math.inf
+    highest = HIGHEST if source.deformation.specimen == "bushing" else math.inf
     frequency = arrays["frequency"]
     if np.isnan(frequency).any():
         what = "has no column of a frequency, and neither its header nor the case file states one"
@@ -204,9 +203,8 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
     )
     measured = {key: arrays.pop(key) for key in MEASURED if key in arrays}
     labels = {key: table.label(group.columns[key][0]) for key in measured}
-    columns = StiffnessColumns(
-        measured, table, labels, places, arrays["frequency"], source.stiffness_is, source.loss_angle_is
-    )
+    said = source.stiffness_is, source.loss_angle_is
+    columns = StiffnessColumns(measured, table, labels, places, arrays["frequency"], *said)
     storage, loss, said_of = complex_stiffness(columns)
     unknown = np.full(len(table), np.nan)
     arrays |= {"storage": storage, "loss": loss, "third_harmonic": unknown}
@@ -216,14 +214,14 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
     return TablePart(arrays, places, (*remarks, *said_of), modulus, peak)
 
 
-def _stated_value(
-    table: Table, quantity: str, stated: Mapping[str, Stated], source: DynamicSource, mode: Mode
-) -> float:
+def _stated_value(table: Table, quantity: str, stated: Mapping[str, Stated], source: DynamicSource) -> float:
     """Return a condition of all rows, as the case file or else the file states it, in internal units; or nan."""
     given = getattr(source, quantity)
     condition = stated.get(quantity) if given is None else None
-    if condition is not None and condition.unit.measured not in suited_kinds(quantity, mode):
-        unit = f"a unit of a {condition.unit.measured}, which mode {mode.name} has not"
+    if condition is not None and condition.unit.measured not in DYNAMIC[quantity].kinds_in(
+        source.deformation
+    ):
+        unit = f"a unit of a {condition.unit.measured}, which mode {source.mode} has not"
         what = f"states a {quantity.replace('_', ' ')} in {unit}"
         raise table.refusal(what, f"{quantity} = ... in the recording's table of the case file")
     return condition.value if condition is not None else math.nan if given is None else float(given)
@@ -243,9 +241,69 @@ def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source
         raise table.refusal(what, "leave amplitude_is out, or name another column")
     peak = source.amplitude_is or stated_peak
     if not peak:
-        what = (
-            f"{label} may be the peak (half of the travel of a cycle) or the double amplitude (peak to peak)"
-        )
+        double = "the double amplitude (peak to peak)"
+        what = f"{label} may be the peak (half of the travel of a cycle) or {double}"
         expected = 'amplitude_is = "peak" or "double" in the recording\'s table of the case file'
         raise table.refusal(what, expected)
     return peak
+
+
+def _loops(source: DynamicSource, plain: Source, tables: TableCache) -> list[TablePart]:
+    """Return the rows that the sine bursts of a file give."""
+    mode = source.deformation
+    columns = {key: value for key, value in source.columns.items() if key in LOOP_COLUMNS}
+    units = {key: value for key, value in source.units.items() if key in LOOP_COLUMNS}
+    try:
+        record = read_recording(replace(plain, columns=columns, units=units), tables)  # type: ignore[arg-type]
+    except RecordingError as error:
+        if columns:
+            raise
+        what = "is no table of dynamic stiffness (frequency, and two of |K*|, K', K'', loss angle, tan delta, damping)"
+        what += f"; and as loops of time, displacement and force it cannot be read: {error}"
+        keys = "columns = {frequency = ..., storage = ..., loss = ...}"
+        expected = f"{keys} in the recording's table of the case file"
+        raise plain.refusal(what, expected) from None
+    if record.time is None:
+        what = "has loops without a time, so that their frequency is not known"
+        raise plain.refusal(what, "columns = {time = ...} in the case file")
+    time, moved, force = record.time, record.displacement, record.force
+    fitted = [fit for each in bursts(time, moved) if (fit := harmonics(time, moved, force, each)) is not None]
+    sines = [fit for fit in fitted if not fit.third_motion > LARGEST_THIRD]
+    if not sines:
+        what = f"has {'no sine, but other periodic motions' if fitted else 'no burst of at least three equal periods'}"
+        others = "a sweep of frequency, or a triangle, gives no K*"
+        expected = f"bursts of constant frequency and amplitude; {others}"
+        raise plain.refusal(what, expected)
+    remarks = [
+        f"{plain.file.name}: {len(sines)} sine bursts give a row each, by a fit of harmonics to whole periods"
+    ]
+    if len(fitted) > len(sines):
+        left = len(fitted) - len(sines)
+        remarks.append(f"{plain.file.name}: {left} periodic motions that are no sine are left out")
+    temperature = source.temperature
+    if temperature is None:
+        table = tables_of_file(plain, list(columns.values()), tables)
+        stated = conditions_above(table).get("temperature") if isinstance(table, Table) else None
+        temperature = np.nan if stated is None else stated.value
+    complex_ = np.array([sine.stiffness for sine in sines])
+    arrays = {
+        "frequency": np.array([sine.frequency for sine in sines]),
+        "storage": complex_.real,
+        "loss": complex_.imag,
+        "amplitude": np.array([sine.amplitude for sine in sines]),
+        "preload": np.array([sine.mean[0] for sine in sines]),
+        "preload_force": np.array([sine.mean[1] for sine in sines]),
+        "temperature": np.full(len(sines), temperature),
+        "storage_error": np.array([sine.error for sine in sines]),
+        "loss_error": np.array([sine.error for sine in sines]),
+        "third_harmonic": np.array([sine.third for sine in sines]),
+    }
+    places = tuple(f"{plain.file}, {sine.span[0]:.4g} to {sine.span[1]:.4g} s" for sine in sines)
+    refuse_rows(
+        complex_.real <= 0.0,
+        places,
+        lambda row: f"the force runs against the motion: K' = {complex_[row].real:.4g}",
+        "put the sign of the force right in the file; or the fixture's inertia is larger than the stiffness",
+    )
+    modulus: Literal["E", "G", ""] = "" if mode.specimen == "bushing" else "G" if mode.sheared else "E"
+    return [TablePart(arrays, places, tuple(remarks), modulus)]

@@ -72,9 +72,7 @@ class RecordedTable(Recording):
     def largest(self) -> tuple[float, float]:
         """Largest preload or amplitude, mm or rad, and the force that the largest stiffness has there, N or N mm."""
         stiffness = float(self.table.stiffness.max())
-        largest = [
-            float(np.nan_to_num(np.abs(values)).max()) for values in (self.displacement, self.table.amplitude)
-        ]
+        largest = [float(np.nan_to_num(np.abs(v)).max()) for v in (self.displacement, self.table.amplitude)]
         travel = max(largest) or 1.0
         return travel, stiffness * travel
 
@@ -92,9 +90,8 @@ class RecordedTable(Recording):
     @property
     def times(self) -> tuple[float, float]:
         """Relaxation times between which the rows show them best, s: the reciprocal angular frequencies."""
-        return 0.5 / np.pi / float(self.table.frequency.max()), 0.5 / np.pi / float(
-            self.table.frequency.min()
-        )
+        turn, frequency = 0.5 / np.pi, self.table.frequency
+        return turn / float(frequency.max()), turn / float(frequency.min())
 
     def with_gaps_interpolated(self, used: NDArray[np.bool_]) -> RecordedTable:
         """Return the recording as it is: rows do not follow one another.
@@ -120,10 +117,8 @@ class RecordedTable(Recording):
     def stiffness(self, samples: Array) -> Complex:
         """Return the stiffness (n,), N/mm or N mm/rad, that has these samples (2 n,)."""
         along, across = samples.reshape(2, -1) * self.errors
-        return np.asarray(
-            (along + 1j * across) * self.table.stiffness * np.exp(1j * self.table.loss_angle),
-            dtype=np.complex128,
-        )
+        turned = (along + 1j * across) * self.table.stiffness
+        return np.asarray(turned * np.exp(1j * self.table.loss_angle), dtype=np.complex128)
 
     def parts(self) -> list[int]:
         """Return the number of the part of each sample (2 n,): neighbouring rows of a curve, of which a few have many.
@@ -133,9 +128,8 @@ class RecordedTable(Recording):
         number, count = np.zeros(len(self.table), dtype=int), 0
         for rows, place in self.curves():
             pieces = max(1, len(rows) // _PART)
-            number[rows[np.argsort(place, kind="stable")]] = count + np.arange(len(rows)) * pieces // len(
-                rows
-            )
+            order = rows[np.argsort(place, kind="stable")]
+            number[order] = count + np.arange(len(rows)) * pieces // len(rows)
             count += pieces
         return [int(piece) for piece in np.tile(number, 2)]
 

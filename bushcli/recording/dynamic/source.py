@@ -7,13 +7,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+from bushcli.recording.quantities import DYNAMIC
 from bushcli.recording.source import FaultKind
+from cases.mode import Mode, modes
 
 #: Columns of a table, as in the ``columns`` and ``units`` keys of a case file.
-COLUMNS = (
-    "frequency", "amplitude", "preload", "preload_force", "temperature", "stiffness", "storage", "loss", "loss_angle",
-    "tan_delta", "damping", "storage_error", "loss_error",
-)  # fmt: skip
+COLUMNS = tuple(key for key in DYNAMIC if key not in ("modulus", ""))
 #: Hz; rubber's moduli have been measured up to some kHz in bushings, and at 1e5 Hz the wave in a soft rubber is shorter
 #: than an element of the default mesh.
 HIGHEST = 1e5
@@ -83,6 +82,11 @@ class DynamicSource:
     temperature: float | None = None
     accepted_faults: tuple[FaultKind, ...] = ()
     amplitude_factor: float = 1.0
+
+    @property
+    def deformation(self) -> Mode:
+        """The deformation mode."""
+        return modes()[self.mode]
 
     @property
     def label(self) -> str:

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording.dynamic.table import refuse_rows
+from bushcli.recording.dynamic.table import Mask, Text, refuse_rows
 from bushcli.recording.text.table import Table
 
 Array = NDArray[np.float64]
@@ -20,6 +20,14 @@ _TOLERANCE = 0.02
 #: The loss angle of rubber stays below this but in its glass transition, where tan delta reaches 2 to 3 at some
 #: temperatures and frequencies; a table in which *every* row is above it has probably 90 degrees minus the angle.
 _IMPLAUSIBLE_ANGLE = np.radians(45.0)
+#: Symbols in messages.
+_SYMBOLS = {
+    "stiffness": "|K*|",
+    "storage": "K'",
+    "loss": "K''",
+    "tan_delta": "tan delta",
+    "damping": "damping",
+}
 #: Pairs that give K' and K'', the best conditioned first.
 _PAIRS = (
     ("storage", "loss"), ("stiffness", "loss_angle"), ("stiffness", "tan_delta"), ("storage", "tan_delta"),
@@ -31,10 +39,7 @@ _SOLVED: Mapping[tuple[str, str], Callable[[Array, Array], tuple[Array, Array]]]
     ("storage", "loss"): lambda storage, loss: (storage, loss),
     ("storage", "tan_delta"): lambda storage, tangent: (storage, storage * tangent),
     ("loss", "tan_delta"): lambda loss, tangent: (loss / tangent, loss),
-    ("stiffness", "tan_delta"): lambda size, tangent: (
-        size * np.cos(np.arctan(tangent)),
-        size * np.sin(np.arctan(tangent)),
-    ),
+    ("stiffness", "tan_delta"): lambda k, t: (k * np.cos(np.arctan(t)), k * np.sin(np.arctan(t))),
     ("stiffness", "loss"): lambda size, loss: (np.sqrt(np.maximum(size**2 - loss**2, 0.0)), loss),
     ("stiffness", "storage"): lambda size, storage: (storage, np.sqrt(np.maximum(size**2 - storage**2, 0.0))),
 }
@@ -49,17 +54,12 @@ class StiffnessColumns:
     values : mapping of str to (n,) array
         By quantity: "stiffness" |K*|, "modulus" (|K*| or K'), "storage", "loss", "loss_angle", "tan_delta",
         "damping"; N/mm, N mm/rad or MPa, rad.
-    table : Table
-        Where they stand.
-    labels : mapping of str to str
-        ``column 2 (K')`` by quantity.
-    places : sequence of str
-        File and line of each row.
-    frequency : shape (n,)
-        Hz.
-    stiffness_is : {"magnitude", "storage"}, optional
-        What the case says that the "modulus" is.
-    loss_angle_is : {"loss", "complement"}, optional
+    table, labels : Table, mapping of str to str
+        Where they stand; ``column 2 (K')`` by quantity.
+    places, frequency : sequence of str, (n,) array
+        File and line, and Hz, of each row.
+    stiffness_is, loss_angle_is : str, optional
+        What the case says that the "modulus" and the angle are.
     """
 
     values: Mapping[str, Array]
@@ -69,6 +69,10 @@ class StiffnessColumns:
     frequency: Array
     stiffness_is: Literal["magnitude", "storage"] | None
     loss_angle_is: Literal["loss", "complement"] | None
+
+    def refuse(self, bad: Mask, what: Text, remedy: str) -> None:
+        """Refuse the first of the rows (n,) that are bad, and say how many more are."""
+        refuse_rows(bad, self.places, what, remedy, more=True)
 
 
 def complex_stiffness(columns: StiffnessColumns) -> tuple[Array, Array, tuple[str, ...]]:
@@ -113,22 +117,16 @@ def _quantity_of_modulus(columns: StiffnessColumns, values: Mapping[str, Array])
         return {"magnitude": "stiffness", "storage": "storage"}[columns.stiffness_is], []
     if "storage" in values or "stiffness" in values:
         quantity = "stiffness" if "storage" in values else "storage"
-        return quantity, [
-            f"{label} is read as {'|K*|' if quantity == 'stiffness' else chr(75) + chr(39)}: the other one is given too"
-        ]
+        return quantity, [f"{label} is read as {_SYMBOLS[quantity]}: the other one is given too"]
     tangent = np.tan(values["loss_angle"]) if "loss_angle" in values else values.get("tan_delta")
     if "loss" in values and tangent is not None:
         modulus, loss = values["modulus"], values["loss"]
-        misfit = {
-            "stiffness": np.abs(modulus * np.sin(np.arctan(tangent)) - loss),
-            "storage": np.abs(modulus * tangent - loss),
-        }
-        error = {key: float(np.sqrt(np.mean((value / modulus) ** 2))) for key, value in misfit.items()}
+        parts = {"stiffness": np.sin(np.arctan(tangent)), "storage": tangent}
+        error = {key: float(np.sqrt(np.mean((part - loss / modulus) ** 2))) for key, part in parts.items()}
         best, other = sorted(error, key=lambda key: error[key])
         # With a small loss angle both are the same within their digits, and it makes no difference.
         if error[best] < _TOLERANCE and (error[other] > 3.0 * error[best] or error[other] < 1e-3):
-            shown = "|K*|" if best == "stiffness" else "K'"
-            return best, [f"{label} is read as {shown}, which agrees with the loss and the angle"]
+            return best, [f"{label} is read as {_SYMBOLS[best]}, which agrees with the loss and the angle"]
     what = f"{label} may be |K*| or K', and the file does not say which"
     expected = 'stiffness_is = "magnitude" for |K*|, or "storage" for K\', in the recording\'s table of the case file'
     raise columns.table.refusal(what, expected)
@@ -142,22 +140,11 @@ def _refuse_impossible(columns: StiffnessColumns, values: Mapping[str, Array]) -
             what = f"{columns.labels['loss_angle']} is negative throughout: the force would run behind the motion"
             expected = "change the sign of the column, if it has the phase of the motion behind the force"
             raise columns.table.refusal(what, expected)
-        refuse_rows(
-            (angle < 0.0) | (angle >= 0.5 * np.pi),
-            columns.places,
-            lambda row: (
-                f"a loss angle of {np.degrees(angle[row]):.4g} degrees, where only 0 to 90 are possible"
-            ),
-            "delete the row; or units = {loss_angle = ...}, if the file is in another unit",
-            more=True,
-        )
-    for key, symbol in (
-        ("stiffness", "|K*|"),
-        ("storage", "K'"),
-        ("loss", "K''"),
-        ("tan_delta", "tan delta"),
-        ("damping", "damping"),
-    ):
+        bad = (angle < 0.0) | (angle >= 0.5 * np.pi)
+        shown = f"{np.degrees(angle[np.argmax(bad)]):.4g} degrees"
+        remedy = "delete the row; or units = {loss_angle = ...}, if the file is in another unit"
+        columns.refuse(bad, f"a loss angle of {shown}, where only 0 to 90 are possible", remedy)
+    for key, symbol in _SYMBOLS.items():
         if key not in values:
             continue
         column, label = values[key], f"{columns.labels.get(key, symbol)}: {symbol}"
@@ -168,7 +155,7 @@ def _refuse_impossible(columns: StiffnessColumns, values: Mapping[str, Array]) -
             remedy += ", or change the sign of the column, if the rig counts the loss negative"
         bad = column <= 0.0 if key in ("stiffness", "storage") else column < 0.0
         problem = f"{label} = {column[np.argmax(bad)]:.4g} is not possible"
-        refuse_rows(bad, columns.places, problem, remedy, more=True)
+        columns.refuse(bad, problem, remedy)
 
 
 def _refuse_contradictions(
@@ -178,12 +165,10 @@ def _refuse_contradictions(
     size = np.hypot(storage, loss)
     if pair == ("stiffness", "storage") or pair == ("stiffness", "loss"):
         whole, part, label = values["stiffness"], values[pair[1]], columns.labels.get(pair[1])
-        refuse_rows(
+        columns.refuse(
             whole < (1.0 - _TOLERANCE) * part,
-            columns.places,
             lambda row: f"|K*| = {whole[row]:.5g} is less than its part {label} = {part[row]:.5g}",
             'columns = {...}, or stiffness_is = "storage"',
-            more=True,
         )
     given = {
         "stiffness": (size, size),
@@ -205,12 +190,11 @@ def _refuse_contradictions(
         remedy = f"correct or delete the rows; or columns = {{{key} = ...}}, if another column is meant"
         near = 2.0 * _TOLERANCE * np.maximum(np.abs(stated), 1e-12)
         explained = _hypotheses(key, stated, storage, loss, columns.frequency) if np.mean(bad) > 0.5 else {}
-        causes = (
-            cause for cause, values in explained.items() if np.all((np.abs(values - stated) <= near)[bad])
-        )
-        refuse_rows(bad, columns.places, what, next(causes, remedy), more=True)
+        causes = (c for c, v in explained.items() if np.all((np.abs(v - stated) <= near)[bad]))
+        columns.refuse(bad, what, next(causes, remedy))
 
 
+_COMPLEMENT = '90 degrees minus the loss angle is in the file: loss_angle_is = "complement"'
 _EXCHANGED = "K' and K'' are exchanged: columns = {storage = ..., loss = ...}"
 
 
@@ -219,19 +203,14 @@ def _hypotheses(key: str, given: Array, storage: Array, loss: Array, frequency: 
     angle, tangent = np.arctan2(loss, storage), loss / storage
     as_magnitude = np.arcsin(np.minimum(tangent, 1.0))
     if key == "loss_angle":
-        complement = {
-            '90 degrees minus the loss angle is in the file: loss_angle_is = "complement"': 0.5 * np.pi
-            - angle
-        }
-        exchanged = {_EXCHANGED: 0.5 * np.pi - angle}
         # Both explain the same numbers: the loss angle of rubber is the smaller one.
-        first = complement if np.median(given) > _IMPLAUSIBLE_ANGLE else exchanged
-        return first | {
+        turned = _COMPLEMENT if np.median(given) > _IMPLAUSIBLE_ANGLE else _EXCHANGED
+        as_tangent = 'the column has tan delta: columns = {tan_delta = ...}, units = {tan_delta = "1"}'
+        return {
+            turned: 0.5 * np.pi - angle,
             'the angle is in radians: units = {loss_angle = "rad"}': np.radians(angle),
             'the angle is in degrees: units = {loss_angle = "deg"}': np.degrees(angle),
-            'the column has tan delta: columns = {tan_delta = ...}, units = {tan_delta = "1"}': np.radians(
-                tangent
-            ),
+            as_tangent: np.radians(tangent),
             "the column of K' has |K*|: columns = {stiffness = ...}": as_magnitude,
         }
     if key == "tan_delta":

@@ -11,9 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError, count_of
+from bushcli.recording.quantities import CONDITIONS
 from bushcli.recording.source import FaultKind
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+#: A text, or what gives it by the index of a row.
+Text = str | Callable[[int], str]
 Quantity = Literal["stiffness", "E", "G"]
 
 
@@ -115,11 +119,7 @@ class DynamicTable:
 
     def _curves(self, abscissa: str) -> list[NDArray[np.intp]]:
         """Return the rows that agree in all conditions but one, in the order of the file."""
-        conditions = [
-            key
-            for key in ("frequency", "amplitude", "preload", "preload_force", "temperature")
-            if key != abscissa
-        ]
+        conditions = [key for key in CONDITIONS if key != abscissa]
         keys = np.column_stack([_level(key, getattr(self, key)) for key in conditions])
         _, number = np.unique(keys, axis=0, return_inverse=True)
         number = number.ravel()
@@ -129,9 +129,8 @@ class DynamicTable:
     @property
     def over_frequency(self) -> bool:
         """Whether the table has at least as many frequencies as amplitudes, so that its curves are over frequency."""
-        return len(np.unique(_level("frequency", self.frequency))) >= len(
-            np.unique(_level("amplitude", self.amplitude))
-        )
+        count = {key: len(np.unique(_level(key, getattr(self, key)))) for key in ("frequency", "amplitude")}
+        return count["frequency"] >= count["amplitude"]
 
     @property
     def along(self) -> Array:
@@ -155,13 +154,7 @@ def _level(key: str, values: Array) -> Array:
     return levels
 
 
-def refuse_rows(
-    bad: NDArray[np.bool_],
-    places: Sequence[str],
-    what: str | Callable[[int], str],
-    remedy: str,
-    more: bool = False,
-) -> None:
+def refuse_rows(bad: Mask, places: Sequence[str], what: Text, remedy: str, more: bool = False) -> None:
     """Refuse the first of the rows (n,) that are bad, and say how many more are, if that is wanted."""
     if bad.any():
         row, count = int(np.argmax(bad)), int(np.count_nonzero(bad)) - 1

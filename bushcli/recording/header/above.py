@@ -15,21 +15,20 @@ from itertools import pairwise
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.header.match import NamedColumn, WantedColumn
 from bushcli.recording.header.name import Heading, heading
-from bushcli.recording.header.numbers import number_of
+from bushcli.recording.header.name_parts import number_of
 from bushcli.recording.header.units import Unit, certain_unit, find_unit, is_unit, tabulated_unit
-from bushcli.recording.header.vocabulary import WORDS
+from bushcli.recording.quantities import STATIC
 from bushcli.recording.source import Quantity, Source, dimension
 from bushcli.recording.text.table import LONGEST_LINE, SHOWN, Table
 
 _UNITS = re.compile(
-    r"(?:\b|(?<=[a-zé])(?=U))(?:units?(?:\s+(?:set|system))?|einheit(?:en)?|unités?)\b\W*", re.IGNORECASE
+    r"(?i)(?:\b|(?<=[a-zé])(?=U))(?:units?(?:\s+(?:set|system))?|einheit(?:en)?|unités?)\b\W*"
 )
 #: The label of units of all columns. "Unit: 3" may count the parts under test; "Units: 3" has no unit either.
 _LABEL = re.compile(
-    r"\W*(?:units|einheiten|unités|units?\s+(?:set|system)|einheitensystem|system\s+of\s+units)"
+    r"(?i)\W*(?:units|einheiten|unités|units?\s+(?:set|system)|einheitensystem|system\s+of\s+units)"
     r"(?:\s+(?:set\s+to|are|used))?"
-    r"(?:\s*[:=;,\t|]|\s+in(?=\s+[^\W\d_])|(?<=to)\s|(?<=are)\s)\W*",
-    re.IGNORECASE,
+    r"(?:\s*[:=;,\t|]|\s+in(?=\s+[^\W\d_])|(?<=to)\s|(?<=are)\s)\W*"
 )
 #: "All values in kN and mm" states units; "Data in file 3" does not.
 _IN = (
@@ -42,8 +41,7 @@ _ALL = re.compile(r"\W*(?:all|alle|toutes)\b", re.IGNORECASE)
 _ENDS = re.compile(r"[,;\t|]|(?<=[\])])")
 #: Words between units; "in" before a unit is a preposition: "all values in mm".
 _JOINING = re.compile(
-    r"\b(?:and|und|et|all|alle|are|set|to|used|the|values?)\b|\bin\s+(?=[^\W\d_])|[:=]|\.(?=\s|$)",
-    re.IGNORECASE,
+    r"(?i)\b(?:and|und|et|all|alle|are|set|to|used|the|values?)\b|\bin\s+(?=[^\W\d_])|[:=]|\.(?=\s|$)"
 )
 #: Systems of units, which do not say in which unit a column is, and where their names stand. "US" is no unit there,
 #: and "us" no system.
@@ -69,45 +67,38 @@ _QUANTITIES: tuple[Quantity, ...] = ("time", "displacement", "force")
 _SHORT = 4
 _MOST = 10
 #: Words of a statement that belong to no name of a column.
-_ABOUT = re.compile(
-    r"\b(?:all|alle|toutes?|les|is|are|in|of|(?:channel|kanal)\b\s*\d*)(?!\w)|[:=]", re.IGNORECASE
-)
+_ABOUT = re.compile(r"(?i)\b(?:all|alle|toutes?|les|is|are|in|of|(?:channel|kanal)\b\s*\d*)(?!\w)|[:=]")
 #: "Length unit: inch" is about the column of a length; "Gauge length unit: mm" is not.
 _LENGTH = re.compile(
-    r"^\W*(?:(?:lengths?|distances?|längen?)(?=[\s_-]*(?:units?|einheit))|units?\s+(?:of|for)\s+(?:lengths?|distances?)\b)",
-    re.IGNORECASE,
+    r"(?i)^\W*(?:(?:lengths?|distances?|längen?)(?=[\s_-]*(?:units?|einheit))"
+    r"|units?\s+(?:of|for)\s+(?:lengths?|distances?)\b)"
 )
 #: "Force unit: foo", "Unit of force = foo": the label without its colon, and what it says.
 _OF_QUANTITY = re.compile(r"([^:=;,\t|]*)[:=;,\t|]+\s*(\S.*)")
 
-
 _N = r"\d+(?:[.,]\d+)?(?:[eE][-+−]?\d+)?"
 #: What names a factor.
 _CALLED = re.compile(
-    r"(?:\b|(?<=[a-z])(?=[FS]))\w{0,20}(?:scale|scaling|gains?|multipliers?|factors?|faktor(?:en)?|skalierung"
+    r"(?i)(?:\b|(?<=[a-z])(?=[FS]))\w{0,20}(?:scale|scaling|gains?|multipliers?|factors?|faktor(?:en)?|skalierung"
     r"|verstärkung|multiplikator(?:en)?|facteurs?|échelle|fattore|fattori|factores|moltiplicatore|multiplicador)\b"
     r"|\b(?:multipl(?:y|ied)|divided?)\b|\w{0,10}multiplizier\w*|\bdividier\w*|系数|比例|倍率|係数"
-    rf"|\b(?:in|units?|einheiten|multiples|vielfachen?)\s+(?:of|von)\s+(?={_N})|(?<![^\W_])(?<!\*)[x×*]\s*(?={_N})",
-    re.IGNORECASE,
+    rf"|\b(?:in|units?|einheiten|multiples|vielfachen?)\s+(?:of|von)\s+(?={_N})|(?<![^\W_])(?<!\*)[x×*]\s*(?={_N})"
 )
 #: A factor in words, or before a unit: "Force in thousands", "Kraftwerte in 1000 N".
 _WORDED = re.compile(
-    r"\b(?:in|en)\s+(?:tens|hundreds?|thousands?|millions?|tausend(?:er)?|hundert|milliers|miles|migliaia)\b"
-    r"|\b(?:forces?|loads?|values?|kräfte|\w*werte|\w*wege?|\w*kraft|displacements?)\s+(?:are\s+)?in\s+10+\s+[^\W\d_]",
-    re.IGNORECASE,
+    r"(?i)\b(?:in|en)\s+(?:tens|hundreds?|thousands?|millions?|tausend(?:er)?|hundert|milliers|miles|migliaia)\b"
+    r"|\b(?:forces?|loads?|values?|kräfte|\w*werte|\w*wege?|\w*kraft|displacements?)\s+(?:are\s+)?in\s+10+\s+[^\W\d_]"
 )
 #: What else is called so.
 _OTHER = re.compile(
-    r"\b(?:pid|[pid] ?gain|gain ?[pid]|full|safety|shape|form|loss|damping|filter|drawing|stretch|rate|speed"
+    r"(?i)\b(?:pid|[pid] ?gain|gain ?[pid]|full|safety|shape|form|loss|damping|filter|drawing|stretch|rate|speed"
     r"|temperature|sensitivity|gau?ge|k|power|crest|formfaktor|verlustfaktor|sicherheitsfaktor|k-faktor|zoom|plot|axis"
-    r"|graph|display|anzeige|diagramm?)\b|\d\s*x\s*\d",
-    re.IGNORECASE,
+    r"|graph|display|anzeige|diagramm?)\b|\d\s*x\s*\d"
 )
 #: What a column in units of force or length contains already, or what says so.
 _CONTAINED = re.compile(
-    r"gain|ampli|verstärk|calib|kalib|\bcal\b|étalon|\btar|already|applied|included|corrected|bereits|enthalten"
-    r"|korrigiert|angewendet|incluse?",
-    re.IGNORECASE,
+    r"(?i)gain|ampli|verstärk|calib|kalib|\bcal\b|étalon|\btar|already|applied|included|corrected|bereits|enthalten"
+    r"|korrigiert|angewendet|incluse?"
 )
 _ABOUT_FACTOR = re.compile(
     r"[:=;,\t|()\[\]*×]|\b(?:of|for|by|de|von|für|mit|values?|werte?|in|channel|kanal)\b"
@@ -116,7 +107,6 @@ _EVERY = re.compile(r"\b(?:all|alle|allen|toutes?|tous|tutti|todos|todas)\b", re
 #: A number without a unit; behind "in units of" the unit is that of the column.
 _BARE = re.compile(rf"(?<![\w.,:]){_N}(?![\w:]|[.,]\d|\s*[^\W\d_]|\s*%)")
 _NUMBER = re.compile(rf"(?<![\w.,]){_N}(?![\w]|[.,]\d)")
-
 
 _RATE = (
     r"(?:(?:sampl(?:e|ing)|scan(?:ning)?|acquisition|data|logg(?:er|ing)|daq|storage)[\s_-]*(?:rate|freq(?:uency|\.)?)"
@@ -128,17 +118,14 @@ _STEP = (
 )
 #: A label, a unit in brackets, a number, a unit: "Sampling rate [Hz] = 100", "dt: 0.01 s".
 _STATEMENT = re.compile(
-    rf"(?:^|[;,\t|])\W*(?:(?P<rate>{_RATE})|(?P<step>{_STEP}))\W*?"
+    rf"(?i)(?:^|[;,\t|])\W*(?:(?P<rate>{_RATE})|(?P<step>{_STEP}))\W*?"
     r"(?:[\[(]\s*(?P<inside>[^\])]{1,20})[\])])?\s*[:=;,\t|\s]+"
-    r"(?P<value>\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)[ \t;|]*(?P<behind>[^\s;,|]*(?: per s\w*)?)",
-    re.IGNORECASE,
+    r"(?P<value>\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)[ \t;|]*(?P<behind>[^\s;,|]*(?: per s\w*)?)"
 )
-#: Units of a rate, in lower case, and their factor to Hz.
-_HERTZ = {
-    "hz": 1.0, "khz": 1e3, "1/s": 1.0, "s-1": 1.0, "s^-1": 1.0, "s/s": 1.0, "ks/s": 1e3, "sps": 1.0, "samples/s": 1.0,
-    "samples/sec": 1.0, "samples/second": 1.0, "pts/s": 1.0, "points/s": 1.0, "samples per second": 1.0,
-    "samples per s": 1.0, "samples per sec": 1.0,
-}  # fmt: skip
+#: Units of a rate, in hertz or kilohertz.
+_HERTZ = re.compile(
+    r"(?i)(k?)(?:hz|s/s)|1/s|s\^?-1|sps|(?:samples|pts|points)/s|samples/(?:sec|second)|samples per (?:s|sec|second)"
+)
 #: Largest relative difference of a rate and an interval that say the same: both are rounded to three digits.
 _SAME = 5e-3
 
@@ -176,9 +163,7 @@ def _plain(text: str) -> str:
 
 def _own(units: Iterable[Unit | None], wanted: WantedColumn) -> list[Unit]:
     """Return the units of the wanted quantity, each once."""
-    return list(
-        dict.fromkeys(unit for unit in units if unit is not None and unit.measured == wanted.measured)
-    )
+    return list(dict.fromkeys(unit for unit in units if unit and unit.measured == wanted.measured))
 
 
 def _listing(text: str) -> str | None:
@@ -207,9 +192,7 @@ def _parts(text: str) -> list[str]:
         several, words = re.split(r"[-/]", part), part.split()
         units = [tabulated_unit(word) for word in words]
         # Blanks within a unit stand behind a prefix, "Mio N", or in a product, "N m".
-        product = [unit.measured for unit in units if unit] == ["force", "length"] and max(
-            map(len, words)
-        ) <= 2
+        product = [u.measured for u in units if u] == ["force", "length"] and max(map(len, words)) <= 2
         joined = len(words) > 1 and is_unit(part) and (product or None in units)
         if len(several) > 2 and all(map(tabulated_unit, several)):
             parts += several  # mm-kN-s
@@ -242,9 +225,7 @@ def _heads(part: str) -> list[Heading]:
 
 def stated_system(table: Table) -> tuple[int, str] | None:
     """Return the line above a table, its number and words, that names a system of units: "Units: Imperial"; or None."""
-    matches = (
-        (number, form.search(text[:LONGEST_LINE])) for number, text in table.preamble for form in _SYSTEMS
-    )
+    matches = ((n, form.search(text[:LONGEST_LINE])) for n, text in table.preamble for form in _SYSTEMS)
     return next(((number, match[1]) for number, match in matches if match), None)
 
 
@@ -252,9 +233,7 @@ def stated_unknown(column: NamedColumn) -> tuple[int, str] | None:
     """Return the line above a table, its number and words, that states an unknown or unsuitable unit; or None."""
     lines = ((number, _plain(text)) for number, text in column.table.preamble)
     plain = ((number, text) for number, text in lines if not any(form.search(text) for form in _SYSTEMS))
-    statements = (
-        (number, _unknown_of(text, column.wanted) or _unknown_listed(text, column)) for number, text in plain
-    )
+    statements = ((n, _unknown_of(text, column.wanted) or _unknown_listed(text, column)) for n, text in plain)
     return next(((number, text[:SHOWN]) for number, text in statements if text), None)
 
 
@@ -308,7 +287,7 @@ def _unknown_of(plain: str, wanted: WantedColumn) -> str:
 
 def _is_named(part: str) -> bool:
     """Whether a part of a list has the name of a quantity: "Force=N" in "units: Time=s, Force=N"."""
-    is_quantity = any(head.quality(kind) for head in _heads(part) for kind in WORDS)
+    is_quantity = any(head.quality(kind) for head in _heads(part) for kind in STATIC)
     return is_quantity and len(part) > 1 and not is_unit(part)
 
 
@@ -339,9 +318,7 @@ class StatedFactor:
         plain = re.sub(r"\b(?:in|en)\s+(?:\w+s\b|\d+|tausend|hundert).*", " ", self.text)
         words = _ABOUT_FACTOR.sub(" ", _NUMBER.sub(" ", _CALLED.sub(" ", plain))).split()
         singular = (word.removesuffix("s") if len(word) > 4 else word for word in words)
-        is_mentioned = any(
-            column.wanted.quality(heading(" ".join(phrase))) >= 2 for phrase in (words, singular)
-        )
+        is_mentioned = any(column.wanted.quality(heading(" ".join(p))) >= 2 for p in (words, singular))
         every = _EVERY.search(self.text) is not None
         spoken = column.wanted.quantity != "time" if every else is_mentioned
         return self.is_of(column.index) if self.by_column else spoken
@@ -414,7 +391,8 @@ def rate_remarks(table: Table) -> list[str]:
             step = find_unit(unit, "time") if unit and match["step"] else None
             # A step in seconds is one over a rate; 0 where the unit is neither.
             seconds = step.factor if step is not None and step.measured == "time" else 0.0
-            factor = seconds if match["step"] else _HERTZ.get(unit.lower(), 0.0)
+            hertz = _HERTZ.fullmatch(unit)
+            factor = seconds if match["step"] else 0.0 if hertz is None else 1e3 if hertz[1] else 1.0
             value = number_of(match["value"]) * factor
             if value > 0.0:
                 rates.append((1.0 / value if match["step"] else value, number, text.strip()[:SHOWN]))

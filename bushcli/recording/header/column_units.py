@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from bushcli.recording.header.above import stated_system, stated_units, stated_unknown
-from bushcli.recording.header.match import KIND, NamedColumn
+from bushcli.recording.header.match import NamedColumn
 from bushcli.recording.header.name import SYMBOLS, heading
+from bushcli.recording.header.name_parts import FACTOR
 from bushcli.recording.header.units import (
     NO_UNIT,
     Unit,
@@ -19,20 +20,11 @@ from bushcli.recording.header.units import (
     slip,
     tabulated_unit,
 )
-from bushcli.recording.header.units_in_name import FACTOR
-from bushcli.recording.header.vocabulary import SPECIAL, plain_name
+from bushcli.recording.header.vocabulary import plain_name
+from bushcli.recording.quantities import SPECIAL, STATIC
 from bushcli.recording.source import UNITS
 from bushcli.recording.text.table import SHOWN, TextTable
 
-_DEFAULT_UNIT = {
-    "time": "s", "length": "mm", "angle": "deg", "force": "N", "moment": "Nmm",
-    "strain": "stretch", "stress": "MPa",
-}  # fmt: skip
-#: Dimensions with which a column in a unit of the specimen's machine can be used, by what is needed and what it is in.
-_SIZES = {
-    ("strain", "length"): "give gauge_length of the specimen, mm",
-    ("stress", "force"): "give area of the specimen, mm2",
-}
 #: Longest unknown word beside the name of a quantity that may be a unit: "force_klb".
 _LONGEST_UNIT = 4
 #: Names of a column that holds the units of the one before it, and its largest number of different texts.
@@ -62,7 +54,7 @@ def unit_of(column: NamedColumn) -> KnownUnit:
     if wanted.given:
         unit = scaled_unit(wanted.given, wanted.measured)
         if unit is None or unit.measured != wanted.measured:
-            raise column.refusal(f': "{wanted.given}" is not a unit of {KIND[wanted.measured]}')
+            raise column.refusal(f': "{wanted.given}" is not a unit of {STATIC[wanted.measured].title}')
         return KnownUnit(unit)
     units = [*_written_units(column), *_units_beside(column)] or list(_doubtful(column))
     if any(abs(unit.factor - units[0].factor) > 1e-9 * units[0].factor for unit in units):
@@ -70,15 +62,12 @@ def unit_of(column: NamedColumn) -> KnownUnit:
     if not units:
         # The name says whether it is a strain or a stretch.
         measured, plain = column.wanted.measured, column.head.without(column.wanted.allowed)
-        special = ("shear", "volume strain")
-        is_strain = column.wanted.mode.sheared or any(
-            column.head.quality(kind) for kind in special if kind in column.wanted.kinds
-        )
+        kinds = [kind for kind in ("shear", "volume strain") if kind in column.wanted.kinds]
+        is_strain = column.wanted.mode.sheared or any(map(column.head.quality, kinds))
         is_strain |= not plain.quality("stretch") and plain.quality("strain") > 0
-        name = "strain" if measured == "strain" and is_strain else _DEFAULT_UNIT[measured]
-        return _unit_above(column) or KnownUnit(
-            Unit(measured, name, UNITS[measured][name]), assumed=measured != "strain"
-        )
+        name = "strain" if measured == "strain" and is_strain else STATIC[measured].unit
+        unit = Unit(measured, name, UNITS[measured][name])
+        return _unit_above(column) or KnownUnit(unit, assumed=measured != "strain")
     others = (
         f"{column.label}: line {line} states {unit.name}, the header {units[0].name}, which is used"
         for line, unit in stated_units(column.table, wanted, explicit=True)
@@ -131,9 +120,8 @@ def _units_beside(column: NamedColumn) -> Iterator[Unit]:
             row = next(i for i, field in enumerate(fields) if field != fields[0])
             units = f'"{fields[0][:SHOWN]}" at first and "{fields[row][:SHOWN]}" here'
             what = f"{column.label}: the unit behind it is {units}"
-            expected = (
-                f'one unit; or units = {{{column.wanted.quantity} = "..."}} in the table of the case file'
-            )
+            key = f'units = {{{column.wanted.quantity} = "..."}}'
+            expected = f"one unit; or {key} in the table of the case file"
             raise table.refusal(what, expected, row)
         yield _unit_of_text(column, written[0])
 
@@ -151,14 +139,14 @@ def _unit_above(column: NamedColumn) -> KnownUnit | None:
     elif system and not stated:
         reason = f"line {system[0]} states the system of units: {system[1]}"
     elif unknown:
-        reason = f'what line {unknown[0]} states is not a unit of {KIND[wanted.measured]}: "{unknown[1]}"'
+        title = STATIC[wanted.measured].title
+        reason = f'what line {unknown[0]} states is not a unit of {title}: "{unknown[1]}"'
     if reason:
         raise column.refusal(f" has no unit, and {reason}")
-    read = (
-        KnownUnit(unit, (f"{column.label} is read in {unit.name}, which line {line} states",))
-        for line, unit in stated
-    )
-    return next(read, None)
+    if not stated:
+        return None
+    line, unit = stated[0]
+    return KnownUnit(unit, (f"{column.label} is read in {unit.name}, which line {line} states",))
 
 
 def _unit_of_text(column: NamedColumn, text: str) -> Unit:
@@ -182,8 +170,9 @@ def _unit_of_text(column: NamedColumn, text: str) -> Unit:
         # As written: "Force [KG]" is in KG.
         bare = plain_unit(text)
         name = bare if bare.lower() == unit.name.lower() else unit.name
-        what = f" is in {name}, but mode {column.wanted.mode.name} needs a {KIND[measured]}"
-        raise column.refusal(what, instead=_SIZES.get((measured, unit.measured), ""))
+        what = f" is in {name}, but mode {column.wanted.mode.name} needs a {STATIC[measured].title}"
+        size = STATIC[unit.measured].size if unit.measured == STATIC[measured].raw else ""
+        raise column.refusal(what, instead=f"give {size}" if size else "")
     return unit
 
 
@@ -193,7 +182,7 @@ def _doubtful(column: NamedColumn) -> Iterator[Unit]:
     That is a short word, one that is a unit of another quantity, or one that stands where units stand.
     """
     wanted, head = column.wanted, column.head
-    symbols = SYMBOLS | {name for kind in wanted.kinds for name in SPECIAL.get(kind, ())}
+    symbols = SYMBOLS | {name for kind in wanted.kinds if kind in SPECIAL for name in SPECIAL[kind].words}
     for word in head.doubtful:
         symbol = (word in SYMBOLS or word.lower() in symbols) and wanted.is_special(head)
         if symbol or word.lower() in wanted.allowed or (word == "in" and wanted.measured != "length"):

@@ -14,8 +14,6 @@ from bushcli.recording.header.above import refuse_factor
 from bushcli.recording.header.column_units import unit_of
 from bushcli.recording.header.match import (
     EITHER_TRUE,
-    KIND,
-    TRUE,
     NamedColumn,
     WantedColumn,
     are_identical,
@@ -33,22 +31,15 @@ from bushcli.recording.header.meaning import (
 from bushcli.recording.header.name import heading, match_quality, named_columns
 from bushcli.recording.header.units import tabulated_unit
 from bushcli.recording.header.vocabulary import EXTREME_WORDS
+from bushcli.recording.quantities import SPECIAL, STATIC
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.text.clock_times import Instant
 from bushcli.recording.text.table import Table
-from cases.mode import Mode
 
 Array = NDArray[np.float64]
+#: A column, from 0, or None, and remarks about it.
+_Index = tuple[int | None, tuple[str, ...]]
 
-_EXPECTED = {
-    "length": "displacement_mm", "angle": "rotation_deg", "force": "force_N", "moment": "moment_Nmm",
-    "strain": "stretch", "stress": "nominal_stress_MPa", "time": "time_s",
-}  # fmt: skip
-_SHEARED = {"strain": "shear_strain", "stress": "shear_stress_MPa"}
-#: What a coupon's file has in place of what is needed, and the key of the case file that converts it.
-_RAW = {
-    "strain": ("length", "gauge_length"), "stress": ("force", "area (or width and thickness, or diameter)"),
-}  # fmt: skip
 _COUPONS = "uniaxial, equibiaxial, planar or volumetric"
 #: Other specimens, the quantity by which they are known, and their modes.
 _OTHER_MODES = (
@@ -56,11 +47,9 @@ _OTHER_MODES = (
     ("coupon", "stretch", _COUPONS), ("coupon", "strain", _COUPONS),
 )  # fmt: skip
 #: Parts of names that may be those of a time, in whatever other words.
-_TIMES = re.compile(
-    r"time|zeit|elapsed|seconds|врем|temps|tempo|tiempo|时间|時間|^\W*t(?![^\W_])", re.IGNORECASE
-)
+_TIMES = re.compile(r"(?i)time|zeit|elapsed|seconds|врем|temps|tempo|tiempo|时间|時間|^\W*t(?![^\W_])")
 # A table with such a column is one of dynamic stiffness.
-_FREQUENCY = re.compile(r"freq|frek|频率|頻率|частот", re.IGNORECASE)
+_FREQUENCY = re.compile(r"(?i)freq|frek|频率|頻率|частот")
 
 
 @dataclass(frozen=True)
@@ -69,16 +58,12 @@ class Column:
 
     Attributes
     ----------
-    index : int
-        From 0.
-    values : (n,) array
-        In internal units; stretch - 1 of the deformation of a coupon.
-    unit : str
-        Unit in the file.
+    index, values : int, (n,) array
+        From 0; in internal units, stretch - 1 of the deformation of a coupon.
+    unit, assumed : str, bool
+        Unit in the file; whether it is the default one, because neither the file nor the case file gives one.
     remarks : tuple of str
-        What a user should know about how the column was found.
-    assumed : bool
-        Whether the unit is the default one, because neither the file nor the case file gives one.
+        What a user should know about how the column was chosen.
     begin : Instant, optional
         Of times: the instant from which they count, if the file says it.
     form : str
@@ -94,9 +79,9 @@ class Column:
     form: str = "engineering"
 
 
-def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Column | None:
+def column(table: Table, source: Source, quantity: Quantity) -> Column | None:
     """Return the column of a quantity; None for a time that the file lacks."""
-    wanted = WantedColumn.of(source, mode, quantity)
+    wanted = WantedColumn.of(source, quantity)
     chosen = source.columns.get(quantity)
     timed = quantity == "time"
     index, remarks = (None, ()) if timed and source.is_untimed else _index_of(table, wanted, chosen)
@@ -116,7 +101,7 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
     numbers = table.numbers(index, source.accept)
     remarks = (*remarks, *meant, *read.remarks, *ranges_of(header_column, numbers, read.assumed))
     values = numbers * read.unit.factor
-    if mode.specimen == "coupon" and not timed:
+    if wanted.mode.specimen == "coupon" and not timed:
         refuse_compression(header_column, source, values)
     if timed and read.assumed:
         refuse_date(header_column, values)
@@ -126,40 +111,32 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
         if (values <= 0).any():
             row = int(np.argmax(values <= 0))
             what = f"{header_column.label}: a stretch of {table.text(row, index)} is impossible"
-            raise table.refusal(
-                what, 'if it is a strain, give units = {displacement = "strain"} or "percent"', row
-            )
+            remedy = 'if it is a strain, give units = {displacement = "strain"} or "percent"'
+            raise table.refusal(what, remedy, row)
         values = values - 1.0
     values = -values if quantity in (source.reverse or ()) else values
     return Column(index, values, read.unit.name, remarks, read.assumed, table.origin if timed else None, form)
 
 
-def found_index(table: Table, source: Source, mode: Mode, quantity: Quantity) -> int:
+def found_index(table: Table, source: Source, quantity: Quantity) -> int:
     """Return the column of a displacement or force, from 0; see `column`."""
-    index, _ = _index_of(table, WantedColumn.of(source, mode, quantity), source.columns.get(quantity))
+    index, _ = _index_of(table, WantedColumn.of(source, quantity), source.columns.get(quantity))
     assert index is not None  # a quantity that is missing is refused
     return index
 
 
-def _index_of(
-    table: Table, wanted: WantedColumn, chosen: str | int | None
-) -> tuple[int | None, tuple[str, ...]]:
+def _index_of(table: Table, wanted: WantedColumn, chosen: str | int | None) -> _Index:
     """Return the column of a quantity and remarks about it; None for a time that the file lacks."""
     best = candidates(table, wanted) if chosen is None else [chosen_index(table, chosen)]
     # The names are right, but their units belong to another quantity: a force in kg, a time in m.
-    doubtful = [
-        column
-        for column in columns_as(table, wanted)
-        if column.index not in best and wanted.quality(column.head) >= 3
-    ]
+    doubtful = [c for c in columns_as(table, wanted) if c.index not in best and wanted.quality(c.head) >= 3]
     remarks: tuple[str, ...] = ()
     if not best and wanted.given and len(doubtful) == 1:
         best = [doubtful[0].index]
     elif not best and not doubtful:
         best = columns_by_unit(table, wanted)
-        remarks = tuple(
-            f"{table.label(i)} is read as the {wanted.quantity} because of its unit" for i in best
-        )
+        remark = f"is read as the {wanted.quantity} because of its unit"
+        remarks = tuple(f"{table.label(i)} {remark}" for i in best)
     if len(best) > 1 and are_identical(table, best, wanted):
         remarks = (f"{' and '.join(map(table.label, best))} are identical; one of them is used",)
     elif len(best) > 1:
@@ -191,12 +168,11 @@ def _missing_column_error(table: Table, wanted: WantedColumn, doubtful: list[Nam
     if any(head.without(EXTREME_WORDS).quality(measured) for head in extreme):
         remedies = ["are its rows the extremes of cycles? The samples of whole cycles are needed"]
     elif mode.specimen == "coupon":
-        true = TRUE["stress" if measured == "stress" else "strain"]
-        raw, key = _RAW.get(measured, ("", ""))
+        true, raw = STATIC["stress" if measured == "stress" else "strain"].true, STATIC[measured].raw
         if any(head.without(true).quality(measured) and set(head.words) & true for head in heads):
             remedies = [f'if it is a true {measured}, give {measured} = "true"']
         elif raw and any(head.quality(raw) for head in heads):
-            remedies = [f"the file has a {KIND[raw]}: give {key} of the specimen in mm"]
+            remedies = [f"the file has a {STATIC[raw].title}: give {STATIC[raw].size}"]
     else:
         remedies = [
             f"is this a recording of mode {modes}?"
@@ -211,19 +187,14 @@ def _missing_column_error(table: Table, wanted: WantedColumn, doubtful: list[Nam
             unit_of(column)
     expected = f"or choose a column by name or number: columns = {{{wanted.quantity} = ...}} in the case file"
     listed = ", ".join(filter(None, table.names))
-    expected_name = (_SHEARED if wanted.mode.sheared else _EXPECTED).get(
-        wanted.measured, _EXPECTED[wanted.measured]
-    )
-    what = f"no column {expected_name}, which mode {wanted.mode.name} needs"
+    usual_names = ((SPECIAL.get(kind) or STATIC[kind]).example for kind in wanted.kinds)
+    what = f"no column {next(filter(None, usual_names))}, which mode {wanted.mode.name} needs"
     if listed:
         what += f"; there are {listed[:300]}"
     else:
         # A line above the table may have names, but not as many as the rows have fields.
-        lines = (
-            (number, delimiter, text.split(delimiter))
-            for number, text in reversed(table.preamble)
-            for delimiter in ("\t", ";", ",")
-        )
+        delimiters = ("\t", ";", ",")
+        lines = ((n, sign, text.split(sign)) for n, text in reversed(table.preamble) for sign in delimiters)
         short = (line for line in lines if len(line[2]) > 1 and named_columns(line[2]) > 1)
         number, delimiter, fields = next(short, (0, "", []))
         header = f"line {number} has {len(fields)} names, and the rows have {len(table.names)} fields"
@@ -242,13 +213,9 @@ def untaken_time(table: Table, taken: Collection[int]) -> list[str]:
         head = heading(name)
         units = [tabulated_unit(text) for text in (name, *head.written, table.units[i])]
         is_time = _TIMES.search(name) is not None
-        if i not in taken and (
-            is_time or any(unit is not None and unit.measured == "time" for unit in units)
-        ):
-            remarks.append(
-                f"{table.label(i)} was not taken as the time; if it is, columns = {{time = {i + 1}}} "
-                "in the case file"
-            )
+        if i not in taken and (is_time or any(u is not None and u.measured == "time" for u in units)):
+            key = f"columns = {{time = {i + 1}}} in the case file"
+            remarks.append(f"{table.label(i)} was not taken as the time; if it is, {key}")
     return remarks
 
 

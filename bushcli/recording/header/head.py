@@ -11,16 +11,18 @@ from dataclasses import dataclass, replace
 from itertools import pairwise, takewhile
 
 from bushcli.recording.header.name import heading, is_units_row, match_quality, named_columns
-from bushcli.recording.header.numbers import factor_in
+from bushcli.recording.header.name_parts import factor_in
 from bushcli.recording.header.units import NO_UNIT, certain_unit, is_unit, plain_unit, tabulated_unit
 from bushcli.recording.text.lines import Line, Sheet, numbers_in, split_line, trim_end
 from bushcli.recording.text.table import SHOWN
 
 _APART = "each table in a file of its own: a # in front of this line would mix their columns"
 #: The number of a channel or test in a comment.
-_NUMBERED = re.compile(
-    r"\b(?:ch|channel|kanal|run|test|specimen|sample|sensor|probe)\s?\d{1,3}\b", re.IGNORECASE
-)
+_NUMBERED = re.compile(r"(?i)\b(?:ch|channel|kanal|run|test|specimen|sample|sensor|probe)\s?\d{1,3}\b")
+#: Lines above the rows, each with its fields.
+_Rows = Sequence[tuple[Line, list[str]]]
+#: Rows of units by the number of their line.
+_Units = Mapping[int, Sequence[str]]
 #: Characters up to which a word that ends with s is no plural.
 _SHORT = 4
 
@@ -57,11 +59,8 @@ def header(sheet: Sheet, width: int) -> Header:
             fields[0] = fields[0][1:]  # MATLAB's comment without a blank: "%time_s"
         texts = fields is not None and any(re.search(r"[^\W\d_]|[%‰°\"'′″]", f) for f in fields)
         # A comment above a single column; above several columns the number of fields shows it.
-        comment = (
-            line.comment
-            and len(fields or ()) == 1
-            and not (named_columns(fields or ()) or is_units_row(fields or ()))
-        )
+        alone = line.comment and fields is not None and len(fields) == 1
+        comment = alone and not (named_columns(fields or ()) or is_units_row(fields or ()))
         if fields is None or not texts or numbers_in(fields, decimal) or comment:
             passed += [] if line.comment else [line]
         else:
@@ -97,20 +96,13 @@ def header(sheet: Sheet, width: int) -> Header:
         fields = [name or merged for name, merged in zip(fields, upper, strict=True)]
         return Header(tuple(fields), units, place or line.number, preamble)
     units = _merge_units(sheet, rows, place, units)
-    lost = [
-        line
-        for line in above
-        if not line.comment and len(trim_end(split_line(line.text, delimiter))) == width
-    ]
-    _refuse_lost_lines(
-        sheet, [line for line in lost if numbers_in(split_line(line.text, delimiter), decimal)]
-    )
+    bodies = (row for row in above if not row.comment)
+    lost = [row for row in bodies if len(trim_end(split_line(row.text, delimiter))) == width]
+    _refuse_lost_lines(sheet, [row for row in lost if numbers_in(split_line(row.text, delimiter), decimal)])
     return Header(empty, units, place, tuple((row.number, row.content) for row in above))
 
 
-def _merge_units(
-    sheet: Sheet, rows: Mapping[int, Sequence[str]], number: int, units: tuple[str, ...]
-) -> tuple[str, ...]:
+def _merge_units(sheet: Sheet, rows: _Units, number: int, units: tuple[str, ...]) -> tuple[str, ...]:
     """Return the units of a header, those of its other rows of known units included."""
     merged = list(units)
     for column in range(len(units) if number in rows and len(rows) > 1 else 0):
@@ -130,9 +122,7 @@ def _merge_units(
     return tuple(merged)
 
 
-def _units_above(
-    names: Sequence[str], above: Sequence[tuple[Line, list[str]]]
-) -> tuple[tuple[str, ...], int] | None:
+def _units_above(names: Sequence[str], above: _Rows) -> tuple[tuple[str, ...], int] | None:
     """Return the row of units above the names, and its line; None if there is none."""
     units = [[tabulated_unit(text) for text in heading(name).written] for name in names]
     rows = []
@@ -147,9 +137,7 @@ def _units_above(
     return rows[0] if rows else None
 
 
-def _refuse_other_names(
-    sheet: Sheet, names: Sequence[str], units: Sequence[str], above: Sequence[tuple[Line, list[str]]]
-) -> None:
+def _refuse_other_names(sheet: Sheet, names: Sequence[str], units: Sequence[str], above: _Rows) -> None:
     """Refuse a second row of names, such as one in another language, whose units contradict those of the header."""
     for line, fields in above:
         if named_columns(fields) < len([field for field in fields if field]):
@@ -193,10 +181,8 @@ def _below_units(sheet: Sheet, number: int, fields: Sequence[str]) -> bool:
     words = [_NUMBERED.sub("", field) for field in fields if field]
     if not words or is_units_row(fields):
         return False
-    if any(
-        tabulated_unit(word) is not None or factor_in(word) or re.search(r"[\[\](){}%]|(?<![^\W_])\d", word)
-        for word in words
-    ):
+    marks = re.compile(r"[\[\](){}%]|(?<![^\W_])\d")
+    if any(tabulated_unit(word) or factor_in(word) or marks.search(word) for word in words):
         shown = " ".join(fields)[:SHOWN]
         what = f'"{shown}" stands below the row of units, and it is not clear whether it has factors or other units'
         raise sheet.refusal(number, what, "put # in front of a remark")
@@ -265,9 +251,8 @@ def unify_column_order(sheet: Sheet) -> list[str]:
             order = list(range(len(names))) if same else [cells.index(name) for name in names]
             changed.append((line.number, order))
             if order != sorted(order):
-                remarks.append(
-                    f"the columns from line {line.number} on are put into the order of the first header"
-                )
+                these = f"the columns from line {line.number} on"
+                remarks.append(f"{these} are put into the order of the first header")
         elif len(cells) != len(order or names) or _put_in_order(cells, order) != units:
             what = f'"{" ".join(cells)}" below the first rows: other units than above them'
             raise sheet.refusal(line.number, what, _APART)

@@ -10,31 +10,18 @@ import numpy as np
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.header.name import SYMBOLS, Heading, heading
 from bushcli.recording.header.units import Unit, find_unit, plain_unit, tabulated_unit
-from bushcli.recording.header.vocabulary import SPECIAL
+from bushcli.recording.header.vocabulary import MEASURED_WORDS
+from bushcli.recording.quantities import SPECIAL, STATIC, word_set
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.text.table import Table
 from cases.mode import Mode, modes
 
-#: Names of quantities in messages.
-KIND = {
-    "time": "time", "length": "length", "angle": "rotation", "force": "force", "moment": "moment",
-    "strain": "stretch or strain", "stress": "stress", "shear": "shear strain",
-}  # fmt: skip
-#: Words of a true stress and of a true strain, by the quantity that is measured.
-TRUE = {
-    "stress": frozenset({"true", "wahre", "cauchy"}),
-    "strain": frozenset({"true", "wahre", "log", "logarithmic", "hencky", "logarithmische", "ln", "natural"}),
-}
-EITHER_TRUE = TRUE["stress"] | TRUE["strain"]
-#: Kinds of names of a coupon's columns in simple shear, and in a volumetric test, before those of any other test.
-_SHEARED = {"strain": ("shear",), "stress": ("shear stress",)}
-_VOLUMETRIC = {"strain": ("volume ratio", "volume strain"), "stress": ("pressure",)}
+#: Words of a true stress or a true strain.
+EITHER_TRUE = STATIC["stress"].true | STATIC["strain"].true
 #: Modes of a coupon whose strain and stress along the load extensometers call axial.
 _ALONG = ("uniaxial", "planar")
 #: Words for a change of length that are a strain where they are in percent.
-_STRETCHING = frozenset(
-    {"elongation", "extension", "deformation", "verformung", "verlängerung", "compression", "stauchung"}
-)
+_STRETCHING = word_set("elongation extension deformation verformung verlängerung compression stauchung")
 
 
 @dataclass(frozen=True)
@@ -50,25 +37,24 @@ class WantedColumn:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Kinds of names (`WORDS`, `SPECIAL`) that the column can have."""
-        sheared = _SHEARED.get(self.measured, ()) if self.mode.sheared else ()
-        volume = _VOLUMETRIC.get(self.measured, ()) if self.mode.needs_compressibility else ()
-        stretch = ("stretch",) if self.measured == "strain" and not sheared else ()
-        return (*sheared, *(volume if not sheared else ()), *stretch, self.measured)
+        """Quantities of `STATIC` and `SPECIAL` whose names the column can have."""
+        test = self.mode.name, self.measured
+        special = (kind for kind, each in SPECIAL.items() if (each.test, each.measured) == test)
+        stretch = ("stretch",) if self.measured == "strain" and not self.mode.sheared else ()
+        return (*special, *stretch, self.measured)
 
     @staticmethod
-    def of(source: Source, mode: Mode, quantity: Quantity) -> WantedColumn:
+    def of(source: Source, quantity: Quantity) -> WantedColumn:
         """Return the column that a source and its mode need.
 
         Parameters
         ----------
         source : Source
-        mode : Mode
         quantity : Quantity
         """
-        measured = source.dimension(quantity, mode.specimen, mode.rotational)
+        mode, measured = source.deformation, source.dimension(quantity)
         form = {"stress": source.specimen.stress, "strain": source.specimen.strain}.get(measured)
-        allowed = TRUE[measured] if form == "true" else frozenset[str]()
+        allowed = STATIC[measured].true if form == "true" else frozenset[str]()
         allowed |= {"shear", "simple"} if mode.sheared else set()
         allowed |= {"hydrostatic"} if mode.needs_compressibility else set()
         return WantedColumn(mode, quantity, measured, allowed, source.units.get(quantity), source.accept)
@@ -124,11 +110,8 @@ class NamedColumn:
         """How surely it is the quantity by its name; one that says that it was measured ranks higher."""
         wanted, words = self.wanted, set(self.head.words)
         special = wanted.is_special(self.head)
-        units = [
-            u
-            for text, u in zip(self.written_units, self.units, strict=True)
-            if not (special and text in SYMBOLS)
-        ]
+        pairs = zip(self.written_units, self.units, strict=True)
+        units = [unit for text, unit in pairs if not (special and text in SYMBOLS)]
         directions = {wanted.mode.name} | ({"axial"} if wanted.mode.name in _ALONG else set())
         quality = wanted.quality(self.head)
         if words & modes().keys() and directions.isdisjoint(words):
@@ -136,7 +119,7 @@ class NamedColumn:
             quality = min(quality, 0 if wanted.mode.specimen == "coupon" else 1)
         foreign = any(unit is not None and unit.measured != wanted.measured for unit in units)
         # If engineering and true strain are side by side, the one that the case file asks for ranks highest.
-        more = 5 * self.head.is_measured + 10 * (not wanted.allowed.isdisjoint(words))
+        more = 5 * (not MEASURED_WORDS.isdisjoint(words)) + 10 * (not wanted.allowed.isdisjoint(words))
         return quality + more if quality and not foreign else 0
 
     def refusal(self, what: str, near: str = "", instead: str = "") -> RecordingError:
@@ -152,18 +135,17 @@ def columns_as(table: Table, wanted: WantedColumn) -> list[NamedColumn]:
     return [NamedColumn(table, index, wanted) for index in range(len(table.names))]
 
 
-def has_columns(table: Table, source: Source, mode: Mode, quantities: Sequence[Quantity]) -> bool:
+def has_columns(table: Table, source: Source, quantities: Sequence[Quantity]) -> bool:
     """Whether a table has, for each quantity, at least one column that may be meant.
 
     Parameters
     ----------
     table : Table
     source : Source
-    mode : Mode
     quantities : sequence of Quantity
     """
     for quantity in quantities:
-        wanted, chosen = WantedColumn.of(source, mode, quantity), source.columns.get(quantity)
+        wanted, chosen = WantedColumn.of(source, quantity), source.columns.get(quantity)
         if chosen is None:
             is_there = bool(candidates(table, wanted) or columns_by_unit(table, wanted))
         elif isinstance(chosen, int):
@@ -192,19 +174,12 @@ def candidates(table: Table, wanted: WantedColumn) -> list[int]:
     best = [column for column, quality in zip(columns, rank, strict=True) if quality == max(rank) > 0]
     # Beside "Force [N]", a column "Force [a.u.]" or "2*Force [N]" is not meant.
     if any(column.is_understood for column in best):
-        best = [
-            column for column in best if column.is_understood or not column.written_units or len(best) == 1
-        ]
+        best = [c for c in best if c.is_understood or not c.written_units or len(best) == 1]
     # Beside "Axial Force", the mode decides which force is meant.
     of_mode = [column.index for column in best if wanted.mode.name in column.head.words]
     neutral = [column.index for column in best if modes().keys().isdisjoint(column.head.words)]
     every_best = [column.index for column in best]
     return (of_mode or neutral or every_best) if len(best) > 1 else every_best
-
-
-def columns_by_name(table: Table, wanted: WantedColumn) -> list[int]:
-    """Return all columns, from 0, whose names may mean a quantity, however surely."""
-    return [column.index for column in columns_as(table, wanted) if column.rank]
 
 
 def columns_by_unit(table: Table, wanted: WantedColumn) -> list[int]:
@@ -241,6 +216,4 @@ def are_identical(table: Table, columns: Sequence[int], wanted: WantedColumn) ->
         numbers = [table.numbers(index, wanted.accept) for index in columns]
     except RecordingError:
         return False
-    return len(set(map(units, columns))) == 1 and all(
-        np.array_equal(numbers[0], values) for values in numbers[1:]
-    )
+    return len(set(map(units, columns))) == 1 and all(np.array_equal(numbers[0], v) for v in numbers[1:])

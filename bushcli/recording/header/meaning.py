@@ -12,19 +12,14 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording.header.match import EITHER_TRUE, KIND, TRUE, NamedColumn
-from bushcli.recording.header.numbers import largest
+from bushcli.recording.header.match import EITHER_TRUE, NamedColumn
+from bushcli.recording.header.name_parts import largest
 from bushcli.recording.header.units import Unit
-from bushcli.recording.header.vocabulary import SPECIAL, WORDS
+from bushcli.recording.quantities import SPECIAL, STATIC
 from bushcli.recording.source import Source
 
 Array = NDArray[np.float64]
 
-#: Words of strains and stresses that belong to no load over an area and to no change of a length.
-_UNCONVERTED = {
-    "strain": frozenset({"green", "lagrange", "lagrangian", "almansi", "biot", "equivalent", "mises"}),
-    "stress": frozenset({"kirchhoff", "pk", "2nd", "second", "pk2", "mises", "equivalent", "deviatoric"}),
-}
 _NOMINAL = frozenset({"nominal", "engineering", "nom", "eng", "technical"})
 _VOLUME = frozenset({"volume", "volumetric", "vol", "volumetrisch", "volumetrische"})
 #: Days since 1900 from 1982 to 2119, largest interval of samples in days, and milliseconds since 1970 in 1973.
@@ -56,14 +51,13 @@ def meaning_of(column: NamedColumn, source: Source, chosen: bool) -> tuple[str, 
     elif form is None:
         # The first stress of Piola and Kirchhoff is the nominal one.
         is_first = any(text in column.head.name for text in ("1st", "first"))
-        if (words & _UNCONVERTED[key]) - ({"kirchhoff", "pk"} if is_first else set()):
+        if (words & STATIC[key].unconverted) - ({"kirchhoff", "pk"} if is_first else set()):
             what = f"{column.label} is not an engineering {key} by its name, and not a true one"
-            raise column.table.refusal(
-                what, f"choose another column, or give {_possible_values(column, key)}"
-            )
+            remedy = f"choose another column, or give {_possible_values(column, key)}"
+            raise column.table.refusal(what, remedy)
         # Shear stress and amount of shear are the same in the deformed and the undeformed body.
         same = wanted.given == "stretch" or mode.sheared
-        true = not same and not words.isdisjoint(TRUE[key])
+        true = not same and not words.isdisjoint(STATIC[key].true)
         measure = "true" if true else "engineering"
         if volumetric and not same:
             if key == "strain":
@@ -90,11 +84,8 @@ def meaning_of(column: NamedColumn, source: Source, chosen: bool) -> tuple[str, 
 
 def _possible_values(column: NamedColumn, key: str) -> str:
     """Return the values of `strain` or `stress` that the case file can give, as a text."""
-    measure = (
-        {"strain": "volume", "stress": "pressure"}[key]
-        if column.wanted.mode.needs_compressibility
-        else "true"
-    )
+    special = {"strain": "volume", "stress": "pressure"}
+    measure = special[key] if column.wanted.mode.needs_compressibility else "true"
     return f'{key} = "engineering" or "{measure}" in the table of the case file'
 
 
@@ -107,19 +98,19 @@ def _refuse_other(column: NamedColumn, key: str, chosen: bool) -> None:
         special = []
     # A unit of another quantity is refused where units are read; one of this quantity says what the column is.
     says = not chosen or wanted.quality(head) or column.written_units
-    plain = [] if says else [kind for kind in WORDS if head.quality(kind) >= 3]
+    plain = [] if says else [kind for kind in STATIC if head.quality(kind) >= 3]
     other = next((kind for kind in (*special, *plain) if kind != wanted.measured), "")
     if other:
-        size, coupon = {"length": "gauge_length", "force": "area"}, wanted.mode.specimen == "coupon"
-        what = f"{column.label} is a {KIND.get(other, other)} by its name, and the {KIND[wanted.measured]} is needed"
+        title = (STATIC.get(other) or SPECIAL[other]).title
+        what = f"{column.label} is a {title} by its name, and the {STATIC[wanted.measured].title} is needed"
         remedy = f'units = {{{wanted.quantity} = "..."}} if it is one'
         if other in SPECIAL:
-            mode = "simple_shear" if other.startswith("shear") else "volumetric"
-            remedy = f'mode = "{mode}" if the test is one, or {key} = "engineering" if the column is one'
-        elif coupon and other in size and wanted.measured in ("strain", "stress"):
-            remedy = f"give {size[other]} of the specimen in mm{'2' if other == 'force' else ''}, or {remedy}"
-        elif coupon and wanted.measured in size:
-            remedy = f"leave out {size[wanted.measured]}, or {remedy}"
+            test = SPECIAL[other].test
+            remedy = f'mode = "{test}" if the test is one, or {key} = "engineering" if the column is one'
+        elif STATIC[other].size and wanted.measured in ("strain", "stress"):
+            remedy = f"give {STATIC[other].size}, or {remedy}"
+        elif wanted.mode.specimen == "coupon" and STATIC[wanted.measured].size:
+            remedy = f"leave out {STATIC[wanted.measured].size.split()[0]}, or {remedy}"
         raise column.table.refusal(what, f"choose another column; {remedy}")
 
 
@@ -174,16 +165,12 @@ def refuse_compression(column: NamedColumn, source: Source, values: Array) -> No
     The name of the column says that it is compressive, or that of the file, of its sheet or of the channel. In shear
     and in volumetric tests it says nothing about signs (`bushcli.recording.specimen`).
     """
-    names = {
-        source.file.stem: "the name of the file",
-        column.table.part: "its sheet",
-        source.name: "the name of the channel",
-    }
+    names = {source.file.stem: "the name of the file", column.table.part: "its sheet"}
+    names[source.name] = "the name of the channel"
     by_column = any(word.startswith(_COMPRESSIVE) for word in column.head.words)
     telling = [f"{of} says compression" for name, of in names.items() if says_compression(name)]
-    signed = (
-        source.reverse is not None or column.wanted.mode.sheared or column.wanted.mode.needs_compressibility
-    )
+    mode = column.wanted.mode
+    signed = source.reverse is not None or mode.sheared or mode.needs_compressibility
     # A stretch in compression is below 1: it has its sign already.
     if (by_column or telling) and not signed and values.max() > abs(values.min()):
         says = f"{column.label} is compressive" if by_column else telling[0]

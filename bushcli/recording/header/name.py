@@ -1,8 +1,9 @@
 """Name of a column -> its words, units as written, and doubts: ``Standardkraft [kN]`` is a force in kN.
 
 A text in brackets is a unit, known or not, unless it is one of a closed list of remarks, ``Force (filtered)``. Outside
-of brackets a unit stands at the end, ``force_kN``, or is certainly one (`units_in_name`). Factors, ``Force x 10``, are
-never applied.
+of brackets a unit stands at the end, ``force_kN``, or is certainly one (`name_parts`). Factors, ``Force x 10``, are
+never applied. Names in a table of dynamic stiffness have further units, conditions and signs
+(`bushcli.recording.dynamic.names`).
 """
 
 from __future__ import annotations
@@ -12,12 +13,19 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from bushcli.recording.header.numbers import (
+from bushcli.recording.header.name_parts import (
+    FACTOR,
     RANGE,
     RANGE_WORDS,
+    UnitReader,
     factor_in,
     in_groups,
+    inner_units,
+    numbers_or_doubts,
+    prefix_of,
     ranges_in,
+    units_within,
+    with_second_unit,
 )
 from bushcli.recording.header.units import (
     AMBIGUOUS,
@@ -27,35 +35,22 @@ from bushcli.recording.header.units import (
     plain_unit,
     tabulated_unit,
 )
-from bushcli.recording.header.units_in_name import (
-    FACTOR,
-    inner_units,
-    numbers_or_doubts,
-    prefix_of,
-    units_within,
-    with_second_unit,
-)
 from bushcli.recording.header.vocabulary import (
-    COUNTED as COUNTED_WORDS,
-)
-from bushcli.recording.header.vocabulary import (
-    EXCLUDING,
+    COUNTED_WORDS,
     FILLING,
     FOREIGN_BEGINNINGS,
     HARMLESS,
-    MEASURED_WORDS,
     POWER,
+    QUANTITY_WORDS,
     REMARKS,
-    SPECIAL,
-    WORDS,
     is_code,
     is_foreign,
     kinds_of,
     known_word,
     name_quality,
-    names_quantity,
     plain_name,
 )
+from bushcli.recording.quantities import SPECIAL, STATIC, word_set
 
 #: What stands behind the name of a volume ratio, in place of a unit.
 SYMBOLS = frozenset({"J", "j", "V0", "v0", "V_0", "γ", "τ"})
@@ -86,16 +81,14 @@ _LONGEST_NAME = 200
 
 #: A function of something in brackets, or something between bars. "Force|N" has a single bar.
 _FUNCTION = re.compile(
-    r"(?<![^\W_])(?:abs|absolute|absolut|betrag|sqrt|sqr|sq|log|log10|log2|ln|exp|sum|cumsum|diff|int|integral|d|der|norm"
-    r"|rms|sign|neg|var|std|fft)[(\[{](?=([^()\[\]{}]*))|(?:^|[\s(\[=+])[|‖∥]+\s*([^|‖∥]+?)\s*[|‖∥]",
-    re.IGNORECASE,
+    r"(?i)(?<![^\W_])(?:abs|absolute|absolut|betrag|sqrt|sqr|sq|log|log10|log2|ln|exp|sum|cumsum|diff|int|integral|d|der|norm"
+    r"|rms|sign|neg|var|std|fft)[(\[{](?=([^()\[\]{}]*))|(?:^|[\s(\[=+])[|‖∥]+\s*([^|‖∥]+?)\s*[|‖∥]"
 )
 #: A negative or an inverse; a power of something else than a number: "10^3" is a factor.
 _SIGNED = re.compile(r"\s*[-−–—]\s*[^\W\d_]|\W*1\s*/\s*[^\W\d_]")
 _POWER = re.compile(r"(?<![\d\s])\s*(?:\^|\*\*)\s*[-+−(]?\d|(?<=[^\W\d_])[²³](?![^\W_])")
 #: Quantities by which others are divided: a force over a travel is a stiffness.
 _DIVISORS = ("length", "angle", "time", "strain", "stretch")
-
 
 #: The number of a channel.
 _CHANNEL = re.compile(r"\d{1,2}")
@@ -112,12 +105,10 @@ _WITH_UNIT = re.compile(r"(?:[±<>=~]|\+/?-|-)?\d+(?:[.,]\d+)?\s?k?(?:[^\W\d_]|[
 #: An input of a device: "Dev1/ai0".
 _PORT = re.compile(r"\w*\d[\w.]*[/_]a?[io]\d{1,3}", re.IGNORECASE)
 #: Prefixes and systems of units.
-_ABOUT_UNITS = frozenset(
-    ["kilo", "mega", "milli", "micro", "si", "imperial", "metric", "metrisch", "english", "british", "us"]
-)
+_ABOUT_UNITS = word_set("kilo mega milli micro si imperial metric metrisch english british us")
 #: A mark, a date, or a serial number.
 _MARK = re.compile(
-    r"[+*]+|\d{4}-\d\d-\d\d|\d\d?\.\d\d?\.\d{4}|\b(?:s/?n|ser(?:ial)?\.?(?: ?no)?)\b\W*\w+", re.IGNORECASE
+    r"(?i)[+*]+|\d{4}-\d\d-\d\d|\d\d?\.\d\d?\.\d{4}|\b(?:s/?n|ser(?:ial)?\.?(?: ?no)?)\b\W*\w+"
 )
 
 
@@ -127,14 +118,10 @@ class Heading:
 
     Attributes
     ----------
-    words : tuple of str
-        The name without unit, in lower case.
-    written : tuple of str
-        The units as written; several different ones contradict each other.
-    doubtful : tuple of str
-        Unknown words, as written, that could be units.
-    at_end : str
-        The one of them that stands where units stand, after ``_`` or a comma, or an empty text.
+    words, written : tuple of str
+        The name without unit, in lower case; the units as written, of which several different ones contradict.
+    doubtful, at_end : tuple of str, str
+        Unknown words, as written, that could be units; the one that stands where units stand, after ``_`` or a comma.
     formula : bool
         Whether the name is a formula, such as ``abs(Force)``.
     ranges : tuple of str
@@ -154,17 +141,10 @@ class Heading:
         return " ".join(self.words)
 
     @property
-    def is_measured(self) -> bool:
-        """Whether the name says that the column was measured, unlike columns of set values."""
-        return not MEASURED_WORDS.isdisjoint(self.words)
-
-    @property
     def is_unnamed(self) -> bool:
         """Whether the words neither name a quantity nor exclude one: ``Channel 3``, ``AI 0``."""
-        excluded = (
-            self.formula or any(map(is_foreign, self.words)) or self.name.startswith(FOREIGN_BEGINNINGS)
-        )
-        return not (excluded or any(name_quality(self.name, kind) for kind in WORDS))
+        foreign = any(map(is_foreign, self.words)) or self.name.startswith(FOREIGN_BEGINNINGS)
+        return not (self.formula or foreign or any(name_quality(self.name, kind) for kind in STATIC))
 
     def without(self, words: Collection[str]) -> Heading:
         """Return it without some words, such as "true" where a case asks for the true stress."""
@@ -181,7 +161,7 @@ class Heading:
             name = _PLAIN.sub(" ", name)
             words = HARMLESS.sub(" ", name).split()
             excluded = self.formula or any(map(is_foreign, words))
-            excluded |= not EXCLUDING.get(kind, frozenset()).isdisjoint(words)
+            excluded |= not STATIC[kind].excluding.isdisjoint(words)
         return 0 if excluded else name_quality(" ".join(name.split()), kind)
 
 
@@ -198,7 +178,7 @@ def match_quality(text: str, kind: str) -> int:
 
 def named_columns(fields: Sequence[str]) -> int:
     """Return the number of fields in a line that contain a word for a quantity, so that they are names of columns."""
-    return sum(any(heading(field).quality(kind) for kind in WORDS) for field in fields)
+    return sum(any(heading(field).quality(kind) for kind in STATIC) for field in fields)
 
 
 def is_units_row(fields: Sequence[str]) -> bool:
@@ -215,28 +195,29 @@ def is_units_row(fields: Sequence[str]) -> bool:
 
 
 @lru_cache(maxsize=8192)
-def heading(text: str, has_unit: bool = False) -> Heading:
-    """Split ``Force [kN]``, ``force_kN``, ``Kraft in N``, ``F / N``, ``Axial Force (Max)`` into words and units."""
+def heading(text: str, has_unit: bool = False, known: UnitReader = tabulated_unit) -> Heading:
+    """Split ``Force [kN]``, ``force_kN``, ``Kraft in N``, ``F / N``, ``Axial Force (Max)`` into words and units.
+
+    The column may have a unit elsewhere; a table of dynamic stiffness knows more units than a recording.
+    """
     text = text.strip() if len(text.strip()) <= _LONGEST_NAME else ""
     text = text.replace("∆", "Δ")  # the sign for a difference, and the Greek letter
     text = _INNER.sub(r"\1\2", _CAMEL.sub(" ", text))
-    text = _NUMBERED.sub(lambda match: f"{match[0]} " if names_quantity(match[0]) else match[0], text)
+    text = _NUMBERED.sub(lambda m: f"{m[0]} " if m[0].lower() in QUANTITY_WORDS else m[0], text)
     bracketed = [in_groups(match) for match in _BRACKETS.finditer(text)]
     # "[in kN]"; "[in lbf]" may also be a moment.
-    bracketed = [
-        _INSIDE.sub("", inside) if tabulated_unit(_INSIDE.sub("", inside)) else inside for inside in bracketed
-    ]
+    bracketed = [_INSIDE.sub("", t) if tabulated_unit(_INSIDE.sub("", t)) else t for t in bracketed]
     rest = _BRACKETS.sub(" ", text)
-    timed = any(word in WORDS["time"] for word in plain_name(rest).split())
-    are_units = [tabulated_unit(inside) is not None for inside in bracketed]
-    has_unit = has_unit or any(are_units) or (bool(bracketed) and next(units_within(rest, timed))[1] != "")
+    timed = any(word in STATIC["time"].words for word in plain_name(rest).split())
+    are_units = [known(inside) is not None for inside in bracketed]
+    has_unit |= any(are_units) or (bool(bracketed) and next(units_within(rest, timed, known))[1] != "")
     # [1] is no remark, but the unit of a number without one. "Load (Dynacell) [kN]" has a remark; "Load [kN] [klx]" may
     # have two units.
     remarks = [
         inside
         for i, inside in enumerate(bracketed)
         if "[1]" not in text
-        and _is_remark(inside, rest, timed, has_unit)
+        and _is_remark(inside, rest, timed, has_unit, known)
         and not (
             any(are_units[:i]) and _ONE_WORD.fullmatch(inside) and not known_word(re.sub(r"\W", "", inside))
         )
@@ -246,11 +227,11 @@ def heading(text: str, has_unit: bool = False) -> Heading:
     if inch:
         rest, written = rest[: inch.start()], ["in"]
     if not written:
-        name, unit = next(units_within(rest.rstrip(" ?"), timed))
+        name, unit = next(units_within(rest.rstrip(" ?"), timed, known))
         if unit:
             doubt = "?" if rest.rstrip().endswith("?") else ""
             rest, written = re.sub(r"\s+in\s*$", "", name), [unit + doubt]
-    rest, written = with_second_unit(rest, written, timed)
+    rest, written = with_second_unit(rest, written, timed, known)
     bare = RANGE.sub(" ", rest)
     scaled = factor_in(bare) or prefix_of(rest, written, bool(bracketed))
     written += [f"{FACTOR} {scaled}"] if scaled else []
@@ -276,24 +257,18 @@ def heading(text: str, has_unit: bool = False) -> Heading:
         or _POWER.search(rest)
         or (first and second.intersection(_DIVISORS) and not first & second)
     )
-    return Heading(
-        words=tuple(word.lower() for word in shown),
-        written=tuple(written),
-        doubtful=tuple(doubtful),
-        at_end=end[1] if end and end[1] in doubtful else "",
-        formula=bool(formula),
-        ranges=tuple(ranges),
-    )
+    at_end, words = end[1] if end and end[1] in doubtful else "", tuple(word.lower() for word in shown)
+    return Heading(words, tuple(written), tuple(doubtful), at_end, bool(formula), tuple(ranges))
 
 
-def _is_remark(inside: str, rest: str, timed: bool, has_unit: bool) -> bool:
+def _is_remark(inside: str, rest: str, timed: bool, has_unit: bool, known: UnitReader) -> bool:
     """Whether the text in brackets of a name is a remark, such as ``(Max)`` or ``(Ch. 2)``, and not a unit."""
     bare, words = inside.strip(), plain_name(inside).split()
     single = words[0] if len(words) == 1 else ""
     letter = single if len(single) == 1 and single.isalpha() else ""
     # A name that stands in brackets as a whole, as Simulink writes: "<Force>".
     kinds = kinds_of(plain_name(rest) or ("" if len(bare) == 1 else inside))
-    vocabulary = {word for kind in kinds for known in WORDS[kind] for word in known.split()}
+    vocabulary = {word for kind in kinds for name in STATIC[kind].words for word in name.split()}
     vocabulary |= {"eng", "nom"} if kinds & {"stress", "strain"} else set()
     known_words = []
     for i, numbered in enumerate(words):
@@ -301,12 +276,9 @@ def _is_remark(inside: str, rest: str, timed: bool, has_unit: bool) -> bool:
         is_known = word in REMARKS or word in vocabulary or (is_foreign(word) and word not in COUNTED_WORDS)
         # "Strain 1" is the name of a channel; Time [sample] counts samples.
         channel = word != numbered or (i + 1 < len(words) and words[i + 1].isdigit())
-        is_quantity = channel and any(word in names for names in WORDS.values())
-        known_words += (
-            [numbered]
-            if not _fills(numbered) and (is_known or is_quantity) and not (timed and word == "sample")
-            else []
-        )
+        is_quantity = channel and any(word in each.words for each in STATIC.values())
+        if not _fills(numbered) and (is_known or is_quantity) and not (timed and word == "sample"):
+            known_words.append(numbered)
     # Beside a known unit a text is a remark if it is no unit itself, has none, and is no factor. A number with a unit
     # is a range or a rate: "Load cell (25 kN) [kN]", "Force (LP 100 Hz) [N]"; the fs of "fs = 1 kHz" is no unit.
     ranged = _WITH_UNIT.sub(" ", inside)
@@ -315,26 +287,23 @@ def _is_remark(inside: str, rest: str, timed: bool, has_unit: bool) -> bool:
     units = (find_unit(word, kind) for word in spoken if not known_word(word) for kind in ("force", "length"))
     is_unit = has_unit and (
         not says
-        or tabulated_unit(inside) is not None
+        or known(inside) is not None
         or factor_in(inside)
-        or any(tabulated_unit(word) or {word.lower()} & {*AMBIGUOUS, *_ABOUT_UNITS} for word in spoken)
+        or any(known(word) or {word.lower()} & {*AMBIGUOUS, *_ABOUT_UNITS} for word in spoken)
         or any(unit is not None and unit.measured != "time" for unit in units)
     )
     beside = has_unit and (_MARK.fullmatch(bare) or not is_unit)
-    has_units = any(tabulated_unit(word) is not None for word in words)
+    has_units = any(known(word) is not None for word in words)
     rules: tuple[tuple[object, object], ...] = (
         # (Min) beside (Max) is the smallest value; of a time it may be minutes, which `heading` lists as doubtful.
         (words == ["min"], not timed or bare != "min"),
         (ranges_in(inside) == [bare] and not bare[:1].isdigit(), True),
         (is_code(bare) or _PORT.fullmatch(bare) or beside, True),
-        (
-            not words or tabulated_unit(inside) is not None or factor_in(inside) or _VALUE.search(inside),
-            False,
-        ),
+        (not words or known(inside) is not None or factor_in(inside) or _VALUE.search(inside), False),
         (timed and words == ["std"] and "Std" in inside, False),  # Stunden: hours
         (has_units and any(word.isdigit() for word in words), False),  # "001 in"
         # "Force (F)" gives the symbol; "Force (t)" may be in tonnes.
-        (letter, letter in "xyz" or any(letter in WORDS[kind] for kind in kinds)),
+        (letter, letter in "xyz" or any(letter in STATIC[kind].words for kind in kinds)),
         (any(kind in kinds and form.fullmatch(inside) for kind, form in _RATIOS.items()), True),
         (single.isdigit(), _CHANNEL.fullmatch(single) and not POWER.fullmatch(single)),
         (True, known_words and all(word in known_words or _fills(word) for word in words)),

@@ -47,8 +47,8 @@ _POUND = 0.45359237 * _GRAVITY
 #: records in megaseconds: a prefix that is not in use, as in "Ms", is a slip or has another meaning.
 _TABLE: tuple[tuple[str, float, str, str], ...] = (
     ("time", 1.0, "m u n", "s sec secs Sec sek с сек 秒 초"),
-    ("time", 1.0, "milli micro nano", "second seconds Sekunde Sekunden seconde"),
-    ("time", 1.0, "milli micro nano", "secondes secondo secondi segundo segundos"),
+    ("time", 1.0, "milli micro nano", "second seconds Sekunde Sekunden seconde secondes secondo secondi"),
+    ("time", 1.0, "milli micro nano", "segundo segundos"),
     ("time", 60.0, "", "min mins minute minutes Minute Minuten minuto minuti minutos мин 分"),
     ("time", 3600.0, "", "h hr hrs hour hours Stunde Stunden heure heures ora ore hora horas ч 小时"),
     ("time", 86400.0, "", "day days Tag Tage jour jours"),
@@ -127,11 +127,9 @@ COUNTED = {
 _COUNTED_UNIT = re.compile(r"(pi|π|mio\.?|tsd\.?|mega|kilo)[\s*·⋅×∙•-]*(?=\D)", re.IGNORECASE)
 #: For a force, a pound or ounce is a pound-force or ounce-force: nobody measures a mass with a load cell. Kilograms are
 #: refused, because many read-outs show them, and the file does not say whether they were converted.
-_OF_FORCE = {
-    "lb": _POUND, "lbs": _POUND, "pound": _POUND, "pounds": _POUND, "#": _POUND, "klb": 1e3 * _POUND,
-    "klbs": 1e3 * _POUND, "kilopound": 1e3 * _POUND, "kilopounds": 1e3 * _POUND, "oz": _POUND / 16.0,
-    "ounce": _POUND / 16.0, "ounces": _POUND / 16.0,
-}  # fmt: skip
+_OF_FORCE = dict.fromkeys(("lb", "lbs", "pound", "pounds", "#"), _POUND)
+_OF_FORCE |= dict.fromkeys(("klb", "klbs", "kilopound", "kilopounds"), 1e3 * _POUND)
+_OF_FORCE |= dict.fromkeys(("oz", "ounce", "ounces"), _POUND / 16.0)
 #: Units that are words of names as well, so that they are units only where units stand: "Turns", "Force at".
 _LOOSE = frozenset([
     "rev", "revs", "turn", "turns", "revolution", "revolutions", "at", "bar", "bars", "tr", "ora", "ore", "hora",
@@ -155,13 +153,8 @@ AMBIGUOUS: Mapping[str, str] = {
     "tons": '"kgf", "kN" or "lbf": a ton has 1000 kg, 2000 lb or 2240 lb',
     "tonf": '"kN" or "lbf": a ton has 1000 kg, 2000 lb or 2240 lb',
 }
-#: Names of `UNITS`, and units that are shown by them.
-_NAMES = {
-    (measured, float(f"{factor:.12g}")): name
-    for measured, units in UNITS.items()
-    for name, factor in units.items()
-    if name != "stretch"
-}
+#: Names of `UNITS`, the last one of each size, and units that are shown by them.
+_NAMES = {(kind, float(f"{size:.12g}")): name for kind, each in UNITS.items() for name, size in each.items()}
 #: Surveyors' units of pint that name a part of a machine in the header of a rig: "Displacement (rod)".
 _PARTS = frozenset(
     ["rod", "rods", "pole", "poles", "perch", "link", "links", "chain", "chains", "hand", "hands"]
@@ -186,13 +179,10 @@ _WORD = rf"[^\s\d/{_SIGNS}^()]+"
 _FACTOR = re.compile(rf"({_WORD})(?:(?:\^|\*\*)?\(?(-[1-4]|[2-4])\)?)?")
 _OPERATOR = re.compile(rf"[/{_SIGNS}]")
 #: Square units in words: sqmm, qmm, sq.in.
-_SQUARE = re.compile(
-    r"(?<![^\W_])(?:sq[.\-_]?|q(?=[cm]?m(?![^\W\d_])))(mm|cm|m|in|ft)(?![^\W_])", re.IGNORECASE
-)
+_SQUARE = re.compile(r"(?i)(?<![^\W_])(?:sq[.\-_]?|q(?=[cm]?m(?![^\W\d_])))(mm|cm|m|in|ft)(?![^\W_])")
 #: Between the words of "kilo-newton".
 _HYPHEN = re.compile(
-    r"(?<=kilo|mega|giga|deca|deka|deci|nano)-(?=[^\W\d_])|(?<=milli|micro|mikro|centi|hecto)-(?=[^\W\d_])",
-    re.IGNORECASE,
+    r"(?i)(?<=kilo|mega|giga|deca|deka|deci|nano)-(?=[^\W\d_])|(?<=milli|micro|mikro|centi|hecto)-(?=[^\W\d_])"
 )
 _SUPERSCRIPTS = str.maketrans({"²": "2", "³": "3", "⁻": "-", "¹": "1", "⁴": "4", "µ": "u", "μ": "u"})
 #: A number before a unit: "0.1 N", "x10 N", "10^3 N", "1/10 mm", "1e3 N".
@@ -372,9 +362,8 @@ def _parse_unit(bare: str, measured: str) -> Unit | None:
     of = _MEASURED.get(size.powers, OTHER) if size else ""
     factor = float(f"{size.factor:.14g}") if size else 0.0  # 0.1, not 0.09999999999999999
     low, high = _SENSIBLE.get(of, (0.0, math.inf))
-    ratio = (
-        size and of == "strain" and "/" in bare and size.factor == 1.0 and not re.fullmatch(r"(\w+)/\1", bare)
-    )
+    bare_ratio = size and of == "strain" and size.factor == 1.0
+    ratio = bare_ratio and "/" in bare and not re.fullmatch(r"(\w+)/\1", bare)
     name = _NAMES.get((of, float(f"{factor:.12g}")))
     unit = Unit(of, bare, 0.0 if of == OTHER else factor) if name is None else Unit(of, name, UNITS[of][name])
     return unit if size and low <= size.factor <= high and not ratio else None
@@ -446,10 +435,8 @@ def _unit_by_pint(bare: str) -> Unit | None:
 
     try:
         parsed = [next(iter(_registry().parse_unit_name(word)), ("", "", "")) for word in words]
-        if any(
-            suffix == "s" and (len(w) < 3 or not w.islower())
-            for w, (_, _, suffix) in zip(words, parsed, strict=True)
-        ):
+        plural = [w for w, (_, _, end) in zip(words, parsed, strict=True) if end == "s"]
+        if any(len(w) < 3 or not w.islower() for w in plural):
             return None
         known = str(_registry().parse_units(expression))
         quantity = _registry().Quantity(1.0, known).to_base_units()
@@ -459,10 +446,8 @@ def _unit_by_pint(bare: str) -> Unit | None:
     dimensions = {name: int(power) for name, power in quantity.dimensionality.items()}
     # An energy has the dimensions of a moment, and so has a moment per angle; pint's pixels and points are lengths on a
     # printed page. The numbers mV/V and the angle "mil" of gunners are no strains and angles.
-    foreign = re.search(
-        r"pixel|point|pica|dot|joule|calor|thermal|watt|volt|erg|hartree|radian|bit|count",
-        f"{known} {quantity.units}",
-    )
+    names = "pixel|point|pica|dot|joule|calor|thermal|watt|volt|erg|hartree|radian|bit|count"
+    foreign = re.search(names, f"{known} {quantity.units}")
     for of, wanted, scale in () if foreign else _DIMENSIONS:
         if dimensions == wanted:
             low, high = _SENSIBLE[of]

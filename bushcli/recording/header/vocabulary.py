@@ -6,76 +6,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from functools import lru_cache
 
+from bushcli.recording.quantities import SPECIAL, STATIC, word_set
 from cases.mode import modes
 
-
-def word_set(words: str) -> frozenset[str]:
-    """Return the words of a text."""
-    return frozenset(words.split())
-
-
-#: Words for a column, the column names of this project first.
-WORDS = {
-    "time": ("time", "t", "elapsed time", "total time", "running time", "zeit", "prüfzeit", "testzeit",
-        "时间", "temps", "tempo", "tiempo", "時間",
-    ),
-    "length": (
-        "displacement", "disp", "deflection", "travel", "stroke", "extension", "crosshead",
-        "weg", "standardweg", "verschiebung", "auslenkung", "federweg", "位移", "déplacement", "deplacement", "course",
-        "spostamento", "corsa", "desplazamiento", "変位", "ストローク",
-    ),
-    "angle": (
-        "rotation", "angle", "twist", "winkel", "drehwinkel", "verdrehung", "phi", "角度", "φ", "θ", "angolo",
-        "rotazione", "ángulo", "rotación",
-    ),
-    "force": (
-        "force", "load", "f", "kraft", "standardkraft", "last", "力", "载荷", "effort", "forza", "carico", "fuerza",
-        "carga", "荷重", "試験力",
-    ),
-    "moment": ("moment", "torque", "drehmoment", "扭矩", "couple", "coppia", "momento", "トルク"),
-    "stretch": ("stretch", "lambda", "stretch ratio", "extension ratio", "streckung", "verstreckung", "λ"),
-    "strain": (
-        "strain", "nominal strain", "engineering strain", "dehnung", "nenndehnung", "technische dehnung", "应变", "ε",
-        "déformation", "deformazione", "deformación", "ひずみ",
-    ),
-    "stress": (
-        "nominal stress", "stress", "engineering stress", "nennspannung", "spannung", "technische spannung",
-        "应力", "σ", "contrainte", "応力",
-    ),
-}  # fmt: skip
-#: Words for a column of a coupon in simple shear or in a volumetric test, which mean nothing in other tests.
-SPECIAL: Mapping[str, tuple[str, ...]] = {
-    "shear": (
-        "shear strain", "amount of shear", "shear amount", "gamma", "γ", "scherung", "schiebung", "gleitung",
-        "schubverformung", "scherverformung", "schubwinkel gamma", "cisaillement", "scorrimento",
-    ),
-    "shear stress": ("shear stress", "tau", "τ", "schubspannung", "scherspannung"),
-    "volume ratio": (
-        "volume ratio", "volumetric ratio", "j", "v v0", "v v 0", "v vo", "det f", "detf", "volumenverhältnis",
-    ),
-    "volume strain": (
-        "volume strain", "volumetric strain", "volume change", "volumetric change", "change of volume", "dv v0", "dv v",
-        "δv v0", "δv v", "j 1", "volumendehnung", "volumenänderung", "volumenaenderung", "volumenstauchung",
-        "dilatation", "dilation",
-    ),
-    "pressure": (
-        "pressure", "hydrostatic pressure", "p", "druck", "hydrostatischer druck", "pression", "pressione", "presión",
-        "压力",
-    ),
-}  # fmt: skip
-#: The last part of a compound determines its meaning: Standardkraft, Traversenweg, 试验力. The longest ending decides.
-ENDINGS: Mapping[str, tuple[str, ...]] = {
-    "time": ("zeit", "时间"), "length": ("weg", "位移", "行程"), "angle": ("winkel", "角度", "转角"),
-    "force": ("kraft", "力", "载荷", "负荷"), "moment": ("moment", "扭矩", "力矩"),
-    "strain": ("dehnung", "应变"), "stress": ("spannung", "应力"),
-}  # fmt: skip
-#: Words that mean a quantity where no column has a better name.
-WEAK: Mapping[str, tuple[str, ...]] = {
-    "length": ("position", "traverse", "hub", "einfederung"),
-}  # fmt: skip
 #: Words that change the meaning: a true stress is not a nominal stress; a set value, a rate, an error, an extreme or a
 #: counter is not a measured value.
 _FOREIGN = word_set(
@@ -105,16 +40,8 @@ _ABROAD = re.compile(
     r"|börvärd|børværd|最大|最小|峰值|峰谷|平均|设定|設定|目标|目標|指令|给定|給定|理论|理論|计算|計算|模拟|误差|誤差|偏差"
     r"|变化率|速率|速度|刚度|剛性|能量|次数|回数|목표|평균|최대|최소|지령|설정|이론|오차|속도"
 )
-_NOMINAL = word_set("nominal nom stress stresses spannung nennkraft nennlast nennweg nennmoment nennwinkel")
-_MAGNITUDE = word_set("abs absolute absolut absolutwert")
-#: Words that exclude single quantities. A nominal force is none that was measured, unlike a nominal stress; an absolute
-#: force is a magnitude, unlike an absolute position.
-EXCLUDING: Mapping[str, frozenset[str]] = {
-    "time": word_set("stress"), "length": _NOMINAL, "angle": _NOMINAL, "force": _NOMINAL | _MAGNITUDE,
-    "moment": _NOMINAL | _MAGNITUDE, "stress": _MAGNITUDE,
-}  # fmt: skip
 #: The words above that, in brackets, are what a column counts: Time [cycles].
-COUNTED = word_set(
+COUNTED_WORDS = word_set(
     "count counts counter number index id cycle cycles zyklus step steps schritt segment units"
 )
 #: The same for a strain: one across the direction of the load.
@@ -185,10 +112,9 @@ _UNITS = re.compile(
     r".*(?:M|IN|FT)|[KD]?A?N|K?GF?|KP|K?LBF?S?|KIPS?|OZF?|TONS?|MILS?|THOU|[KMG]?PA|[PK]SI|M?BAR|M?[VA]|ADC"
     r"|DAC|DIG|INC|LSB|GAIN|DIV|MULT?|FAKT?|FACT?|EXP|BITS?|CNTS?|VDC|M?SEC|MIN|HRS?|DEGS?|M?RAD|PCT"
 )
-ALL_ENDINGS = tuple(end for ends in ENDINGS.values() for end in ends)
-_ALL_WORDS = frozenset(
-    word for names in (*WORDS.values(), *WEAK.values()) for name in names for word in name.split()
-)
+_ENDINGS = tuple(end for quantity in STATIC.values() for end in quantity.endings)
+#: Words for a quantity.
+QUANTITY_WORDS = word_set(" ".join(name for each in STATIC.values() for name in (*each.words, *each.weak)))
 
 
 def is_foreign(word: str) -> bool:
@@ -202,11 +128,6 @@ def is_code(word: str) -> bool:
     return match is not None and not _UNITS.fullmatch(match[1] or "")
 
 
-def names_quantity(word: str) -> bool:
-    """Whether a word, in any case, is one of those for a quantity."""
-    return word.lower() in _ALL_WORDS
-
-
 def known_word(word: str) -> bool:
     """Whether a word belongs to names of columns and is therefore not a unit; digits behind it do not count."""
     if POWER.fullmatch(word):
@@ -217,13 +138,13 @@ def known_word(word: str) -> bool:
     if plain[:1].isdigit():
         # "2Force" is a channel; "10V" is a number and a unit.
         plain = plain.lstrip("0123456789")
-        return len(plain) > 1 and plain in _ALL_WORDS
+        return len(plain) > 1 and plain in QUANTITY_WORDS
     return (
         not plain
-        or plain in _ALL_WORDS
+        or plain in QUANTITY_WORDS
         or is_foreign(plain)
         or plain in _BESIDE
-        or any(len(plain) > len(end) and plain.endswith(end) for end in ALL_ENDINGS)
+        or any(len(plain) > len(end) and plain.endswith(end) for end in _ENDINGS)
     )
 
 
@@ -234,31 +155,27 @@ def plain_name(name: str) -> str:
 
 @lru_cache(maxsize=8192)
 def name_quality(name: str, kind: str) -> int:
-    """Return how surely a name means a quantity, a key of `WORDS` or `SPECIAL`.
+    """Return how surely a name means a quantity, a key of `STATIC` or `SPECIAL`.
 
     0 not at all; 1 a German compound; 2 a word for it among others; 3 a word for it; 4 this project's own name. The
     name of a mode does not count: "axial displacement" means as surely a length as "displacement".
     """
     if kind in SPECIAL:
         # "Volume ratio J", "Pressure p": the name and its symbol.
-        known = SPECIAL[kind]
+        known = SPECIAL[kind].words
         plain = " ".join(word for word in name.split() if len(word) > 1 or word not in known)
         within = any(len(word) > 1 and f" {word} " in f" {name} " for word in known)
-        rules: tuple[tuple[object, int], ...] = (
-            (known[0] in (name, plain), 4),
-            (name in known or plain in known, 3),
-            (within, 2),
-        )
+        own, whole = known[0] in (name, plain), name in known or plain in known
+        rules: tuple[tuple[object, int], ...] = ((own, 4), (whole, 3), (within, 2))
     else:
-        words, known = [word for word in name.split() if word not in modes()], WORDS[kind]
-        name = " ".join(words)
+        quantity, words = STATIC[kind], [word for word in name.split() if word not in modes()]
+        known, name = quantity.words, " ".join(words)
         # "extension ratio" contains a word for a length but is a stretch; any other ratio is none.
         phrase = any(" " in word and f" {word} " in f" {name} " for word in known)
-        other = ("ratio" in words and not phrase) or any(
-            name in WORDS[another] for another in WORDS if another != kind
-        )
-        longest = max((end for end in ALL_ENDINGS if name.endswith(end)), key=len, default="")
-        compound = longest in ENDINGS.get(kind, ()) and not name.startswith(FOREIGN_BEGINNINGS)
+        other = "ratio" in words and not phrase
+        other |= any(name in each.words for each in STATIC.values() if each is not quantity)
+        longest = max((end for end in _ENDINGS if name.endswith(end)), key=len, default="")
+        compound = longest in quantity.endings and not name.startswith(FOREIGN_BEGINNINGS)
         rules = (
             (kind in ("strain", "stretch") and ACROSS & set(words), 0),
             # It counts something; "Force no 2" is a channel.
@@ -266,11 +183,11 @@ def name_quality(name: str, kind: str) -> int:
             (name == known[0], 4),
             (name in known, 3),
             (any(len(word) > 1 and word in words for word in known), 0 if other else 2),
-            (any(word in words for word in WEAK.get(kind, ())) or compound, 1),
+            (any(word in words for word in quantity.weak) or compound, 1),
         )
     return next((quality for holds, quality in rules if holds), 0)
 
 
 def kinds_of(text: str) -> set[str]:
     """Return the quantities that a text may name."""
-    return {kind for kind in WORDS if name_quality(plain_name(text), kind)}
+    return {kind for kind in STATIC if name_quality(plain_name(text), kind)}

@@ -32,6 +32,9 @@ from bushcli.recording.text.fields import is_number, to_float
 
 Array = NDArray[np.float64]
 
+#: Fields of a header by keyword; rows with the numbers of their lines.
+_Head = Mapping[str, list[str]]
+_Body = Sequence[tuple[int, list[str]]]
 _MARK, _END = "LabVIEW Measurement", "***End_of_Header***"
 _SPECIAL = ("***Start_Special***", "***End_Special***")
 _KEY = "Separator"
@@ -72,10 +75,8 @@ def open_parts(path: Path) -> Iterator[Sequence[FilePart]]:
     else:
         labelled = [(f"segment {i + 1}", clock) for i, clocks in enumerate(segments) for clock in clocks]
     labels = [label for label, _ in labelled]
-    names = [
-        label if labels.count(label) == 1 else ", ".join(filter(None, (label, *clock.names)))[:80]
-        for label, clock in labelled
-    ]
+    longer = [", ".join(filter(None, (label, *clock.names)))[:80] for label, clock in labelled]
+    names = [a if labels.count(a) == 1 else b for a, b in zip(labels, longer, strict=True)]
     parts = []
     for name, (_, clock) in zip(unique_names(names), labelled, strict=True):
         columns, origin = [clock.x, *clock.values], clock.origin
@@ -111,7 +112,7 @@ def _segments(lines: Sequence[str]) -> Iterator[list[_Segment]]:
         start = stop
 
 
-def _header(lines: Sequence[str], separator: str) -> Mapping[str, list[str]]:
+def _header(lines: Sequence[str], separator: str) -> _Head:
     """Return the fields of each keyword, in lower case; special blocks are left out."""
     head, special = dict[str, list[str]](), False
     for line in lines:
@@ -131,9 +132,7 @@ class _Form(NamedTuple):
     absolute: bool
 
 
-def _segment(
-    lines: Sequence[str], start: int, stop: int, head: Mapping[str, list[str]], form: _Form
-) -> list[_Segment]:
+def _segment(lines: Sequence[str], start: int, stop: int, head: _Head, form: _Form) -> list[_Segment]:
     """Return the channels of a segment, by clock."""
     number = _number((head.get("channels") or [""])[0], "Channels")
     if not number <= _MOST:
@@ -148,9 +147,8 @@ def _segment(
     clocks: dict[tuple[object, ...], list[int]] = {}
     x: list[Array] = []
     for i, place in enumerate(columns):
-        last = max(
-            (i + 1 for i, (_, row) in enumerate(body) if place < len(row) and row[place].strip()), default=0
-        )
+        filled = (n for n, (_, row) in enumerate(body, 1) if "".join(row[place : place + 1]).strip())
+        last = max(filled, default=0)
         x.append(_x_values(body[:last], head, i, place - 1 if multi else 0, form))
         if not len(x[i]):
             continue
@@ -171,52 +169,42 @@ def _segment(
     ]
 
 
-def _x_values(
-    body: Sequence[tuple[int, list[str]]],
-    head: Mapping[str, list[str]],
-    channel: int,
-    column: int,
-    form: _Form,
-) -> Array:
+def _x_values(body: _Body, head: _Head, channel: int, column: int, form: _Form) -> Array:
     """Return the x values (n,) of a channel."""
     stated = [_field(head, key, i) for i in (0, channel) for key in ("x0", "delta_x")]
     if form.columns == "no" or (form.columns == "one" and stated[:2] != stated[2:]):
         first, step = (_number(_field(head, key, channel), key, form.decimal) for key in ("x0", "delta_x"))
         if not math.isfinite(first + step * len(body)):
-            raise ValueError(
-                f"X0 = {first:g} and Delta_X = {step:g} of channel {channel + 1} give no finite times"
-            )
+            what = f"X0 = {first:g} and Delta_X = {step:g} of channel {channel + 1}"
+            raise ValueError(f"{what} give no finite times")
         return np.asarray(first + step * np.arange(len(body)))
     return _column(body, column, form.decimal)
 
 
-def _x_unit(head: Mapping[str, list[str]], channel: int) -> str:
+def _x_unit(head: _Head, channel: int) -> str:
     dimension = _field(head, "x_dimension", channel) or _field(head, "x_dimension", 0) or "Time"
     return "s" if dimension.lower() == "time" else dimension
 
 
-def _field(head: Mapping[str, list[str]], keyword: str, channel: int) -> str:
+def _field(head: _Head, keyword: str, channel: int) -> str:
     """Return the field of a channel in a header; an empty text where there is none."""
     return "".join(head.get(keyword, [])[channel : channel + 1])
 
 
-def _column(body: Sequence[tuple[int, list[str]]], index: int, decimal: str) -> Array:
+def _column(body: _Body, index: int, decimal: str) -> Array:
     """Return a column of rows, each with the number of its line."""
-    return np.array(
-        [_number(row[index] if index < len(row) else "", f"line {n}", decimal) for n, row in body]
-    )
+    return np.array([_number("".join(row[index : index + 1]), f"line {n}", decimal) for n, row in body])
 
 
 def _number(text: str, where: str, decimal: str = ".") -> float:
     text = text.strip()
     if not is_number(text, decimal):
-        raise ValueError(
-            f"{where}: {text[:40]!r} is not a number" if text else f"{where}: a number is missing"
-        )
+        what = f"{text[:40]!r} is not a number" if text else "a number is missing"
+        raise ValueError(f"{where}: {what}")
     return to_float(text, decimal)
 
 
-def _begin(head: Mapping[str, list[str]], channel: int) -> datetime | None:
+def _begin(head: _Head, channel: int) -> datetime | None:
     """Return the date and time of day at which a channel of a segment begins, or None."""
     fields = [_field(head, key, channel) or _field(head, key, 0) for key in ("date", "time")]
     written = " ".join(fields).replace(",", ".")
@@ -233,10 +221,7 @@ def _begin(head: Mapping[str, list[str]], channel: int) -> datetime | None:
 def _join_segments(segments: Sequence[_Segment]) -> _Segment | None:
     """Return segments with the same channels as one table if their times increase; else None."""
     first = segments[0]
-    if any(
-        (segment.names, segment.units, segment.x_unit) != (first.names, first.units, first.x_unit)
-        for segment in segments
-    ):
+    if any((s.names, s.units, s.x_unit) != (first.names, first.units, first.x_unit) for s in segments):
         return None
     shifts = [0.0] * len(segments)
     if any(a.x[-1] >= b.x[0] for a, b in pairwise(segments)):

@@ -44,13 +44,8 @@ def open_parts(path: Path) -> Iterator[Sequence[FilePart]]:
     channels, frame = int(_number(header, "CHANNELS")), int(_number(header, "PTS_PER_FRAME"))
     frames = int(_number(header, "FRAMES"))
     group = int(_number(header, "PTS_PER_GROUP", float(frame)))
-    if not (
-        1 <= channels <= _MOST_CHANNELS
-        and frame >= 1
-        and frames >= 1
-        and group >= frame
-        and group % frame == 0
-    ):
+    whole = min(frame, frames) >= 1 and group >= frame and group % frame == 0
+    if not (whole and 1 <= channels <= _MOST_CHANNELS):
         what = f"{channels} channels, {frames} frames of {frame} points, groups of {group} points contradict each other"
         raise ValueError(what)
     dtype = np.dtype(_ORDERS[order] + _TYPES[kind])
@@ -89,9 +84,8 @@ def _header(path: Path) -> Mapping[str, str]:
         count = int(_number(first, "NUM_PARAMS"))
         blocks = int(_number(first, "NUM_HEADER_BLOCKS"))
         if not 3 <= count <= _MOST_PARAMETERS or not 1 <= blocks <= _MOST_BLOCKS or count > 4 * blocks:
-            raise ValueError(
-                f"a header of {count} keywords in {blocks} blocks is not possible in this format"
-            )
+            header = f"a header of {count} keywords in {blocks} blocks"
+            raise ValueError(f"{header} is not possible in this format")
         file.seek(0)
         return dict(_records(file.read(count * _RECORD)))
 
@@ -110,9 +104,8 @@ def _number(header: Mapping[str, str], keyword: str, default: float | None = Non
     if not text and default is not None:
         return default
     if not re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d{1,3})?", text):
-        raise ValueError(
-            f"{keyword} = {text[:40]!r} in the header is not a number" if text else f"{keyword} is missing"
-        )
+        what = f"= {text[:40]!r} in the header is not a number" if text else "is missing"
+        raise ValueError(f"{keyword} {what}")
     number = float(text.replace("D", "e").replace("d", "e"))
     if not abs(number) < _LARGEST:
         raise ValueError(f"{keyword} = {text[:40]} in the header is out of range")

@@ -41,9 +41,7 @@ def open_parts(path: Path) -> Iterator[Sequence[FilePart]]:
             parts = _sheets(book)
         finally:
             book.close()
-        if any(
-            len(part.cells or ()) < _FEWEST or any("" in f for _, f in part.cells or ()) for part in parts
-        ):
+        if any(len(p.cells or ()) < _FEWEST or any("" in f for _, f in p.cells or ()) for p in parts):
             written = load_workbook(stream, read_only=True)
             try:
                 parts = _with_formulas(parts, written)
@@ -60,12 +58,10 @@ def _with_formulas(parts: Sequence[FilePart], written: Any) -> list[FilePart]:
         sheet.reset_dimensions()
         rows, cells = dict(part.cells or ()), []
         last = max(rows) + _GAP
-        for number, row in enumerate(
-            sheet.iter_rows(values_only=True, max_col=_WIDEST, max_row=last), start=1
-        ):
+        for n, row in enumerate(sheet.iter_rows(values_only=True, max_col=_WIDEST, max_row=last), start=1):
             texts = [str(cell) if isinstance(cell, str) and cell.startswith("=") else "" for cell in row]
-            fields = [field or text for field, text in zip_longest(rows.get(number, ()), texts, fillvalue="")]
-            cells += [(number, fields)] if any(fields) else []
+            fields = [field or text for field, text in zip_longest(rows.get(n, ()), texts, fillvalue="")]
+            cells += [(n, fields)] if any(fields) else []
         width = max(_filled_width(fields) for _, fields in cells)
         sheets.append(replace(part, cells=[(n, (f + [""] * width)[:width]) for n, f in cells]))
     return sheets

@@ -95,9 +95,8 @@ def open_parts(path: Path) -> Iterator[Sequence[FilePart]]:
             texts = _value(parameter, "QS_TextPar") if _value(parameter, "ID") == _SPECIMEN else None
             if isinstance(texts, (list, tuple)) and texts and str(texts[0]).strip():
                 specimens.append(str(texts[0]).strip())
-    labels = unique_names(
-        specimens if len(specimens) == count else [f"specimen {i + 1}" for i in range(count)]
-    )
+    numbered = [f"specimen {i + 1}" for i in range(count)]
+    labels = unique_names(specimens if len(specimens) == count else numbered)
     yield [part for block, name in zip(blocks, labels, strict=True) for part in _parts(block, name, names)]
 
 

@@ -122,9 +122,7 @@ def _short(fields: Sequence[str], form: str) -> Array | None:
         unit = 1.0
     if unit is None or len(stamps) < len(fields):
         return None
-    numbers = np.array(
-        [60.0 * int(match["first"]) + float(match["second"].replace(",", ".")) for match in stamps]
-    )
+    numbers = np.array([60.0 * int(m["first"]) + float(m["second"].replace(",", ".")) for m in stamps])
     # Two digits of minutes begin again after an hour, those of hours after a day.
     rounds = np.concatenate([[0.0], np.cumsum(np.diff(numbers) < -0.5 * _ROUND[unit])])
     return np.asarray(unit * (numbers - numbers[0] + _ROUND[unit] * rounds))

@@ -57,9 +57,8 @@ def read_text(path: Path) -> str:
         content = read_bounded(path, LARGEST_FILE)
     text = text_of(content)
     if "\0" in text or (content and not text):
-        raise RecordingError(
-            Problem(str(path), "is not a text file", expected="CSV in UTF-8, UTF-16, Latin-1 or GBK")
-        )
+        expected = "CSV in UTF-8, UTF-16, Latin-1 or GBK"
+        raise RecordingError(Problem(str(path), "is not a text file", expected=expected))
     if text.isspace() or not text:
         raise RecordingError(Problem(str(path), "is empty"))
     return text

@@ -17,9 +17,7 @@ NUMBER = {
 }
 _NUMBER = {sign: re.compile(number, re.ASCII) for sign, number in NUMBER.items()}
 #: Numbers and empty fields, one to a line: one look at many fields costs a fifth of one at each.
-_NUMBERS = {
-    sign: re.compile(rf"(?:{number})?(?:\n(?:{number})?)*", re.ASCII) for sign, number in NUMBER.items()
-}
+_NUMBERS = {sign: re.compile(rf"(?:{n})?(?:\n(?:{n})?)*", re.ASCII) for sign, n in NUMBER.items()}
 # What spreadsheets write in English and German for a missing value.
 _MISSING = (
     r"#(?:n/a|nv|n/d|na|nan|inf|\#+)|#(?:div/0|value|ref|num|null|wert|bezug|zahl|valeur|nombre|valor|calc|spill|io)!"
@@ -29,10 +27,7 @@ _MISSING = (
 _NO_NUMBER = re.compile(rf"[+-]?(nan|inf|infinity|-?1[.,]#\w+|n/a|null)|{_MISSING}", re.IGNORECASE)
 _MISSING_FIRST = re.compile(rf"\s*(?:{_MISSING})\s*(?:[;,\t ]|$)", re.IGNORECASE)
 #: "1,234" is 1.234 or 1234; "0,123", "12,34" and "1234,567" can only be decimal.
-_THOUSANDS = {
-    ".": re.compile(r"[+-]?[1-9]\d{0,2}\.\d{3}", re.ASCII),
-    ",": re.compile(r"[+-]?[1-9]\d{0,2},\d{3}", re.ASCII),
-}
+_THOUSANDS = {sign: re.compile(rf"[+-]?[1-9]\d{{0,2}}[{sign}]\d{{3}}", re.ASCII) for sign in ".,"}
 #: Thousands separators in use with a decimal point and with a decimal comma: 1,234.5  1.234,5  1'234.5  1 234,5.
 _GROUPS = {".": ",'\u2019 \u00a0\u202f", ",": ".'\u2019 \u00a0\u202f"}
 _GROUPED = {

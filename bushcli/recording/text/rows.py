@@ -44,9 +44,7 @@ class Form:
             return None
         width = filled.pop()
         columns = list(zip(*(fields[:width] for fields in rows), strict=True))
-        numeric = tuple(
-            all(re.fullmatch(NUMBER[decimal], text, re.ASCII) for text in column) for column in columns
-        )
+        numeric = tuple(all(re.fullmatch(NUMBER[decimal], t, re.ASCII) for t in column) for column in columns)
         for texts, plain in zip(columns, numeric, strict=True):
             if not plain and any(is_grouped(text, decimal) or is_number(text, decimal) for text in texts):
                 return None
@@ -181,9 +179,8 @@ class AlikeRows:
             start = self.begin if rows[0] == 0 else int(self._ends[rows[0] - 1]) + 1
             return replace(self, begin=start, end=int(self._ends[rows[-1]]) + 1, at=self.at + int(rows[0]))
         width = len(self.form.numeric)
-        return SplitRows(
-            [[self.text(i, k) for k in range(width)] for i in rows], [self.line(int(i)) for i in rows]
-        )
+        fields = [[self.text(i, k) for k in range(width)] for i in rows]
+        return SplitRows(fields, [self.line(int(i)) for i in rows])
 
 
 def end_of_head(text: str) -> int:

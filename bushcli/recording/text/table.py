@@ -153,16 +153,8 @@ class Table(ABC):
         """
         return RecordingError(Problem(self.where if row is None else self.place(row), what, "", remedy))
 
-    def refusal_of_code(self, row: int, column: int, value: float) -> RecordingError:
-        """Return the error for a value that looks like a code for a missing one.
-
-        Parameters
-        ----------
-        row, column : int
-            Indices from 0.
-        value : float
-            The number, in the unit of the file.
-        """
+    def _refusal_of_code(self, row: int, column: int, value: float) -> RecordingError:
+        """Return the error for a value, in the unit of the file, that looks like a code for a missing one."""
         what = f"{self.label(column)}: {self.text(row, column)} looks like a code for a missing value"
         expected = (
             "if it is one, delete the row or put # in front of it; if it was measured, "
@@ -218,14 +210,12 @@ class ArrayTable(Table):
             raise self.refusal(what, expected, row)
         code = sentinel(values, lambda row: self.text(row, column), accepted)
         if code is not None:
-            raise self.refusal_of_code(code, column, float(values[code]))
+            raise self._refusal_of_code(code, column, float(values[code]))
         return values
 
     def of_rows(self, rows: Index) -> ArrayTable:
         """Return the table of some samples; see `Table.of_rows`."""
-        return replace(
-            self, columns=tuple(None if column is None else column[rows] for column in self.columns)
-        )
+        return replace(self, columns=tuple(None if c is None else c[rows] for c in self.columns))
 
     def clock(self, column: int, form: str = "") -> ClockTimes | None:
         """Return a column of dates or durations as seconds since the first; see `Table.clock`."""
@@ -289,16 +279,15 @@ class TextTable(Table):
             self._refuse(column, values)
         code = sentinel(values, lambda row: self.text(row, column), accepted)
         if code is not None:
-            raise self.refusal_of_code(code, column, values[code])
+            raise self._refusal_of_code(code, column, values[code])
         return values
 
     def of_rows(self, rows: Index) -> TextTable:
         """Return the table of some rows; see `Table.of_rows`."""
         ends = np.cumsum([0, *map(len, self.parts)])
         indices = (rows[(rows >= start) & (rows < end)] - start for start, end in pairwise(ends))
-        return replace(
-            self, parts=tuple(part.of_rows(index) for part, index in zip(self.parts, indices, strict=True))
-        )
+        parts = zip(self.parts, indices, strict=True)
+        return replace(self, parts=tuple(part.of_rows(index) for part, index in parts))
 
     def _refuse(self, column: int, values: NDArray[np.float64]) -> None:
         """Raise for the first field that is no finite number of a possible size."""
@@ -328,6 +317,5 @@ class TextTable(Table):
             return ClockTimes(self.numbers(column), self.dates[column])
         stamped = len(self) > 0 and ":" in self.text(0, column)
         fields = (text for part in self.parts for text in part.texts(column))
-        return (
-            clock_times([*fields], form or f"{self.names[column]} {self.units[column]}") if stamped else None
-        )
+        form = form or f"{self.names[column]} {self.units[column]}"
+        return clock_times([*fields], form) if stamped else None

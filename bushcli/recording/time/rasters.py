@@ -22,18 +22,11 @@ from numpy.typing import NDArray
 
 from bushcli.errors import RecordingError, count_of
 from bushcli.recording.header.columns import Column, chosen_index, column
-from bushcli.recording.header.match import (
-    WantedColumn,
-    candidates,
-    columns_by_name,
-    columns_by_unit,
-    has_columns,
-)
+from bushcli.recording.header.match import WantedColumn, candidates, columns_as, columns_by_unit, has_columns
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.text.clock_times import ClockTimes
 from bushcli.recording.text.table import ArrayTable, Table
 from bushcli.recording.time.samples import even_stamps
-from cases.mode import Mode
 
 Array = NDArray[np.float64]
 
@@ -50,7 +43,8 @@ _HEAD = 20
 #: Largest number of groups whose stamps are compared.
 _MOST_COMPARED = 200
 #: What is interpolated, and at the stamps of what.
-WORDS = ("the displacement", "the force")
+Words = tuple[str, str]
+WORDS: Words = ("the displacement", "the force")
 _RASTER = "export the channels with one common raster"
 
 
@@ -94,6 +88,9 @@ class RasterColumns:
         return f"{self.name} ({self.time[0]:.6g} to {self.time[-1]:.6g} s)"
 
 
+Rasters = Sequence[RasterColumns]
+
+
 @dataclass(frozen=True, kw_only=True)
 class JoinedTable(Table):
     """Columns of several tables whose rows were measured at the same times.
@@ -134,13 +131,13 @@ class JoinedTable(Table):
         return table.clock(index, form)
 
 
-def join_by_clock(tables: Sequence[Table], source: Source, mode: Mode) -> list[Table]:
+def join_by_clock(tables: Sequence[Table], source: Source) -> list[Table]:
     """Return tables, those with equal time stamps as one: some loggers write a group for each channel."""
     groups: list[list[RasterColumns]] = []
     separate = list(tables[_MOST_COMPARED:])
     for table in tables[:_MOST_COMPARED]:
         try:
-            raster = columns_with_stamps(table, (), source, mode)
+            raster = columns_with_stamps(table, (), source)
         except RecordingError:
             raster = None  # it is said where the table is needed
         if raster is None:
@@ -177,14 +174,12 @@ def join_by_clock(tables: Sequence[Table], source: Source, mode: Mode) -> list[T
     return tables_by_clock + separate
 
 
-def columns_with_stamps(
-    table: Table, columns: Sequence[int], source: Source, mode: Mode
-) -> RasterColumns | None:
+def columns_with_stamps(table: Table, columns: Sequence[int], source: Source) -> RasterColumns | None:
     """Return columns with the time stamps of their table; None if it has none."""
     chosen = source.columns.get("time")
-    if isinstance(chosen, int) or (chosen is not None and not has_columns(table, source, mode, ["time"])):
+    if isinstance(chosen, int) or (chosen is not None and not has_columns(table, source, ["time"])):
         source = replace(source, columns={key: name for key, name in source.columns.items() if key != "time"})
-    stamps = column(table, source, mode, "time")
+    stamps = column(table, source, "time")
     return None if stamps is None else RasterColumns(table, tuple(columns), stamps)
 
 
@@ -209,22 +204,20 @@ def _same_clock(raster: RasterColumns, other: RasterColumns, together: bool) -> 
     return bool(np.abs(raster.time - (other.time + (shift or 0.0))).max(initial=0.0) <= _EQUAL * interval)
 
 
-def on_one_raster(tables: Iterable[Table], source: Source, mode: Mode) -> Table | None:
+def on_one_raster(tables: Iterable[Table], source: Source) -> Table | None:
     """Return the columns of the force with the travel interpolated at their time stamps; None if that is impossible."""
     tables = list(tables)
-    forced = _group_with(tables, source, mode, "force")
-    moved = _group_with(tables, source, mode, "displacement")
+    forced = _group_with(tables, source, "force")
+    moved = _group_with(tables, source, "displacement")
     return None if forced is None or moved is None else interpolate_at_stamps(forced, [moved], source)
 
 
-def _group_with(
-    tables: Sequence[Table], source: Source, mode: Mode, quantity: Quantity
-) -> RasterColumns | None:
+def _group_with(tables: Sequence[Table], source: Source, quantity: Quantity) -> RasterColumns | None:
     """Return the only group that has a quantity; None if no group has it."""
     if isinstance(source.columns.get(quantity), int):
         return None  # a column's number is ambiguous if the columns are in several groups
-    wanted = WantedColumn.of(source, mode, quantity)
-    having = [table for table in tables if has_columns(table, source, mode, [quantity])]
+    wanted = WantedColumn.of(source, quantity)
+    having = [table for table in tables if has_columns(table, source, [quantity])]
     # A group whose channel names the quantity precedes those that have the unit only.
     having = [table for table in having if candidates(table, wanted)] or having
     if not having:
@@ -236,9 +229,8 @@ def _group_with(
         raise source.refusal(what, f"name the channel that is meant: {key}")
     table, chosen = having[0], source.columns.get(quantity)
     indices = [i for i, name in enumerate(table.names) if name == chosen]
-    raster = columns_with_stamps(
-        table, indices or candidates(table, wanted) or columns_by_unit(table, wanted), source, mode
-    )
+    indices = indices or candidates(table, wanted) or columns_by_unit(table, wanted)
+    raster = columns_with_stamps(table, indices, source)
     if raster is None:
         what = f'the {quantity} is in group "{table.part}", which has no time, apart from the other channels'
         raise source.refusal(what, f"{_RASTER}, or with a time in each group")
@@ -246,18 +238,13 @@ def _group_with(
 
 
 def own_clocks(
-    table: Table,
-    forced: Sequence[int],
-    moved: Sequence[int],
-    source: Source,
-    mode: Mode,
-    words: tuple[str, str] = WORDS,
+    table: Table, forced: Sequence[int], moved: Sequence[int], source: Source, words: Words = WORDS
 ) -> Table:
     """Return a table with one clock: where several columns of time stand each in front of its channels.
 
     Columns of time that stand beside each other describe the same rows; `bushcli.recording.header.columns` chooses one.
     """
-    clocks = clock_columns(table, source, mode)
+    clocks = clock_columns(table, source)
     if len(clocks) < 2 or not (forced or moved):
         return table
     rasters = []
@@ -267,11 +254,11 @@ def own_clocks(
         beside = [clock for clock in clocks if (clock > index if behind else clock < index)]
         if index in clocks or not beside:
             return table
-        rasters.append(_with_clock(table, index, beside[0 if behind else -1], source, mode))
+        rasters.append(_with_clock(table, index, beside[0 if behind else -1], source))
     reference, travels = rasters[0], rasters[len(forced) :]
     chosen = None if source.is_untimed else source.columns.get("time")
     if chosen is not None:
-        rasters.append(_with_clock(table, reference.columns[0], chosen_index(table, chosen), source, mode))
+        rasters.append(_with_clock(table, reference.columns[0], chosen_index(table, chosen), source))
     if all(_same_clock(reference, raster, True) for raster in rasters):
         others = {i for i in clocks if i != reference.stamps.index} if chosen is None else set()
         names = tuple("" if i in others else name for i, name in enumerate(table.names))
@@ -289,27 +276,26 @@ def own_clocks(
     if not all(_same_clock(reference, raster, True) for raster in rasters[: len(forced)]):
         what = f"{words[1]} have different columns of time"
         raise table.refusal(what, "forces are not interpolated: " + _RASTER)
-    return interpolate_at_stamps(
-        replace(reference, columns=tuple(forced)), travels, source, words, together=True
-    )
+    reference = replace(reference, columns=tuple(forced))
+    return interpolate_at_stamps(reference, travels, source, words, together=True)
 
 
-def clock_columns(table: Table, source: Source, mode: Mode) -> list[int]:
+def clock_columns(table: Table, source: Source) -> list[int]:
     """Return the columns of time that stand apart from each other, from 0; none if two are neighbours.
 
     Parameters
     ----------
     table : Table
     source : Source
-    mode : Mode
     """
-    wanted, head = WantedColumn.of(source, mode, "time"), _first_rows(table, min(len(table), _HEAD))
-    columns = columns_by_name(table, wanted) or columns_by_unit(table, wanted)
+    wanted, head = WantedColumn.of(source, "time"), _first_rows(table, min(len(table), _HEAD))
+    named = [column.index for column in columns_as(table, wanted) if column.rank]
+    columns = named or columns_by_unit(table, wanted)
     clocks = sorted({*columns, *(i for i in range(len(table.names)) if head.clock(i) is not None)})
     return clocks if all(b - a > 1 for a, b in pairwise(clocks)) else []
 
 
-def _with_clock(table: Table, index: int, clock: int, source: Source, mode: Mode) -> RasterColumns:
+def _with_clock(table: Table, index: int, clock: int, source: Source) -> RasterColumns:
     """Return a column with its column of time, to the last row that has one: a slower channel has fewer rows."""
     count = len(table)
     if isinstance(table, ArrayTable):
@@ -320,7 +306,7 @@ def _with_clock(table: Table, index: int, clock: int, source: Source, mode: Mode
     else:
         count = max((row + 1 for row in range(len(table)) if table.text(row, clock)), default=0)
     cut = _first_rows(table, count)
-    stamps = column(cut, replace(source, columns={"time": clock + 1}), mode, "time")
+    stamps = column(cut, replace(source, columns={"time": clock + 1}), "time")
     assert stamps is not None
     return RasterColumns(cut, (index,), stamps)
 
@@ -330,11 +316,7 @@ def _first_rows(table: Table, count: int) -> Table:
 
 
 def interpolate_at_stamps(
-    forced: RasterColumns,
-    moved: Sequence[RasterColumns],
-    source: Source,
-    words: tuple[str, str] = WORDS,
-    together: bool = False,
+    forced: RasterColumns, moved: Rasters, source: Source, words: Words = WORDS, together: bool = False
 ) -> ArrayTable:
     """Return a table of the force, and of the travel at its stamps."""
     forced, moved, rows, gaps = _common_stamps(forced, moved, source, together)
@@ -383,8 +365,8 @@ def interpolate_at_stamps(
 
 
 def _common_stamps(
-    forced: RasterColumns, moved: Sequence[RasterColumns], source: Source, together: bool
-) -> tuple[RasterColumns, list[RasterColumns], NDArray[np.bool_], int]:
+    forced: RasterColumns, moved: Rasters, source: Source, together: bool
+) -> tuple[RasterColumns, Rasters, NDArray[np.bool_], int]:
     """Return the force, and the travels with stamps that count from the same instant; where all travels are known, (n,)
     by stamp of the force; and the number of gaps of the travels.
     """
@@ -396,9 +378,8 @@ def _common_stamps(
             raise raster.table.refusal(what, _RASTER, row)
         # Stamps with too few digits get equal intervals.
         even = even_stamps(raster.time)
-        rasters.append(
-            raster if even is None else replace(raster, stamps=replace(raster.stamps, values=even))
-        )
+        stamps = raster.stamps if even is None else replace(raster.stamps, values=even)
+        rasters.append(replace(raster, stamps=stamps))
     forced, *moved = rasters
     rows = np.ones(len(forced.time), dtype=bool)
     for raster in moved:

@@ -225,7 +225,6 @@ def _missing_time(source: Source, table: Table, displacement: Array) -> tuple[Ar
             what = f"rate: noise makes the travelled path {steps.sum() / travel:.3g} times as long as its program"
             raise table.refusal(what, "give sample_rate, samples per second")
         time = np.concatenate([[0.0], np.cumsum(steps)]) / source.rate
-        text = (
-            "no column has the time; it is computed from the travelled path and the rate that the case gives"
-        )
+        source_of_time = "the travelled path and the rate that the case gives"
+        text = f"no column has the time; it is computed from {source_of_time}"
     return time, text

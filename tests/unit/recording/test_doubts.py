@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bushcli.errors import RecordingError
-from bushcli.recording import read_coupon, read_recording
+from bushcli.recording import read_recording
 from bushcli.recording.header.name import heading
 from bushcli.recording.source import Source
 
@@ -174,7 +174,7 @@ def coupon(folder: Path, header: str, begin: float, **keys: object):
     stretches = 1.0 + 0.05 * np.arange(20)
     rows = [f"{begin + s - 1.0:.4f},{s - s**-2:.5f}" for s in stretches]
     (folder / "coupon.csv").write_text(f"{header}\n" + "\n".join(rows) + "\n")
-    return read_coupon(Source("uniaxial", folder / "coupon.csv", **keys)).displacement  # type: ignore[arg-type]
+    return read_recording(Source("uniaxial", folder / "coupon.csv", **keys)).displacement  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("name", ["Stretch [mm/mm]", "lambda (in/in)", "Stretch [-]"])

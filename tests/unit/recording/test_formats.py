@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from bushcli.errors import RecordingError
-from bushcli.recording import Recording, find_table, isolated, read_coupon, read_program, read_recording
+from bushcli.recording import Recording, find_table, isolated, read_program, read_recording
 from bushcli.recording.reader import readers
 from bushcli.recording.source import Source
 
@@ -298,7 +298,7 @@ def test_a_coupon_of_a_workbook(tmp_path):
     for row in (("Dehnung [%]", "Spannung [MPa]"), (0, 0), (10, 0.15), (20, 0.27), (50, 0.55)):
         book.active.append(row)
     book.save(tmp_path / "zug.xlsx")
-    coupon = read_coupon(Source("uniaxial", tmp_path / "zug.xlsx"))
+    coupon = read_recording(Source("uniaxial", tmp_path / "zug.xlsx"))
     np.testing.assert_allclose(coupon.displacement, [0, 0.1, 0.2, 0.5], atol=1e-12)
     assert coupon.units == ("percent", "MPa")
 

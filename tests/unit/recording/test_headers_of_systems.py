@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bushcli.errors import RecordingError
-from bushcli.recording import read_coupon, read_recording
+from bushcli.recording import read_recording
 from bushcli.recording.source import Source
 
 ROWS = [
@@ -163,7 +163,7 @@ def test_strains_of_coupons(tmp_path, name, unit):
     factor = 100.0 if unit == "percent" else 1.0
     rows = "\n".join(f"{0.05 * i * factor:.4f};{0.1 * i:.2f}" for i in range(9))
     (tmp_path / "coupon.csv").write_text(f"{name};Contrainte (MPa)\n{rows}\n", encoding="utf-8")
-    found = read_coupon(Source("uniaxial", tmp_path / "coupon.csv"))
+    found = read_recording(Source("uniaxial", tmp_path / "coupon.csv"))
     assert found.displacement == pytest.approx(0.05 * np.arange(9))
 
 
@@ -171,7 +171,7 @@ def test_strains_of_coupons(tmp_path, name, unit):
 def test_stretches_of_coupons(tmp_path, name):
     rows = "\n".join(f"{1.0 + 0.05 * i:.4f};{0.1 * i:.2f}" for i in range(9))
     (tmp_path / "coupon.csv").write_text(f"{name};σ [MPa]\n{rows}\n", encoding="utf-8")
-    found = read_coupon(Source("uniaxial", tmp_path / "coupon.csv"))
+    found = read_recording(Source("uniaxial", tmp_path / "coupon.csv"))
     assert found.displacement == pytest.approx(0.05 * np.arange(9))
 
 
@@ -179,4 +179,4 @@ def test_stretches_of_coupons(tmp_path, name):
 def test_strains_in_another_direction_are_refused(tmp_path, name):
     (tmp_path / "coupon.csv").write_text(f"{name};Stress (MPa)\n" + "\n".join(f"{i};{i}" for i in range(9)))
     with pytest.raises(RecordingError, match="no column stretch"):
-        read_coupon(Source("uniaxial", tmp_path / "coupon.csv"))
+        read_recording(Source("uniaxial", tmp_path / "coupon.csv"))

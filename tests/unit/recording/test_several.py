@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bushcli.errors import RecordingError
-from bushcli.recording import read_coupon, read_recording
+from bushcli.recording import read_recording
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
 
@@ -37,21 +37,21 @@ def test_two_specimens_are_never_read_as_one(tmp_path, time):
     with pytest.raises(
         RecordingError, match=r'2 recordings one below the other .*rows = {"Specimen ID" = "S1"}'
     ):
-        read_coupon(Source("uniaxial", file))
+        read_recording(Source("uniaxial", file))
 
 
 @pytest.mark.parametrize("rows", [{"Specimen ID": "S2"}, {"rate": 0.2}, {"1": "S2", "rate": "0,2"}])
 @pytest.mark.parametrize("time", [False, True])
 def test_one_of_them_is_chosen(tmp_path, rows, time):
     file = long_form(tmp_path / "long.csv", time=time)
-    found = read_coupon(Source("uniaxial", file, rows=rows))
+    found = read_recording(Source("uniaxial", file, rows=rows))
     np.testing.assert_allclose(found.force, 2.0 * (STRETCH - 1.0), atol=1e-12)
 
 
 def test_a_label_that_no_row_has_is_refused_with_those_that_there_are(tmp_path):
     file = long_form(tmp_path / "long.csv")
     with pytest.raises(RecordingError, match=r"has no row with S3 .it has S1, S2"):
-        read_coupon(Source("uniaxial", file, rows={"Specimen ID": "S3"}))
+        read_recording(Source("uniaxial", file, rows={"Specimen ID": "S3"}))
 
 
 def test_a_run_that_goes_on_in_time_is_one_recording(tmp_path):
@@ -68,8 +68,8 @@ def test_a_text_is_read_once_for_its_channels(tmp_path, monkeypatch):
         "bushcli.recording.text_file.read_text", lambda path: read.append(path) or path.read_text("utf-8")
     )
     for name in ("S1", "S2", "S3"):
-        read_coupon(Source("uniaxial", file, rows={"1": name}), tables)
+        read_recording(Source("uniaxial", file, rows={"1": name}), tables)
     assert len(read) == 1
     file.write_text(file.read_text("utf-8") + "\n", encoding="utf-8")
-    read_coupon(Source("uniaxial", file, rows={"1": "S1"}), tables)
+    read_recording(Source("uniaxial", file, rows={"1": "S1"}), tables)
     assert len(read) == 2

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bushcli.errors import RecordingError
-from bushcli.recording import read_coupon, read_recording
+from bushcli.recording import read_recording
 from bushcli.recording.header.units import find_unit
 from bushcli.recording.source import Source
 
@@ -280,7 +280,7 @@ def test_strain_in_percent_and_stretch_without_unit(tmp_path):
     file = tmp_path / "rig.csv"
     for head, values in (("strain [%]", 100 * Q), ("strain [-]", Q), ("stretch [-]", 1 + Q), ("Dehnung,", Q)):
         file.write_text(head.rstrip(",") + ",stress_MPa\n" + table((values, F)))
-        np.testing.assert_allclose(read_coupon(Source("uniaxial", file)).displacement, Q, atol=1e-12)
+        np.testing.assert_allclose(read_recording(Source("uniaxial", file)).displacement, Q, atol=1e-12)
 
 
 def test_usual_units_do_not_import_pint(tmp_path):
@@ -371,16 +371,16 @@ def test_rates_per_angle_are_not_moments(tmp_path):
 def test_percent_before_or_after_the_name(tmp_path, name):
     file = tmp_path / "rig.csv"
     file.write_text(f"time_s;{name};stress_MPa\n" + table((T, 100 * Q, F)).replace(",", ";"))
-    np.testing.assert_allclose(read_coupon(Source("uniaxial", file)).displacement, Q, atol=1e-12)
+    np.testing.assert_allclose(read_recording(Source("uniaxial", file)).displacement, Q, atol=1e-12)
 
 
 def test_a_percent_sign_that_may_begin_a_comment_is_refused(tmp_path):
     file = tmp_path / "rig.csv"
     file.write_text("% Strain,stress_MPa\n" + table((100 * Q, F)))
     with pytest.raises(RecordingError, match=r"rig\.csv:1: .*the % may begin a comment or be the unit"):
-        read_coupon(Source("uniaxial", file))
+        read_recording(Source("uniaxial", file))
     file.write_text("% stretch,stress_MPa\n" + table((1 + Q, F)))
-    np.testing.assert_allclose(read_coupon(Source("uniaxial", file)).displacement, Q, atol=1e-12)
+    np.testing.assert_allclose(read_recording(Source("uniaxial", file)).displacement, Q, atol=1e-12)
 
 
 def test_feet_without_brackets(tmp_path):

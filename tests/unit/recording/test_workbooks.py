@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bushcli.errors import RecordingError
-from bushcli.recording import read_coupon, read_recording
+from bushcli.recording import read_recording
 from bushcli.recording.source import Source
 
 openpyxl = pytest.importorskip("openpyxl")
@@ -75,7 +75,7 @@ def test_a_sheet_of_formulas_says_what_to_do(tmp_path):
 def test_numbers_shown_in_percent_are_percent(tmp_path, name):
     rows = [[name, "Stress [MPa]"], *([0.05 * i, 0.1 * i] for i in range(12))]
     path = book(tmp_path / "uniaxial.xlsx", rows, formats=[("A", "0.00%")])
-    assert read_coupon(Source("uniaxial", path)).displacement[-1] == pytest.approx(0.55)
+    assert read_recording(Source("uniaxial", path)).displacement[-1] == pytest.approx(0.55)
 
 
 def test_a_header_behind_a_percent_sign_without_a_blank_is_one(tmp_path):

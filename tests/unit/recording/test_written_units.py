@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bushcli.errors import RecordingError
-from bushcli.recording import read_coupon, read_recording
+from bushcli.recording import read_recording
 from bushcli.recording.header.name import heading
 from bushcli.recording.source import Source
 
@@ -30,7 +30,7 @@ def rig(folder: Path, header: str, above: str = "", **options: object):
 def coupon(folder: Path, name: str):
     rows = "\n".join(f"{1.0 + 0.05 * i:.2f};{0.1 * i:.2f}" for i in range(9))
     (folder / "coupon.csv").write_text(f"stretch;{name}\n{rows}\n")
-    return read_coupon(Source("uniaxial", folder / "coupon.csv"))
+    return read_recording(Source("uniaxial", folder / "coupon.csv"))
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from bushcli.errors import RecordingError
+from bushcli.recording.dynamic.names import meaning
 from bushcli.recording.dynamic.read import read_dynamic
 from bushcli.recording.dynamic.source import DynamicSource
 
@@ -369,3 +370,25 @@ def test_two_columns_of_one_quantity_are_asked_for(tmp_path):
     text = "f [Hz],K' [N/mm],K' corrected [N/mm],K'' [N/mm]\n1,500,510,50\n10,520,530,60\n"
     assert "columns = {storage = ...}" in refused(tmp_path, text)
     np.testing.assert_allclose(read(tmp_path, text, columns={"storage": 3}).storage, [510, 530])
+
+
+@pytest.mark.parametrize(
+    ("name", "quantity", "unit", "peak"),
+    [
+        ("LossAngle [deg]", "loss_angle", "angle", ""),
+        ("StorageModulus [MPa]", "storage", "stress", ""),
+        ("Storage Modulus (E') [MPa]", "storage", "stress", ""),
+        ("Damping N s/mm", "damping", "damping", ""),
+        ("Amplitude_mm_pp", "amplitude", "length", "double"),
+        ("Amplitude mm (peak)", "amplitude", "length", "peak"),
+        ("Kdyn N/mm filtered", "stiffness", "stiffness", ""),
+        ("K(dyn) [N/mm]", "stiffness", "stiffness", ""),
+        ("频率（Hz）", "frequency", "frequency", ""),
+        ("Oscillation strain %", "amplitude", "strain", ""),
+        # The force of a rig is no frequency, although f is the symbol of one; "dyn" is no unit.
+        ("F_dyn [N]", "", "force", ""),
+    ],
+)
+def test_names_are_split_as_those_of_recordings(name, quantity, unit, peak):
+    column = meaning(name)
+    assert (column.quantity, column.unit and column.unit.measured, column.peak) == (quantity, unit, peak)

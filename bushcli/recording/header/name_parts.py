@@ -1,17 +1,21 @@
-"""Units in the name of a column outside of brackets: at the end, between its words, or doubtful: ``force_kN_filtered``.
+"""Units and numbers in the name of a column outside of brackets: ``force_kN_filtered``, ``Force x 10``, ``Force ±25``.
 
-A number without a unit is a range, ``Force ±25``, a factor, or the number of a channel.
+A unit stands at the end, between words, or is doubtful. A number without a unit is a range, a factor, which is never
+applied, or the number of a channel.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
-from bushcli.recording.header.numbers import loose_numbers
-from bushcli.recording.header.units import COUNTED, find_unit, tabulated_unit
+from bushcli.recording.header.units import COUNTED, Unit, find_unit, tabulated_unit
 from bushcli.recording.header.vocabulary import NUMBERED_WORDS, POWER, kinds_of, known_word
 
+#: What a text means as a unit.
+UnitReader = Callable[[str], Unit | None]
+#: Kinds of units that are written in two words: "N mm", "N s/mm".
+_PRODUCTS = ("moment", "damping", "rotational damping")
 #: Before a factor among the units of a column.
 FACTOR = "factor"
 _INCH_FIRST = re.compile(r"\s*in[\s_](?!phase|plane)", re.IGNORECASE)
@@ -24,8 +28,53 @@ _ABSENT = re.compile(r"(?<![^\W_])n\s*/\s*a\.?$", re.IGNORECASE)
 #: A number before a unit, such as the range of a sensor.
 _NUMBER = re.compile(r"\d+(?:[.,/]\d+)?k?")
 
+_SIGNED_NUMBER = r"\d+(?:[.,]\d+)?(?:[eE][-+−]?\d+)?"
+#: A factor in a name, with its number in a group: "Force/10", "2*Force", "2x Force", "Travel x 0.1", "Gain 5". An upper
+#: X before a number may be an axis; "Force 2 x" may be the axis x of the second sensor.
+_TIMES = re.compile(
+    rf"(?:[×*÷·/]|(?<![^\W_])x)\s*(?P<behind>[-+−]?{_SIGNED_NUMBER})"
+    rf"|(?<![\w.,])(?P<before>[-−]?{_SIGNED_NUMBER})(?:\s*[×*]|x(?![^\W_]))|^\W*(?P<first>{_SIGNED_NUMBER})\s+x(?=[\s_])"
+    rf"|(?<![^\W_])(?:scale|scaling|gain|factor|faktor|multiplier)\W*(?P<called>{_SIGNED_NUMBER})"
+)
+#: A power of ten or another number that cannot be that of a channel: "10^3", "e-3", "1e3", "E3", "0.5 Force".
+_TENS = re.compile(
+    r"(?<![\d.])10\s*\^\s*[-+−]?\d+|(?<![\d.])10[⁻⁺]?[¹²³⁴-⁹]+|X\s*10+(?![\d.])"
+    r"|(?<![^\W_])(?:\d+(?:[.,]\d+)?)?(?:[eE][-+−]\d+|e\d+)(?![^\W_])|(?<![^\W_])(?:\d[\d.,]*E\d+|E[3-9])(?![^\W_])"
+    r"|^\W*\d+[.,]\d+(?=\s)|(?<![\w.,])0[.,]\d+\W*$"
+    # Thousands as in accounts: "'000 N", "000's N".
+    r"|['’‘´`]0+(?![^\W_]|[.,]\d)|(?<![\w.,])0{2,}['’]?s(?![^\W_])"
+)
+#: Factors in words; a prefix apart from its unit, "Force mega N", at the end of the name, after which the unit stood.
+_WORDED = re.compile(
+    r"(?i)(?<![^\W_])(?:(?:ten|hundred|thousand|million)(?:th)?s?|tsd|tausend(?:stel)?|hundertstel|zehntel)(?![^\W_])"
+)
+_PREFIX = re.compile(r"(?<![^\W_])(?:giga|mega|kilo|hecto|deca|deci|centi|milli|micro)\W*$", re.IGNORECASE)
+#: Before the "/50" in the type of a sensor, WA/50, S9M/5kN, and before the "/-25" of a range, +/-25.
+_TYPE = re.compile(r"(?<![^\W_])(?:WA|[A-EG-QS-Z]\d+[A-Z]\w*)$|\+$")
 
-def units_within(text: str, timed: bool) -> Iterator[tuple[str, str]]:
+_N = r"\d+(?:[.,]\d+)?"
+#: No further digit, letter, degree or percent behind a number: these would belong to it.
+_END = r"(?![\w°%]|[.,]\d|\s*[°%])"
+#: A range with its sign: "±25", "+/- 2.5", "< 25", "-25...+25", "-25 to 25", "0-10".
+RANGE = re.compile(
+    rf"(?:±|\+\s*/?\s*[-−–]|(?<![<>=])[<≤]=?)\s*{_N}{_END}(?!\s*k?[^\W\d_])"
+    rf"|(?<![\w.,])(?:[-−–]\s*{_N}|0)\s*(?:\.{{2,}}|…|[-–/]|to\b|bis\b|à\b)\s*\+?\s*{_N}{_END}(?!\s*k?[^\W\d_])"
+)
+#: A number that stands alone. Behind a hyphen or a slash it belongs to the word before it: "LC-1500", "1-2".
+_ALONE = re.compile(rf"(?<![^\W_])(?<![.,:/−–-]){_N}{_END}(?![-:/]\d)")
+_BEFORE = re.compile(r"(#|[^\W\d_]+)[\s._:,(-]*$")
+#: Words before the number of a test or a device.
+_COUNTING = NUMBERED_WORDS | {
+    "run", "test", "specimen", "sample", "probe", "part", "versuch", "messung", "serie", "series", "id", "sn", "module",
+    "modul", "slot", "port", "#",
+}  # fmt: skip
+#: A word beside a range.
+RANGE_WORDS = frozenset({"range", "bereich", "messbereich", "plage", "gamme", "campo", "rango"})
+#: Smallest whole number that is more likely a range or a factor than the number of a channel; judgement.
+_LARGE = 100
+
+
+def units_within(text: str, timed: bool, known: UnitReader = tabulated_unit) -> Iterator[tuple[str, str]]:
     """Yield the ways to split a name without brackets into the name and its unit, wherever that is, the surest first.
 
     The last one has an empty text in place of a unit.
@@ -39,19 +88,19 @@ def units_within(text: str, timed: bool) -> Iterator[tuple[str, str]]:
     yield from ((match[1], "'") for match in _FOOT.finditer(text))
     yield from ((text.replace(sign, " "), sign) for sign in "%‰" if sign in text)
     yield from ((text[: match.start()], match[0]) for match in _ABSENT.finditer(text))
-    yield from _units_at_end(text, timed)
+    yield from _units_at_end(text, timed, known)
 
 
-def _units_at_end(text: str, timed: bool) -> Iterator[tuple[str, str]]:
+def _units_at_end(text: str, timed: bool, known: UnitReader) -> Iterator[tuple[str, str]]:
     """Yield the units at the end of a name: ``force_kN``, ``Kraft in N``, ``F / N``, ``Moment N mm``."""
     slash = re.fullmatch(r"\s*([^\s_/]+|\S.*?\s)/\s*(\S.*)", text)
-    if slash and (_is_unit(slash[2]) or not _names_something(slash[2])):
+    if slash and (_is_unit(slash[2], known) or not _names_something(slash[2])):
         yield slash[1].strip(), slash[2]
     tokens = [token for token in re.split(r"[_\s,;|=]+", text) if token]
     for count in (2, 1):
         unit, before = "".join(tokens[-count:]), tokens[:-count]
-        known = tabulated_unit(unit) if before else None
-        if known is None or (count == 2 and known.measured != "moment"):
+        read = known(unit) if before else None
+        if read is None or (count == 2 and read.measured not in _PRODUCTS):
             continue
         # "Force in lbf" is no moment; "min" is the smallest value, or doubtful.
         force = count == 2 and tokens[-2] == "in" and "force" in kinds_of(" ".join(before))
@@ -65,18 +114,18 @@ def _units_at_end(text: str, timed: bool) -> Iterator[tuple[str, str]]:
     if joined and not _names_something(joined[2]):
         yield joined[1], joined[2]
     match = re.fullmatch(r"(.+)[-.]([^-.\s]+)", text.strip())
-    if match and _is_unit(match[2]):
+    if match and _is_unit(match[2], known):
         yield match[1], match[2]
     yield text, ""
 
 
-def with_second_unit(rest: str, written: list[str], timed: bool) -> tuple[str, list[str]]:
+def with_second_unit(rest: str, written: list[str], timed: bool, known: UnitReader) -> tuple[str, list[str]]:
     """Return a name without the second unit that stands before a first one, and both: ``Travel mm (in)``."""
-    first = tabulated_unit(written[0]) if len(written) == 1 else None
+    first = known(written[0]) if len(written) == 1 else None
     # The first m of "Travel m m" is a prefix.
     prefix = first and _prefix_apart(re.findall(r"[^\W_]+", rest), written[0])
-    before, unit = next(_units_at_end(rest, timed)) if first and not prefix else (rest, "")
-    second = tabulated_unit(unit) if unit and unit.lower() != "in" else None
+    before, unit = next(_units_at_end(rest, timed, known)) if first and not prefix else (rest, "")
+    second = known(unit) if unit and unit.lower() != "in" else None
     are_two = first and second and second.measured == first.measured
     return (re.sub(r"\s+in\s*$", "", before), [*written, unit]) if are_two else (rest, written)
 
@@ -154,11 +203,59 @@ def _are_units(parts: Sequence[str]) -> bool:
     return any(are_units) and not any(map(known_word, words))
 
 
-def _is_unit(text: str) -> bool:
-    """Whether a text is a unit of the table that is not also a word for the smallest value."""
-    return tabulated_unit(text) is not None and text.lower() != "min"
+def _is_unit(text: str, known: UnitReader) -> bool:
+    """Whether a text is a known unit that is not also a word for the smallest value."""
+    return known(text) is not None and text.lower() != "min"
 
 
 def _names_something(text: str) -> bool:
     """Whether a text contains a word of a name, so that it is not a unit: the "unload force" of "load/unload force"."""
     return any(known_word(word) and len(word) > 1 for word in re.findall(r"[^\W\d_]+", text))
+
+
+def number_of(text: str) -> float:
+    """Return a number with a decimal point or comma."""
+    return float(text.replace(",", ".").replace("−", "-"))
+
+
+def largest(text: str) -> float:
+    """Return the largest number in a range as written."""
+    return max(map(number_of, re.findall(_N, text)))
+
+
+def factor_in(name: str) -> str:
+    """Return the factor that the name of a column contains, as written, or an empty text; a factor of 1 is none."""
+    factors = [match[0] for form in (_TENS, _WORDED, _PREFIX) if (match := form.search(name))]
+    factors += [
+        match[0]
+        for match in _TIMES.finditer(name)
+        if not (match[0].startswith("/") and _TYPE.search(name[: match.start()]))
+        and number_of(in_groups(match)) != 1.0
+    ]
+    return factors[0].strip() if factors else ""
+
+
+def ranges_in(text: str) -> list[str]:
+    """Return the ranges, as written, that a text gives with a sign and without a unit: ``±25``."""
+    return [match[0].strip() for match in RANGE.finditer(text)]
+
+
+def loose_numbers(name: str) -> list[str]:
+    """Return the numbers of a name without brackets that may be factors or ranges: the ``2.5`` of ``Force 2.5``.
+
+    A number behind a word such as "channel", and a whole number of one or two digits, is the number of a channel.
+    """
+    numbers, name = [], RANGE.sub(" ", name)
+    for match in _ALONE.finditer(name):
+        before, digits = _BEFORE.search(name[: match.start()]), match[0]
+        whole = digits.isdigit()
+        counts = (before is not None and before[1].lower() in _COUNTING) or (digits[0] == "0" and whole)
+        large = whole and (int(digits) >= _LARGE or POWER.fullmatch(digits) is not None)
+        if not counts and (large or (not whole and number_of(digits) != 1.0)):
+            numbers.append(digits)
+    return numbers
+
+
+def in_groups(match: re.Match[str]) -> str:
+    """Return the text of the only group of a match that took part in it."""
+    return next(text for text in match.groups() if text is not None)
