@@ -80,10 +80,7 @@ def unknown_key(keys: Keys, known: Iterable[str], section: str) -> Finding:
     if radius != key and radius in known:
         return Finding(keys, what, expected=f"give {radius}, half the diameter, in mm")
     return Finding(
-        keys,
-        what,
-        expected=", ".join(known) if known else f"{section} takes no keys",
-        among=known,
+        keys, what, expected=", ".join(known) if known else f"{section} takes no keys", among=known
     )
 
 
