@@ -53,10 +53,9 @@ class EffectParameter:
         "1" for a parameter without a unit.
     meaning : str
         One line for ``bushcli list effects``.
-    start : float
-        Start value of a fit if nothing better is known; for an amplitude a small, typical value other than ``off``.
-    lower, upper : float
-        Closed interval of admissible values.
+    start_and_bounds : (float, float, float)
+        Start value of a fit if nothing better is known, for an amplitude a small, typical value other than ``off``;
+        lowest and highest admissible value.
     off : float or None
         For an amplitude, the value at which the effect is absent; None for a shape parameter, such as a time or a gap.
     optional : bool
@@ -111,9 +110,7 @@ class EffectParameter:
     name: str
     unit: str
     meaning: str
-    start: float
-    lower: float
-    upper: float
+    start_and_bounds: tuple[float, float, float]
     off: float | None = None
     optional: bool = False
     motions: frozenset[str] = frozenset()
@@ -135,6 +132,21 @@ class EffectParameter:
     of_amplitude: bool = False
     within: tuple[Literal["thickness", "length", "thickness/length"], float] | None = None
     prior: Prior | None = None
+
+    @property
+    def start(self) -> float:
+        """Start value of a fit."""
+        return self.start_and_bounds[0]
+
+    @property
+    def lower(self) -> float:
+        """Lowest admissible value."""
+        return self.start_and_bounds[1]
+
+    @property
+    def upper(self) -> float:
+        """Highest admissible value."""
+        return self.start_and_bounds[2]
 
     @property
     def stem(self) -> str:
@@ -210,6 +222,13 @@ class EffectParameter:
         alike = all(modes()[name].is_symmetric_end_to_end(planes) for name in acting)
         images = {image for _, image in self.twins} if alike else set()
         return tuple(choice for choice in self.choices if choice not in images)
+
+
+@dataclass(frozen=True)
+class Amplitude(EffectParameter):
+    """A parameter that switches an effect off with the value 0."""
+
+    off: float = 0.0
 
 
 @dataclass(frozen=True)

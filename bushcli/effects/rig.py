@@ -48,36 +48,20 @@ class NoEquilibrium(ArithmeticError):
     """No displacement of the bushing was found at which it and the spring in series carry the same force."""
 
 
-@dataclass(frozen=True)
-class Travel:
-    """The path of a channel in the order in which it was recorded.
-
-    Attributes
-    ----------
-    displacement : (n,) array
-        Displacement of the rig, mm or rad.
-    time : (n,) array, optional
-        s, strictly increasing.
-    """
-
-    displacement: Array
-    time: Array | None = None
-
-
-def bushing_path(active: Sequence[ActiveEffect], travel: Travel, columns: Sequence[str]) -> Signal:
+def bushing_path(active: Sequence[ActiveEffect], recorded: Array, columns: Sequence[str]) -> Signal:
     """Return the displacement (n,) of the bushing together with the springs in series, with derivatives (n, P).
 
     Parameters
     ----------
     active : sequence of ActiveEffect
         Effects of this channel, all parameters given.
-    travel : Travel
-        Recorded displacement (n,), mm or rad, and time.
+    recorded : shape (n,)
+        Displacement of the rig, mm or rad, in the order of the recording.
     columns : sequence of str
         Full names of the P parameters by which derivatives are wanted.
     """
     changes = _changes(active, columns)
-    q = Signal(travel.displacement, np.zeros((len(travel.displacement), len(columns))))
+    q = Signal(recorded, np.zeros((len(recorded), len(columns))))
     for change, parameters in changes:
         if change.zero in parameters:
             q = q + parameters[change.zero]
@@ -361,7 +345,11 @@ def _rate(change: Callable[[Signal], Signal], point: float, slopes_by_parameter:
 
 
 def elastic_response(
-    active: Sequence[ActiveEffect], travel: Travel, response: Response, columns: Sequence[str]
+    active: Sequence[ActiveEffect],
+    recorded: Array,
+    time: Array | None,
+    response: Response,
+    columns: Sequence[str],
 ) -> Signal:
     """Return the logged force (n,) of a bushing without history, with its total derivatives (n, P).
 
@@ -369,8 +357,10 @@ def elastic_response(
     ----------
     active : sequence of ActiveEffect
         Effects of this channel, all parameters given.
-    travel : Travel
-        Recorded displacement (n,), mm or rad, and time.
+    recorded : shape (n,)
+        Displacement of the rig, mm or rad, in the order of the recording.
+    time : shape (n,) or None
+        s, strictly increasing.
     response : Response
         Returns force (n,), stiffness (n,) and derivatives (n, P) of the plain bushing at displacements (n,).
         It must be smooth. While the force has the sign of the displacement, no displacement beyond the rig's (apart
@@ -386,11 +376,11 @@ def elastic_response(
         A lag without time.
     """
     zeroed = is_zeroed(active)
-    q = np.concatenate([[0.0], travel.displacement]) if zeroed else travel.displacement
-    displacement = bushing_path(active, Travel(q), columns)
+    q = np.concatenate([[0.0], recorded]) if zeroed else recorded
+    displacement = bushing_path(active, q, columns)
     # The stiffness is carried as the derivative by one more column, which has no parameter's name.
     local = ("", *columns)
-    elapsed = None if travel.time is None else travel.time - travel.time[0]
+    elapsed = None if time is None else time - time[0]
     if elapsed is not None and zeroed:
         elapsed = np.concatenate([[0.0], elapsed])
 
@@ -415,7 +405,7 @@ def elastic_response(
     carried_force = Signal(force.value, force.slope[:, 1:] + force.slope[:, :1] * path_slope)
     if zeroed:
         carried_force = from_recorded_zero(carried_force)
-    return force_reading(active, travel.time, carried_force, columns)
+    return force_reading(active, time, carried_force, columns)
 
 
 def from_recorded_zero(force: Signal) -> Signal:

@@ -98,7 +98,6 @@ def _columns(part: Recording, batch: Array) -> Iterator[tuple[str, str, Array]]:
     def response(at: Array) -> tuple[Array, Array, Array]:
         return np.interp(at, q, force), np.interp(at, q, stiffness), np.zeros((len(at), 1))
 
-    travel = rig.Travel(part.displacement, part.time)
     for effect in effects().values():
         # Every part has a factor already.
         if effect.rig is None or effect.is_factor or not effect.acts_on(part.mode):
@@ -112,9 +111,9 @@ def _columns(part: Recording, batch: Array) -> Iterator[tuple[str, str, Array]]:
             }
             active = ActiveEffect(effect, values)
             try:
-                added = rig.elastic_response(
-                    [active], travel, response, (active.full_name(amplitude),)
-                ).slope[:, 0]
+                names = (active.full_name(amplitude),)
+                logged = rig.elastic_response([active], part.displacement, part.time, response, names)
+                added = logged.slope[:, 0]
             except (ArithmeticError, ValueError):
                 continue
             if np.isfinite(added).all() and added.any():
