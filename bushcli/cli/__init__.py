@@ -20,16 +20,13 @@ from typing import Any
 import click
 
 from bushcli import __version__
-from bushcli.cli.batch import batch
-from bushcli.cli.case import check, direct, mesh
+from bushcli.cli.case import check, direct, dynamic, mesh
 from bushcli.cli.compare import compare
-from bushcli.cli.design import design
 from bushcli.cli.diagnosis import diagnose
-from bushcli.cli.dynamic import dynamic
 from bushcli.cli.export import export
-from bushcli.cli.identification import fit, inverse
+from bushcli.cli.identification import batch, fit, inverse
 from bushcli.cli.run import EXIT_CODES, INTERRUPTED, WRONG_INPUT, report_mistake, unwritable
-from bushcli.cli.study import study
+from bushcli.cli.study import design, study
 from bushcli.cli.tool import doctor, init, list_
 from bushcli.cli.view import view
 from bushcli.errors import nearest, printable

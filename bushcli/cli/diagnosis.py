@@ -20,6 +20,7 @@ from bushcli.cli.run import (
 from bushcli.cli.shared import (
     PositiveNumber,
     names_in,
+    processes_option,
     remote_executor,
     resume_option,
     say_what_is_saved,
@@ -56,13 +57,7 @@ from bushcli.runtime.interrupt import listen
     metavar="MINUTES",
     help="Start no further fits after this time, and answer with the models fitted so far.",
 )
-@click.option(
-    "--workers",
-    type=click.IntRange(1, 256),
-    default=1,
-    show_default=True,
-    help="Processes that share the work; the answer does not depend on their number.",
-)
+@processes_option("Processes that share the work; the answer does not depend on their number.")
 @scheduler_option
 @resume_option("fits")
 @click.option("--no-maps", is_flag=True, help="Do not compute the maps of the bushing.")

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 
 from bushcli.errors import InputError, Problem
 from bushcli.export.rubber import ExportedRubber
-from bushcli.export.units import bulk_modulus, poisson_ratio
 from bushcli.export.writer import Order
 
 
@@ -44,11 +43,12 @@ def poisson_field(order: Order, program: str, width: int) -> str:
 
     Refused are digits that give another bulk modulus, and a ratio of zero, which counts as "not given".
     """
-    material = rubber(order)
-    ratio = poisson_ratio(material.shear_modulus, material.bulk_modulus)
-    text = f"{ratio:.{min(width - 2, 16)}f}".lstrip("0").rjust(width)
-    if not 0.0 < float(text) < 0.5 or not math.isclose(
-        bulk_modulus(material.shear_modulus, float(text)), material.bulk_modulus, rel_tol=0.01
+    shear, bulk = rubber(order).shear_modulus, rubber(order).bulk_modulus
+    # As a difference from 0.5, so that a large bulk modulus neither overflows nor loses its digits.
+    text = f"{0.5 - 1.5 * shear / (3 * bulk + shear):.{min(width - 2, 16)}f}".lstrip("0").rjust(width)
+    ratio = float(text)
+    if not 0.0 < ratio < 0.5 or not math.isclose(
+        2 * shear * (1 + ratio) / (3 * (1 - 2 * ratio)), bulk, rel_tol=0.01
     ):
         raise bulk_refusal(order, program, f"takes Poisson's ratio, which would be written as {text.strip()}")
     return text

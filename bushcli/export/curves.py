@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import InputError, Problem
-from bushcli.export.directions import FORCES, mode_of
 from cases.mode import modes
 
 if TYPE_CHECKING:
@@ -18,6 +17,14 @@ if TYPE_CHECKING:
     from bushcli.export.vibration import Vibration
 
 Array = NDArray[np.float64]
+
+#: Forces and moments on the inner sleeve, in the order of a stiffness matrix's rows; the bushing's axis is z.
+FORCES = ("FX", "FY", "FZ", "TX", "TY", "TZ")
+
+
+def mode_of(direction: str) -> str:
+    """Return the name of the mode whose curve stands for a direction FX to TZ."""
+    return next(mode.name for mode in modes().values() if direction in mode.directions)
 
 
 @dataclass(frozen=True)
@@ -86,7 +93,7 @@ def matrix_remedy(unrelaxed: bool) -> str:
 class BushingData:
     """Data of a vehicle model."""
 
-    curves: tuple[ForceCurve, ...]
+    curves: tuple[ForceCurve, ...] = ()
     #: (6, 6); N, mm, rad: forces fx fy fz mx my mz on the inner sleeve against ux uy uz rx ry rz.
     stiffness_matrix: Array | None = None
     remarks: tuple[str, ...] = ()  # sentences for the file

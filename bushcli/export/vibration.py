@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import InputError, Problem
-from bushcli.export.directions import FORCES, mode_of
+from bushcli.export.curves import FORCES, mode_of
 from cases.mode import modes
 
 Array = NDArray[np.float64]

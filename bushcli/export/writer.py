@@ -12,16 +12,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from bushcli import __version__
 from bushcli.effects.effect import effect_in_force_law
 from bushcli.errors import InputError, Problem, nearest, printable
+from bushcli.export.curves import BushingData
 from bushcli.export.rubber import ExportedRubber
 from bushcli.export.units import UnitSystem
-
-if TYPE_CHECKING:
-    from bushcli.export.curves import BushingData
 
 Kind = Literal["card", "bushing", "matrix", "force_law", "vibration"]
 #: Forms in which a card states viscoelasticity: for marches in time, and for vibrations by a series or by a table.
@@ -36,7 +34,7 @@ class Order:
     where: str  # case file or folder that it comes from
     units: UnitSystem
     rubber: ExportedRubber | None = None  # for material cards
-    bushing: BushingData | None = None  # for vehicle models
+    bushing: BushingData = field(default_factory=BushingData)  # for vehicle models
     form: str = TIME_PRONY  # in which a card states viscoelasticity
 
     @property
@@ -55,9 +53,8 @@ class Writer:
     kind: Kind  # the rubber; of the bushing curves, stiffness matrix, force law with memory, or dynamic stiffness
     ending: str  # usual ending of the file's name
     comment: tuple[str, str]  # beginning and end of a comment line
-    write: Callable[
-        [Order], str | bytes
-    ]  # without the comments at the beginning; bytes if the file is not text
+    #: Returns the file without the comments at the beginning; bytes if it is not text.
+    write: Callable[[Order], str | bytes]
     source: str  # documentation of the formulas and the format
     laws: Mapping[str, str] = field(default_factory=dict)  # of a card: law -> the program's name of it
     series: str = ""  # the program's name of a Prony series; empty where it has none
@@ -66,9 +63,8 @@ class Writer:
     series_laws: frozenset[str] | None = None  # laws with which the program combines a series; None = all
     softening_laws: frozenset[str] | None = None
     incompressible: bool = True  # whether the card of an incompressible rubber can be written
-    static: bool = (
-        False  # of a vehicle model: it takes one force for each displacement, that after a long rest
-    )
+    #: Of a vehicle model: it takes one force for each displacement, that after a long rest.
+    static: bool = False
     #: Differences between the program and bushcli, in sentences, for the file and the documentation.
     remarks: tuple[str, ...] = ()
 

@@ -27,16 +27,8 @@ _AT = re.compile(r"(.+)\.(\w+)@(.*)\Z")
 _INDEX = re.compile(r"-?\d+")
 #: Keys of the result of `bushcli direct` under which answers can be asked for.
 RESULT_KEYS = (
-    "case",
-    "command",
-    "complete",
-    "data_faults",
-    "load_cases",
-    "material",
-    "problems",
-    "timings_s",
-    "verdict",
-    "versions",
+    *("case", "command", "complete", "data_faults", "load_cases"),
+    *("material", "problems", "timings_s", "verdict", "versions"),
 )
 EXAMPLES = "axial.initial, axial.secant, axial.force@3, axial.secant@500N, load_cases[0].stiffness.secant"
 

@@ -13,7 +13,7 @@ half of the probability of a false alarm.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.case import Case
+from bushcli.case import Case, Material
 from bushcli.curve.curve import Curve
 from bushcli.errors import InputError, Problem
 from bushcli.faults import DataFault, find_faults
@@ -183,15 +183,12 @@ def batch(
         mean = replace(case, recordings=tuple(sources), specimens=(), dynamic=())
         told(f"identifying {model} from the mean of {sum(curve.parts for curve in curves)} parts")
         fit = identify(Task(mean, model), progress=progress, tables=tables)
-        others = [
-            recording for recording in recordings if recording.name not in {part.name for part in parts}
-        ]
+        compared_names = {part.name for part in parts}
+        others = [recording for recording in recordings if recording.name not in compared_names]
         for recording in others:
             told(f"simulating {recording.name}, which ran another program")
-        material = fit.material
-        parts += _simulate_others(
-            replace(mean, effects=fit.effects or case.effects), material, case, others, parts
-        )
+        identified = replace(mean, effects=fit.effects or case.effects)
+        parts += _simulate_others(identified, fit.material, case, others, parts)
     parts = [
         replace(part, outlier=("program", *part.outlier)) if part.name in outsiders else part
         for part in parts
@@ -283,14 +280,8 @@ def _compare_parts(
     sound = [recording for recording in group if recording.name not in faulty]
     if not sound:
         names = ", ".join(sorted(faulty))
-        raise InputError(
-            Problem(
-                case.path.name,
-                f"no part has a sound recording ({names})",
-                "",
-                "bushcli check says what is wrong",
-            )
-        )
+        what = f"no part has a sound recording ({names})"
+        raise InputError(Problem(case.path.name, what, "", "bushcli check says what is wrong"))
     median = np.median([recording.force for recording in sound], axis=0)
     parts = [_batch_part(recording, median) for recording in sound]
     stiffness, deviation = find_outliers(
@@ -347,14 +338,14 @@ def _batch_part(recording: Recording, of_batch: Array) -> BatchPart:
 
 
 def _simulate_others(
-    mean: Case, material: object, case: Case, others: Sequence[Recording], parts: Sequence[BatchPart]
+    mean: Case, material: Material, case: Case, others: Sequence[Recording], parts: Sequence[BatchPart]
 ) -> list[BatchPart]:
     """Simulate each part that ran another program, and compare its factor with those of the batch."""
     sources = {source.label: source for source in case.specimens}
     results = []
     for recording in others:
         single = replace(mean, recordings=(sources[recording.name],), load_cases=(), coupons=())
-        response = predict(single, material, pictures=False)  # type: ignore[arg-type]
+        response = predict(single, material, pictures=False)
         (channel,) = response.channels
         simulated = (
             channel.curve.force
@@ -400,12 +391,10 @@ def _conditions(parts: Sequence[BatchPart], faults: Sequence[DataFault], fit: Fi
         remedy = fault.remedy
         # It corrects the part alone, unless most parts have the same fault.
         if source is not None and (fault.fatal or fault.is_doubtful) and 2 * alike <= len(parts):
-            table = (
-                f'a [[specimens]] table of its own, file = ".../{source.name}", which goes before a pattern'
-            )
-            remedy = f"give {fault.channel} {table}; in it, {fault.remedy}"
+            table = f'table of its own, file = ".../{source.name}", which goes before a pattern'
+            remedy = f"give {fault.channel} a [[specimens]] {table}; in it, {fault.remedy}"
         conditions.append(fault_condition(replace(fault, remedy=remedy)))
-    by_mode: Mapping[str, int] = {
+    by_mode = {
         mode: sum(part.mode == mode and not part.simulated for part in parts)
         for mode in {part.mode for part in parts}
     }

@@ -157,11 +157,8 @@ def plan(
     elif chosen == "corners":
         texts = next((variable for variable in variables if not variable.is_numeric), None)
         if texts is not None or len(variables) > 16:
-            what = (
-                f"{texts.key} has words"
-                if texts
-                else f"{len(variables)} keys have {2 ** len(variables)} corners"
-            )
+            many = f"{len(variables)} keys have {2 ** len(variables)} corners"
+            what = f"{texts.key} has words" if texts else many
             raise InputError(Problem("--sampling corners", what, "", "at most 16 keys with numbers"))
         ends = [(variable.low, variable.high) for variable in variables]
         # The nominal design, then all combinations of both ends.

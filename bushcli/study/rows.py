@@ -99,7 +99,8 @@ class Rows:
             if resume:
                 self._check(definition)
             else:
-                self._empty()
+                for file in self._own:
+                    file.unlink(missing_ok=True)
             self._replace(folder / DEFINITION, json.dumps(definition).encode())
             self._read()
             self._journal = (folder / JOURNAL).open("ab")
@@ -213,10 +214,6 @@ class Rows:
         what = f"holds another study: {', '.join(names)} differ"
         wanted = "repeat the options of that run, or leave out --resume, which begins rows of its own"
         raise InputError(Problem(str(self.folder), what, "", wanted))
-
-    def _empty(self) -> None:
-        for file in self._own:
-            file.unlink(missing_ok=True)
 
     def _read(self) -> None:
         for block in range(-(-self.count // BLOCK)):

@@ -20,8 +20,7 @@ from bushcli.runtime.condition import Condition, history_damaged
 from bushcli.runtime.executor import Died, Pool
 from bushcli.runtime.store import code_revision, history_of
 from bushcli.simulate.recording_cache import RecordingCache
-from bushcli.study.analysis import Failure, Limits, Summary, columns, failures, summary
-from bushcli.study.bands import Band, band
+from bushcli.study.analysis import Band, Failure, Limits, Summary, band, columns, failures, summary
 from bushcli.study.plan import Plan
 from bushcli.study.rows import Rows, columns_of, is_defined
 from bushcli.study.task import (

@@ -6,7 +6,7 @@ its own coefficients, which Altair's identification tool fits; none are written.
 
 from __future__ import annotations
 
-from bushcli.export.directions import FORCES
+from bushcli.export.curves import FORCES
 from bushcli.export.teimorbit import block, comments, curve, units_block
 from bushcli.export.writer import Order, Writer
 
@@ -22,7 +22,6 @@ _MODELS = (
 
 def write(order: Order) -> str:
     """Return the file."""
-    assert order.bushing is not None
     lines = comments(order.bushing)
     lines += block("HEADER", ["FILE_TYPE     = 'gbs'", "FILE_VERSION  = '1.1'", "FILE_FORMAT   = 'ASCII'"])
     lines += units_block(order.units, "degree")

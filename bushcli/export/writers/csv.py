@@ -10,7 +10,6 @@ from bushcli.export.writer import Order, Writer, one_line
 
 def write(order: Order) -> str:
     """Return the table; times are empty where there are none."""
-    assert order.bushing is not None
     units = order.units
     text = io.StringIO()
     # A channel's name may contain a comma.
