@@ -11,6 +11,7 @@ from pydantic import Field
 
 from bushcli.case.as_json import in_degrees
 from bushcli.case.finding import Finding, Keys, wrong_key, wrong_value
+from bushcli.case.loads import unused_name
 from bushcli.case.schema import DELIMITERS, CaseTable, ColumnKey, Delimiter, Name, optional
 from bushcli.errors import nearest
 from bushcli.recording.dynamic.source import COLUMNS, LOOP_COLUMNS, DynamicSource
@@ -77,11 +78,7 @@ def sources(
         if not known((*keys, "mode"), table.mode):
             continue
         findings += _columns(table, keys)
-        name = table.name or table.mode
-        number = 1
-        while table.name is None and name in names:
-            number += 1
-            name = f"{table.mode}_{number}"
+        name = table.name or unused_name(table.mode, names)
         unit = math.radians(1.0) if modes()[table.mode].rotational else 1.0
         values: dict[str, Any] = {key: getattr(table, key) for key in _AS_GIVEN}
         for key in _TURNED:

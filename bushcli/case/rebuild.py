@@ -13,12 +13,6 @@ from bushcli.errors import CaseError, InputError, Problem
 from bushcli.runtime.bounded import TooLarge, read_bounded
 
 
-class _Rebuilder(Builder):
-    """Builds a case without looking for its recordings; a missing one is an error only when it is read."""
-
-    looks_for_files = False
-
-
 def rebuilt_case(document: dict[str, Any], folder: Path) -> Case:
     """Return the case of a result.
 
@@ -41,15 +35,11 @@ def rebuilt_case(document: dict[str, Any], folder: Path) -> Case:
     material = data.get("material")
     if isinstance(material, dict) and material.get("bulk_modulus") == "inf":
         material["bulk_modulus"] = float("inf")
-    builder = _Rebuilder(path.parent)
+    # A missing recording is an error only when it is read.
+    builder = Builder(path.parent, looks_for_files=False)
     case = builder.case(data, path)
     if case is None:
-        raise CaseError(
-            *(
-                Problem(str(folder), finding.what, finding.nearest, finding.expected)
-                for finding in builder.findings
-            )
-        )
+        raise CaseError(*(Problem(str(folder), f.what, f.nearest, f.expected) for f in builder.findings))
     return case
 
 

@@ -22,6 +22,12 @@ def optional(description: str, **constraints: Any) -> Any:
     return Field(default=None, description=description, **constraints)
 
 
+#: Keys at the top of a case file, in the usual order.
+SECTIONS = (
+    *("title", "temperature", "tolerance", "geometry", "mesh", "material"),
+    *("load_cases", "recordings", "specimens", "coupons", "effects"),
+)
+
 Name = Annotated[str, Field(min_length=1)]
 Elements = Annotated[int, Field(le=400)]
 

@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import replace
-from itertools import count, islice
+from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bushcli.case import motion_path
 from bushcli.case.finding import Finding, Keys, dotted_key, toml_text, unknown_name, wrong_key, wrong_value
 from bushcli.case.limits import MOST_ENTRIES
+from bushcli.case.loads import unused_name
 from bushcli.case.schema import DELIMITERS, FileTable
 from bushcli.errors import nearest
 from bushcli.recording.guess import contradicting_modes, mode_of_name, modes_of_name
@@ -72,22 +73,15 @@ def _have_same_samples(source: Source, other: Source) -> bool:
     return bool(shared) and source.file.resolve() == other.file.resolve()
 
 
+@dataclass
 class SourceBuilder:
     """Builds the sources of a case and collects their errors."""
 
-    def __init__(
-        self,
-        folder: Path,
-        findings: list[Finding],
-        known: Callable[[Keys, str, str | None], bool],
-        looks_for_files: bool,
-        tables: TableCache,
-    ) -> None:
-        self.tables = tables
-        self.looks_for_files = looks_for_files
-        self.folder = folder
-        self.findings = findings
-        self.known = known
+    folder: Path
+    findings: list[Finding]
+    known: Callable[[Keys, str, str | None], bool]
+    looks_for_files: bool
+    tables: TableCache
 
     def build(
         self,
@@ -117,8 +111,7 @@ class SourceBuilder:
                     if not listed_files & {(file.resolve(), table.mode), (file.resolve(), None)}
                 ]
             if pattern and table.name is not None and len(files) > 1:
-                matches = f"{toml_text(table.file)} matches {len(files)} files"
-                what = f"is one name, but {matches}"
+                what = f"is one name, but {toml_text(table.file)} matches {len(files)} files"
                 expected = "leave it out: each channel is then named after its file"
                 self.findings.append(wrong_key((*keys, "name"), what, expected))
             for file in files:
@@ -126,17 +119,13 @@ class SourceBuilder:
                 mode = self._mode(keys, table, file, usual)
                 known = mode is not None and self.known(keys, mode, specimen)
                 name = table.name or (file.stem if pattern or parts else mode or file.stem)
-                numbered = (name if i == 1 else f"{name}_{i}" for i in count(1))
-                unused = next(name for name in numbered if name not in taken)
-                source = self._source(table, keys, file, mode or "", known, unused)
+                source = self._source(table, keys, file, mode or "", known, unused_name(name, taken))
                 channels, path_findings = (
                     motion_path.channels(source, table, keys, taken, self.tables)
                     if known and is_file(file)
                     else ([source], [])
                 )
-                duplicate = next(
-                    (earlier for earlier in sources if _have_same_samples(earlier, source)), None
-                )
+                duplicate = next((other for other in sources if _have_same_samples(other, source)), None)
                 if duplicate is not None:
                     at = (*keys, "file")
                     given = f"{dotted_key(at)} = {toml_text(table.file)}"
@@ -149,11 +138,8 @@ class SourceBuilder:
 
     def _mode(self, keys: Keys, table: RecordingTable, file: Path, usual: str) -> str | None:
         if table.mode is not None:
-            modes_in_name = (
-                contradicting_modes(file.stem, table.mode)
-                if table.mode in modes() and table.name is None
-                else ()
-            )
+            by_mode = table.mode in modes() and table.name is None
+            modes_in_name = contradicting_modes(file.stem, table.mode) if by_mode else ()
             if modes_in_name:
                 setting = f"{dotted_key((*keys, 'mode'))} = {toml_text(table.mode)}"
                 what = f"{setting}, but the name of the file, {toml_text(file.name)}, says {' or '.join(modes_in_name)}"
@@ -232,11 +218,9 @@ class SourceBuilder:
             elif value is not None and value != "engineering" and size is not None:
                 what = f"contradicts the dimensions: the file holds {measured}"
             if what:
-                expected = " or ".join(
-                    f'"{value}"' for value in (possible if size is None else ("engineering",))
-                )
-                finding = wrong_key((*keys, key), f'= "{value}" {what}', expected)
-                self.findings.append(finding)
+                suitable = possible if size is None else ("engineering",)
+                expected = " or ".join(f'"{word}"' for word in suitable)
+                self.findings.append(wrong_key((*keys, key), f'= "{value}" {what}', expected))
         return Specimen(table.gauge_length, area, table.stress, table.strain)
 
     def files(self, keys: Keys, name: str) -> tuple[list[Path], bool]:

@@ -57,10 +57,8 @@ class ActiveEffect:
     def parameters(self) -> tuple[EffectParameter, ...]:
         """The parameters that the model uses: all that are not optional, and all of a branch with a given value."""
         branches = {p.branch for p in self.effect.parameters if p.name in self.values}
-        used = {
-            "",
-            *(p.choice(self.values.get(p.name, p.start)) for p in self.effect.parameters if p.choices),
-        }
+        choices = (p for p in self.effect.parameters if p.choices)
+        used = {"", *(p.choice(self.values.get(p.name, p.start)) for p in choices)}
         return tuple(
             p for p in self.effect.parameters if (not p.optional or p.branch in branches) and p.under in used
         )
@@ -116,17 +114,12 @@ class ActiveEffect:
         return (self.channels is None or channel in self.channels) and self.effect.acts_on(mode, kind)
 
     def is_among(self, others: Iterable[ActiveEffect]) -> bool:
-        """Whether one of several effects is the same on a common channel, so that a model cannot have both.
-
-        Parameters
-        ----------
-        others : iterable of ActiveEffect
-        """
-        for other in others:
-            common = self.channels is None or other.channels is None or {*self.channels} & {*other.channels}
-            if other.effect.name == self.effect.name and common:
-                return True
-        return False
+        """Whether one of several effects is the same on a common channel, so that a model cannot have both."""
+        return any(
+            other.effect.name == self.effect.name
+            and (self.channels is None or other.channels is None or {*self.channels} & {*other.channels})
+            for other in others
+        )
 
     @property
     def can_branch(self) -> bool:
@@ -218,13 +211,9 @@ def require_values(active: Sequence[ActiveEffect], where: str) -> None:
     ------
     InputError
     """
+    remedy = "give every parameter of the effect a value; only a fit can start without one"
     problems = [
-        Problem(
-            where,
-            f"effects.{name} is not given",
-            "",
-            "give every parameter of the effect a value; only a fit can start without one",
-        )
+        Problem(where, f"effects.{name} is not given", "", remedy)
         for effect in active
         for name in effect.parameters_without_value
     ]
@@ -250,13 +239,9 @@ def require_time(active: Sequence[ActiveEffect], channel: str, mode: str, where:
     ------
     InputError
     """
+    remedy = "add a column with the time in s, or leave this channel out of the effect's channels = [...]"
     problems = [
-        Problem(
-            where,
-            f"has no time, which the effect {effect.name} needs",
-            "",
-            "add a column with the time in s, or leave this channel out of the effect's channels = [...]",
-        )
+        Problem(where, f"has no time, which the effect {effect.name} needs", "", remedy)
         for effect in effects_on_channel(active, channel, mode)
         if effect.effect.needs_time
     ]

@@ -454,19 +454,13 @@ def effects() -> Mapping[str, Effect]:
     """Return all effects found in ``bushcli/effects/library``, by name, in alphabetical order."""
     package = importlib.import_module("bushcli.effects.library")
     modules = sorted(module.name for module in pkgutil.iter_modules(package.__path__))
-    library: list[Effect] = [
-        importlib.import_module(f"{package.__name__}.{module}").EFFECT for module in modules
-    ]
-    # The file of one of two rivals names the other: a new effect changes no other file.
-    naming = {
-        effect.name: {other.name for other in library if effect.name in other.rivals} for effect in library
-    }
-    return MappingProxyType(
-        {
-            effect.name: replace(effect, rivals=tuple(sorted({*effect.rivals} | naming[effect.name])))
-            for effect in library
-        }
-    )
+    library: list[Effect] = [importlib.import_module(f"{package.__name__}.{name}").EFFECT for name in modules]
+    by_name = {}
+    for effect in library:
+        # The file of one of two rivals names the other: a new effect changes no other file.
+        naming = {other.name for other in library if effect.name in other.rivals}
+        by_name[effect.name] = replace(effect, rivals=tuple(sorted({*effect.rivals} | naming)))
+    return MappingProxyType(by_name)
 
 
 def effects_on(kind: Kind) -> dict[str, Effect]:
@@ -487,7 +481,6 @@ def effect(name: str) -> Effect:
     UnknownName
         When there is no such effect; the message names the nearest.
     """
-    try:
-        return effects()[effect_name(name)]
-    except KeyError:
-        raise UnknownName(name, "effect", tuple(effects())) from None
+    if effect_name(name) not in effects():
+        raise UnknownName(name, "effect", tuple(effects()))
+    return effects()[effect_name(name)]

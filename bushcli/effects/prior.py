@@ -193,11 +193,8 @@ class Prior:
         per_value = math.copysign(1.0, value) / unit
         if self.shape == "log_normal":
             return math.log(size / self.low) / self.high, per_value / size / self.high
-        if size < self.low:
-            return math.log(size / self.low) / TAIL, per_value / size / TAIL
-        if size > self.high:
-            return math.log(size / self.high) / TAIL, per_value / size / TAIL
-        return 0.0, 0.0
+        end = min(max(size, self.low), self.high)
+        return (0.0, 0.0) if size == end else (math.log(size / end) / TAIL, per_value / size / TAIL)
 
     def weight(self, value: float, scales: Scales) -> float:
         """Return the precision of the zero-mean normal whose log density has the same slope as this (half-)t or normal.
@@ -270,7 +267,9 @@ class Prior:
         if self.shape == "normal":
             return math.erfc(abs(x) / self.low / math.sqrt(2.0))
         if not self.is_logarithmic:
-            return _beyond_of_t(abs(x) / self._scale)
+            # Of Student's t with three degrees of freedom.
+            z, root = abs(x) / self._scale, math.sqrt(FREEDOM)
+            return 1.0 - 2.0 / math.pi * (math.atan(z / root) + z / root / (1.0 + z * z / FREEDOM))
         if x == 0.0 or (x < 0.0 and not self.signed):
             return 0.0
         if self.shape == "log_normal":
@@ -293,16 +292,6 @@ class Prior:
         beyond = self._beyond()
         if beyond <= _OUTSIDE:
             return -(_OUTSIDE - beyond) * self._width()
-        return TAIL * math.sqrt(2.0) * _erfinv(1.0 - _OUTSIDE / beyond)
+        from scipy.special import erfinv  # 0.08 s: only a diagnosis asks for it
 
-
-def _beyond_of_t(z: float) -> float:
-    """Return the probability of an absolute value above z by Student's t of three degrees of freedom."""
-    root = math.sqrt(FREEDOM)
-    return 1.0 - 2.0 / math.pi * (math.atan(z / root) + z / root / (1.0 + z * z / FREEDOM))
-
-
-def _erfinv(probability: float) -> float:
-    from scipy.special import erfinv  # 0.08 s: only a diagnosis asks for it
-
-    return float(erfinv(probability))
+        return TAIL * math.sqrt(2.0) * float(erfinv(1.0 - _OUTSIDE / beyond))

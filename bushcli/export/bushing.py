@@ -99,11 +99,8 @@ def bushing_of(
 
 def _dynamic_stiffness(source: ExportSource, progress: Progress | None) -> BushingData:
     """Return dynamic stiffness, which is without the rig and without effects that depend on the amplitude."""
-    excluded = [
-        active.effect.name
-        for active in source.case.effects
-        if active.effect.acts == "rig" or active.effect.slides
-    ]
+    effects = [active.effect for active in source.case.effects]
+    excluded = [effect.name for effect in effects if effect.acts == "rig" or effect.slides]
     vibrations = list(source.vibrations)
     if not vibrations and not source.case.vibrations:
         remedy = "add a table [load_cases.dynamic] to load cases, or export the folder of `bushcli dynamic CASE -o OUT`"
@@ -118,11 +115,9 @@ def _dynamic_stiffness(source: ExportSource, progress: Progress | None) -> Bushi
             raise InputError(Problem(source.where, failed.message, "", failed.remedy))
         for curve in response.curves:
             values = curve.stiffness if curve.matrix is None else curve.matrix
-            static = (curve.preload, curve.force)
-            test = curve.test
-            vibrations += motions(
-                curve.name, test.mode, static, test.transfer, curve.frequency, values, curve.amplitude
-            )
+            static, peak = (curve.preload, curve.force), curve.amplitude
+            mode, transfer = curve.test.mode, curve.test.transfer
+            vibrations += motions(curve.name, mode, static, transfer, curve.frequency, values, peak)
     remarks = [f"dynamic stiffness of small vibrations, without {' and '.join(excluded)}"] if excluded else []
     if any(vibration.static is None for vibration in vibrations):
         remarks.append("without coupling between motions: of a pose's matrix only the diagonal is written")

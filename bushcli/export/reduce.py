@@ -109,9 +109,8 @@ def reduce(
             laws.append(_Bushing(case, name, mode, progress).force_law(low, high))
         except NotConverged as failure:
             what = f"{name}: no equilibrium on the way to {max(abs(low), abs(high)):.4g} ({failure.reason})"
-            raise InputError(
-                Problem(case.path.name, what, "", "give a smaller amplitude in [[load_cases]]")
-            ) from None
+            remedy = "give a smaller amplitude in [[load_cases]]"
+            raise InputError(Problem(case.path.name, what, "", remedy)) from None
     return tuple(laws)
 
 
@@ -120,17 +119,12 @@ class _Bushing:
 
     def __init__(self, case: Case, name: str, mode: str, progress: Progress | None) -> None:
         self.case, self.name, self.mode, self.progress = case, name, mode, progress
-        active = [
-            effect for effect in effects_on_channel(case.effects, name, mode) if effect.effect.acts != "rig"
-        ]
-        active = [effect for effect in active if not effect.is_off]
+        active = effects_on_channel(case.effects, name, mode)
+        active = [effect for effect in active if effect.effect.acts != "rig" and not effect.is_off]
         #: Effects that are states of the force law, by state.
-        self.states = {
-            effect.effect.in_force_law: effect
-            for effect in active
-            if effect.effect.in_force_law not in (None, "curve")
-        }
-        self.others = [effect for effect in active if effect.effect.in_force_law in (None, "curve")]
+        others = (None, "curve")
+        self.states = {e.effect.in_force_law: e for e in active if e.effect.in_force_law not in others}
+        self.others = [effect for effect in active if effect.effect.in_force_law in others]
 
     def force(self, q: Array, time: Array | None, memory: Sequence[ActiveEffect] = ()) -> Array:
         """Return the force along a path."""
@@ -147,16 +141,9 @@ class _Bushing:
             if self.progress is not None:
                 self.progress(self.name, step, steps, newton, q)
 
-        simulation = Simulation(
-            self.case.geometry,
-            modes()[self.mode],
-            rubber_of(self.case.material),
-            self.case.mesh.refinement,
-            [*self.others, *memory],
-            time,
-            q,
-            None,
-        )
+        rubber, fineness = rubber_of(self.case.material), self.case.mesh.refinement
+        effects, mode = [*self.others, *memory], modes()[self.mode]
+        simulation = Simulation(self.case.geometry, mode, rubber, fineness, effects, time, q, None)
         return simulation, simulation.solve({}, keep_states=keep_states, progress=report)
 
     def force_law(self, low: float, high: float) -> ReducedChannel:
@@ -165,10 +152,8 @@ class _Bushing:
 
         permanent_set, *_ = self._values("set") or (0.0,)
         # Largest distances of the rubber from its set position, after the largest displacement to the other side.
-        grid = _grid(
-            low * (1.0 - permanent_set) - permanent_set * high,
-            high * (1.0 - permanent_set) - permanent_set * low,
-        )
+        remaining = 1.0 - permanent_set
+        grid = _grid(low * remaining - permanent_set * high, high * remaining - permanent_set * low)
         static, _ = self._there_and_back(grid)
         data: dict[str, Any] = {"displacement": grid, "maxwell": [], "sliders": []}
         viscous, friction, mullins = (self.states.get(part) for part in ("maxwell", "sliders", "softening"))

@@ -11,12 +11,8 @@ from bushcli.export.teimorbit import block, comments, curve, units_block
 from bushcli.export.writer import Order, Writer
 
 _MODELS = (
-    "SPLINE_STIFFNESS",
-    "CUBIC_STIFFNESS",
-    "CONSTANT_STIFFNESS",
-    "CONSTANT_DAMPING",
-    "RUBBER_DAMPING",
-    "HYDROMOUNT_DAMPING",
+    *("SPLINE_STIFFNESS", "CUBIC_STIFFNESS", "CONSTANT_STIFFNESS"),
+    *("CONSTANT_DAMPING", "RUBBER_DAMPING", "HYDROMOUNT_DAMPING"),
 )
 
 
