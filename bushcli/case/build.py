@@ -161,9 +161,8 @@ class Builder:
             return []
         if isinstance(raw, list):
             return [(item, (name, index)) for index, item in enumerate(raw)]
-        self.findings.append(
-            Finding((name,), f"{name} is not a list of tables", expected=f"write [[{name}]]")
-        )
+        what = f"{name} is not a list of tables"
+        self.findings.append(Finding((name,), what, expected=f"write [[{name}]]"))
         return []
 
     def _shape(self, data: dict[str, Any]) -> Shape | None:
@@ -193,9 +192,8 @@ class Builder:
 
     def _material(self, data: dict[str, Any]) -> Material | None:
         if "material" not in data:
-            self.findings.append(
-                Finding(("material",), "[material] is missing", expected='[material] with law = "yeoh"')
-            )
+            expected = '[material] with law = "yeoh"'
+            self.findings.append(Finding(("material",), "[material] is missing", expected=expected))
             return None
         table = self._table(data, "material", MaterialTable)
         if table is None:
@@ -386,11 +384,9 @@ class Builder:
         ]
         taken = {channel.name for channel in channels}
         channels += [
-            effects.DeclaredChannel(
-                coupon.label, coupon.mode, temperature=_temperature_of(coupon), coupon=True
-            )
-            for coupon in coupons
-            if coupon.label not in taken
+            effects.DeclaredChannel(test.label, test.mode, temperature=_temperature_of(test), coupon=True)
+            for test in coupons
+            if test.label not in taken
         ]
         active, findings = effects.build(tables, channels, shape)
         self.findings += findings

@@ -112,10 +112,8 @@ def _columns(table: DynamicRecordingTable, keys: Keys) -> list[Finding]:
         for key in getattr(table, section) or {}:
             if key not in column_names:
                 at = (*keys, section, key)
-                what = "is not a column of a dynamic table"
-                findings.append(
-                    wrong_key(at, what, ", ".join(column_names), suggested=nearest(key, column_names))
-                )
+                what, close = "is not a column of a dynamic table", nearest(key, column_names)
+                findings.append(wrong_key(at, what, ", ".join(column_names), close))
     for key, text in (table.units or {}).items():
         unit = read_unit(text)
         if key in COLUMNS and (unit is None or unit.measured not in suited_kinds(key, mode)):
@@ -125,9 +123,8 @@ def _columns(table: DynamicRecordingTable, keys: Keys) -> list[Finding]:
             expected = f"the {key.replace('_', ' ')} in mode {mode.name} is one"
             findings.append(wrong_value(at, text, what, expected))
     if table.quantity is not None and mode.specimen != "coupon":
-        findings.append(
-            wrong_key((*keys, "quantity"), f"belongs to a material test, but mode {mode.name} to a bushing")
-        )
+        what = f"belongs to a material test, but mode {mode.name} to a bushing"
+        findings.append(wrong_key((*keys, "quantity"), what))
     return findings
 
 

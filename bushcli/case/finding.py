@@ -152,7 +152,7 @@ def _keys_of(model: type[BaseModel]) -> list[str]:
     for name, field in model.model_fields.items():
         aliases = field.validation_alias
         keys += (
-            [str(a) for a in aliases.choices] if isinstance(aliases, AliasChoices) else [field.alias or name]
+            list(map(str, aliases.choices)) if isinstance(aliases, AliasChoices) else [field.alias or name]
         )
     return keys
 

@@ -126,11 +126,9 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
 
 def _names(entries: Sequence[_Entry]) -> list[str]:
     """Return the names of channels: that of the file if the mode occurs more than once, else an empty one."""
-    entry_modes = [entry.source.mode for entry in entries]
+    used = [entry.source.mode for entry in entries]
     stems = unique_names([entry.source.file.stem for entry in entries])
-    return [
-        stem if entry_modes.count(mode) > 1 else "" for mode, stem in zip(entry_modes, stems, strict=True)
-    ]
+    return [stem if used.count(mode) > 1 else "" for mode, stem in zip(used, stems, strict=True)]
 
 
 def _entry(file: Path, tables: TableCache) -> _Entry:

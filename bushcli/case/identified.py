@@ -78,10 +78,8 @@ def _with_parameters(
         law = {**(case_document["material"].get("parameters") or {}), **law}
     material = {"law": result["law"], "bulk_modulus": result.get("bulk_modulus"), "parameters": law}
     material |= {name: value for name, value in values.items() if name == "density"}
-    effects = [
-        dict(effect, parameters=dict(effect.get("parameters") or {}))
-        for effect in case_document.get("effects", [])
-    ]
+    effects = case_document.get("effects", [])
+    effects = [dict(effect, parameters=dict(effect.get("parameters") or {})) for effect in effects]
     for full, value in values.items():
         owner, _, parameter = full.rpartition(".")
         for effect in effects:
@@ -133,9 +131,7 @@ def toml_text(data: Mapping[str, Any]) -> str:
     """Return the text of a case file with these tables."""
     order = sorted(data, key=lambda key: SECTIONS.index(key) if key in SECTIONS else len(SECTIONS))
     lists = {key: value if isinstance(value, list) else [value] for key, value in data.items()}
-    plain = [
-        key for key in order if not lists[key] or not all(isinstance(table, Mapping) for table in lists[key])
-    ]
+    plain = [key for key in order if not lists[key] or not all(isinstance(t, Mapping) for t in lists[key])]
     lines = [f"{key} = {inline(data[key])}" for key in plain if data[key] is not None and data[key] != []]
     for key in order:
         if key in plain:
@@ -159,6 +155,5 @@ def inline(value: Any) -> str:
 
 
 def _key(name: str) -> str:
-    return (
-        name if name and all(c.isascii() and (c.isalnum() or c in "_-") for c in name) else json.dumps(name)
-    )
+    is_bare = name and all(c.isascii() and (c.isalnum() or c in "_-") for c in name)
+    return name if is_bare else json.dumps(name)

@@ -29,9 +29,7 @@ def rebuilt_case(document: dict[str, Any], folder: Path) -> Case:
         Something in it is wrong, such as a geometry file that is no longer there.
     """
     path = found_case(Path(str(document.get("path", "case.toml"))), folder)
-    data = {
-        key: _without_null(value) for key, value in document.items() if key != "path" and value is not None
-    }
+    data = {key: value for key, value in _without_null(document).items() if key != "path"}
     material = data.get("material")
     if isinstance(material, dict) and material.get("bulk_modulus") == "inf":
         material["bulk_modulus"] = float("inf")

@@ -101,15 +101,11 @@ class SourceBuilder:
         for table, keys, files, pattern in listed:
             taken = [source.name for source in sources]
             if table.name in taken:
-                self.findings.append(
-                    wrong_value((*keys, "name"), table.name, "is the name of another channel")
-                )
+                what = "is the name of another channel"
+                self.findings.append(wrong_value((*keys, "name"), table.name, what))
             if pattern:
-                files = [
-                    file
-                    for file in files
-                    if not listed_files & {(file.resolve(), table.mode), (file.resolve(), None)}
-                ]
+                kinds = (table.mode, None)
+                files = [f for f in files if not listed_files & {(f.resolve(), kind) for kind in kinds}]
             if pattern and table.name is not None and len(files) > 1:
                 what = f"is one name, but {toml_text(table.file)} matches {len(files)} files"
                 expected = "leave it out: each channel is then named after its file"
@@ -173,9 +169,8 @@ class SourceBuilder:
             specimen=self._specimen(keys, table, mode if known else ""),
         )
         if table.rate is not None and table.sample_rate is not None:
-            self.findings.append(
-                wrong_key((*keys, "rate"), "and sample_rate both give the time", "give one of them")
-            )
+            what = "and sample_rate both give the time"
+            self.findings.append(wrong_key((*keys, "rate"), what, "give one of them"))
         if known:
             self.findings += wrong_units(keys, source)
         return source
@@ -184,10 +179,8 @@ class SourceBuilder:
         """Return the dimensions of a coupon in machine units, and which stress and strain its file holds."""
         keys_of_specimen = [key for key in _OF_SPECIMEN if getattr(table, key) is not None]
         if keys_of_specimen and mode and modes()[mode].specimen != "coupon":
-            at: Keys = (*keys, keys_of_specimen[0])
-            self.findings.append(
-                wrong_key(at, f"belongs to a material test, but mode {mode} to a {modes()[mode].specimen}")
-            )
+            what = f"belongs to a material test, but mode {mode} to a {modes()[mode].specimen}"
+            self.findings.append(wrong_key((*keys, keys_of_specimen[0]), what))
             return Specimen()
         area = table.area
         sizes = [key for key in ("area", "diameter") if getattr(table, key) is not None]
@@ -197,9 +190,8 @@ class SourceBuilder:
             self.findings.append(Finding((*keys, "area"), what, expected="give the cross-section once"))
         if (table.width is None) != (table.thickness is None):
             lacking = "thickness" if table.thickness is None else "width"
-            self.findings.append(
-                wrong_key((*keys, lacking), "is missing: the cross-section is width times thickness", "mm")
-            )
+            what = "is missing: the cross-section is width times thickness"
+            self.findings.append(wrong_key((*keys, lacking), what, "mm"))
         elif table.width is not None and table.thickness is not None:
             area = table.width * table.thickness
         elif table.diameter is not None:
@@ -248,10 +240,8 @@ class SourceBuilder:
         except (OSError, ValueError, NotImplementedError):
             hits = []
         if not hits or len(hits) > MOST_ENTRIES:
-            many = f"matches more than {MOST_ENTRIES} files"
-            self.findings.append(
-                wrong_value(keys, name, many if hits else "matches no file", f"looked in {self.folder}")
-            )
+            what = f"matches more than {MOST_ENTRIES} files" if hits else "matches no file"
+            self.findings.append(wrong_value(keys, name, what, f"looked in {self.folder}"))
             return [], True
         return hits, True
 

@@ -59,23 +59,18 @@ def check(run: Run, strict: bool) -> int:
     for curve in records:
         check_play(case, curve.name, curve.mode, curve.displacement)
     check_play_of_load_cases(case, run.tables)
-    programs = [
-        None
-        if load_case.source is None
-        else replace(
-            read_program(load_case.source, run.tables, "force" if load_case.by_force else "displacement"),
-            name=load_case.label,
-        )
-        for load_case in case.load_cases
-    ]
+    programs = []
+    for load_case in case.load_cases:
+        quantity, program = "force" if load_case.by_force else "displacement", None
+        if load_case.source is not None:
+            program = replace(read_program(load_case.source, run.tables, quantity), name=load_case.label)
+        programs.append(program)
     run.tables.clear()  # all is read: what the search for faults needs is not taken by the texts
     faults = (*find_faults(case, [*records, *materials]), *table_faults(case.geometry, tables))
     if not any(fault.fatal for fault in faults):
         check_travel(case, records, faults)
     forced = {load_case.label for load_case in case.load_cases if load_case.by_force}
-    displacement_programs = [
-        program for program in programs if program is not None and program.name not in forced
-    ]
+    displacement_programs = [read for read in programs if read is not None and read.name not in forced]
     doubts = unusual_values(case, case.material, (*records, *materials, *displacement_programs))
     conditions = (
         *unedited_lines(case.path),
@@ -185,9 +180,8 @@ def direct(
 
         read = [read_dynamic(source, run.tables) for source in tables]
     if not case.recordings and not case.load_cases and not tables:
-        expected = case.expected_tables(
-            "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
-        )
+        tables_of_case = "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
+        expected = case.expected_tables(tables_of_case)
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     fit = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
     interrupted = False

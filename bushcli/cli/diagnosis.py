@@ -92,9 +92,8 @@ def diagnose(
         raise InputError(Problem("--workers", "cannot be used under mpirun, which starts the workers"))
     if scheduler and (has_ranks or workers > 1):
         other = "mpirun" if has_ranks else "--workers"
-        raise InputError(
-            Problem("--scheduler", f"cannot be combined with {other}", "", "give one of the two")
-        )
+        what = f"cannot be combined with {other}"
+        raise InputError(Problem("--scheduler", what, "", "give one of the two"))
     names = list(names_in(requested))
     if requested and not names:
         raise InputError(Problem("--effects", "names no effect", "", "NAME[,NAME...]"))

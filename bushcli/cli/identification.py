@@ -197,9 +197,8 @@ def inverse(
 
     case = run.load()
     if scheduler and workers > 1:
-        raise InputError(
-            Problem("--workers", "cannot be combined with --scheduler, which has its own workers")
-        )
+        what = "cannot be combined with --scheduler, which has its own workers"
+        raise InputError(Problem("--workers", what))
     model_names = names_in(models) or (case.material.law,)
     if "all" in model_names:
         model_names = tuple(laws())
@@ -236,16 +235,11 @@ def _identified_fit(run: Run, task: Task, resume: bool | None, shared: Pool | No
     """Identify one law, and save its evaluations if there is an output folder."""
     from bushcli.inverse import identify
 
-    counts = {
-        kind: len({source.label for source in sources} - set(task.hold_out))
-        for kind, sources in (
-            (("recording", "recordings"), task.case.recordings),
-            (("table of dynamic stiffness", "tables of dynamic stiffness"), task.case.dynamic),
-        )
-    }
-    numbers_of_data = [
-        f"{count} {kind if count == 1 else several}" for (kind, several), count in counts.items() if count
-    ]
+    recordings = {source.label for source in task.case.recordings} - set(task.hold_out)
+    tables = {source.label for source in task.case.dynamic} - set(task.hold_out)
+    numbers_of_data = [f"{len(recordings)} recording{'s' * (len(recordings) != 1)}"] if recordings else []
+    if tables:
+        numbers_of_data.append(f"{len(tables)} table{'s' * (len(tables) != 1)} of dynamic stiffness")
     if numbers_of_data:
         # Without any, the task says what is missing.
         run.say(f"identifying {task.model} from {' and '.join(numbers_of_data)}")

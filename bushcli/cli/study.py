@@ -156,17 +156,11 @@ def _plan(
             name = "--sampling" if sampling else "--designs"
             raise InputError(Problem(name, "cannot be combined with --list, which gives the designs"))
         return from_list(listed, variables)
-    fixed = sampling == "grid" or (
-        sampling is None and variables and all(variable.values for variable in variables)
-    )
-    if not fixed:
-        keys = {variable.key for variable in variables}
-        origin = str(case.path)
-        variables += [
-            of_tolerance(key, tolerance, origin)
-            for key, tolerance in case.toleranced.items()
-            if key not in keys
-        ]
+    has_values = bool(variables) and all(variable.values for variable in variables)
+    if sampling != "grid" and not (sampling is None and has_values):
+        keys, origin = {variable.key for variable in variables}, str(case.path)
+        free = ((key, tolerance) for key, tolerance in case.toleranced.items() if key not in keys)
+        variables += [of_tolerance(key, tolerance, origin) for key, tolerance in free]
     return plan(variables, sampling, designs, seed)
 
 
@@ -183,9 +177,8 @@ def _task(run: Run, case: Case, plan: Plan, questions: tuple[str, ...], curves: 
     material = fit_to_coupons(run, case).material if case.needs_fit else None
     hardness = next((variable for variable in plan.variables if variable.key == HARDNESS), None)
     if hardness is not None and not hardness.is_numeric:
-        raise InputError(
-            Problem(f"--vary hardness={hardness.spec}", "is not a Shore A hardness", "", '"60 +- 5"')
-        )
+        what = "is not a Shore A hardness"
+        raise InputError(Problem(f"--vary hardness={hardness.spec}", what, "", '"60 +- 5"'))
     return StudyTask(
         case=run.path.absolute(),
         overrides=run.overrides,

@@ -152,9 +152,7 @@ def failures(table: Columns) -> tuple[Failure, ...]:
         if status != "ok":
             groups.setdefault((kind, re.sub(r"[-+]?\d[\d.e+-]*", "#", reason)), []).append(i)
     return tuple(
-        Failure(
-            kind, table.status[members[0]][2], len(members), tuple(int(table.design[i]) for i in members[:10])
-        )
+        Failure(kind, table.status[members[0]][2], len(members), tuple(map(int, table.design[members[:10]])))
         for (kind, _), members in sorted(groups.items(), key=lambda group: -len(group[1]))
     )
 
@@ -192,9 +190,8 @@ def summary(
 
 
 def _extreme(table: Columns, values: Array, i: int) -> Extreme:
-    return Extreme(
-        int(table.design[i]), float(values[i]), {key: column[i] for key, column in table.keys.items()}
-    )
+    at = {key: column[i] for key, column in table.keys.items()}
+    return Extreme(int(table.design[i]), float(values[i]), at)
 
 
 def _influences(
@@ -328,9 +325,8 @@ def band(rows: Rows, channel: str) -> Band | None:
         return None
     reference = pairs[0][0]
     if all(len(q) == len(reference) and np.allclose(q, reference, rtol=1e-9, atol=1e-12) for q, _ in pairs):
-        return Band(
-            channel, reference, np.quantile([force for _, force in pairs], LEVELS, axis=0), len(pairs)
-        )
+        forces = np.quantile([force for _, force in pairs], LEVELS, axis=0)
+        return Band(channel, reference, forces, len(pairs))
     # By growing displacement; a curve that turns has no band with others.
     curves = [(q, force) if q[-1] > q[0] else (q[::-1], force[::-1]) for q, force in pairs]
     if any((np.diff(q) <= 0).any() for q, _ in curves):
@@ -339,6 +335,5 @@ def band(rows: Rows, channel: str) -> Band | None:
     if not low < high:
         return None
     at = np.linspace(low, high, POINTS)
-    return Band(
-        channel, at, np.quantile([np.interp(at, q, f) for q, f in curves], LEVELS, axis=0), len(curves)
-    )
+    forces = np.quantile([np.interp(at, q, force) for q, force in curves], LEVELS, axis=0)
+    return Band(channel, at, forces, len(curves))

@@ -156,9 +156,8 @@ def batch(
     """
     if len(case.specimens) < 2:
         what = f"has {'one part' if case.specimens else 'no parts'}, and a batch has several"
-        raise InputError(
-            Problem(case.path.name, what, "", '[[specimens]] with mode and file = "parts/*.csv"')
-        )
+        expected = '[[specimens]] with mode and file = "parts/*.csv"'
+        raise InputError(Problem(case.path.name, what, "", expected))
     recordings = [read_recording(source, tables) for source in case.specimens]
     faults = find_faults(case, recordings)
     faulty = {fault.channel for fault in faults if fault.fatal}
@@ -236,9 +235,8 @@ def shift(q: Array, p: Array) -> float | None:
     apart = (ends[0] + ends[1] - 2.0 * correlate(q, p, method="fft")) / (stop - start)
     apart[stop - start < max(SHARED * n, 3)] = np.inf
     # Between samples it may be smaller.
-    near = (
-        (apart[1:-1] <= apart[:-2]) & (apart[1:-1] <= apart[2:]) & (apart[1:-1] <= (2.0 * EQUAL * size) ** 2)
-    )
+    inner = apart[1:-1]
+    near = (inner <= apart[:-2]) & (inner <= apart[2:]) & (inner <= (2.0 * EQUAL * size) ** 2)
     low = np.flatnonzero(near) + 1
     for k in low[np.argsort(np.abs(lags[low]), kind="stable")]:
         # The difference grows with the square of the shift: its least value lies between samples.
@@ -266,10 +264,9 @@ def _cut(recording: Recording, start: float, n: int) -> Recording:
     cut: dict[str, Any] = {}
     for name in ("displacement", "force", "time", "numbers", "selected"):
         if (values := getattr(recording, name)) is not None:
-            between = start != whole and name in ("displacement", "force")
-            cut[name] = (
-                np.interp(at, np.arange(len(values)), values) if between else values[whole : whole + n]
-            )
+            cut[name] = values[whole : whole + n]
+            if start != whole and name in ("displacement", "force"):
+                cut[name] = np.interp(at, np.arange(len(values)), values)
     return replace(recording, **cut)
 
 
@@ -284,12 +281,11 @@ def _compare_parts(
         raise InputError(Problem(case.path.name, what, "", "bushcli check says what is wrong"))
     median = np.median([recording.force for recording in sound], axis=0)
     parts = [_batch_part(recording, median) for recording in sound]
-    stiffness, deviation = find_outliers(
-        np.log([max(part.factor, 1e-9) for part in parts]), FALSE_ALARM / 2.0
-    )
-    shape, _ = find_outliers(np.log([max(part.rms_percent, 1e-9) for part in parts]), FALSE_ALARM / 2.0)
+    factors, misfits = (np.array([getattr(part, key) for part in parts]) for key in ("factor", "rms_percent"))
+    stiffness, deviation = find_outliers(np.log(np.maximum(factors, 1e-9)), FALSE_ALARM / 2.0)
+    shape, _ = find_outliers(np.log(np.maximum(misfits, 1e-9)), FALSE_ALARM / 2.0)
     # A misfit below the others' is no fault of a part.
-    shape &= np.array([part.rms_percent for part in parts]) > np.median([part.rms_percent for part in parts])
+    shape &= misfits > np.median(misfits)
     inliers = [recording for recording, *out in zip(sound, stiffness, shape, strict=True) if not any(out)]
     mean = np.mean([recording.force for recording in inliers], axis=0)
     q = np.mean([recording.displacement for recording in inliers], axis=0)
@@ -347,11 +343,9 @@ def _simulate_others(
         single = replace(mean, recordings=(sources[recording.name],), load_cases=(), coupons=())
         response = predict(single, material, pictures=False)
         (channel,) = response.channels
-        simulated = (
-            channel.curve.force
-            if channel.along
-            else channel.curve.backbone().at(recording.displacement, tolerance=0.02)
-        )
+        simulated = channel.curve.force
+        if not channel.along:
+            simulated = channel.curve.backbone().at(recording.displacement, tolerance=0.02)
         part = replace(_batch_part(recording, simulated), simulated=True)
         inliers = [other for other in parts if other.mode == recording.mode and not other.outlier]
         factors = np.log([other.factor for other in inliers])

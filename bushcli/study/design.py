@@ -153,9 +153,8 @@ def search(
 
     scale = high - low
     wanted = np.array([target.value for target in targets])
-    allowed = np.array(
-        [target.value if math.isnan(target.deviation) else target.deviation for target in targets]
-    )
+    deviations = np.array([target.deviation for target in targets])
+    allowed = np.where(np.isnan(deviations), wanted, deviations)
     evaluated: dict[bytes, TargetRates | None] = {}
     reason = ""
 
@@ -187,9 +186,8 @@ def search(
     solution = least_squares(
         residual, unit, slope, bounds=(0.0, 1.0), xtol=XTOL, ftol=FTOL, gtol=None, max_nfev=MOST_EVALUATIONS
     )
-    return End(
-        low + solution.x * scale, 2.0 * float(solution.cost), len(evaluated), bool(solution.status > 0)
-    )
+    values, cost = low + solution.x * scale, 2.0 * float(solution.cost)
+    return End(values, cost, len(evaluated), bool(solution.status > 0))
 
 
 def bounds_of(variables: Sequence[Variable]) -> tuple[Array, Array]:
@@ -202,10 +200,8 @@ def bounds_of(variables: Sequence[Variable]) -> tuple[Array, Array]:
     """
     for variable in variables:
         if variable.values or not variable.low < variable.high:
-            what = f"{variable.key} has no range to search"
-            raise InputError(
-                Problem(f"--vary {variable.key}={variable.spec}", what, "", f"{variable.key}=LOW:HIGH")
-            )
+            where, what = f"--vary {variable.key}={variable.spec}", f"{variable.key} has no range to search"
+            raise InputError(Problem(where, what, "", f"{variable.key}=LOW:HIGH"))
     low = np.array([variable.low for variable in variables])
     return low, np.array([variable.high for variable in variables])
 
@@ -310,9 +306,8 @@ def _result(
     }
     reached = []
     for i, target in enumerate(targets):
-        slopes = {
-            key: float(target_rates.slope[i, j]) * target.per_shown for j, key in enumerate(whole_task.keys)
-        }
+        by_key = zip(whole_task.keys, target_rates.slope[i], strict=True)
+        slopes = {key: float(slope) * target.per_shown for key, slope in by_key}
         shown = float(target_rates.value[i]) * target.per_shown
         spread = None
         if tolerances:
@@ -324,9 +319,8 @@ def _result(
                 share = float(ndtr((wanted + allowed - shown) / std) - ndtr((wanted - allowed - shown) / std))
             spread = Spread(parts, math.fsum(map(abs, parts.values())), std, share)
         reached.append(Reached(target, shown, slopes, spread))
-    scaled = target_rates.slope[:, : len(variables)] * np.array(
-        [variable.high - variable.low for variable in variables]
-    )
+    ranges = np.array([variable.high - variable.low for variable in variables])
+    scaled = target_rates.slope[:, : len(variables)] * ranges
     conditions = _conditions(keys, reached, scaled / target_rates.value[:, None], end.converged)
     if case.effects:
         names = " and ".join(effect.name for effect in case.effects)
@@ -350,18 +344,13 @@ def _conditions(
             for rate in missed
             for off, limit in [(100 * rate.deviation, 100 * rate.tolerance)]
         )
-        remedy = (
-            f"widen the bounds of {', '.join(bound)}" if bound else "vary more keys, or use more --starts"
-        )
-        conditions.append(
-            Condition("target_missed", f"no design within the bounds reaches the targets: {names}", remedy)
-        )
+        remedy = "vary more keys, or use more --starts"
+        remedy = f"widen the bounds of {', '.join(bound)}" if bound else remedy
+        what = f"no design within the bounds reaches the targets: {names}"
+        conditions.append(Condition("target_missed", what, remedy))
     if not converged:
-        conditions.append(
-            Condition(
-                "not_converged", f"the search ended after {MOST_EVALUATIONS} designs", "use more --starts"
-            )
-        )
+        what = f"the search ended after {MOST_EVALUATIONS} designs"
+        conditions.append(Condition("not_converged", what, "use more --starts"))
     singular = np.linalg.svd(scaled, compute_uv=False)
     rank = int(np.count_nonzero(singular > DETERMINED * singular[0]))
     if rank < len(keys) and not missed:

@@ -299,12 +299,8 @@ def _sync(file: Path) -> None:
 
 
 def _unwritable(error: OSError, folder: Path) -> InputError:
-    place = str(error.filename or folder)
-    return InputError(
-        Problem(
-            place, f"cannot be written: {error.strerror or error}", "", "free some space, or give another -o"
-        )
-    )
+    place, what = str(error.filename or folder), f"cannot be written: {error.strerror or error}"
+    return InputError(Problem(place, what, "", "free some space, or give another -o"))
 
 
 def columns_of(keys: Mapping[str, bool], answers: Sequence[str], curves: Sequence[str]) -> dict[str, str]:
