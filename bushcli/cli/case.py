@@ -18,6 +18,7 @@ from geometry.errors import GeometryError
 
 if TYPE_CHECKING:
     from bushcli.recording.dynamic.table import DynamicTable
+    from bushcli.recording.source import Quantity
     from bushcli.runtime.condition import Condition
     from bushcli.simulate.dynamic_tables import ComparedTable
 
@@ -61,8 +62,9 @@ def check(run: Run, strict: bool) -> int:
     check_play_of_load_cases(case, run.tables)
     programs = []
     for load_case in case.load_cases:
-        quantity, program = "force" if load_case.by_force else "displacement", None
+        program = None
         if load_case.source is not None:
+            quantity: Quantity = "force" if load_case.by_force else "displacement"
             program = replace(read_program(load_case.source, run.tables, quantity), name=load_case.label)
         programs.append(program)
     run.tables.clear()  # all is read: what the search for faults needs is not taken by the texts

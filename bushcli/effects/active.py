@@ -104,10 +104,8 @@ class ActiveEffect:
 
         Parameters
         ----------
-        channel : str
-            Name of the channel.
-        mode : str
-            Name of the channel's mode.
+        channel, mode : str
+            Names of the channel and of its mode.
         kind : {"static", "dynamic"} or None
             Kind of the channel; None where either counts.
         """
@@ -180,13 +178,9 @@ def effects_on_channel(
     Parameters
     ----------
     active : sequence of ActiveEffect
-        Effects of the case.
-    channel : str
-        Name of the channel.
-    mode : str
-        Name of the channel's mode.
+    channel, mode : str
+        Names of the channel and of its mode.
     kind : {"static", "dynamic"}
-        Kind of the channel.
     temperature : float or None
         Degrees C, in place of the channel's.
     """
@@ -203,7 +197,6 @@ def require_values(active: Sequence[ActiveEffect], where: str) -> None:
     Parameters
     ----------
     active : sequence of ActiveEffect
-        Effects of the case.
     where : str
         Name of the case file, for the message.
 
@@ -227,11 +220,8 @@ def require_time(active: Sequence[ActiveEffect], channel: str, mode: str, where:
     Parameters
     ----------
     active : sequence of ActiveEffect
-        Effects of the case.
-    channel : str
-        Name of the channel.
-    mode : str
-        Name of the channel's mode.
+    channel, mode : str
+        Names of the channel and of its mode.
     where : str
         File of the recording or case file, for the message.
 

@@ -395,9 +395,8 @@ class Effect:
         Parameters
         ----------
         mode : str
-            Name of the mode.
         kind : Kind or None
-            Kind of the channels, None for any.
+            None for any.
         """
         mode_of_channel = modes()[mode]
         if kind is not None and kind not in self.kinds:
@@ -416,9 +415,7 @@ def reasons_against(
     Parameters
     ----------
     effect : Effect
-        Effect to be added.
     shape : Shape
-        The specimen.
     other_names : collection of str
         Names of the other effects of the model.
     values : mapping of str to float or None

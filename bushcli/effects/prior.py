@@ -119,7 +119,6 @@ class Prior:
         value : float
             In the unit of the parameter (N, mm, MPa, s, rad); of a choice its index.
         scales : Scales
-            What the prior is relative to: duration (s), travel (mm or rad), force (N or N mm) and so on.
         """
         if self.shape == "choice":
             return -math.log(self.low) if value in range(round(self.low)) else -math.inf
@@ -151,7 +150,6 @@ class Prior:
         value : float
             In the unit of the parameter; of a choice its index.
         scales : Scales
-            What the prior is relative to: duration (s), travel (mm or rad), force (N or N mm) and so on.
         """
         if self.shape == "choice":
             return 0.0
@@ -178,7 +176,6 @@ class Prior:
         value : float
             In the unit of the parameter.
         scales : Scales
-            What the prior is relative to: duration (s), travel (mm or rad), force (N or N mm) and so on.
         """
         unit = self.unit(scales)
         x = value / unit
@@ -204,7 +201,6 @@ class Prior:
         value : float
             In the unit of the parameter.
         scales : Scales
-            What the prior is relative to: duration (s), travel (mm or rad), force (N or N mm) and so on.
         """
         square = (self._scale * self.unit(scales)) ** 2
         return 1.0 / square if self.shape == "normal" else (FREEDOM + 1.0) / (FREEDOM * square + value**2)
@@ -258,7 +254,6 @@ class Prior:
         value : float
             In the unit of the parameter; of a choice its index.
         scales : Scales
-            What the prior is relative to: duration (s), travel (mm or rad), force (N or N mm) and so on.
         """
         if self.shape == "choice":
             return 1.0 if value in range(round(self.low)) else 0.0

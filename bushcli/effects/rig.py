@@ -6,6 +6,9 @@ the springs, logged late and read with an offset. If the rig was set to zero und
 force at recorded zero is subtracted (`is_zeroed`). Every input may depend on parameters: derivatives by all ``columns``
 (names such as "C10" and "rig_compliance.compliance") are carried along, those of the law included.
 
+In all functions ``active`` are the effects of one channel, all parameters given, and ``columns`` the full names of the
+P parameters by which derivatives are wanted, in the order of the derivatives.
+
 `elastic_response` does everything for a force that is a function of the displacement. A force with a history is
 marched elsewhere: `bushing_path` gives the displacement that drives it, `extension` and `parallel` the springs in
 series and the forces beside it, and `force_reading` the logged force. `measured_stiffness` gives the stiffness of small
@@ -54,11 +57,9 @@ def bushing_path(active: Sequence[ActiveEffect], recorded: Array, columns: Seque
     Parameters
     ----------
     active : sequence of ActiveEffect
-        Effects of this channel, all parameters given.
     recorded : shape (n,)
         Displacement of the rig, mm or rad, in the order of the recording.
     columns : sequence of str
-        Full names of the P parameters by which derivatives are wanted.
     """
     changes = _changes(active, columns)
     q = Signal(recorded, np.zeros((len(recorded), len(columns))))
@@ -82,11 +83,9 @@ def extension(active: Sequence[ActiveEffect], force: Signal, columns: Sequence[s
     Parameters
     ----------
     active : sequence of ActiveEffect
-        Effects of this channel, all parameters given.
     force : Signal
         Force that they carry (n,), N or N mm, with derivatives (n, P).
     columns : sequence of str
-        Full names of the P parameters, in the order of the derivatives.
     """
     total = Signal(np.zeros_like(force.value), np.zeros_like(force.slope))
     for change, parameters in _changes(active, columns):
@@ -101,9 +100,7 @@ def has_springs(active: Sequence[ActiveEffect], columns: Sequence[str]) -> bool:
     Parameters
     ----------
     active : sequence of ActiveEffect
-        Effects of this channel, all parameters given.
     columns : sequence of str
-        Full names of the parameters by which derivatives are wanted.
     """
     elongation = extension(active, Signal(np.ones(1), np.zeros((1, len(columns)))), columns)
     return bool(np.any(elongation.value) or np.any(elongation.slope))
@@ -121,14 +118,12 @@ def parallel(
     Parameters
     ----------
     active : sequence of ActiveEffect
-        Effects of this channel, all parameters given.
     q : Signal
         Displacement of the bushing (n,), mm or rad, with derivatives (n, P).
     force : Signal
         Force of the bushing alone (n,), N or N mm, with derivatives (n, P). For the stiffness add a column of any other
         name, in which the slope of q is 1 and that of the force dF/dq.
     columns : sequence of str
-        Full names of the P parameters, in the order of the derivatives.
     time : (n,) array or None
         Seconds since the start of the recording.
     """
@@ -155,13 +150,11 @@ def force_reading(
     Parameters
     ----------
     active : sequence of ActiveEffect
-        Effects of this channel, all parameters given.
     time : (n,) array or None
         Times of the forces, s; needed for a lag or for other times.
     force : Signal
         Force that the rig carries (n,), N or N mm, with derivatives (n, P).
     columns : sequence of str
-        Full names of the P parameters, in the order of the derivatives.
     at : (m,) array or None
         Times of the samples that are logged, s; None for the times of the forces.
     corners : sequence of int
@@ -214,7 +207,6 @@ def reading_at_samples(
     Parameters
     ----------
     active : sequence of ActiveEffect
-        Effects of this channel, all parameters given.
     interpolation : callable
         Function of times (m,), s, that returns the matrix (m, nodes) from values at the nodes to values at these times.
     times : (m,) array
@@ -222,7 +214,6 @@ def reading_at_samples(
     force : Signal
         Force that the rig carries at the nodes, N or N mm, with derivatives (nodes, P).
     columns : sequence of str
-        Full names of the P parameters, in the order of the derivatives.
     """
     lag = _lag(active, columns)
     matrix = interpolation(times - float(lag.value))
@@ -293,7 +284,6 @@ def measured_stiffness(
     q, force : float
         Displacement and static force of the bushing under the preload: mm or rad, N or N mm.
     columns : sequence of str
-        Full names of the P parameters by which derivatives are wanted.
     force_slope : shape (P,) or None
         Derivatives of the static force; None = zero.
     """
@@ -356,7 +346,6 @@ def elastic_response(
     Parameters
     ----------
     active : sequence of ActiveEffect
-        Effects of this channel, all parameters given.
     recorded : shape (n,)
         Displacement of the rig, mm or rad, in the order of the recording.
     time : shape (n,) or None
@@ -366,7 +355,6 @@ def elastic_response(
         It must be smooth. While the force has the sign of the displacement, no displacement beyond the rig's (apart
         from offsets) is passed to it.
     columns : sequence of str
-        Full names of the P parameters by which derivatives are wanted.
 
     Raises
     ------

@@ -10,21 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import InputError, Problem
+from bushcli.export.vibration import FORCES, Vibration, mode_of
 from cases.mode import modes
 
 if TYPE_CHECKING:
     from bushcli.export.law import BushingLaw
-    from bushcli.export.vibration import Vibration
 
 Array = NDArray[np.float64]
-
-#: Forces and moments on the inner sleeve, in the order of a stiffness matrix's rows; the bushing's axis is z.
-FORCES = ("FX", "FY", "FZ", "TX", "TY", "TZ")
-
-
-def mode_of(direction: str) -> str:
-    """Return the name of the mode whose curve stands for a direction FX to TZ."""
-    return next(mode.name for mode in modes().values() if direction in mode.directions)
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,9 @@ import math
 from collections.abc import Sequence
 
 from bushcli.errors import InputError, Problem
-from bushcli.export.curves import FORCES, BushingData, mode_of
+from bushcli.export.curves import BushingData
 from bushcli.export.units import UnitSystem
+from bushcli.export.vibration import FORCES, mode_of
 from bushcli.export.writer import Order, one_line
 
 _LENGTHS = {"mm": "mm", "m": "meter", "in": "inch"}

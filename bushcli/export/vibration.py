@@ -11,11 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import InputError, Problem
-from bushcli.export.curves import FORCES, mode_of
 from cases.mode import modes
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+
+#: Forces and moments on the inner sleeve, in the order of a stiffness matrix's rows; the bushing's axis is z.
+FORCES = ("FX", "FY", "FZ", "TX", "TY", "TZ")
+
+
+def mode_of(direction: str) -> str:
+    """Return the name of the mode whose curve stands for a direction FX to TZ."""
+    return next(mode.name for mode in modes().values() if direction in mode.directions)
 
 
 @dataclass(frozen=True)

@@ -112,7 +112,6 @@ EFFECT = Effect(
             ),
         ),
     ),
-    how_often="rare",
     families=("stiffness that differs between the channels",),
     needs="two channels, such as torsional and radial: a debonded length softens them by different amounts",
     rivals=("batch_stiffness", "compressibility", "dimension"),

@@ -71,7 +71,6 @@ EFFECT = Effect(
             ),
         ),
     ),
-    how_often="rare",
     families=("softening in use", "zero error of the rig"),
     needs="time, and equal cycles or returns to zero at times far apart",
     rivals=("offset", "viscoelasticity", "warming"),

@@ -84,7 +84,6 @@ EFFECT = Effect(
             prior=Prior("log_normal", 2.2, 0.4, source="engineering judgement: tubes of 1 to 5 mm"),
         ),
     ),
-    how_often="rare",
     families=("stiffness that differs between the channels",),
     needs="a radial channel and an axial or torsional one",
     rivals=("compressibility", "rig_compliance"),

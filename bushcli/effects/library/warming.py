@@ -64,7 +64,6 @@ EFFECT = Effect(
             ),
         ),
     ),
-    how_often="rare",
     families=("softening in use",),
     in_force_law="warming",
     needs="time, and equal cycles or holds at times far apart",

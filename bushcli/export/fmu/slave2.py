@@ -18,7 +18,8 @@ class Bushing(Fmi2Slave, Variables):  # type: ignore[misc]  # its type is not kn
         self.modelName = self.data["name"]
         self.description = self.data["description"]
         self.unit_of = {name: unit for name, unit, *_ in (*self.inputs(), *self.outputs())}
-        self.register(Real, Fmi2Causality, Fmi2Initial, Fmi2Variability)
+        for variable in self.variables(Real, Fmi2Causality, Fmi2Initial, Fmi2Variability, False):
+            self.register_variable(variable)
 
     def to_xml(self, model_options=None):  # type: ignore[no-untyped-def]
         """Return the model's description with the units and the outputs to initialise, which PythonFMU leaves out."""

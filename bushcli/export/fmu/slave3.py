@@ -29,8 +29,8 @@ class Bushing(Fmi3Slave, Variables):  # type: ignore[misc]  # its type is not kn
         self.register_variable(
             Float64("time", causality=Fmi3Causality.independent, variability=Fmi3Variability.continuous)
         )
-        units = {name: {"unit": unit} for name, unit, *_ in (*self.inputs(), *self.outputs())}
-        self.register(Float64, Fmi3Causality, Fmi3Initial, Fmi3Variability, **units)
+        for variable in self.variables(Float64, Fmi3Causality, Fmi3Initial, Fmi3Variability, True):
+            self.register_variable(variable)
 
     def exit_initialization_mode(self):  # type: ignore[no-untyped-def]
         """Begin at rest."""

@@ -6,8 +6,8 @@ are not proportional to speed; an FMU (`fmu2`, `fmu3`) includes them.
 
 from __future__ import annotations
 
-from bushcli.export.curves import FORCES
 from bushcli.export.teimorbit import block, comments, curve, units_block
+from bushcli.export.vibration import FORCES
 from bushcli.export.writer import Order, Writer
 
 _NAMES = {"FX": "x", "FY": "y", "FZ": "z", "TX": "ax", "TY": "ay", "TZ": "az"}

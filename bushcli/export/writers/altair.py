@@ -6,8 +6,8 @@ its own coefficients, which Altair's identification tool fits; none are written.
 
 from __future__ import annotations
 
-from bushcli.export.curves import FORCES
 from bushcli.export.teimorbit import block, comments, curve, units_block
+from bushcli.export.vibration import FORCES
 from bushcli.export.writer import Order, Writer
 
 _MODELS = (

@@ -10,8 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bushcli.errors import InputError, Problem
-from bushcli.export.curves import FORCES
-from bushcli.export.vibration import by_direction
+from bushcli.export.vibration import FORCES, by_direction
 from bushcli.export.writer import Order, Writer, one_line
 
 # Number of the property, which a model that has one of this number changes.
