@@ -148,8 +148,7 @@ def _overhead(name: str, file: Path, designs: int = 60) -> str:
 
 def _rows(count: int) -> str:
     """Write and read back rows with a curve of 21 points each."""
-    from bushcli.study.analysis import columns
-    from bushcli.study.bands import band
+    from bushcli.study.analysis import band, columns
     from bushcli.study.rows import Rows, columns_of
 
     kinds = columns_of({"a": True}, ["axial.initial"], ["axial.displacement", "axial.force"])

@@ -71,6 +71,11 @@ def source_json(source: Source, folder: Path) -> dict[str, Any]:
     }
 
 
+def relative_name(file: Path, folder: Path) -> str:
+    """Return the name of a file as a case file in the folder has it."""
+    return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
+
+
 def relative(file: Path, folder: Path) -> str:
     """Return a file's name relative to the folder where it lies below it."""
     below = os.path.relpath(file, folder)

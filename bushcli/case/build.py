@@ -29,6 +29,7 @@ from bushcli.case.hardness import from_hardness
 from bushcli.case.limits import MOST_ENTRIES, mesh_size
 from bushcli.case.loads import DynamicTest, Load, LoadCase, with_channel_names
 from bushcli.case.schema import (
+    SECTIONS,
     CaseTable,
     EffectTable,
     FileTable,
@@ -54,10 +55,6 @@ if TYPE_CHECKING:
 
 T = TypeVar("T", bound=CaseTable)
 
-_SECTIONS = (
-    *("title", "temperature", "tolerance", "geometry", "mesh", "material"),
-    *("load_cases", "recordings", "specimens", "coupons", "effects"),
-)
 #: Keys of a load case of which one gives the program.
 PROGRAMS = ("amplitude", "path", "file", "force", "force_path", "force_file")
 #: A larger number is a typing error; the limit is far below the largest float, so that squares stay finite.
@@ -67,18 +64,15 @@ _LARGEST = 1e100
 class Builder:
     """Builds the parts of a case and collects their errors; one builder serves one ``load_case``."""
 
-    # Whether missing files are errors; a case that is rebuilt from a result may not need them.
-    looks_for_files = True
-
-    def __init__(self, folder: Path, tables: TableCache | None = None) -> None:
+    def __init__(self, folder: Path, tables: TableCache | None = None, looks_for_files: bool = True) -> None:
         self.folder, self.tables = folder, tables or TableCache()
+        # Whether missing files are errors; a case that is rebuilt from a result may not need them.
+        self.looks_for_files = looks_for_files
         self.findings: list[Finding] = []
 
     def case(self, data: dict[str, Any], path: Path) -> Case | None:
         """Return the case, or None when something in it is wrong; `findings` then says what."""
-        self.findings += [
-            unknown_key((key,), _SECTIONS, "a case file") for key in data if key not in _SECTIONS
-        ]
+        self.findings += [unknown_key((key,), SECTIONS, "a case file") for key in data if key not in SECTIONS]
         self.findings += _impossible_values(data)
         title = data.get("title", printable(path.stem))
         if not isinstance(title, str):
@@ -167,19 +161,15 @@ class Builder:
             return []
         if isinstance(raw, list):
             return [(item, (name, index)) for index, item in enumerate(raw)]
-        self.findings.append(
-            Finding((name,), f"{name} is not a list of tables", expected=f"write [[{name}]]")
-        )
+        what = f"{name} is not a list of tables"
+        self.findings.append(Finding((name,), what, expected=f"write [[{name}]]"))
         return []
 
     def _shape(self, data: dict[str, Any]) -> Shape | None:
         raw = data.get("geometry")
         if not isinstance(raw, dict):
-            what = (
-                "[geometry] is missing"
-                if raw is None
-                else f"geometry = {toml_text(raw)} is not a table of keys"
-            )
+            given = f"geometry = {toml_text(raw)} is not a table of keys"
+            what = "[geometry] is missing" if raw is None else given
             self.findings.append(Finding(("geometry",), what, expected='[geometry] with shape = "plain"'))
             return None
         name = raw.get("shape")
@@ -202,9 +192,8 @@ class Builder:
 
     def _material(self, data: dict[str, Any]) -> Material | None:
         if "material" not in data:
-            self.findings.append(
-                Finding(("material",), "[material] is missing", expected='[material] with law = "yeoh"')
-            )
+            expected = '[material] with law = "yeoh"'
+            self.findings.append(Finding(("material",), "[material] is missing", expected=expected))
             return None
         table = self._table(data, "material", MaterialTable)
         if table is None:
@@ -225,20 +214,19 @@ class Builder:
         self.findings += checks.parameters(material)
         if not material.parameters and not any(map(data.get, ("coupons", "recordings", "specimens"))):
             what = (
-                "material.parameters are not given, and there are neither coupons nor recordings to identify "
+                "material.parameters are not given, and there are neither coupons nor recordings to identify"
             )
             expected = f"{', '.join(material.parameter_names)}; or [[coupons]] or [[recordings]]"
             keys = ("material", "parameters")
-            self.findings.append(Finding(keys, f"{what}{material.law} from", expected=expected))
+            self.findings.append(Finding(keys, f"{what} {material.law} from", expected=expected))
         return material
 
     def _mode(
         self, keys: Keys, name: str, shape: Shape | None, specimen: str | None, material: Material | None
     ) -> bool:
         """Check a mode; without a valid shape only its name can be checked."""
-        specimen = specimen or (
-            shape.specimen if shape else modes()[name].specimen if name in modes() else "bushing"
-        )
+        specimen_of_mode = modes()[name].specimen if name in modes() else "bushing"
+        specimen = specimen or (shape.specimen if shape else specimen_of_mode)
         bulk_modulus = material.bulk_modulus if material else None
         findings = list(checks.mode(keys, name, specimen, type(shape).name if shape else None, bulk_modulus))
         self.findings += findings
@@ -314,11 +302,8 @@ class Builder:
         def known(keys: Keys, mode: str, specimen: str | None) -> bool:
             return self._mode(keys, mode, shape, specimen, material)
 
-        tables: Iterator[tuple[RecordingTable, Keys]] = (
-            self._valid_tables(data, section, CouponTable)
-            if coupons
-            else self._valid_tables(data, section, RecordingTable)
-        )
+        model: type[RecordingTable] = CouponTable if coupons else RecordingTable
+        tables = self._valid_tables(data, section, model)
         builder = SourceBuilder(self.folder, self.findings, known, self.looks_for_files, self.tables)
         return builder.build(tables, "coupon" if coupons else None, usual, section == "specimens")
 
@@ -345,9 +330,8 @@ class Builder:
     def _temperature(self, data: dict[str, Any]) -> float | None:
         """Return the temperature of the case, degrees C."""
         keys = ("temperature",)
-        table = self._validate(
-            {key: data[key] for key in keys if key in data}, (), HeatTable, "temperature = 23.0"
-        )
+        given = {key: data[key] for key in keys if key in data}
+        table = self._validate(given, (), HeatTable, "temperature = 23.0")
         return None if table is None else table.temperature
 
     def _tolerance(self, data: dict[str, Any]) -> Tolerance:
@@ -374,24 +358,18 @@ class Builder:
     ) -> tuple[ActiveEffect, ...]:
         tables = list(self._valid_tables(data, "effects", EffectTable))
         # Effects are checked against channels: an error in a channel would be reported twice.
-        if any(
-            finding.keys[0] in ("temperature", "geometry", "load_cases", "recordings")
-            for finding in self.findings
-        ):
+        channel_sections = ("temperature", "geometry", "load_cases", "recordings")
+        if any(finding.keys[0] in channel_sections for finding in self.findings):
             return ()
         if not tables:
             return ()
         from bushcli.case import effects  # with the type of an effect, which a plain model does not need
 
-        channels = [
-            effects.DeclaredChannel(
-                load.label,
-                load.mode,
-                ("load_cases", i) if load.path and load.rate is None else (),
-                temperature=load.temperature,
-            )
-            for i, load in enumerate(load_cases)
-        ]
+        channels = []
+        for i, load in enumerate(load_cases):
+            untimed = ("load_cases", i) if load.path and load.rate is None else ()
+            channel = effects.DeclaredChannel(load.label, load.mode, untimed, temperature=load.temperature)
+            channels.append(channel)
         channels += [
             effects.DeclaredChannel(source.label, source.mode, temperature=_temperature_of(source))
             if isinstance(source, Source)
@@ -406,11 +384,9 @@ class Builder:
         ]
         taken = {channel.name for channel in channels}
         channels += [
-            effects.DeclaredChannel(
-                coupon.label, coupon.mode, temperature=_temperature_of(coupon), coupon=True
-            )
-            for coupon in coupons
-            if coupon.label not in taken
+            effects.DeclaredChannel(test.label, test.mode, temperature=_temperature_of(test), coupon=True)
+            for test in coupons
+            if test.label not in taken
         ]
         active, findings = effects.build(tables, channels, shape)
         self.findings += findings

@@ -195,13 +195,10 @@ def case_json(case: Case) -> dict[str, Any]:
         geometry["file"] = relative(Path(geometry["file"]), folder)
     channels, effects = (*case.channels, *((test.label, test.mode) for test in case.vibrations)), []
     for active in case.effects:
-        rotational = any(
-            modes()[mode].rotational for name, mode in channels if active.acts_on(name, mode, None)
-        )
-        values = {
-            k: case_file_value(active.effect.parameter(k), value, rotational)
-            for k, value in active.values.items()
-        }
+        acting = (mode for name, mode in channels if active.acts_on(name, mode, None))
+        rotational = any(modes()[mode].rotational for mode in acting)
+        parameter = active.effect.parameter
+        values = {k: case_file_value(parameter(k), v, rotational) for k, v in active.values.items()}
         channel_names = None if active.channels is None else list(active.channels)
         effects.append({"name": active.effect.name, "parameters": values, "channels": channel_names})
     tables: dict[str, list[dict[str, Any]]] = {"bushing": [], "coupon": []}

@@ -36,11 +36,8 @@ def as_json(kind: str) -> list[dict[str, Any]]:
         for shape in shapes().values():
             dimensions = []
             for name, field in shape.model_fields.items():
-                default = (
-                    f"default {field.default:g}"
-                    if isinstance(field.default, float)
-                    else f"default {field.default}"
-                )
+                is_float = isinstance(field.default, float)
+                default = f"default {field.default:g}" if is_float else f"default {field.default}"
                 default = "" if field.is_required() else "optional" if field.default is None else default
                 dimensions.append({"name": name, "default": default, "meaning": field.description or ""})
             result.append({"name": shape.name, "summary": shape.summary, "dimensions": dimensions})
@@ -107,9 +104,8 @@ def as_text(kind: str) -> str:
         if "displacement" in entry:
             lines[0] += f"  ({entry['specimen']}: {entry['displacement']}, {entry['force']})"
         for item in entry.get("parameters", entry.get("dimensions", [])):
-            words = [
-                str(item[key]) for key in ("name", "unit", "default", "meaning", "bounds") if item.get(key)
-            ]
+            keys = ("name", "unit", "default", "meaning", "bounds")
+            words = [str(item[key]) for key in keys if item.get(key)]
             if item.get("choices"):
                 words.append(f"one of {', '.join(item['choices'])}")
             if item.get("off") is not None:

@@ -71,9 +71,8 @@ def parameters(material: Material) -> Iterator[Finding]:
     for name in (name for group in (terms[0], *started) for name in group if name not in material.parameters):
         sound = False
         parameter = law.parameter(name)
-        yield wrong_key(
-            (*_PARAMETERS, name), "is missing", f"{law.name}: {parameter.meaning}, {_bounds(parameter)}"
-        )
+        expected = f"{law.name}: {parameter.meaning}, {_bounds(parameter)}"
+        yield wrong_key((*_PARAMETERS, name), "is missing", expected)
     if sound:
         yield from moduli(material)
 
@@ -105,23 +104,18 @@ def dimensions(shape: Shape) -> Iterator[Finding]:
         # Of a coordinate, which has no lower bound, zero and negative values mean a place like any other.
         and any(isinstance(bound, (Gt, Ge)) for bound in field.metadata)
     }
-    sleeves = {
-        f"{name}.thickness": sleeve.thickness
-        for name, sleeve in shape.elastic_sleeves.items()
-        if isinstance(sleeve, Sleeve)
-    }
+    plates = shape.elastic_sleeves.items()
+    sleeves = {f"{name}.thickness": plate.thickness for name, plate in plates if isinstance(plate, Sleeve)}
     for name, value in (sizes | sleeves).items():
         if 0.0 < abs(value) < SMALLEST_DIMENSION:
             what = f"geometry.{name} = {toml_text(value)} is too small to mesh"
-            yield Finding(
-                ("geometry", *name.split(".")), what, expected=f"at least {SMALLEST_DIMENSION:g} mm"
-            )
+            expected = f"at least {SMALLEST_DIMENSION:g} mm"
+            yield Finding(("geometry", *name.split(".")), what, expected=expected)
             return
     for name, sleeve in shape.elastic_sleeves.items():
         if sleeve.youngs_modulus < SOFTEST_SLEEVE:
-            what = (
-                f"geometry.{name}.youngs_modulus = {toml_text(sleeve.youngs_modulus)} is softer than rubber"
-            )
+            given = toml_text(sleeve.youngs_modulus)
+            what = f"geometry.{name}.youngs_modulus = {given} is softer than rubber"
             expected = f"at least {SOFTEST_SLEEVE:g} MPa; aluminium has 70000"
             yield Finding(("geometry", name, "youngs_modulus"), what, expected=expected)
             return
@@ -203,9 +197,8 @@ def mode(
         and math.isinf(bulk_modulus)
         and keys[0] != "coupons"  # from which it is identified
     ):
-        yield wrong_value(
-            (*keys, "mode"), name, "needs a finite material.bulk_modulus", "e.g. bulk_modulus = 2000.0, MPa"
-        )
+        what = "needs a finite material.bulk_modulus"
+        yield wrong_value((*keys, "mode"), name, what, "e.g. bulk_modulus = 2000.0, MPa")
 
 
 def travel(keys: Keys, mode: str, path: Sequence[float], shape: Shape) -> Iterator[Finding]:
@@ -230,9 +223,8 @@ def travel(keys: Keys, mode: str, path: Sequence[float], shape: Shape) -> Iterat
         expected = f"at least {SMALLEST_TRAVEL:g} {unit}, enough for the initial stiffness"
         yield wrong_key(keys, what, expected)
     if kind.specimen == "coupon" and not kind.sheared and min(path, default=0.0) <= -1.0:
-        yield wrong_key(
-            keys, f"= {min(path):g} compresses the specimen to zero length", "stretch - 1, above -1"
-        )
+        what = f"= {min(path):g} compresses the specimen to zero length"
+        yield wrong_key(keys, what, "stretch - 1, above -1")
     if kind.specimen == "bushing":
         along, angle = (0.0, amplitude) if kind.rotational else (amplitude, 0.0)
         yield from too_far(keys, shape, kind.sideways * amplitude, along, angle)

@@ -11,7 +11,8 @@ from pydantic import Field
 
 from bushcli.case.as_json import in_degrees
 from bushcli.case.finding import Finding, Keys, wrong_key, wrong_value
-from bushcli.case.schema import DELIMITERS, CaseTable, ColumnKey, Delimiter, Name
+from bushcli.case.loads import unused_name
+from bushcli.case.schema import DELIMITERS, CaseTable, ColumnKey, Delimiter, Name, optional
 from bushcli.errors import nearest
 from bushcli.recording.dynamic.source import COLUMNS, LOOP_COLUMNS, DynamicSource
 from cases.mode import modes
@@ -31,37 +32,33 @@ class DynamicRecordingTable(CaseTable):
     kind: Literal["dynamic"] = Field(description="a table of dynamic stiffness, or the loops of sine bursts")
     mode: str = Field(description="a mode, see bushcli list modes")
     file: Name = Field(description="file of a rig, or a pattern of files, one for each condition")
-    name: Name | None = Field(default=None, description="name of the channel; absent = the mode")
-    columns: dict[str, ColumnKey] | None = Field(
-        default=None, description=f"column by name or number: {', '.join((*COLUMNS, *LOOP_COLUMNS))}"
+    name: Name | None = optional("name of the channel; absent = the mode")
+    columns: dict[str, ColumnKey] | None = optional(
+        f"column by name or number: {', '.join((*COLUMNS, *LOOP_COLUMNS))}"
     )
-    units: dict[str, str] | None = Field(default=None, description="unit by column")
+    units: dict[str, str] | None = optional("unit by column")
     delimiter: Delimiter | None = None
     decimal: Literal[".", ","] | None = None
-    group: ColumnKey | None = Field(default=None, description="sheet or group of the file")
-    amplitude_is: Literal["peak", "double"] | None = Field(
-        default=None, description="what the file calls amplitude: the peak, or peak to peak"
+    group: ColumnKey | None = optional("sheet or group of the file")
+    amplitude_is: Literal["peak", "double"] | None = optional(
+        "what the file calls amplitude: the peak, or peak to peak"
     )
-    stiffness_is: Literal["magnitude", "storage"] | None = Field(
-        default=None, description="what the file calls stiffness or modulus: |K*| or K'"
+    stiffness_is: Literal["magnitude", "storage"] | None = optional(
+        "what the file calls stiffness or modulus: |K*| or K'"
     )
-    loss_angle_is: Literal["loss", "complement"] | None = Field(
-        default=None, description="the loss angle, or 90 degrees minus it"
+    loss_angle_is: Literal["loss", "complement"] | None = optional("the loss angle, or 90 degrees minus it")
+    across: Literal["amplitude", "preload"] | None = optional(
+        "what a length or a strain in the names of the columns is"
     )
-    across: Literal["amplitude", "preload"] | None = Field(
-        default=None, description="what a length or a strain in the names of the columns is"
+    accept: list[Literal["unit", "spikes", "temperature", "loss_angle", "amplitude", "order"]] | None = (
+        optional("kinds of faults that are none")
     )
-    accept: list[Literal["unit", "spikes", "temperature", "loss_angle", "amplitude", "order"]] | None = Field(
-        default=None, description="kinds of faults that are none"
-    )
-    quantity: Literal["E", "G"] | None = Field(default=None, description="modulus of a coupon")
-    frequency: float | None = Field(default=None, gt=0, description="Hz, of the whole file")
-    amplitude: float | None = Field(
-        default=None, gt=0, description="mm, degrees or strain, peak; of the whole file"
-    )
-    preload: float | None = Field(default=None, description="mm, degrees or strain, of the whole file")
-    preload_force: float | None = Field(default=None, description="N, N mm or MPa, of the whole file")
-    temperature: float | None = Field(default=None, ge=-273.15, description="degrees C, of the whole file")
+    quantity: Literal["E", "G"] | None = optional("modulus of a coupon")
+    frequency: float | None = optional("Hz, of the whole file", gt=0)
+    amplitude: float | None = optional("mm, degrees or strain, peak; of the whole file", gt=0)
+    preload: float | None = optional("mm, degrees or strain, of the whole file")
+    preload_force: float | None = optional("N, N mm or MPa, of the whole file")
+    temperature: float | None = optional("degrees C, of the whole file", ge=-273.15)
 
 
 def sources(
@@ -81,11 +78,7 @@ def sources(
         if not known((*keys, "mode"), table.mode):
             continue
         findings += _columns(table, keys)
-        name = table.name or table.mode
-        number = 1
-        while table.name is None and name in names:
-            number += 1
-            name = f"{table.mode}_{number}"
+        name = table.name or unused_name(table.mode, names)
         unit = math.radians(1.0) if modes()[table.mode].rotational else 1.0
         values: dict[str, Any] = {key: getattr(table, key) for key in _AS_GIVEN}
         for key in _TURNED:
@@ -119,10 +112,8 @@ def _columns(table: DynamicRecordingTable, keys: Keys) -> list[Finding]:
         for key in getattr(table, section) or {}:
             if key not in column_names:
                 at = (*keys, section, key)
-                what = "is not a column of a dynamic table"
-                findings.append(
-                    wrong_key(at, what, ", ".join(column_names), suggested=nearest(key, column_names))
-                )
+                what, close = "is not a column of a dynamic table", nearest(key, column_names)
+                findings.append(wrong_key(at, what, ", ".join(column_names), close))
     for key, text in (table.units or {}).items():
         unit = read_unit(text)
         if key in COLUMNS and (unit is None or unit.measured not in DYNAMIC[key].kinds_in(mode)):
@@ -132,9 +123,8 @@ def _columns(table: DynamicRecordingTable, keys: Keys) -> list[Finding]:
             expected = f"the {key.replace('_', ' ')} in mode {mode.name} is one"
             findings.append(wrong_value(at, text, what, expected))
     if table.quantity is not None and mode.specimen != "coupon":
-        findings.append(
-            wrong_key((*keys, "quantity"), f"belongs to a material test, but mode {mode.name} to a bushing")
-        )
+        what = f"belongs to a material test, but mode {mode.name} to a bushing"
+        findings.append(wrong_key((*keys, "quantity"), what))
     return findings
 
 

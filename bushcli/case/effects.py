@@ -64,26 +64,17 @@ def build(
         occupied = {name for other in twins for name in other.channels or ()}
         apart = effect.of_rig and names and all(other.channels is not None for other in twins)
         if twins and not (apart and not set(names or ()) & occupied):
-            expected_modes = (
-                "list different channels in the two entries: channels = [...]"
-                if effect.of_rig
-                else "list each effect once; channels = [...] says which channels have it"
-            )
-            findings.append(wrong_value((*keys, "name"), effect.name, "is given twice", expected_modes))
+            expected = "list each effect once; channels = [...] says which channels have it"
+            if effect.of_rig:
+                expected = "list different channels in the two entries: channels = [...]"
+            findings.append(wrong_value((*keys, "name"), effect.name, "is given twice", expected))
             continue
         findings += _channels(effect, table, keys, channels)
-        temperatures = {
-            channel.name: channel.temperature for channel in channels if channel.temperature is not None
-        }
-        without_values = ActiveEffect(
-            effect, channels=names, temperatures=temperatures if effect.needs_temperature else {}
-        )
-        channels_of_effect = [
-            channel
-            for channel in channels
-            if without_values.acts_on(channel.name, channel.mode, channel.kind)
-        ]
-        rotational = any(modes()[channel.mode].rotational for channel in channels_of_effect)
+        known = [(c.name, c.temperature) for c in channels if c.temperature is not None]
+        temperatures = dict(known) if effect.needs_temperature else {}
+        without_values = ActiveEffect(effect, channels=names, temperatures=temperatures)
+        acting = (c.mode for c in channels if without_values.acts_on(c.name, c.mode, c.kind))
+        rotational = any(modes()[mode].rotational for mode in acting)
         values, value_findings = _values(effect, table, keys, rotational, shape)
         findings += value_findings
         other_names = [name for other, _ in tables if (name := other.name) != effect.name]
@@ -109,19 +100,15 @@ def _channels(
         if name not in by_name:
             yield unknown_name(at, name, by_name, "channel")
         elif by_name[name] not in acting:
-            on_what = (
-                f"mode {by_name[name].mode}"
-                if by_name[name].mode not in acts
-                else _OF_KIND[by_name[name].kind]
-            )
+            mode, kind = by_name[name].mode, by_name[name].kind
+            on_what = f"mode {mode}" if mode not in acts else _OF_KIND[kind]
             yield wrong_value(at, name, f": {effect.name} does not act on {on_what}", expected)
     channels_of_effect = [channel for channel in acting if channel.name in (table.channels or [])]
     if table.channels is None:
         channels_of_effect = [channel for channel in acting if not channel.coupon] or acting
     if table.channels is None and not channels_of_effect:
-        present = (
-            ", ".join(dict.fromkeys(channel.mode for channel in channels)) or "no recording and no load case"
-        )
+        present = ", ".join(dict.fromkeys(channel.mode for channel in channels))
+        present = present or "no recording and no load case"
         given = f"{dotted_key((*keys, 'name'))} = {toml_text(effect.name)}"
         what = f"{given} acts on nothing in this case, which has {present}"
         yield Finding((*keys, "name"), what, expected=expected)
@@ -140,12 +127,8 @@ def _channels(
             what = f"needs time, but {dotted_key(channel.untimed)} has none"
             expected = "give it a rate, or leave it out of channels = [...]"
             yield wrong_value(at, effect.name, what, expected)
-    lacking = [
-        channel.name
-        for channel in channels_of_effect
-        if effect.needs_temperature and channel.temperature is None
-    ]
-    if lacking:
+    lacking = [channel.name for channel in channels_of_effect if channel.temperature is None]
+    if effect.needs_temperature and lacking:
         at = (*keys, "name")
         what = f"{dotted_key(at)} = {toml_text(effect.name)} needs a temperature, which {', '.join(lacking)} "
         what += "has not" if len(lacking) == 1 else "have not"
@@ -191,24 +174,21 @@ def _values(
             findings.append(wrong_key(at, what, "give one of them"))
         else:
             inverted = name not in by_name
-            value = (
-                (1.0 / raw if raw else math.inf) if inverted else internal_value(parameter, raw, rotational)
-            )
+            value = internal_value(parameter, raw, rotational)
+            if inverted:
+                value = 1.0 / raw if raw else math.inf
             values[parameter.name] = value
             low, high = parameter.bounds(shape)
             if not parameter.admits(value) or not low <= value <= high:
-                findings.append(
-                    wrong_value(at, raw, "is out of bounds", _bounds(parameter, inverted, rotational, shape))
-                )
+                expected = _bounds(parameter, inverted, rotational, shape)
+                findings.append(wrong_value(at, raw, "is out of bounds", expected))
     return chosen | values, findings
 
 
 def _is_used(parameter: EffectParameter, effect: Effect, table: EffectTable) -> bool:
     """Whether a parameter is used with the choices that a table makes."""
-    choices = [
-        table.parameters.get(p.name, p.choices[round(p.start)]) for p in effect.parameters if p.choices
-    ]
-    return parameter.under in ("", *choices)
+    chosen = (p for p in effect.parameters if p.choices)
+    return parameter.under in ("", *(table.parameters.get(p.name, p.choice(p.start)) for p in chosen))
 
 
 def _bounds(parameter: EffectParameter, inverted: bool, rotational: bool, shape: Shape | None) -> str:

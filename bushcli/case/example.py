@@ -36,9 +36,8 @@ def write_example(directory: Path) -> tuple[Path, ...]:
     # A link to a file that does not exist would be followed and written.
     present = [target for target in targets if os.path.lexists(target)]
     if present:
-        raise InputError(
-            *(Problem(str(target), "exists already and is not overwritten") for target in present)
-        )
+        what = "exists already and is not overwritten"
+        raise InputError(*(Problem(str(target), what) for target in present))
     try:
         directory.mkdir(parents=True, exist_ok=True)
         for source, target in zip(sources, targets, strict=True):

@@ -61,9 +61,8 @@ def toml_text(value: object) -> str:
 
 def wrong_key(keys: Keys, what: str, expected: str = "", suggested: str = "") -> Finding:
     """Return the finding ``KEY what``, such as ``load_cases[0].rate has no meaning``, or ``KEY: what``."""
-    return Finding(
-        keys, f"{dotted_key(keys)}{what if what.startswith(':') else f' {what}'}", suggested, expected
-    )
+    space = "" if what.startswith(":") else " "
+    return Finding(keys, f"{dotted_key(keys)}{space}{what}", suggested, expected)
 
 
 def wrong_value(keys: Keys, value: object, what: str, expected: str = "", suggested: str = "") -> Finding:
@@ -79,24 +78,15 @@ def unknown_key(keys: Keys, known: Iterable[str], section: str) -> Finding:
     radius = key.replace("diameter", "radius")
     if radius != key and radius in known:
         return Finding(keys, what, expected=f"give {radius}, half the diameter, in mm")
-    return Finding(
-        keys,
-        what,
-        expected=", ".join(known) if known else f"{section} takes no keys",
-        among=known,
-    )
+    expected = ", ".join(known) or f"{section} takes no keys"
+    return Finding(keys, what, expected=expected, among=known)
 
 
 def unknown_name(keys: Keys, name: object, known: Iterable[str], kind: str) -> Finding:
     """Return the finding for a name that is not in a registry: ``material.law = "yeho" is not a law``."""
-    known = tuple(known)
-    return wrong_value(
-        keys,
-        name,
-        f"is not {'an' if kind[0] in 'aeio' else 'a'} {kind}",
-        ", ".join(known),
-        suggested=nearest(name, known, cutoff=0.5) if isinstance(name, str) else "",
-    )
+    known, what = tuple(known), f"is not {'an' if kind[0] in 'aeio' else 'a'} {kind}"
+    suggested = nearest(name, known, cutoff=0.5) if isinstance(name, str) else ""
+    return wrong_value(keys, name, what, ", ".join(known), suggested)
 
 
 def explain(error: ValidationError, model: type[BaseModel], at: Keys, section: str) -> list[Finding]:
@@ -127,12 +117,8 @@ def _finding_of(item: Any, model: type[BaseModel], at: Keys, section: str) -> Fi
         literals = [t for t in _types(field and field.annotation) if typing.get_origin(t) is typing.Literal]
         choices = [choice for t in literals for choice in typing.get_args(t) if isinstance(choice, str)]
         nearest_name = nearest(item["input"], choices, cutoff=0.5) if isinstance(item["input"], str) else ""
-        return Finding(
-            keys,
-            f"{key} = {toml_text(item['input'])} is not allowed",
-            nearest_name,
-            ", ".join(map(toml_text, choices)),
-        )
+        what = f"{key} = {toml_text(item['input'])} is not allowed"
+        return Finding(keys, what, nearest_name, ", ".join(map(toml_text, choices)))
     template = _REQUIREMENTS.get(kind)
     requirement = template.format(**context) if template else item["msg"].replace("Input should", "should")
     return Finding(keys, f"{key} = {toml_text(item['input'])} {requirement}")
@@ -166,7 +152,7 @@ def _keys_of(model: type[BaseModel]) -> list[str]:
     for name, field in model.model_fields.items():
         aliases = field.validation_alias
         keys += (
-            [str(a) for a in aliases.choices] if isinstance(aliases, AliasChoices) else [field.alias or name]
+            list(map(str, aliases.choices)) if isinstance(aliases, AliasChoices) else [field.alias or name]
         )
     return keys
 
@@ -175,14 +161,9 @@ def _model_at(model: type[BaseModel], loc: Keys) -> type[BaseModel]:
     """Return the model of the table that ``loc`` leads to, through optional and repeated tables."""
     for key in loc:
         if isinstance(key, str) and key in model.model_fields:
-            model = next(
-                (
-                    t
-                    for t in _types(model.model_fields[key].annotation)
-                    if isinstance(t, type) and issubclass(t, BaseModel)
-                ),
-                model,
-            )
+            types_of_key = _types(model.model_fields[key].annotation)
+            tables = (t for t in types_of_key if isinstance(t, type) and issubclass(t, BaseModel))
+            model = next(tables, model)
     return model
 
 

@@ -8,13 +8,14 @@ remark. Where several columns or groups are possible, the first is written, with
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from bushcli.case.as_json import relative_name
 from bushcli.case.dynamic_from_files import DynamicEntry, dynamic_entry, dynamic_text
+from bushcli.case.identified import inline
 from bushcli.errors import CaseError, InputError, Problem, RecordingError, printable
 from bushcli.recording import Recording, read_recording
 from bushcli.recording.find_table import format_of
@@ -96,7 +97,7 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
     problems: list[Problem] = []
     tables = TableCache()
     for file in dict.fromkeys(files):
-        name = _relative_name(file, folder)
+        name = relative_name(file, folder)
         if printable(name) != name:
             what = "has a control character, or bytes that are not UTF-8, in its path: a case file cannot name it"
             problems.append(Problem(str(file), what, "", "rename it"))
@@ -123,7 +124,7 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
     ]
     reach = max((min(max(travel, 2.0), 50.0) for travel in travels), default=8.0)
     head = _HEAD.format(
-        title=_json_string(printable(folder.resolve().name) or "bushing"),
+        title=inline(printable(folder.resolve().name) or "bushing"),
         # Rubber twice as thick as the largest travel, and a bush of usual proportions around it.
         inner=reach,
         outer=3.0 * reach,
@@ -131,16 +132,11 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
         origin="the coupon tests" if coupons else "the recordings, by bushcli inverse",
     )
     texts = [
-        _table(entry, name, _relative_name(entry.file, folder))
+        _table(entry, name, relative_name(entry.file, folder))
         for part in (bushing, coupons)
         for entry, name in zip(part, _names(part), strict=True)
     ]
     return head + "".join(texts)
-
-
-def _relative_name(file: Path, folder: Path) -> str:
-    """Return the name of a file as the case file has it: relative to its own folder."""
-    return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
 
 
 def _names(entries: Sequence[_Entry | DynamicEntry]) -> list[str]:
@@ -173,11 +169,9 @@ def _entry(file: Path, tables: TableCache) -> _Entry:
                 continue
             mode_of_file = modes()[kind[0]]
             # Those of the same specimen, with the same kind of displacement.
+            kind_of_file = (mode_of_file.specimen, mode_of_file.rotational)
             alike = [
-                mode.name
-                for mode in modes().values()
-                if mode.words
-                and (mode.specimen, mode.rotational) == (mode_of_file.specimen, mode_of_file.rotational)
+                m.name for m in modes().values() if m.words and (m.specimen, m.rotational) == kind_of_file
             ]
             possible = modes_in_name if len(modes_in_name) > 1 else kind if len(kind) > 1 else alike
             other_modes = ", ".join(mode for mode in possible if mode != guessed)
@@ -234,15 +228,11 @@ def _kinds_in_order(file: Path) -> list[tuple[tuple[str, ...], bool]]:
         kinds[specimen].append(tuple(mode.name for mode in sorted(group, key=lambda mode: not mode.is_usual)))
     order = [(kind, False) for kind in (*kinds["coupon"], *kinds["bushing"])]
     order += [(kind, True) for kind in kinds["coupon"]]
-    modes_in_name = {
-        mode for specimen in ("bushing", "coupon") for mode in modes_of_name(file.stem, specimen)
-    }
-    order = [
-        entry
-        for entry in order
-        if modes_in_name & set(entry[0]) or any(modes()[name].is_usual for name in entry[0])
+    modes_in_name = {mode for specimen in kinds for mode in modes_of_name(file.stem, specimen)}
+    named = [entry for entry in order if modes_in_name & set(entry[0])]
+    return named + [
+        entry for entry in order if entry not in named and any(modes()[name].is_usual for name in entry[0])
     ]
-    return sorted(order, key=lambda entry: not modes_in_name & set(entry[0]))
 
 
 def _ways(source: Source, machine: bool, tables: TableCache) -> Iterator[tuple[Source, tuple[str, ...]]]:
@@ -250,9 +240,8 @@ def _ways(source: Source, machine: bool, tables: TableCache) -> Iterator[tuple[S
     remarks: tuple[str, ...] = ()
     if machine:
         source = replace(source, specimen=Specimen(_GAUGE_LENGTH, _AREA))
-        remarks = (
-            "<-- gauge_length (mm), area (mm2): put in those of your specimen; these are of ISO 37, type 2",
-        )
+        what = "<-- gauge_length (mm), area (mm2): put in those of your specimen; these are of ISO 37, type 2"
+        remarks = (what,)
     yield source, remarks
     if says_compression(source.file.stem) and modes()[source.mode].specimen == "coupon":
         what = "<-- reverse: the name of the file says compression, and its values are positive"
@@ -291,7 +280,7 @@ def _with_choices(source: Source, tables: TableCache) -> tuple[Source, tuple[str
     table = fitting[0]
     if len(fitting) > 1:
         source = replace(source, group=table.part)
-        remarks.append(f"<-- group: also {', '.join(_json_string(t.part) for t in fitting[1:6])}")
+        remarks.append(f"<-- group: also {', '.join(inline(t.part) for t in fitting[1:6])}")
     columns: dict[Quantity, str | int] = {}
     # Where each channel has a time beside it, none of these is that of all.
     several_times = len(clock_columns(table, source)) > 1
@@ -307,7 +296,7 @@ def _with_choices(source: Source, tables: TableCache) -> tuple[Source, tuple[str
                     if values.min() < values.max():
                         columns[quantity] = i + 1
                         break
-            others = ", ".join(f"{i + 1} ({_json_string(table.names[i])})" for i in indices[:6])
+            others = ", ".join(f"{i + 1} ({inline(table.names[i])})" for i in indices[:6])
             remarks.append(f"<-- columns: the {quantity} could be any of {others}")
     return replace(source, columns=columns), tuple(remarks)
 
@@ -329,12 +318,12 @@ def _static_text(entry: _Entry, name: str, file: str) -> list[str]:
     form = reader.name if reader else "a text file"
     time = "no time" if recording.time is None else f"{recording.time[-1] - recording.time[0]:.4g} s"
     lines = [f"# {form}: {len(recording.force)} samples, {time}", f"[[{section}]]"]
-    lines.append(f"mode = {json.dumps(source.mode)}")
+    lines.append(f"mode = {inline(source.mode)}")
     if name:
-        lines.append(f"name = {_json_string(name)}")
-    lines.append(f"file = {json.dumps(file, ensure_ascii=False)}")
+        lines.append(f"name = {inline(name)}")
+    lines.append(f"file = {inline(file)}")
     if source.group is not None:
-        lines.append(f"group = {json.dumps(source.group, ensure_ascii=False)}")
+        lines.append(f"group = {inline(source.group)}")
     if source.columns:
         inside = ", ".join(f"{quantity} = {column}" for quantity, column in source.columns.items())
         lines.append(f"columns = {{ {inside} }}")
@@ -342,7 +331,7 @@ def _static_text(entry: _Entry, name: str, file: str) -> list[str]:
         inside = ", ".join(f"{quantity} = {json.dumps(unit)}" for quantity, unit in source.units.items())
         lines.append(f"units = {{ {inside} }}")
     if source.reverse:
-        lines.append(f"reverse = {json.dumps(source.reverse)}")
+        lines.append(f"reverse = {inline(source.reverse)}")
     if source.specimen.gauge_length is not None:
         lines += [f"gauge_length = {source.specimen.gauge_length:g}", f"area = {source.specimen.area:g}"]
     lines += [f"# {remark}" for remark in entry.remarks]
@@ -351,7 +340,3 @@ def _static_text(entry: _Entry, name: str, file: str) -> list[str]:
         lines.append("# sample_rate = 100.0     # Hz, if the samples were taken at equal intervals")
     lines.append("# conditioning = 3        # first cycles that only condition the part")
     return lines
-
-
-def _json_string(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False)

@@ -13,6 +13,7 @@ Rubber Chem. Technol. 31:896-906, doi:10.5254/1.3542351.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 from bushcli.case.case import Material
@@ -36,11 +37,13 @@ def from_hardness(law: str, shore_a: float, bulk_modulus: float = math.inf) -> M
     """Return a law whose initial shear modulus is E/3 of a hardness, in the proportions of its start values."""
     model = laws()[law]
     factor = youngs_modulus(shore_a) / 3.0 / float(model.shear_modulus(**model.start))
-    values = {
-        name: value * factor if model.parameter(name).unit == "MPa" else value
-        for name, value in model.start.items()
-    }
-    return Material(law, bulk_modulus, values, hardness=shore_a)
+    return Material(law, bulk_modulus, _scaled(law, model.start, factor), hardness=shore_a)
+
+
+def _scaled(law: str, parameters: Mapping[str, float], factor: float) -> dict[str, float]:
+    """Return a law's parameters with its moduli multiplied by a factor."""
+    unit = {parameter.name: parameter.unit for parameter in laws()[law].parameters}
+    return {name: value * factor if unit[name] == "MPa" else value for name, value in parameters.items()}
 
 
 def known_from_hardness(material: Material) -> tuple[Condition, ...]:
@@ -82,8 +85,4 @@ def scaled_to_hardness(material: Material, nominal: float, shore_a: float) -> Ma
                 f"hardness {value:g} Shore A is outside {LOWEST:g} to {HIGHEST:g}, where Gent's relation holds"
             )
     factor = youngs_modulus(shore_a) / youngs_modulus(nominal)
-    units = {parameter.name: parameter.unit for parameter in laws()[material.law].parameters}
-    scaled = {
-        name: value * factor if units[name] == "MPa" else value for name, value in material.parameters.items()
-    }
-    return replace(material, parameters=scaled)
+    return replace(material, parameters=_scaled(material.law, material.parameters, factor))

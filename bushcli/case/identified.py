@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from collections.abc import Mapping
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
+from bushcli.case.as_json import relative_name
 from bushcli.case.case import Case
+from bushcli.case.schema import SECTIONS
 from bushcli.effects.names import effect_name, rig_of
 
 #: The case file in the folder of a result.
@@ -27,20 +28,6 @@ _FILES = {
     "recordings": ("file",),
     "coupons": ("file",),
 }
-# The order of the tables in the text; the others follow.
-_ORDER = (
-    "title",
-    "temperature",
-    "tolerance",
-    "geometry",
-    "mesh",
-    "material",
-    "load_cases",
-    "recordings",
-    "specimens",
-    "coupons",
-    "effects",
-)
 
 
 def identified_tables(result: Mapping[str, Any]) -> dict[str, Any]:
@@ -75,11 +62,8 @@ def identified_tables(result: Mapping[str, Any]) -> dict[str, Any]:
 
 def _with_law(case_document: Mapping[str, Any], identified_law: Mapping[str, Any]) -> dict[str, Any]:
     material = {key: value for key, value in case_document["material"].items() if key != "terms"}
-    return material | {
-        key: identified_law[key]
-        for key in ("law", "bulk_modulus", "density", "parameters")
-        if key in identified_law
-    }
+    keys = ("law", "bulk_modulus", "density", "parameters")
+    return material | {key: identified_law[key] for key in keys if key in identified_law}
 
 
 def _with_parameters(
@@ -87,30 +71,22 @@ def _with_parameters(
 ) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """Return the identified law, and the effects of the case with the values identified with it."""
     values = {name: estimate["value"] for name, estimate in result.get("parameters", {}).items()}
-    law = {
-        name: value
-        for name, value in values.items()
-        if "." not in name and name not in ("compliance", "density")
-    }
+    others = ("compliance", "density")
+    law = {name: value for name, value in values.items() if "." not in name and name not in others}
     # Parameters that were fixed with --fix keep the value of the case.
     if result["law"] == case_document["material"]["law"]:
         law = {**(case_document["material"].get("parameters") or {}), **law}
     material = {"law": result["law"], "bulk_modulus": result.get("bulk_modulus"), "parameters": law}
     material |= {name: value for name, value in values.items() if name == "density"}
-    effects = [
-        dict(effect, parameters=dict(effect.get("parameters") or {}))
-        for effect in case_document.get("effects", [])
-    ]
+    effects = case_document.get("effects", [])
+    effects = [dict(effect, parameters=dict(effect.get("parameters") or {})) for effect in effects]
     for full, value in values.items():
         owner, _, parameter = full.rpartition(".")
         for effect in effects:
             # "offset@radial" belongs to the rig of a channel; without one, the first effect of that name is meant.
             rig, channels = rig_of(owner), effect.get("channels")
-            if (
-                owner
-                and effect["name"] == effect_name(owner)
-                and (not rig or (channels and channels[0] == rig))
-            ):
+            of_rig = not rig or (channels and channels[0] == rig)
+            if owner and effect["name"] == effect_name(owner) and of_rig:
                 effect["parameters"][parameter] = value
                 break
     return _with_law(case_document, material), effects
@@ -133,9 +109,6 @@ def identified_case(case: Case, result: Mapping[str, Any], folder: Path) -> str 
     if not case.tables or not material.get("parameters"):
         return None
     data = deepcopy(dict(case.tables)) | {"material": material, "effects": sections["effects"]}
-    means = [
-        {"mode": curve["mode"], "file": f"{curve['mode']}-mean.csv"} for curve in result.get("curves", [])
-    ]
     if result["command"] == "batch":
         data.pop("specimens")
     for section, keys in _FILES.items():
@@ -144,22 +117,21 @@ def identified_case(case: Case, result: Mapping[str, Any], folder: Path) -> str 
             for key in keys:
                 if key in table:
                     # Relative to the folder, so that both can move together.
-                    file = (case.path.parent / str(table[key])).resolve()
-                    table[key] = Path(os.path.relpath(file, folder.resolve())).as_posix()
+                    table[key] = relative_name(case.path.parent / str(table[key]), folder)
     if result["command"] == "batch":
         # The mean of the parts, which the law was identified from, in the folder of the result.
-        data["recordings"] = means
+        data["recordings"] = [
+            {"mode": curve["mode"], "file": f"{curve['mode']}-mean.csv"} for curve in result.get("curves", [])
+        ]
     header = f"# Identified by bushcli {result['command']} from {case.path.name}; this folder given as a case means it."
     return f"{header}\n{toml_text(data)}"
 
 
 def toml_text(data: Mapping[str, Any]) -> str:
     """Return the text of a case file with these tables."""
-    order = sorted(data, key=lambda key: _ORDER.index(key) if key in _ORDER else len(_ORDER))
+    order = sorted(data, key=lambda key: SECTIONS.index(key) if key in SECTIONS else len(SECTIONS))
     lists = {key: value if isinstance(value, list) else [value] for key, value in data.items()}
-    plain = [
-        key for key in order if not lists[key] or not all(isinstance(table, Mapping) for table in lists[key])
-    ]
+    plain = [key for key in order if not lists[key] or not all(isinstance(t, Mapping) for t in lists[key])]
     lines = [f"{key} = {inline(data[key])}" for key in plain if data[key] is not None and data[key] != []]
     for key in order:
         if key in plain:
@@ -183,6 +155,5 @@ def inline(value: Any) -> str:
 
 
 def _key(name: str) -> str:
-    return (
-        name if name and all(c.isascii() and (c.isalnum() or c in "_-") for c in name) else json.dumps(name)
-    )
+    is_bare = name and all(c.isascii() and (c.isalnum() or c in "_-") for c in name)
+    return name if is_bare else json.dumps(name)

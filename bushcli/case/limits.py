@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -102,13 +103,10 @@ def mesh_size(shape: Shape, mesh: MeshOptions, used: Iterable[str]) -> Iterator[
             return
         axes = shape.blocks(dimension, frozenset(), mesh.refinement).axes
         counts = [sum(interval.elements for interval in axis) for axis in axes]
-        total = 1
-        for count in counts:
-            total *= count
+        total = math.prod(counts)
         if total > LARGEST_MESH[dimension]:
-            what = (
-                f"the mesh for mode {name} would have {total:.3g} elements ({' x '.join(map(str, counts))})"
-            )
+            product = " x ".join(map(str, counts))
+            what = f"the mesh for mode {name} would have {total:.3g} elements ({product})"
             expected = (
                 f"at most {LARGEST_MESH[dimension]}: give smaller numbers of elements in [mesh], or check that the "
                 "dimensions of [geometry] are in mm; the default has elements twice as long as thick"

@@ -115,10 +115,11 @@ def _case_file(path: Path) -> Path:
         file = found_case(Path(document["path"]), folder)
         now = json.loads(json.dumps(case_json(load_case(file))))
     except (OSError, ValueError, KeyError, TypeError, TooLarge):
-        what = "is a folder whose result names no case"
-        raise CaseError(
-            Problem(str(path), what, expected="a case file, or a folder of `bushcli inverse`")
-        ) from None
+        what, expected = (
+            "is a folder whose result names no case",
+            "a case file, or a folder of `bushcli inverse`",
+        )
+        raise CaseError(Problem(str(path), what, "", expected)) from None
     differing = [key for key in now if key != "path" and now[key] != document.get(key)]
     if differing:
         what = f"holds a result of another state of {file} ({', '.join(differing)} differ)"
@@ -146,9 +147,8 @@ def _read(path: Path) -> dict[str, Any]:
         file_names = [p.name for p in path.parent.glob("*.toml")] if path.parent.is_dir() else []
         slashed = str(path).replace("\\", "/")
         like = slashed if Path(slashed).is_file() else nearest(path.name, file_names)
-        raise CaseError(
-            Problem(str(path), "no such case file", like, ", ".join(sorted(file_names)))
-        ) from None
+        expected = ", ".join(sorted(file_names))
+        raise CaseError(Problem(str(path), "no such case file", like, expected)) from None
     except IsADirectoryError:
         inside = sorted(p.name for p in path.glob("*.toml"))
         expected = f"a case file, such as {path / inside[0]}" if inside else "a case file in TOML"
@@ -245,12 +245,7 @@ _MARK = re.compile(r"#\s*<--")
 
 
 def unedited_lines(path: Path) -> tuple[Condition, ...]:
-    """Return a condition if a case file still has lines that its user was asked to complete.
-
-    Parameters
-    ----------
-    path : Path
-    """
+    """Return a condition if a case file still has lines that its user was asked to complete."""
     if path.suffix != ".toml" or not path.is_file():
         return ()
     text = text_of(path.read_bytes())
@@ -258,10 +253,6 @@ def unedited_lines(path: Path) -> tuple[Condition, ...]:
     if not lines:
         return ()
     places = f"{'line' if len(lines) == 1 else 'lines'} {', '.join(map(str, lines))}"
-    return (
-        Condition(
-            "unedited_case",
-            f"{path.name}: `bushcli init` marked {places} with <--: it cannot know these values",
-            "compare these lines with your bushing and files, and delete the marks",
-        ),
-    )
+    what = f"{path.name}: `bushcli init` marked {places} with <--: it cannot know these values"
+    remedy = "compare these lines with your bushing and files, and delete the marks"
+    return (Condition("unedited_case", what, remedy),)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -263,11 +264,17 @@ class PosedTest(LoadAlongPath, DynamicTest):
 T = TypeVar("T", bound=Load)
 
 
+def unused_name(name: str, taken: Collection[str]) -> str:
+    """Return the name of a channel, numbered from 2 on where it is taken."""
+    numbered = (name if i == 1 else f"{name}_{i}" for i in count(1))
+    return next(candidate for candidate in numbered if candidate not in taken)
+
+
 def with_channel_names(load_cases: Sequence[T | None], channel_names: Iterable[str]) -> tuple[T, ...]:
     """Return load cases with the names of their channels: the mode, numbered where the mode alone is taken."""
     loads: list[T] = [load for load in load_cases if load is not None]
-    count = Counter([*(load.mode for load in loads), *channel_names])
+    uses = Counter([*(load.mode for load in loads), *channel_names])
     return tuple(
-        replace(load, name=load.mode if count[load.mode] == 1 else f"{load.mode}-{number}")
+        replace(load, name=load.mode if uses[load.mode] == 1 else f"{load.mode}-{number}")
         for number, load in enumerate(loads, 1)
     )

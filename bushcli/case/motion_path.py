@@ -50,9 +50,8 @@ def load_case(
         return None, [Finding(at if raw is not None else keys, what, expected=expected)]
     earlier = []
     if table.rate is not None:
-        earlier.append(
-            wrong_key((*keys, "rate"), f"has no meaning: {dotted_key((*at, 'time'))} gives the times")
-        )
+        what = f"has no meaning: {dotted_key((*at, 'time'))} gives the times"
+        earlier.append(wrong_key((*keys, "rate"), what))
     path = validated(raw, at, PathTable, "[load_cases.path]")
     if path is None:
         return None, earlier
@@ -69,9 +68,8 @@ def prescribed_path(
     motion, load = np.zeros((2, len(time), 6))
     free_names = set(table.free or ())
     unit = np.repeat([1.0, math.pi / 180.0], 3)
-    columns = {
-        name: values for name in (*MOTIONS, *REACTIONS) if (values := getattr(table, name)) is not None
-    }
+    given = {name: getattr(table, name) for name in (*MOTIONS, *REACTIONS)}
+    columns = {name: values for name, values in given.items() if values is not None}
     for k, (name, force) in enumerate(zip(MOTIONS, REACTIONS, strict=True)):
         prescriptions = [f'"{name}" in {dotted_key((*keys, "free"))}'] if name in free_names else []
         prescriptions += [dotted_key((*keys, key)) for key in (name, force) if key in columns]
@@ -124,9 +122,8 @@ def channels(
     only = [key for key in ("motions", "forces", "free") if getattr(table, key) is not None]
     if modes()[source.mode].follow is None:
         at = (*keys, only[0] if only else "mode")
-        return [source], [
-            wrong_key(at, f"has no meaning for mode {source.mode}", 'mode = "path"')
-        ] if only else []
+        meaningless = wrong_key(at, f"has no meaning for mode {source.mode}", 'mode = "path"')
+        return [source], [meaningless] if only else []
     refused = _meaningless_keys(table, keys)
     if refused:
         return [], refused
@@ -136,9 +133,8 @@ def channels(
     free = tuple(k for k, name in enumerate(MOTIONS) if name in (table.free or ()))
     try:
         motions, forces = columns_of(source, table.motions, table.forces, tables)
-        six_columns = SixColumns(
-            motions, free, source.label, columns_given_by_name(table.motions, table.forces)
-        )
+        by_name = columns_given_by_name(table.motions, table.forces)
+        six_columns = SixColumns(motions, free, source.label, by_name)
         _, motion = read_motions(source, six_columns, tables)
     except RecordingError as error:
         return [], [Finding((*keys, "file"), str(error))]

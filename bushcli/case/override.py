@@ -70,9 +70,8 @@ def apply(data: dict[str, Any], texts: Sequence[str]) -> tuple[dict[str, Any], l
             for match in filter(None, segments):
                 keys += (match[1], *(int(index) for index in re.findall(r"\d+", match[2])))
         if len(keys) > DEEPEST:
-            raise CaseError(
-                Problem(_where(text), f"has a key of {len(keys)} parts", expected=f"at most {DEEPEST}")
-            )
+            what = f"has a key of {len(keys)} parts"
+            raise CaseError(Problem(_where(text), what, expected=f"at most {DEEPEST}"))
         if not equals or not keys:
             raise CaseError(Problem(_where(text), "is not KEY=VALUE", expected="e.g. geometry.length=38"))
         keys, added_keys = _by_name(data, keys, text)
@@ -157,10 +156,8 @@ def _put(data: dict[str, Any], keys: Keys, value: Any, where: str) -> Keys:
 
 
 def _index(table: list[Any], key: str | int, path: Keys, keys: Keys, where: str) -> int:
-    name = dotted_key(path)
-    entries = (
-        f"entries 0 to {len(table) - 1}" if len(table) > 1 else "one entry, 0" if table else "no entries"
-    )
+    name, several = dotted_key(path), f"entries 0 to {len(table) - 1}"
+    entries = several if len(table) > 1 else "one entry, 0" if table else "no entries"
     if isinstance(key, str) and _NEGATIVE.fullmatch(key):
         what = f"{name}[{key}] does not exist: entries are counted from 0"
         raise CaseError(Problem(where, what, expected=f"{name} has {entries}"))
@@ -170,11 +167,9 @@ def _index(table: list[Any], key: str | int, path: Keys, keys: Keys, where: str)
         number = next(called, None)
         inner_keys = dotted_key(keys[len(path) + (number is not None) :])
         example = f"{name}.{number or 0}.{inner_keys}".rstrip(".")
-        raise CaseError(
-            Problem(where, f"{name} is a list", expected=f"give the number of the entry: {example}")
-        )
+        expected = f"give the number of the entry: {example}"
+        raise CaseError(Problem(where, f"{name} is a list", expected=expected))
     if int(key) >= len(table):
-        raise CaseError(
-            Problem(where, f"{name}[{int(key)}] does not exist", expected=f"{name} has {entries}")
-        )
+        what = f"{name}[{int(key)}] does not exist"
+        raise CaseError(Problem(where, what, expected=f"{name} has {entries}"))
     return int(key)

@@ -13,12 +13,6 @@ from bushcli.errors import CaseError, InputError, Problem
 from bushcli.runtime.bounded import TooLarge, read_bounded
 
 
-class _Rebuilder(Builder):
-    """Builds a case without looking for its recordings; a missing one is an error only when it is read."""
-
-    looks_for_files = False
-
-
 def rebuilt_case(document: dict[str, Any], folder: Path) -> Case:
     """Return the case of a result.
 
@@ -35,21 +29,15 @@ def rebuilt_case(document: dict[str, Any], folder: Path) -> Case:
         Something in it is wrong, such as a geometry file that is no longer there.
     """
     path = found_case(Path(str(document.get("path", "case.toml"))), folder)
-    data = {
-        key: _without_null(value) for key, value in document.items() if key != "path" and value is not None
-    }
+    data = {key: value for key, value in _without_null(document).items() if key != "path"}
     material = data.get("material")
     if isinstance(material, dict) and material.get("bulk_modulus") == "inf":
         material["bulk_modulus"] = float("inf")
-    builder = _Rebuilder(path.parent)
+    # A missing recording is an error only when it is read.
+    builder = Builder(path.parent, looks_for_files=False)
     case = builder.case(data, path)
     if case is None:
-        raise CaseError(
-            *(
-                Problem(str(folder), finding.what, finding.nearest, finding.expected)
-                for finding in builder.findings
-            )
-        )
+        raise CaseError(*(Problem(str(folder), f.what, f.nearest, f.expected) for f in builder.findings))
     return case
 
 

@@ -16,6 +16,18 @@ from pydantic import (
 
 from bushcli.recording.source import WARM, FaultKind
 
+
+def optional(description: str, **constraints: Any) -> Any:
+    """Return a key that may be absent; its value is then None."""
+    return Field(default=None, description=description, **constraints)
+
+
+#: Keys at the top of a case file, in the usual order.
+SECTIONS = (
+    *("title", "temperature", "tolerance", "geometry", "mesh", "material"),
+    *("load_cases", "recordings", "specimens", "coupons", "effects"),
+)
+
 Name = Annotated[str, Field(min_length=1)]
 Elements = Annotated[int, Field(le=400)]
 
@@ -61,8 +73,7 @@ Numbers = Annotated[tuple[float, ...], PlainValidator(_numbers)]
 
 
 Temperature = Annotated[
-    float,
-    Field(ge=WARM[0], le=WARM[1], description="degrees C; absent = that of the case"),
+    float, Field(ge=WARM[0], le=WARM[1], description="degrees C; absent = that of the case")
 ]
 
 
@@ -85,24 +96,16 @@ class MaterialTable(CaseTable):
     density: float = Field(
         default=1100.0, gt=0, description="kg/m3 (filled rubber; unfilled 950); for vibrations and exports"
     )
-    hardness: float | None = Field(
-        default=None, description="Shore A, for a law without parameters where nothing else is known"
-    )
-    terms: int | None = Field(
-        default=None, ge=1, description="number of terms to fit, when no parameters are given"
-    )
+    hardness: float | None = optional("Shore A, for a law without parameters where nothing else is known")
+    terms: int | None = optional("number of terms to fit, when no parameters are given", ge=1)
 
 
 class MeshTable(CaseTable):
     """``[mesh]``."""
 
-    elements_across: Elements | None = Field(
-        default=None, ge=2, description="rubber elements from sleeve to sleeve"
-    )
-    elements_along: Elements | None = Field(default=None, ge=2, description="rubber elements along the axis")
-    elements_around: Elements | None = Field(
-        default=None, ge=4, description="elements around the circumference"
-    )
+    elements_across: Elements | None = optional("rubber elements from sleeve to sleeve", ge=2)
+    elements_along: Elements | None = optional("rubber elements along the axis", ge=2)
+    elements_around: Elements | None = optional("elements around the circumference", ge=4)
 
 
 Times = Annotated[list[float], Field(min_length=2, max_length=100_000)]
@@ -113,19 +116,19 @@ class PathTable(CaseTable):
     """``[load_cases.path]``: six motions in time."""
 
     time: Times = Field(description="s")
-    ux: Times | None = Field(default=None, description="mm, across the axis")
-    uy: Times | None = Field(default=None, description="mm, across the axis")
-    uz: Times | None = Field(default=None, description="mm, along the axis")
-    rx: Times | None = Field(default=None, description="degrees")
-    ry: Times | None = Field(default=None, description="degrees")
-    rz: Times | None = Field(default=None, description="degrees, about the axis")
-    fx: Times | None = Field(default=None, description="N, in place of ux: the motion follows from the force")
-    fy: Times | None = Field(default=None, description="N, in place of uy")
-    fz: Times | None = Field(default=None, description="N, in place of uz")
-    mx: Times | None = Field(default=None, description="N mm, in place of rx, about the sleeve's centre")
-    my: Times | None = Field(default=None, description="N mm, in place of ry")
-    mz: Times | None = Field(default=None, description="N mm, in place of rz")
-    free: list[Motion] | None = Field(default=None, description="motions that are free of force")
+    ux: Times | None = optional("mm, across the axis")
+    uy: Times | None = optional("mm, across the axis")
+    uz: Times | None = optional("mm, along the axis")
+    rx: Times | None = optional("degrees")
+    ry: Times | None = optional("degrees")
+    rz: Times | None = optional("degrees, about the axis")
+    fx: Times | None = optional("N, in place of ux: the motion follows from the force")
+    fy: Times | None = optional("N, in place of uy")
+    fz: Times | None = optional("N, in place of uz")
+    mx: Times | None = optional("N mm, in place of rx, about the sleeve's centre")
+    my: Times | None = optional("N mm, in place of ry")
+    mz: Times | None = optional("N mm, in place of rz")
+    free: list[Motion] | None = optional("motions that are free of force")
 
 
 def _table_or_list(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
@@ -167,24 +170,20 @@ class FileTable(CaseTable):
     units: UnitsTable = Field(default_factory=UnitsTable)
     delimiter: Delimiter | None = None
     decimal: Literal[".", ","] | None = None
-    reverse: list[Literal["displacement", "force"]] | None = Field(
-        default=None, description="columns whose sign is reversed; [] says that all signs are right"
+    reverse: list[Literal["displacement", "force"]] | None = optional(
+        "columns whose sign is reversed; [] says that all signs are right"
     )
-    accept: list[float | FaultKind] | None = Field(
-        default=None,
-        description="measured values that look like codes for missing values, and kinds of data faults that are none",
+    accept: list[float | FaultKind] | None = optional(
+        "measured values that look like codes for missing values, and kinds of data faults that are none"
     )
-    group: ColumnKey | None = Field(
-        default=None,
+    group: ColumnKey | None = optional(
+        "sheet or group of the file, by name or by number from 1",
         validation_alias=AliasChoices("group", "sheet"),
-        description="sheet or group of the file, by name or by number from 1",
     )
-    rows: dict[str, str | float] | None = Field(
-        default=None, description="value, by column, of the rows that belong to the recording"
+    rows: dict[str, str | float] | None = optional(
+        "value, by column, of the rows that belong to the recording"
     )
-    sample_rate: float | None = Field(
-        default=None, gt=0, description="Hz; samples per second of a file without a time"
-    )
+    sample_rate: float | None = optional("Hz; samples per second of a file without a time", gt=0)
 
 
 class FrequenciesTable(CaseTable):
@@ -195,49 +194,41 @@ class FrequenciesTable(CaseTable):
     first: float = Field(gt=0, alias="from", description="Hz")
     last: float = Field(gt=0, alias="to", description="Hz")
     points: int = Field(ge=2, le=10_000, description="number of frequencies")
-    spacing: Literal["linear", "logarithmic"] | None = Field(
-        default=None, description="absent = logarithmic over more than a decade"
+    spacing: Literal["linear", "logarithmic"] | None = optional(
+        "absent = logarithmic over more than a decade"
     )
 
 
 class VibrationTable(CaseTable):
     """``[load_cases.dynamic]``: small vibrations about one or several preloads."""
 
-    preload: Numbers | None = Field(default=None, description="mm or degrees; one or a list")
-    preload_force: Numbers | None = Field(default=None, description="N or N mm; one or a list")
-    amplitude: Numbers | None = Field(
-        default=None, description="mm or degrees, peak; one or a list; absent = small"
-    )
+    preload: Numbers | None = optional("mm or degrees; one or a list")
+    preload_force: Numbers | None = optional("N or N mm; one or a list")
+    amplitude: Numbers | None = optional("mm or degrees, peak; one or a list; absent = small")
     frequency: Annotated[Numbers, WrapValidator(_table_or_list)] = Field(
         description="Hz; a list, or {from, to, points, spacing}"
     )
     point: Literal["transfer", "driving"] = Field(
         default="transfer", description="force at the held sleeve, or where the bushing is driven"
     )
-    motion: Motion | None = Field(
-        default=None, description="of mode path: what vibrates; absent = the motion that goes furthest"
-    )
+    motion: Motion | None = optional("of mode path: what vibrates; absent = the motion that goes furthest")
 
 
 class LoadCaseTable(FileTable):
     """``[[load_cases]]``."""
 
     mode: str = Field(description="a mode, see bushcli list modes")
-    amplitude: float | None = Field(default=None, description="mm or degrees; stretch - 1 for a coupon")
-    path: Annotated[list[float] | None, Field(min_length=2), WrapValidator(_table_or_list)] = Field(
-        default=None, description="points to go through, mm or degrees; a table of six motions for mode path"
+    amplitude: float | None = optional("mm or degrees; stretch - 1 for a coupon")
+    path: Annotated[list[float] | None, Field(min_length=2), WrapValidator(_table_or_list)] = optional(
+        "points to go through, mm or degrees; a table of six motions for mode path"
     )
-    force: float | None = Field(default=None, description="largest force, N or N mm; the travel is found")
-    force_path: list[float] | None = Field(
-        default=None, min_length=2, description="forces to go through, N or N mm"
-    )
-    rate: float | None = Field(default=None, gt=0, description="mm/s or degrees/s; N/s or N mm/s of a force")
-    file: Name | None = Field(default=None, description="file with the path of the displacement")
-    force_file: Name | None = Field(default=None, description="file with the path of the force")
+    force: float | None = optional("largest force, N or N mm; the travel is found")
+    force_path: list[float] | None = optional("forces to go through, N or N mm", min_length=2)
+    rate: float | None = optional("mm/s or degrees/s; N/s or N mm/s of a force", gt=0)
+    file: Name | None = optional("file with the path of the displacement")
+    force_file: Name | None = optional("file with the path of the force")
     steps: int = Field(default=20, ge=1, le=100_000, description="steps on the longest segment of the path")
-    dynamic: VibrationTable | None = Field(
-        default=None, description="vibrations about preloads; a table of its own"
-    )
+    dynamic: VibrationTable | None = optional("vibrations about preloads; a table of its own")
     temperature: Temperature | None = None
 
 
@@ -245,7 +236,7 @@ class ToleranceTable(CaseTable):
     """``tolerance``."""
 
     percent: float = Field(gt=0, le=100, description="of the measured stiffness and the recorded force range")
-    name: Literal["D1", "D2", "D3"] | None = Field(default=None, alias="class", description="on the drawing")
+    name: Literal["D1", "D2", "D3"] | None = optional("on the drawing", alias="class")
 
 
 class EffectTable(CaseTable):
@@ -255,6 +246,6 @@ class EffectTable(CaseTable):
     parameters: dict[str, Value] = Field(
         default_factory=dict, description="by name, or by the name of 1/value; a choice by its word"
     )
-    channels: list[Name] | None = Field(
-        default=None, min_length=1, description="channels that have it; all that it acts on when absent"
+    channels: list[Name] | None = optional(
+        "channels that have it; all that it acts on when absent", min_length=1
     )

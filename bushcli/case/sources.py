@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import replace
-from itertools import count, islice
+from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bushcli.case import motion_path
 from bushcli.case.finding import Finding, Keys, dotted_key, toml_text, unknown_name, wrong_key, wrong_value
 from bushcli.case.limits import MOST_ENTRIES
+from bushcli.case.loads import unused_name
 from bushcli.case.schema import DELIMITERS, FileTable
 from bushcli.errors import nearest
 from bushcli.recording.guess import contradicting_modes, modes_of_name
@@ -71,22 +72,15 @@ def _have_same_samples(source: Source, other: Source) -> bool:
     return bool(shared) and source.file.resolve() == other.file.resolve()
 
 
+@dataclass
 class SourceBuilder:
     """Builds the sources of a case and collects their errors."""
 
-    def __init__(
-        self,
-        folder: Path,
-        findings: list[Finding],
-        known: Callable[[Keys, str, str | None], bool],
-        looks_for_files: bool,
-        tables: TableCache,
-    ) -> None:
-        self.tables = tables
-        self.looks_for_files = looks_for_files
-        self.folder = folder
-        self.findings = findings
-        self.known = known
+    folder: Path
+    findings: list[Finding]
+    known: Callable[[Keys, str, str | None], bool]
+    looks_for_files: bool
+    tables: TableCache
 
     def build(
         self,
@@ -106,18 +100,13 @@ class SourceBuilder:
         for table, keys, files, pattern in listed:
             taken = [source.name for source in sources]
             if table.name in taken:
-                self.findings.append(
-                    wrong_value((*keys, "name"), table.name, "is the name of another channel")
-                )
+                what = "is the name of another channel"
+                self.findings.append(wrong_value((*keys, "name"), table.name, what))
             if pattern:
-                files = [
-                    file
-                    for file in files
-                    if not listed_files & {(file.resolve(), table.mode), (file.resolve(), None)}
-                ]
+                kinds = (table.mode, None)
+                files = [f for f in files if not listed_files & {(f.resolve(), kind) for kind in kinds}]
             if pattern and table.name is not None and len(files) > 1:
-                matches = f"{toml_text(table.file)} matches {len(files)} files"
-                what = f"is one name, but {matches}"
+                what = f"is one name, but {toml_text(table.file)} matches {len(files)} files"
                 expected = "leave it out: each channel is then named after its file"
                 self.findings.append(wrong_key((*keys, "name"), what, expected))
             for file in files:
@@ -125,17 +114,13 @@ class SourceBuilder:
                 mode = self._mode(keys, table, file, usual)
                 known = mode is not None and self.known(keys, mode, specimen)
                 name = table.name or (file.stem if pattern or parts else mode or file.stem)
-                numbered = (name if i == 1 else f"{name}_{i}" for i in count(1))
-                unused = next(name for name in numbered if name not in taken)
-                source = self._source(table, keys, file, mode or "", known, unused)
+                source = self._source(table, keys, file, mode or "", known, unused_name(name, taken))
                 channels, path_findings = (
                     motion_path.channels(source, table, keys, taken, self.tables)
                     if known and is_file(file)
                     else ([source], [])
                 )
-                duplicate = next(
-                    (earlier for earlier in sources if _have_same_samples(earlier, source)), None
-                )
+                duplicate = next((other for other in sources if _have_same_samples(other, source)), None)
                 if duplicate is not None:
                     at = (*keys, "file")
                     given = f"{dotted_key(at)} = {toml_text(table.file)}"
@@ -148,11 +133,8 @@ class SourceBuilder:
 
     def _mode(self, keys: Keys, table: RecordingTable, file: Path, usual: str) -> str | None:
         if table.mode is not None:
-            modes_in_name = (
-                contradicting_modes(file.stem, table.mode)
-                if table.mode in modes() and table.name is None
-                else ()
-            )
+            by_mode = table.mode in modes() and table.name is None
+            modes_in_name = contradicting_modes(file.stem, table.mode) if by_mode else ()
             if modes_in_name:
                 setting = f"{dotted_key((*keys, 'mode'))} = {toml_text(table.mode)}"
                 what = f"{setting}, but the name of the file, {toml_text(file.name)}, says {' or '.join(modes_in_name)}"
@@ -185,9 +167,8 @@ class SourceBuilder:
             specimen=self._specimen(keys, table, mode if known else ""),
         )
         if table.rate is not None and table.sample_rate is not None:
-            self.findings.append(
-                wrong_key((*keys, "rate"), "and sample_rate both give the time", "give one of them")
-            )
+            what = "and sample_rate both give the time"
+            self.findings.append(wrong_key((*keys, "rate"), what, "give one of them"))
         if known:
             self.findings += wrong_units(keys, source)
         return source
@@ -196,10 +177,8 @@ class SourceBuilder:
         """Return the dimensions of a coupon in machine units, and which stress and strain its file holds."""
         keys_of_specimen = [key for key in _OF_SPECIMEN if getattr(table, key) is not None]
         if keys_of_specimen and mode and modes()[mode].specimen != "coupon":
-            at: Keys = (*keys, keys_of_specimen[0])
-            self.findings.append(
-                wrong_key(at, f"belongs to a material test, but mode {mode} to a {modes()[mode].specimen}")
-            )
+            what = f"belongs to a material test, but mode {mode} to a {modes()[mode].specimen}"
+            self.findings.append(wrong_key((*keys, keys_of_specimen[0]), what))
             return Specimen()
         area = table.area
         sizes = [key for key in ("area", "diameter") if getattr(table, key) is not None]
@@ -209,9 +188,8 @@ class SourceBuilder:
             self.findings.append(Finding((*keys, "area"), what, expected="give the cross-section once"))
         if (table.width is None) != (table.thickness is None):
             lacking = "thickness" if table.thickness is None else "width"
-            self.findings.append(
-                wrong_key((*keys, lacking), "is missing: the cross-section is width times thickness", "mm")
-            )
+            what = "is missing: the cross-section is width times thickness"
+            self.findings.append(wrong_key((*keys, lacking), what, "mm"))
         elif table.width is not None and table.thickness is not None:
             area = table.width * table.thickness
         elif table.diameter is not None:
@@ -230,11 +208,9 @@ class SourceBuilder:
             elif value is not None and value != "engineering" and size is not None:
                 what = f"contradicts the dimensions: the file holds {measured}"
             if what:
-                expected = " or ".join(
-                    f'"{value}"' for value in (possible if size is None else ("engineering",))
-                )
-                finding = wrong_key((*keys, key), f'= "{value}" {what}', expected)
-                self.findings.append(finding)
+                suitable = possible if size is None else ("engineering",)
+                expected = " or ".join(f'"{word}"' for word in suitable)
+                self.findings.append(wrong_key((*keys, key), f'= "{value}" {what}', expected))
         return Specimen(table.gauge_length, area, table.stress, table.strain)
 
     def files(self, keys: Keys, name: str) -> tuple[list[Path], bool]:
@@ -262,10 +238,8 @@ class SourceBuilder:
         except (OSError, ValueError, NotImplementedError):
             hits = []
         if not hits or len(hits) > MOST_ENTRIES:
-            many = f"matches more than {MOST_ENTRIES} files"
-            self.findings.append(
-                wrong_value(keys, name, many if hits else "matches no file", f"looked in {self.folder}")
-            )
+            what = f"matches more than {MOST_ENTRIES} files" if hits else "matches no file"
+            self.findings.append(wrong_value(keys, name, what, f"looked in {self.folder}"))
             return [], True
         return hits, True
 

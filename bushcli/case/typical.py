@@ -100,9 +100,8 @@ def unusual_values(case: Case, material: Material, paths: Iterable[Path] = ()) -
     bulk = material.bulk_modulus
     if material.parameters and np.isfinite(bulk) and not BULK[0] <= bulk <= BULK[1]:
         message = f"the bulk modulus is {bulk:.4g} MPa; solid rubber has some 2000, at least {BULK[0]:g} MPa"
-        remarks.append(
-            (message, "give material.bulk_modulus in MPa, or leave it out for an incompressible rubber")
-        )
+        remedy = "give material.bulk_modulus in MPa, or leave it out for an incompressible rubber"
+        remarks.append((message, remedy))
     units = "give the dimensions in mm; of a file in another unit than it states, set geometry.unit"
     overall, wall = case.geometry.overall, case.geometry.wall
     if overall is not None and not OVERALL[0] <= overall <= OVERALL[1]:
@@ -110,19 +109,15 @@ def unusual_values(case: Case, material: Material, paths: Iterable[Path] = ()) -
         remarks.append((f"the bushing is {overall:.4g} mm in size; {usual_range}", units))
     elif wall is not None and not THICKNESS[0] <= wall.thickness <= THICKNESS[1]:
         usual_range = f"bushings have {THICKNESS[0]:g} to {THICKNESS[1]:g} mm"
-        remarks.append(
-            (f"the rubber is {wall.thickness:.4g} mm thick between the bonds; {usual_range}", units)
-        )
+        message = f"the rubber is {wall.thickness:.4g} mm thick between the bonds; {usual_range}"
+        remarks.append((message, units))
     looked_at: dict[str, tuple[str, Array, Array | None]] = {}
     for load_case in case.load_cases:
         if load_case.by_force or not load_case.path:
             continue
         q = np.asarray(load_case.path, dtype=float)
-        time = (
-            None
-            if not load_case.rate
-            else np.concatenate([[0.0], np.cumsum(np.abs(np.diff(q)))]) / load_case.rate
-        )
+        along = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(q)))])
+        time = along / load_case.rate if load_case.rate else None
         looked_at[load_case.label] = (load_case.mode, q, time)
     looked_at |= {
         path.name: (path.mode, path.displacement, path.time)
@@ -152,10 +147,8 @@ def _of_the_path(
         message = (
             f"{name}: a travel of {travel:.4g} {unit} on {size} is a shear strain of {100 * strain:.3g} %"
         )
-        yield (
-            message,
-            f"give the travel in {unit} and [geometry] in mm; check the columns and units of a recording",
-        )
+        remedy = f"give the travel in {unit} and [geometry] in mm; check the columns and units of a recording"
+        yield message, remedy
     rate = 0.0
     if time is not None and np.ptp(q) >= _HELD * np.abs(q).max(initial=0.0):
         # The median speed of the moving samples: holds and noise do not count.
@@ -166,7 +159,5 @@ def _of_the_path(
     if rate > 0.0 and not RATE[0] <= rate <= RATE[1]:
         usual_range = f"tests of rubber have {RATE[0]:g} to {RATE[1]:g} per s"
         message = f"{name}: the rubber is strained by {rate:.2g} per s; {usual_range}"
-        yield (
-            message,
-            'give time in s: of a recording in ms, units = { time = "ms" }; of a load case, rate per s',
-        )
+        remedy = 'give time in s: of a recording in ms, units = { time = "ms" }; of a load case, rate per s'
+        yield message, remedy

@@ -28,7 +28,6 @@ def case_file_unit(parameter: EffectParameter, rotational: bool) -> str:
     Parameters
     ----------
     parameter : EffectParameter
-        Parameter of an effect.
     rotational : bool
         Whether the effect's channels are rotations, so that mm becomes degrees and N becomes N mm.
     """
@@ -51,7 +50,6 @@ def case_file_number(parameter: EffectParameter, value: float, rotational: bool)
     Parameters
     ----------
     parameter : EffectParameter
-        Parameter of an effect.
     value : float
         In N, mm, MPa, s, rad.
     rotational : bool
@@ -69,7 +67,6 @@ def parameters_in_degrees(
     Parameters
     ----------
     active : sequence of ActiveEffect
-        Effects of the case.
     channels : iterable of (str, str)
         Name and mode of each channel.
     """

@@ -50,9 +50,8 @@ def dynamic_test(
         what = f"{dotted_key(keys_of_dynamic)} has preload and preload_force"
         findings.append(Finding((*keys_of_dynamic, name), what, expected="give one of the two"))
     if len(set(preload)) < len(preload):
-        findings.append(
-            wrong_value((*keys_of_dynamic, name), list(values), "has a value twice", "each preload once")
-        )
+        at = (*keys_of_dynamic, name)
+        findings.append(wrong_value(at, list(values), "has a value twice", "each preload once"))
     amplitude = dynamic.amplitude or ()
     if len(set(amplitude)) < len(amplitude) or any(value <= 0.0 for value in amplitude):
         expected = "peaks above 0, each once; without amplitude the vibration is small"
@@ -86,9 +85,8 @@ def _meaningless_keys(table: LoadCaseTable, keys: Keys, posed: bool) -> list[Fin
     for name in ("preload", "preload_force") if posed else ("motion",):
         if getattr(dynamic, name) is not None:
             at = (*keys, "dynamic", name)
-            meaning = (
-                "the end of [load_cases.path] is the preload" if posed else "only mode path has six motions"
-            )
+            of_path = "the end of [load_cases.path] is the preload"
+            meaning = of_path if posed else "only mode path has six motions"
             findings.append(wrong_key(at, f"has no meaning for mode {table.mode}", meaning))
     return findings
 

@@ -20,16 +20,13 @@ from typing import Any
 import click
 
 from bushcli import __version__
-from bushcli.cli.batch import batch
-from bushcli.cli.case import check, direct, mesh
+from bushcli.cli.case import check, direct, dynamic, mesh
 from bushcli.cli.compare import compare
-from bushcli.cli.design import design
 from bushcli.cli.diagnosis import diagnose
-from bushcli.cli.dynamic import dynamic
 from bushcli.cli.export import export
-from bushcli.cli.identification import fit, inverse
+from bushcli.cli.identification import batch, fit, inverse
 from bushcli.cli.run import EXIT_CODES, INTERRUPTED, WRONG_INPUT, report_mistake, unwritable
-from bushcli.cli.study import study
+from bushcli.cli.study import design, study
 from bushcli.cli.tool import doctor, init, list_
 from bushcli.cli.view import view
 from bushcli.errors import nearest, printable
@@ -44,9 +41,8 @@ class _Commands(click.Group):
         for text in typed:
             if any("\ud800" <= character <= "\udfff" for character in text):
                 what = "contains bytes that are not text in the encoding of this system"
-                click.echo(
-                    f"error: {printable(text)}: {what} (rename the file, or write the value anew)", err=True
-                )
+                remedy = "rename the file, or write the value anew"
+                click.echo(f"error: {printable(text)}: {what} ({remedy})", err=True)
                 sys.exit(WRONG_INPUT)
         _make_usable()
         try:
@@ -97,9 +93,8 @@ def _make_usable() -> None:
         os.getcwd()  # noqa: PTH109 - Path.cwd is the same
     except OSError:
         # Relative paths, results too, would go elsewhere or nowhere.
-        click.echo(
-            "error: the working directory no longer exists (change to another one: cd DIRECTORY)", err=True
-        )
+        what = "the working directory no longer exists"
+        click.echo(f"error: {what} (change to another one: cd DIRECTORY)", err=True)
         sys.exit(WRONG_INPUT)
     # Open MPI does not start without HOME, which Python finds in the system's list of users.
     try:
@@ -152,22 +147,8 @@ def main() -> None:
 
 
 for _command in (
-    init,
-    check,
-    mesh,
-    fit,
-    direct,
-    dynamic,
-    inverse,
-    batch,
-    compare,
-    diagnose,
-    export,
-    study,
-    design,
-    view,
-    list_,
-    doctor,
+    *(init, check, mesh, fit, direct, dynamic, inverse, batch, compare, diagnose),
+    *(export, study, design, view, list_, doctor),
 ):
     main.add_command(_command)
 

@@ -1,4 +1,4 @@
-"""Commands that simulate a case: check, mesh, direct."""
+"""Commands that simulate a case: check, mesh, direct, dynamic."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from geometry.errors import GeometryError
 
 if TYPE_CHECKING:
     from bushcli.recording.dynamic.table import DynamicTable
+    from bushcli.recording.source import Quantity
     from bushcli.runtime.condition import Condition
     from bushcli.simulate.dynamic_tables import ComparedTable
 
@@ -59,23 +60,19 @@ def check(run: Run, strict: bool) -> int:
     for curve in records:
         check_play(case, curve.name, curve.mode, curve.displacement)
     check_play_of_load_cases(case, run.tables)
-    programs = [
-        None
-        if load_case.source is None
-        else replace(
-            read_program(load_case.source, run.tables, "force" if load_case.by_force else "displacement"),
-            name=load_case.label,
-        )
-        for load_case in case.load_cases
-    ]
+    programs = []
+    for load_case in case.load_cases:
+        program = None
+        if load_case.source is not None:
+            quantity: Quantity = "force" if load_case.by_force else "displacement"
+            program = replace(read_program(load_case.source, run.tables, quantity), name=load_case.label)
+        programs.append(program)
     run.tables.clear()  # all is read: what the search for faults needs is not taken by the texts
     faults = (*find_faults(case, [*records, *materials]), *table_faults(case.geometry, tables))
     if not any(fault.fatal for fault in faults):
         check_travel(case, records, faults)
     forced = {load_case.label for load_case in case.load_cases if load_case.by_force}
-    displacement_programs = [
-        program for program in programs if program is not None and program.name not in forced
-    ]
+    displacement_programs = [read for read in programs if read is not None and read.name not in forced]
     doubts = unusual_values(case, case.material, (*records, *materials, *displacement_programs))
     conditions = (
         *unedited_lines(case.path),
@@ -185,9 +182,8 @@ def direct(
 
         read = [read_dynamic(source, run.tables) for source in tables]
     if not case.recordings and not case.load_cases and not tables:
-        expected = case.expected_tables(
-            "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
-        )
+        tables_of_case = "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
+        expected = case.expected_tables(tables_of_case)
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     fit = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
     interrupted = False
@@ -222,3 +218,35 @@ def direct(
         return NOT_CONVERGED
     good = all(misfit.within for misfit in compared.values())
     return NEGATIVE if strict and not good else DONE
+
+
+@click.command()
+@weighted
+@on_a_case
+def dynamic(run: Run, weighting: str) -> int:
+    """Compute dynamic stiffness and loss angle of CASE over frequency, about each preload.
+
+    The load cases are those with a table [load_cases.dynamic]. A law without parameters is fitted to the coupon tests
+    first. The rubber has relaxed under the preload. The vibration is small, or has the amplitudes that the case gives.
+    """
+    from bushcli.recording.dynamic.read import read_dynamic
+    from bushcli.report.results import DynamicResult
+    from bushcli.simulate.dynamic import DynamicInterrupted, vibrate
+    from bushcli.simulate.extent import of_table, tested_temperatures
+
+    case = run.load()
+    tested = [
+        *tested_temperatures(case),
+        *(of_table(read_dynamic(source, run.tables)) for source in case.dynamic),
+    ]
+    fit = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
+    interrupted = False
+    with run.timer("solve"), march_progress(run) as progress:
+        try:
+            response = vibrate(case, fit.material if fit else None, progress=progress, tested=tested)
+        except DynamicInterrupted as ended:
+            response, interrupted = ended.response, True
+    run.deliver(DynamicResult(response, fit))
+    if interrupted:
+        raise KeyboardInterrupt
+    return DONE if response.complete else NOT_CONVERGED

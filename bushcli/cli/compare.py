@@ -59,9 +59,8 @@ def _item(run: Run, path: Path, name: str) -> tuple[ComparedResult, Case]:
         try:
             case = rebuilt_case(json.loads(json.dumps(result["case"])), file.parent)
         except (KeyError, TypeError, AttributeError, ValueError):
-            raise InputError(
-                Problem(str(file), "is not a complete result of bushcli", "", "run the command again")
-            ) from None
+            what = "is not a complete result of bushcli"
+            raise InputError(Problem(str(file), what, "", "run the command again")) from None
         curves = curves_in(result)
         if not curves and (file.parent / IDENTIFIED).is_file():
             try:

@@ -20,6 +20,7 @@ from bushcli.cli.run import (
 from bushcli.cli.shared import (
     PositiveNumber,
     names_in,
+    processes_option,
     remote_executor,
     resume_option,
     say_what_is_saved,
@@ -56,13 +57,7 @@ from bushcli.runtime.interrupt import listen
     metavar="MINUTES",
     help="Start no further fits after this time, and answer with the models fitted so far.",
 )
-@click.option(
-    "--workers",
-    type=click.IntRange(1, 256),
-    default=1,
-    show_default=True,
-    help="Processes that share the work; the answer does not depend on their number.",
-)
+@processes_option("Processes that share the work; the answer does not depend on their number.")
 @scheduler_option
 @resume_option("fits")
 @click.option("--no-maps", is_flag=True, help="Do not compute the maps of the bushing.")
@@ -97,9 +92,8 @@ def diagnose(
         raise InputError(Problem("--workers", "cannot be used under mpirun, which starts the workers"))
     if scheduler and (has_ranks or workers > 1):
         other = "mpirun" if has_ranks else "--workers"
-        raise InputError(
-            Problem("--scheduler", f"cannot be combined with {other}", "", "give one of the two")
-        )
+        what = f"cannot be combined with {other}"
+        raise InputError(Problem("--scheduler", what, "", "give one of the two"))
     names = list(names_in(requested))
     if requested and not names:
         raise InputError(Problem("--effects", "names no effect", "", "NAME[,NAME...]"))

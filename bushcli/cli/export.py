@@ -119,7 +119,7 @@ def export(
             run.say(line)
         result = head("export", source.case, (), run.timings())
         result |= {"program": writer.name, "units": units.name, "file": str(run.output)}
-        if order.bushing is not None and order.bushing.law is not None:
+        if order.bushing.law is not None:
             result["force_law"] = order.bushing.law.summary()
         run.emit(json_value(result))
     else:
@@ -127,10 +127,8 @@ def export(
     return DONE
 
 
-def _remarks(bushing: BushingData | None) -> list[str]:
+def _remarks(bushing: BushingData) -> list[str]:
     """Return what a vehicle model leaves out, and how far a force law is from the bushing, a line per channel."""
-    if bushing is None:
-        return []
     remarks = list(bushing.remarks)
     for channel in bushing.law.channels if bushing.law is not None else ():
         remarks.append(

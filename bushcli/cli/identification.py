@@ -1,4 +1,4 @@
-"""Commands that identify a law: fit (from coupons) and inverse (from recordings)."""
+"""Commands that identify a law: fit (from coupons), inverse (from recordings), batch (from several parts)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,15 @@ import click
 
 from bushcli.cli.progress import search_progress
 from bushcli.cli.run import DONE, NEGATIVE, Run, on_a_case, verdict_code
-from bushcli.cli.shared import names_in, pool, resume_option, scheduler_option
+from bushcli.cli.shared import (
+    names_in,
+    pool,
+    processes_option,
+    resume_option,
+    scheduler_option,
+    seed_option,
+    starts_option,
+)
 from bushcli.errors import InputError, Problem, count_of
 
 if TYPE_CHECKING:
@@ -147,26 +155,16 @@ def fit_to_coupons(
     show_default=True,
     help="How to discount misfits beyond two standard deviations; linear discounts none.",
 )
-@click.option(
-    "--starts", type=click.IntRange(1, 1000), default=1, show_default=True, help="Number of start points."
-)
+@starts_option
 @click.option(
     "--global",
     "globally",
     is_flag=True,
     help="Find a further start by differential evolution on a coarse mesh.",
 )
-@click.option(
-    "--workers",
-    type=click.IntRange(1, 256),
-    default=1,
-    show_default=True,
-    help="Processes that share the starts.",
-)
+@processes_option("Processes that share the starts.")
 @scheduler_option
-@click.option(
-    "--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the start points."
-)
+@seed_option("start points")
 @resume_option("evaluations")
 @click.option("--strict", is_flag=True, help="Exit 1 when the identification has problems.")
 @on_a_case
@@ -199,9 +197,8 @@ def inverse(
 
     case = run.load()
     if scheduler and workers > 1:
-        raise InputError(
-            Problem("--workers", "cannot be combined with --scheduler, which has its own workers")
-        )
+        what = "cannot be combined with --scheduler, which has its own workers"
+        raise InputError(Problem("--workers", what))
     model_names = names_in(models) or (case.material.law,)
     if "all" in model_names:
         model_names = tuple(laws())
@@ -238,16 +235,11 @@ def _identified_fit(run: Run, task: Task, resume: bool | None, shared: Pool | No
     """Identify one law, and save its evaluations if there is an output folder."""
     from bushcli.inverse import identify
 
-    counts = {
-        kind: len({source.label for source in sources} - set(task.hold_out))
-        for kind, sources in (
-            (("recording", "recordings"), task.case.recordings),
-            (("table of dynamic stiffness", "tables of dynamic stiffness"), task.case.dynamic),
-        )
-    }
-    numbers_of_data = [
-        f"{count} {kind if count == 1 else several}" for (kind, several), count in counts.items() if count
-    ]
+    recordings = {source.label for source in task.case.recordings} - set(task.hold_out)
+    tables = {source.label for source in task.case.dynamic} - set(task.hold_out)
+    numbers_of_data = [f"{len(recordings)} recording{'s' * (len(recordings) != 1)}"] if recordings else []
+    if tables:
+        numbers_of_data.append(f"{len(tables)} table{'s' * (len(tables) != 1)} of dynamic stiffness")
     if numbers_of_data:
         # Without any, the task says what is missing.
         run.say(f"identifying {task.model} from {' and '.join(numbers_of_data)}")
@@ -263,3 +255,25 @@ def _identified_fit(run: Run, task: Task, resume: bool | None, shared: Pool | No
             tables=run.tables,
             told=lambda fault: run.say(f"  {fault.channel}: {fault.where}"),
         )
+
+
+@click.command()
+@click.option("--model", metavar="LAW", help="Law to identify instead of the case's.")
+@click.option("--strict", is_flag=True, help="Exit 1 when there is an outlier.")
+@on_a_case
+def batch(run: Run, model: str | None, strict: bool) -> int:
+    """Identify one law from the recordings of several parts, and the stiffness of each.
+
+    The [[specimens]] of CASE are parts of one drawing. The result has the scatter of their stiffness, the mean curve
+    with its tolerance band, and the outliers, with what their recordings show of the cause.
+    """
+    from bushcli.inverse import Task
+    from bushcli.study.batch import batch as compared
+
+    case = run.load()
+    law = model or case.material.law
+    with run.timer("batch"):
+        progress = search_progress(run, Task(case, law).rotational_parameters, 1)
+        comparison = compared(case, law, tables=run.tables, progress=progress, told=run.say)
+    run.deliver(comparison)
+    return verdict_code(comparison.conditions, comparison.fit.converged, strict and bool(comparison.outliers))

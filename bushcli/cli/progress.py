@@ -115,24 +115,18 @@ def search_progress(
             started = evaluation.start
             remaining = (time.perf_counter() - start) / started * (starts - started)
             run.say(f"start {started + 1} of {starts}, about {remaining:.0f} s left")
-        run.say(
-            progress_line(
-                replace(evaluation, parameters=values_in_file_units(evaluation.parameters, rotational))
-            )
-        )
+        values = values_in_file_units(evaluation.parameters, rotational)
+        run.say(progress_line(replace(evaluation, parameters=values)))
 
     return line
 
 
 def progress_line(evaluation: Evaluation) -> str:
     """Return one evaluation as a line: "  4  misfit  1.064  it 2  C10 0.118"."""
-    misfit = (
-        "no solution     " if math.isnan(evaluation.cost) else f"misfit {math.sqrt(evaluation.cost):9.4g}"
-    )
-    if evaluation.stage == "profile":
-        where = "profile"
-    else:
-        where = f"it {evaluation.iteration}" if evaluation.iteration else "start"
+    cost = evaluation.cost
+    misfit = "no solution     " if math.isnan(cost) else f"misfit {math.sqrt(cost):9.4g}"
+    where = f"it {evaluation.iteration}" if evaluation.iteration else "start"
+    where = "profile" if evaluation.stage == "profile" else where
     values = "  ".join(f"{name} {value:.5g}" for name, value in evaluation.parameters.items())
     start = f"start {evaluation.start}  " if evaluation.start else ""
     return f"  {evaluation.number:3d}  {misfit}  {start}{where:7s}  {values}{'  best' if evaluation.best else ''}"

@@ -384,11 +384,10 @@ def report_mistake(error: Exception) -> int:
     from bushcli.runtime.dolfinx_version import installed_dolfinx, untried_dolfinx
 
     limit = _memory_limit()
+    allowed = f"this shell allows a process {limit / 1e9:.2g} GB (ulimit -v)"
     if isinstance(error, MemoryError) or (limit and isinstance(error, ImportError)):
         # Under a limit a library that cannot be mapped is an error of its import.
-        memory = (
-            f"this shell allows a process {limit / 1e9:.2g} GB (ulimit -v)" if limit else "the memory is full"
-        )
+        memory = allowed if limit else "the memory is full"
         expected = "`ulimit -v unlimited`, a smaller mesh, or fewer processes"
         _complain(f"error: {Problem('memory', f'is not enough: {memory}', '', expected)}")
         return WRONG_INPUT
@@ -396,9 +395,7 @@ def report_mistake(error: Exception) -> int:
         click.echo(printable(f"internal error: {type(error).__name__}: {error}"), err=True)
         click.echo("this is an error in bushcli; --debug shows where", err=True)
         if limit:
-            click.echo(
-                f"a possible cause: this shell allows a process {limit / 1e9:.2g} GB (ulimit -v)", err=True
-            )
+            click.echo(f"a possible cause: {allowed}", err=True)
         for possible in untried_dolfinx(installed_dolfinx()):
             click.echo(f"a possible cause: {possible.message}\n  remedy: {possible.remedy}", err=True)
     return MISTAKE

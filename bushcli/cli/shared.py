@@ -36,24 +36,38 @@ class _Address(click.ParamType):
         return str(value)
 
 
+scheduler_option = click.option(
+    "--scheduler",
+    type=_Address(),
+    metavar="ADDRESS",
+    help="Share the work among the workers of this Dask scheduler, e.g. tcp://127.0.0.1:8786.",
+)
+starts_option = click.option(
+    "--starts", type=click.IntRange(1, 1000), default=1, show_default=True, help="Number of start points."
+)
+
+
+def seed_option(of: str) -> Callable[[F], F]:
+    """Give a command the option ``--seed``."""
+    return click.option(
+        "--seed", type=click.IntRange(0), default=0, show_default=True, help=f"Seed of the {of}."
+    )
+
+
+def processes_option(meaning: str) -> Callable[[F], F]:
+    """Give a command the option ``--workers``, one if it is not given."""
+    workers = click.IntRange(1, 256)
+    return click.option("--workers", type=workers, default=1, show_default=True, help=meaning)
+
+
 def worker_options(command: F) -> F:
-    """Give a command the options ``--workers`` and ``--scheduler``."""
+    """Give a command the options ``--workers``, all processors if it is not given, and ``--scheduler``."""
     command = click.option(
         "--workers",
         type=click.IntRange(1, 256),
         help="Processes of this machine that share the work; as many as it has processors if not given.",
     )(command)
     return scheduler_option(command)
-
-
-def scheduler_option(command: F) -> F:
-    """Give a command the option ``--scheduler``."""
-    return click.option(
-        "--scheduler",
-        type=_Address(),
-        metavar="ADDRESS",
-        help="Share the work among the workers of this Dask scheduler, e.g. tcp://127.0.0.1:8786.",
-    )(command)
 
 
 def resume_option(what: str) -> Callable[[F], F]:

@@ -44,9 +44,8 @@ def _page(output: Path) -> Path:
         raise InputError(Problem(str(output), "does not exist", "", "the folder that was given with -o"))
     below = sorted(str(page.parent) for page in output.glob(f"*/{REPORT}")) if output.is_dir() else []
     what = f"has no {REPORT}" if output.is_dir() else "is not a page"
-    raise InputError(
-        Problem(str(output), what, "", ", ".join(below[:5]) or "a folder that was given with -o")
-    )
+    expected = ", ".join(below[:5]) or "a folder that was given with -o"
+    raise InputError(Problem(str(output), what, "", expected))
 
 
 def _open(page: Path) -> int:
@@ -66,10 +65,11 @@ def _serve(page: Path, port: int) -> int:
     try:
         server = page_server(page, LOCAL, port)
     except OSError as error:
-        what = f"cannot be used: {error.strerror or error}"
-        raise InputError(
-            Problem(f"--port {port}", what, "", "choose another port, or 0 for a free one")
-        ) from None
+        what, remedy = (
+            f"cannot be used: {error.strerror or error}",
+            "choose another port, or 0 for a free one",
+        )
+        raise InputError(Problem(f"--port {port}", what, "", remedy)) from None
     with server:
         click.echo(f"http://{LOCAL}:{server.server_port}/{quote(page.name)}")
         click.echo("Ctrl-C ends it", err=True)

@@ -57,10 +57,8 @@ class ActiveEffect:
     def parameters(self) -> tuple[EffectParameter, ...]:
         """The parameters that the model uses: all that are not optional, and all of a branch with a given value."""
         branches = {p.branch for p in self.effect.parameters if p.name in self.values}
-        used = {
-            "",
-            *(p.choice(self.values.get(p.name, p.start)) for p in self.effect.parameters if p.choices),
-        }
+        choices = (p for p in self.effect.parameters if p.choices)
+        used = {"", *(p.choice(self.values.get(p.name, p.start)) for p in choices)}
         return tuple(
             p for p in self.effect.parameters if (not p.optional or p.branch in branches) and p.under in used
         )
@@ -106,27 +104,20 @@ class ActiveEffect:
 
         Parameters
         ----------
-        channel : str
-            Name of the channel.
-        mode : str
-            Name of the channel's mode.
+        channel, mode : str
+            Names of the channel and of its mode.
         kind : {"static", "dynamic"} or None
             Kind of the channel; None where either counts.
         """
         return (self.channels is None or channel in self.channels) and self.effect.acts_on(mode, kind)
 
     def is_among(self, others: Iterable[ActiveEffect]) -> bool:
-        """Whether one of several effects is the same on a common channel, so that a model cannot have both.
-
-        Parameters
-        ----------
-        others : iterable of ActiveEffect
-        """
-        for other in others:
-            common = self.channels is None or other.channels is None or {*self.channels} & {*other.channels}
-            if other.effect.name == self.effect.name and common:
-                return True
-        return False
+        """Whether one of several effects is the same on a common channel, so that a model cannot have both."""
+        return any(
+            other.effect.name == self.effect.name
+            and (self.channels is None or other.channels is None or {*self.channels} & {*other.channels})
+            for other in others
+        )
 
     @property
     def can_branch(self) -> bool:
@@ -187,13 +178,9 @@ def effects_on_channel(
     Parameters
     ----------
     active : sequence of ActiveEffect
-        Effects of the case.
-    channel : str
-        Name of the channel.
-    mode : str
-        Name of the channel's mode.
+    channel, mode : str
+        Names of the channel and of its mode.
     kind : {"static", "dynamic"}
-        Kind of the channel.
     temperature : float or None
         Degrees C, in place of the channel's.
     """
@@ -210,7 +197,6 @@ def require_values(active: Sequence[ActiveEffect], where: str) -> None:
     Parameters
     ----------
     active : sequence of ActiveEffect
-        Effects of the case.
     where : str
         Name of the case file, for the message.
 
@@ -218,13 +204,9 @@ def require_values(active: Sequence[ActiveEffect], where: str) -> None:
     ------
     InputError
     """
+    remedy = "give every parameter of the effect a value; only a fit can start without one"
     problems = [
-        Problem(
-            where,
-            f"effects.{name} is not given",
-            "",
-            "give every parameter of the effect a value; only a fit can start without one",
-        )
+        Problem(where, f"effects.{name} is not given", "", remedy)
         for effect in active
         for name in effect.parameters_without_value
     ]
@@ -238,11 +220,8 @@ def require_time(active: Sequence[ActiveEffect], channel: str, mode: str, where:
     Parameters
     ----------
     active : sequence of ActiveEffect
-        Effects of the case.
-    channel : str
-        Name of the channel.
-    mode : str
-        Name of the channel's mode.
+    channel, mode : str
+        Names of the channel and of its mode.
     where : str
         File of the recording or case file, for the message.
 
@@ -250,13 +229,9 @@ def require_time(active: Sequence[ActiveEffect], channel: str, mode: str, where:
     ------
     InputError
     """
+    remedy = "add a column with the time in s, or leave this channel out of the effect's channels = [...]"
     problems = [
-        Problem(
-            where,
-            f"has no time, which the effect {effect.name} needs",
-            "",
-            "add a column with the time in s, or leave this channel out of the effect's channels = [...]",
-        )
+        Problem(where, f"has no time, which the effect {effect.name} needs", "", remedy)
         for effect in effects_on_channel(active, channel, mode)
         if effect.effect.needs_time
     ]

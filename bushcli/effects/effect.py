@@ -53,10 +53,9 @@ class EffectParameter:
         "1" for a parameter without a unit.
     meaning : str
         One line for ``bushcli list effects``.
-    start : float
-        Start value of a fit if nothing better is known; for an amplitude a small, typical value other than ``off``.
-    lower, upper : float
-        Closed interval of admissible values.
+    start_and_bounds : (float, float, float)
+        Start value of a fit if nothing better is known, for an amplitude a small, typical value other than ``off``;
+        lowest and highest admissible value.
     off : float or None
         For an amplitude, the value at which the effect is absent; None for a shape parameter, such as a time or a gap.
     optional : bool
@@ -111,9 +110,7 @@ class EffectParameter:
     name: str
     unit: str
     meaning: str
-    start: float
-    lower: float
-    upper: float
+    start_and_bounds: tuple[float, float, float]
     off: float | None = None
     optional: bool = False
     motions: frozenset[str] = frozenset()
@@ -135,6 +132,21 @@ class EffectParameter:
     of_amplitude: bool = False
     within: tuple[Literal["thickness", "length", "thickness/length"], float] | None = None
     prior: Prior | None = None
+
+    @property
+    def start(self) -> float:
+        """Start value of a fit."""
+        return self.start_and_bounds[0]
+
+    @property
+    def lower(self) -> float:
+        """Lowest admissible value."""
+        return self.start_and_bounds[1]
+
+    @property
+    def upper(self) -> float:
+        """Highest admissible value."""
+        return self.start_and_bounds[2]
 
     @property
     def stem(self) -> str:
@@ -210,6 +222,13 @@ class EffectParameter:
         alike = all(modes()[name].is_symmetric_end_to_end(planes) for name in acting)
         images = {image for _, image in self.twins} if alike else set()
         return tuple(choice for choice in self.choices if choice not in images)
+
+
+@dataclass(frozen=True)
+class Amplitude(EffectParameter):
+    """A parameter that switches an effect off with the value 0."""
+
+    off: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -376,9 +395,8 @@ class Effect:
         Parameters
         ----------
         mode : str
-            Name of the mode.
         kind : Kind or None
-            Kind of the channels, None for any.
+            None for any.
         """
         mode_of_channel = modes()[mode]
         if kind is not None and kind not in self.kinds:
@@ -397,9 +415,7 @@ def reasons_against(
     Parameters
     ----------
     effect : Effect
-        Effect to be added.
     shape : Shape
-        The specimen.
     other_names : collection of str
         Names of the other effects of the model.
     values : mapping of str to float or None
@@ -435,19 +451,13 @@ def effects() -> Mapping[str, Effect]:
     """Return all effects found in ``bushcli/effects/library``, by name, in alphabetical order."""
     package = importlib.import_module("bushcli.effects.library")
     modules = sorted(module.name for module in pkgutil.iter_modules(package.__path__))
-    library: list[Effect] = [
-        importlib.import_module(f"{package.__name__}.{module}").EFFECT for module in modules
-    ]
-    # The file of one of two rivals names the other: a new effect changes no other file.
-    naming = {
-        effect.name: {other.name for other in library if effect.name in other.rivals} for effect in library
-    }
-    return MappingProxyType(
-        {
-            effect.name: replace(effect, rivals=tuple(sorted({*effect.rivals} | naming[effect.name])))
-            for effect in library
-        }
-    )
+    library: list[Effect] = [importlib.import_module(f"{package.__name__}.{name}").EFFECT for name in modules]
+    by_name = {}
+    for effect in library:
+        # The file of one of two rivals names the other: a new effect changes no other file.
+        naming = {other.name for other in library if effect.name in other.rivals}
+        by_name[effect.name] = replace(effect, rivals=tuple(sorted({*effect.rivals} | naming)))
+    return MappingProxyType(by_name)
 
 
 def effects_on(kind: Kind) -> dict[str, Effect]:
@@ -468,7 +478,6 @@ def effect(name: str) -> Effect:
     UnknownName
         When there is no such effect; the message names the nearest.
     """
-    try:
-        return effects()[effect_name(name)]
-    except KeyError:
-        raise UnknownName(name, "effect", tuple(effects())) from None
+    if effect_name(name) not in effects():
+        raise UnknownName(name, "effect", tuple(effects()))
+    return effects()[effect_name(name)]

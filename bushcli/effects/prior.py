@@ -119,7 +119,6 @@ class Prior:
         value : float
             In the unit of the parameter (N, mm, MPa, s, rad); of a choice its index.
         scales : Scales
-            What the prior is relative to: duration (s), travel (mm or rad), force (N or N mm) and so on.
         """
         if self.shape == "choice":
             return -math.log(self.low) if value in range(round(self.low)) else -math.inf
@@ -151,7 +150,6 @@ class Prior:
         value : float
             In the unit of the parameter; of a choice its index.
         scales : Scales
-            What the prior is relative to: duration (s), travel (mm or rad), force (N or N mm) and so on.
         """
         if self.shape == "choice":
             return 0.0
@@ -178,7 +176,6 @@ class Prior:
         value : float
             In the unit of the parameter.
         scales : Scales
-            What the prior is relative to: duration (s), travel (mm or rad), force (N or N mm) and so on.
         """
         unit = self.unit(scales)
         x = value / unit
@@ -193,11 +190,8 @@ class Prior:
         per_value = math.copysign(1.0, value) / unit
         if self.shape == "log_normal":
             return math.log(size / self.low) / self.high, per_value / size / self.high
-        if size < self.low:
-            return math.log(size / self.low) / TAIL, per_value / size / TAIL
-        if size > self.high:
-            return math.log(size / self.high) / TAIL, per_value / size / TAIL
-        return 0.0, 0.0
+        end = min(max(size, self.low), self.high)
+        return (0.0, 0.0) if size == end else (math.log(size / end) / TAIL, per_value / size / TAIL)
 
     def weight(self, value: float, scales: Scales) -> float:
         """Return the precision of the zero-mean normal whose log density has the same slope as this (half-)t or normal.
@@ -207,7 +201,6 @@ class Prior:
         value : float
             In the unit of the parameter.
         scales : Scales
-            What the prior is relative to: duration (s), travel (mm or rad), force (N or N mm) and so on.
         """
         square = (self._scale * self.unit(scales)) ** 2
         return 1.0 / square if self.shape == "normal" else (FREEDOM + 1.0) / (FREEDOM * square + value**2)
@@ -261,7 +254,6 @@ class Prior:
         value : float
             In the unit of the parameter; of a choice its index.
         scales : Scales
-            What the prior is relative to: duration (s), travel (mm or rad), force (N or N mm) and so on.
         """
         if self.shape == "choice":
             return 1.0 if value in range(round(self.low)) else 0.0
@@ -270,7 +262,9 @@ class Prior:
         if self.shape == "normal":
             return math.erfc(abs(x) / self.low / math.sqrt(2.0))
         if not self.is_logarithmic:
-            return _beyond_of_t(abs(x) / self._scale)
+            # Of Student's t with three degrees of freedom.
+            z, root = abs(x) / self._scale, math.sqrt(FREEDOM)
+            return 1.0 - 2.0 / math.pi * (math.atan(z / root) + z / root / (1.0 + z * z / FREEDOM))
         if x == 0.0 or (x < 0.0 and not self.signed):
             return 0.0
         if self.shape == "log_normal":
@@ -293,16 +287,6 @@ class Prior:
         beyond = self._beyond()
         if beyond <= _OUTSIDE:
             return -(_OUTSIDE - beyond) * self._width()
-        return TAIL * math.sqrt(2.0) * _erfinv(1.0 - _OUTSIDE / beyond)
+        from scipy.special import erfinv  # 0.08 s: only a diagnosis asks for it
 
-
-def _beyond_of_t(z: float) -> float:
-    """Return the probability of an absolute value above z by Student's t of three degrees of freedom."""
-    root = math.sqrt(FREEDOM)
-    return 1.0 - 2.0 / math.pi * (math.atan(z / root) + z / root / (1.0 + z * z / FREEDOM))
-
-
-def _erfinv(probability: float) -> float:
-    from scipy.special import erfinv  # 0.08 s: only a diagnosis asks for it
-
-    return float(erfinv(probability))
+        return TAIL * math.sqrt(2.0) * float(erfinv(1.0 - _OUTSIDE / beyond))

@@ -6,6 +6,9 @@ the springs, logged late and read with an offset. If the rig was set to zero und
 force at recorded zero is subtracted (`is_zeroed`). Every input may depend on parameters: derivatives by all ``columns``
 (names such as "C10" and "rig_compliance.compliance") are carried along, those of the law included.
 
+In all functions ``active`` are the effects of one channel, all parameters given, and ``columns`` the full names of the
+P parameters by which derivatives are wanted, in the order of the derivatives.
+
 `elastic_response` does everything for a force that is a function of the displacement. A force with a history is
 marched elsewhere: `bushing_path` gives the displacement that drives it, `extension` and `parallel` the springs in
 series and the forces beside it, and `force_reading` the logged force. `measured_stiffness` gives the stiffness of small
@@ -48,36 +51,18 @@ class NoEquilibrium(ArithmeticError):
     """No displacement of the bushing was found at which it and the spring in series carry the same force."""
 
 
-@dataclass(frozen=True)
-class Travel:
-    """The path of a channel in the order in which it was recorded.
-
-    Attributes
-    ----------
-    displacement : (n,) array
-        Displacement of the rig, mm or rad.
-    time : (n,) array, optional
-        s, strictly increasing.
-    """
-
-    displacement: Array
-    time: Array | None = None
-
-
-def bushing_path(active: Sequence[ActiveEffect], travel: Travel, columns: Sequence[str]) -> Signal:
+def bushing_path(active: Sequence[ActiveEffect], recorded: Array, columns: Sequence[str]) -> Signal:
     """Return the displacement (n,) of the bushing together with the springs in series, with derivatives (n, P).
 
     Parameters
     ----------
     active : sequence of ActiveEffect
-        Effects of this channel, all parameters given.
-    travel : Travel
-        Recorded displacement (n,), mm or rad, and time.
+    recorded : shape (n,)
+        Displacement of the rig, mm or rad, in the order of the recording.
     columns : sequence of str
-        Full names of the P parameters by which derivatives are wanted.
     """
     changes = _changes(active, columns)
-    q = Signal(travel.displacement, np.zeros((len(travel.displacement), len(columns))))
+    q = Signal(recorded, np.zeros((len(recorded), len(columns))))
     for change, parameters in changes:
         if change.zero in parameters:
             q = q + parameters[change.zero]
@@ -98,11 +83,9 @@ def extension(active: Sequence[ActiveEffect], force: Signal, columns: Sequence[s
     Parameters
     ----------
     active : sequence of ActiveEffect
-        Effects of this channel, all parameters given.
     force : Signal
         Force that they carry (n,), N or N mm, with derivatives (n, P).
     columns : sequence of str
-        Full names of the P parameters, in the order of the derivatives.
     """
     total = Signal(np.zeros_like(force.value), np.zeros_like(force.slope))
     for change, parameters in _changes(active, columns):
@@ -117,9 +100,7 @@ def has_springs(active: Sequence[ActiveEffect], columns: Sequence[str]) -> bool:
     Parameters
     ----------
     active : sequence of ActiveEffect
-        Effects of this channel, all parameters given.
     columns : sequence of str
-        Full names of the parameters by which derivatives are wanted.
     """
     elongation = extension(active, Signal(np.ones(1), np.zeros((1, len(columns)))), columns)
     return bool(np.any(elongation.value) or np.any(elongation.slope))
@@ -137,14 +118,12 @@ def parallel(
     Parameters
     ----------
     active : sequence of ActiveEffect
-        Effects of this channel, all parameters given.
     q : Signal
         Displacement of the bushing (n,), mm or rad, with derivatives (n, P).
     force : Signal
         Force of the bushing alone (n,), N or N mm, with derivatives (n, P). For the stiffness add a column of any other
         name, in which the slope of q is 1 and that of the force dF/dq.
     columns : sequence of str
-        Full names of the P parameters, in the order of the derivatives.
     time : (n,) array or None
         Seconds since the start of the recording.
     """
@@ -171,13 +150,11 @@ def force_reading(
     Parameters
     ----------
     active : sequence of ActiveEffect
-        Effects of this channel, all parameters given.
     time : (n,) array or None
         Times of the forces, s; needed for a lag or for other times.
     force : Signal
         Force that the rig carries (n,), N or N mm, with derivatives (n, P).
     columns : sequence of str
-        Full names of the P parameters, in the order of the derivatives.
     at : (m,) array or None
         Times of the samples that are logged, s; None for the times of the forces.
     corners : sequence of int
@@ -230,7 +207,6 @@ def reading_at_samples(
     Parameters
     ----------
     active : sequence of ActiveEffect
-        Effects of this channel, all parameters given.
     interpolation : callable
         Function of times (m,), s, that returns the matrix (m, nodes) from values at the nodes to values at these times.
     times : (m,) array
@@ -238,7 +214,6 @@ def reading_at_samples(
     force : Signal
         Force that the rig carries at the nodes, N or N mm, with derivatives (nodes, P).
     columns : sequence of str
-        Full names of the P parameters, in the order of the derivatives.
     """
     lag = _lag(active, columns)
     matrix = interpolation(times - float(lag.value))
@@ -309,7 +284,6 @@ def measured_stiffness(
     q, force : float
         Displacement and static force of the bushing under the preload: mm or rad, N or N mm.
     columns : sequence of str
-        Full names of the P parameters by which derivatives are wanted.
     force_slope : shape (P,) or None
         Derivatives of the static force; None = zero.
     """
@@ -361,22 +335,26 @@ def _rate(change: Callable[[Signal], Signal], point: float, slopes_by_parameter:
 
 
 def elastic_response(
-    active: Sequence[ActiveEffect], travel: Travel, response: Response, columns: Sequence[str]
+    active: Sequence[ActiveEffect],
+    recorded: Array,
+    time: Array | None,
+    response: Response,
+    columns: Sequence[str],
 ) -> Signal:
     """Return the logged force (n,) of a bushing without history, with its total derivatives (n, P).
 
     Parameters
     ----------
     active : sequence of ActiveEffect
-        Effects of this channel, all parameters given.
-    travel : Travel
-        Recorded displacement (n,), mm or rad, and time.
+    recorded : shape (n,)
+        Displacement of the rig, mm or rad, in the order of the recording.
+    time : shape (n,) or None
+        s, strictly increasing.
     response : Response
         Returns force (n,), stiffness (n,) and derivatives (n, P) of the plain bushing at displacements (n,).
         It must be smooth. While the force has the sign of the displacement, no displacement beyond the rig's (apart
         from offsets) is passed to it.
     columns : sequence of str
-        Full names of the P parameters by which derivatives are wanted.
 
     Raises
     ------
@@ -386,11 +364,11 @@ def elastic_response(
         A lag without time.
     """
     zeroed = is_zeroed(active)
-    q = np.concatenate([[0.0], travel.displacement]) if zeroed else travel.displacement
-    displacement = bushing_path(active, Travel(q), columns)
+    q = np.concatenate([[0.0], recorded]) if zeroed else recorded
+    displacement = bushing_path(active, q, columns)
     # The stiffness is carried as the derivative by one more column, which has no parameter's name.
     local = ("", *columns)
-    elapsed = None if travel.time is None else travel.time - travel.time[0]
+    elapsed = None if time is None else time - time[0]
     if elapsed is not None and zeroed:
         elapsed = np.concatenate([[0.0], elapsed])
 
@@ -415,7 +393,7 @@ def elastic_response(
     carried_force = Signal(force.value, force.slope[:, 1:] + force.slope[:, :1] * path_slope)
     if zeroed:
         carried_force = from_recorded_zero(carried_force)
-    return force_reading(active, travel.time, carried_force, columns)
+    return force_reading(active, time, carried_force, columns)
 
 
 def from_recorded_zero(force: Signal) -> Signal:

@@ -61,7 +61,7 @@ def bushing_of(
             what = f"has no stiffness matrix{' in this state' if source.stiffness_matrix is not None else ''}"
             raise InputError(Problem(source.where, what, "", matrix_remedy(unrelaxed)))
         return BushingData(
-            (), matrix, (*([state] if state else ()), *_matrix_remarks(source)), unrelaxed=unrelaxed
+            (), matrix, (*filter(None, [state]), *_matrix_remarks(source)), unrelaxed=unrelaxed
         )
     rig = [active for active in source.case.effects if active.effect.acts == "rig"]
     remarks = [f"without effects of the rig: {', '.join(effect.name for effect in rig)}"] if rig else []
@@ -75,12 +75,8 @@ def bushing_of(
     reduced = replace(
         source.case,
         effects=settled,
-        load_cases=tuple(
-            load_case for load_case in source.case.load_cases if load_case.label not in path_labels
-        ),
-        recordings=tuple(
-            recording for recording in source.case.recordings if recording.label not in path_labels
-        ),
+        load_cases=tuple(load for load in source.case.load_cases if load.six is None),
+        recordings=tuple(recording for recording in source.case.recordings if recording.six is None),
     )
     tables = TableCache() if tables is None else tables
     if writer.kind == "force_law":
@@ -91,9 +87,8 @@ def bushing_of(
             ranges.setdefault(mode, (name, mode, float(min(q.min(), 0.0)), float(max(q.max(), 0.0))))
         if not ranges:
             raise _nothing_to_export(source)
-        return BushingData(
-            (), None, tuple(remarks), BushingLaw(reduce(reduced, list(ranges.values()), progress))
-        )
+        law = BushingLaw(reduce(reduced, list(ranges.values()), progress))
+        return BushingData(remarks=tuple(remarks), law=law)
     as_they_are = source.curves and settled == source.case.effects
     curves = source.curves if as_they_are else _simulated_curves(source, reduced, progress, tables)
     of_matrix = [] if matrix is None else _matrix_remarks(source)
@@ -104,11 +99,8 @@ def bushing_of(
 
 def _dynamic_stiffness(source: ExportSource, progress: Progress | None) -> BushingData:
     """Return dynamic stiffness, which is without the rig and without effects that depend on the amplitude."""
-    excluded = [
-        active.effect.name
-        for active in source.case.effects
-        if active.effect.acts == "rig" or active.effect.slides
-    ]
+    effects = [active.effect for active in source.case.effects]
+    excluded = [effect.name for effect in effects if effect.acts == "rig" or effect.slides]
     vibrations = list(source.vibrations)
     if not vibrations and not source.case.vibrations:
         remedy = "add a table [load_cases.dynamic] to load cases, or export the folder of `bushcli dynamic CASE -o OUT`"
@@ -123,15 +115,13 @@ def _dynamic_stiffness(source: ExportSource, progress: Progress | None) -> Bushi
             raise InputError(Problem(source.where, failed.message, "", failed.remedy))
         for curve in response.curves:
             values = curve.stiffness if curve.matrix is None else curve.matrix
-            static = (curve.preload, curve.force)
-            test = curve.test
-            vibrations += motions(
-                curve.name, test.mode, static, test.transfer, curve.frequency, values, curve.amplitude
-            )
+            static, peak = (curve.preload, curve.force), curve.amplitude
+            mode, transfer = curve.test.mode, curve.test.transfer
+            vibrations += motions(curve.name, mode, static, transfer, curve.frequency, values, peak)
     remarks = [f"dynamic stiffness of small vibrations, without {' and '.join(excluded)}"] if excluded else []
     if any(vibration.static is None for vibration in vibrations):
         remarks.append("without coupling between motions: of a pose's matrix only the diagonal is written")
-    return BushingData((), None, tuple(remarks), vibrations=tuple(vibrations))
+    return BushingData(remarks=tuple(remarks), vibrations=tuple(vibrations))
 
 
 def _matrix_remarks(source: ExportSource) -> list[str]:

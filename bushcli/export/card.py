@@ -7,8 +7,16 @@ from collections.abc import Mapping, Sequence
 
 from bushcli.errors import InputError, Problem
 from bushcli.export.rubber import ExportedRubber
-from bushcli.export.units import bulk_modulus, poisson_ratio
 from bushcli.export.writer import Order
+
+#: Laws of `*HYPERELASTIC`, in the format that Abaqus and CalculiX share.
+LAWS = {
+    "neo_hookean": "*HYPERELASTIC, NEO HOOKE",
+    "mooney_rivlin": "*HYPERELASTIC, MOONEY-RIVLIN",
+    "yeoh": "*HYPERELASTIC, YEOH",
+    "ogden": "*HYPERELASTIC, OGDEN",
+    "arruda_boyce": "*HYPERELASTIC, ARRUDA-BOYCE",
+}
 
 
 def rubber(order: Order) -> ExportedRubber:
@@ -44,11 +52,12 @@ def poisson_field(order: Order, program: str, width: int) -> str:
 
     Refused are digits that give another bulk modulus, and a ratio of zero, which counts as "not given".
     """
-    material = rubber(order)
-    ratio = poisson_ratio(material.shear_modulus, material.bulk_modulus)
-    text = f"{ratio:.{min(width - 2, 16)}f}".lstrip("0").rjust(width)
-    if not 0.0 < float(text) < 0.5 or not math.isclose(
-        bulk_modulus(material.shear_modulus, float(text)), material.bulk_modulus, rel_tol=0.01
+    shear, bulk = rubber(order).shear_modulus, rubber(order).bulk_modulus
+    # As a difference from 0.5, so that a large bulk modulus neither overflows nor loses its digits.
+    text = f"{0.5 - 1.5 * shear / (3 * bulk + shear):.{min(width - 2, 16)}f}".lstrip("0").rjust(width)
+    ratio = float(text)
+    if not 0.0 < ratio < 0.5 or not math.isclose(
+        2 * shear * (1 + ratio) / (3 * (1 - 2 * ratio)), bulk, rel_tol=0.01
     ):
         raise bulk_refusal(order, program, f"takes Poisson's ratio, which would be written as {text.strip()}")
     return text
@@ -87,3 +96,30 @@ def field(number: float, width: int = 10) -> str:
             if len(short) < width and abs(float(short) - number) < error:
                 best, error = short, abs(float(short) - number)
     return best.rjust(width)
+
+
+def hyperelastic(order: Order, moduli: str = "", absent: float = 0.0) -> str:
+    """Return `*HYPERELASTIC` with its data lines; `absent` is the number for D_i of terms that the law lacks.
+
+    Abaqus and CalculiX define the energy alike: invariants and stretches isochoric, D1 = 2/kappa, neo-Hookean,
+    Mooney-Rivlin and Yeoh with 1/D1 (J - 1)^2, Ogden sum 2 mu_i/alpha_i^2 (l1^alpha_i + l2^alpha_i + l3^alpha_i - 3),
+    so that mu = sum mu_i, and Arruda-Boyce with 1/D ((J^2 - 1)/2 - ln J). bushcli's Ogden has mu_i/alpha_i: its mu_i is
+    multiplied by alpha_i / 2 (Abaqus Analysis User's Guide, Hyperelastic behavior of rubberlike materials; Dhondt,
+    CalculiX CrunchiX User's Manual, *HYPERELASTIC).
+    """
+    law, values, D = rubber(order).law, stresses(order), incompressibility(order)
+    keyword, numbers = LAWS[law], [*values.values(), D]
+    if law == "yeoh":
+        numbers = [values["C10"], values["C20"], values["C30"], D, absent, absent]
+    if law == "ogden":
+        terms = ogden_terms(values)
+        keyword += f", N={len(terms)}"
+        numbers = [number for mu, alpha in terms for number in (mu * alpha / 2.0, alpha)]
+        numbers += [D] + [absent] * (len(terms) - 1)
+    line = f"{keyword}, {moduli}" if moduli else keyword
+    return f"{line}\n{comma_lines(numbers)}"
+
+
+def density(order: Order) -> str:
+    """Return `*DENSITY` with its data line and a line break."""
+    return f"*DENSITY\n{order.units.of_density(rubber(order).density):.10g}\n"

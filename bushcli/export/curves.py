@@ -10,12 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import InputError, Problem
-from bushcli.export.directions import FORCES, mode_of
+from bushcli.export.vibration import FORCES, Vibration, mode_of
 from cases.mode import modes
 
 if TYPE_CHECKING:
     from bushcli.export.law import BushingLaw
-    from bushcli.export.vibration import Vibration
 
 Array = NDArray[np.float64]
 
@@ -50,12 +49,8 @@ class ForceCurve:
             mean = np.nansum(branches, axis=0) / np.maximum(count, 1)
         grid, mean = grid[count > 0], mean[count > 0]
         if low >= -1e-9 * high or high <= 1e-9 * -low:
-            doubled = (
-                np.concatenate([-grid[::-1], grid]) if high > -low else np.concatenate([grid, -grid[::-1]])
-            )
-            forces = (
-                np.concatenate([-mean[::-1], mean]) if high > -low else np.concatenate([mean, -mean[::-1]])
-            )
+            sides = [(-grid[::-1], -mean[::-1]), (grid, mean)][:: 1 if high > -low else -1]
+            doubled, forces = (np.concatenate(parts) for parts in zip(*sides, strict=True))
             grid, indices = np.unique(doubled, return_index=True)
             mean = forces[indices]
         return grid, mean
@@ -86,7 +81,7 @@ def matrix_remedy(unrelaxed: bool) -> str:
 class BushingData:
     """Data of a vehicle model."""
 
-    curves: tuple[ForceCurve, ...]
+    curves: tuple[ForceCurve, ...] = ()
     #: (6, 6); N, mm, rad: forces fx fy fz mx my mz on the inner sleeve against ux uy uz rx ry rz.
     stiffness_matrix: Array | None = None
     remarks: tuple[str, ...] = ()  # sentences for the file
@@ -134,24 +129,16 @@ def curves_of(result: dict[str, Any]) -> tuple[ForceCurve, ...]:
     """Return the curves in the JSON of `direct`; those of a path of several directions are left out."""
     curves = []
     for entry in result.get("load_cases", []):
-        mode = entry.get("mode")
-        force = entry.get("force")
+        mode, force = entry.get("mode"), entry.get("force")
         if mode not in modes() or modes()[mode].specimen != "bushing" or not isinstance(force, list):
             continue
         if any(value is None for value in force):
             continue
         q = np.array(entry["displacement"], dtype=float)
         q = np.radians(q) if modes()[mode].rotational else q
-        time = entry.get("time")
-        curves.append(
-            ForceCurve(
-                str(entry.get("name", mode)),
-                mode,
-                q,
-                np.array(force, dtype=float),
-                None if time is None else np.array(time, dtype=float),
-            )
-        )
+        time = None if entry.get("time") is None else np.array(entry["time"], dtype=float)
+        name = str(entry.get("name", mode))
+        curves.append(ForceCurve(name, mode, q, np.array(force, dtype=float), time))
     return tuple(curves)
 
 

@@ -25,20 +25,17 @@ def check_file(path: Path) -> None:
         The path is a folder or a link, its folder does not exist, or it is a file that bushcli has not written.
     """
     if path.is_symlink():
-        raise InputError(
-            Problem(str(path), "is a symbolic link, which is not followed", "", "give another -o FILE")
-        )
+        what = "is a symbolic link, which is not followed"
+        raise InputError(Problem(str(path), what, "", "give another -o FILE"))
     if path.is_dir():
         raise InputError(Problem(str(path), "is a folder", "", "give the name of a file to write: -o FILE"))
     if path.exists() and not path.is_file():
         what = "is no ordinary file but a device, a pipe or a socket, which would be replaced"
-        raise InputError(
-            Problem(str(path), what, "", "give another -o FILE; without -o text goes to standard output")
-        )
+        remedy = "give another -o FILE; without -o text goes to standard output"
+        raise InputError(Problem(str(path), what, "", remedy))
     if not path.parent.is_dir():
-        raise InputError(
-            Problem(str(path), "lies in a folder that does not exist", "", "give another -o FILE")
-        )
+        what = "lies in a folder that does not exist"
+        raise InputError(Problem(str(path), what, "", "give another -o FILE"))
     if path.exists():
         with suppress(OSError), path.open("rb") as file:
             head = file.read(_LOOKED_AT)

@@ -23,9 +23,8 @@ class ExportedRubber:
     #: Maxwell branches (g_i, tau_i): ratio of modulus to the law's initial shear modulus, relaxation time in s.
     series: tuple[tuple[float, float], ...] = ()
     softening: OgdenRoxburgh | None = None
-    effects: Mapping[str, tuple[str, ...]] = field(
-        default_factory=dict
-    )  # those that are series and softening
+    #: Names of the effects that are "series" and "softening".
+    effects: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     inexpressible: tuple[str, ...] = ()  # effects of the rubber that no material card can express
     beside: tuple[str, ...] = ()  # effects of the assembly and the rig, which do not belong to the rubber
     density: float = Material.density / DENSITY  # kg/m3

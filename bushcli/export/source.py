@@ -85,24 +85,22 @@ def read_source(path: Path, overrides: Sequence[str] = (), tables: TableCache | 
         case = load_case(path, overrides, tables)
         source = ExportSource(case, str(path))
     elif overrides:
-        what = "changes a case file, but a result is given"
-        raise InputError(
-            Problem(f"--set {overrides[0]}", what, "", "export the case file, or run again with --set")
+        what, remedy = (
+            "changes a case file, but a result is given",
+            "export the case file, or run again with --set",
         )
+        raise InputError(Problem(f"--set {overrides[0]}", what, "", remedy))
     else:
         result = read_result(file, path)
         if result.get("command") not in _COMMANDS:
-            commands = ", ".join(f"`bushcli {name}`" for name in _COMMANDS)
-            raise InputError(
-                Problem(str(file), "is not a result that can be exported", "", f"one of {commands}")
-            )
+            expected = f"one of {', '.join(f'`bushcli {name}`' for name in _COMMANDS)}"
+            raise InputError(Problem(str(file), "is not a result that can be exported", "", expected))
         try:
             case = rebuilt_case(dict(result["case"]) | identified_tables(result), file.parent)
             exported = curves_of(result), *matrix_of(result), vibrations_in(result)
             source = ExportSource(case, str(path), *exported)
         except (KeyError, TypeError, AttributeError, ValueError):
-            raise InputError(
-                Problem(str(file), "is not a complete result of bushcli", "", "run the command again")
-            ) from None
+            what = "is not a complete result of bushcli"
+            raise InputError(Problem(str(file), what, "", "run the command again")) from None
     require_values(source.case.effects, source.where)
     return source

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 from bushcli.errors import InputError, Problem
 from bushcli.export.curves import BushingData
-from bushcli.export.directions import FORCES, mode_of
 from bushcli.export.units import UnitSystem
+from bushcli.export.vibration import FORCES, mode_of
 from bushcli.export.writer import Order, one_line
 
 _LENGTHS = {"mm": "mm", "m": "meter", "in": "inch"}
@@ -35,7 +35,6 @@ def units_block(units: UnitSystem, angle: str) -> list[str]:
 
 def curve(order: Order, direction: str, program: str) -> list[str]:
     """Return rows of displacement (length or degrees) and force of a direction; refuse what no spring can follow."""
-    assert order.bushing is not None
     q, force = order.bushing.curve_of(direction, program)
     if len(q) < 2:
         raise InputError(Problem(f"--to {program}", f"the curve of {direction} has fewer than two points"))
@@ -47,10 +46,10 @@ def curve(order: Order, direction: str, program: str) -> list[str]:
 
 def comments(bushing: BushingData) -> list[str]:
     """Return the comment lines that state the source of each direction's curve, and the bushing's remarks."""
-    curves = bushing.by_mode()
-    remarks = {
-        direction: f"simulated, {curves[mode].name}" if mode in curves else "a line of the stiffness matrix"
-        for direction, mode in zip(FORCES, map(mode_of, FORCES), strict=True)
-    }
-    lines = [f"{direction}: {remarks[direction]}" for direction in FORCES] + list(bushing.remarks)
-    return [f"$ {one_line(line)}" for line in lines]
+    curves, lines = bushing.by_mode(), []
+    for direction in FORCES:
+        curve = curves.get(mode_of(direction))
+        lines.append(
+            f"{direction}: {f'simulated, {curve.name}' if curve else 'a line of the stiffness matrix'}"
+        )
+    return [f"$ {one_line(line)}" for line in (*lines, *bushing.remarks)]

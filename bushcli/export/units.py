@@ -83,20 +83,9 @@ def unit_system(name: str) -> UnitSystem:
     InputError
         When there is no such system; the message names the nearest.
     """
-    folded = {name.casefold(): system for name, system in SYSTEMS.items()}
-    if name.casefold() in folded:
-        return folded[name.casefold()]
+    for system in SYSTEMS.values():
+        if system.name.casefold() == name.casefold():
+            return system
     raise InputError(
         Problem("--units", f'"{name}" is not a system of units', nearest(name, SYSTEMS), ", ".join(SYSTEMS))
     )
-
-
-def poisson_ratio(shear: float, bulk: float) -> float:
-    """Return Poisson's ratio of an initial shear and a bulk modulus in MPa; 0.5 where the latter is infinite."""
-    # As a difference from 0.5, so that a large bulk modulus neither overflows nor loses its digits.
-    return 0.5 - 1.5 * shear / (3 * bulk + shear)
-
-
-def bulk_modulus(shear: float, ratio: float) -> float:
-    """Return the bulk modulus in MPa of an initial shear modulus and Poisson's ratio below 0.5."""
-    return 2 * shear * (1 + ratio) / (3 * (1 - 2 * ratio))

@@ -11,11 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import InputError, Problem
-from bushcli.export.directions import FORCES, mode_of
 from cases.mode import modes
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+
+#: Forces and moments on the inner sleeve, in the order of a stiffness matrix's rows; the bushing's axis is z.
+FORCES = ("FX", "FY", "FZ", "TX", "TY", "TZ")
+
+
+def mode_of(direction: str) -> str:
+    """Return the name of the mode whose curve stands for a direction FX to TZ."""
+    return next(mode.name for mode in modes().values() if direction in mode.directions)
 
 
 @dataclass(frozen=True)
@@ -75,20 +82,15 @@ def vibrations_in(result: dict[str, Any]) -> tuple[Vibration, ...]:
     """Return what the JSON of `dynamic` has; coupons are left out."""
     vibrations: list[Vibration] = []
     for entry in result["load_cases"] if result["command"] == "dynamic" else ():
-        matrix = entry.get("storage_matrix")
-        if matrix is None:
-            values = np.array(entry["storage"]) + 1j * np.array(entry["loss"])
-        else:
-            values = np.array(matrix) + 1j * np.array(entry["loss_matrix"])
+        of = "" if entry.get("storage_matrix") is None else "_matrix"
+        values = np.array(entry[f"storage{of}"]) + 1j * np.array(entry[f"loss{of}"])
         preload, mode, peak = entry["preload"], entry["mode"], entry["amplitude"]
         unit = math.radians(1.0) if modes()[mode].rotational else 1.0
         q = unit * preload["displacement"]
-        transfer = entry["point"] == "transfer"
+        static, transfer = (q, preload["force"]), entry["point"] == "transfer"
         frequency = np.array(entry["frequency"], dtype=float)
         amplitude = None if peak is None else unit * peak
-        vibrations += motions(
-            entry["name"], mode, (q, preload["force"]), transfer, frequency, values, amplitude
-        )
+        vibrations += motions(entry["name"], mode, static, transfer, frequency, values, amplitude)
     return tuple(vibrations)
 
 

@@ -12,16 +12,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from bushcli import __version__
 from bushcli.effects.effect import effect_in_force_law
 from bushcli.errors import InputError, Problem, nearest, printable
+from bushcli.export.curves import BushingData
 from bushcli.export.rubber import ExportedRubber
 from bushcli.export.units import UnitSystem
-
-if TYPE_CHECKING:
-    from bushcli.export.curves import BushingData
 
 Kind = Literal["card", "bushing", "matrix", "force_law", "vibration"]
 #: Forms in which a card states viscoelasticity: for marches in time, and for vibrations by a series or by a table.
@@ -36,7 +34,7 @@ class Order:
     where: str  # case file or folder that it comes from
     units: UnitSystem
     rubber: ExportedRubber | None = None  # for material cards
-    bushing: BushingData | None = None  # for vehicle models
+    bushing: BushingData = field(default_factory=BushingData)  # for vehicle models
     form: str = TIME_PRONY  # in which a card states viscoelasticity
 
     @property
@@ -55,9 +53,8 @@ class Writer:
     kind: Kind  # the rubber; of the bushing curves, stiffness matrix, force law with memory, or dynamic stiffness
     ending: str  # usual ending of the file's name
     comment: tuple[str, str]  # beginning and end of a comment line
-    write: Callable[
-        [Order], str | bytes
-    ]  # without the comments at the beginning; bytes if the file is not text
+    #: Returns the file without the comments at the beginning; bytes if it is not text.
+    write: Callable[[Order], str | bytes]
     source: str  # documentation of the formulas and the format
     laws: Mapping[str, str] = field(default_factory=dict)  # of a card: law -> the program's name of it
     series: str = ""  # the program's name of a Prony series; empty where it has none
@@ -66,9 +63,8 @@ class Writer:
     series_laws: frozenset[str] | None = None  # laws with which the program combines a series; None = all
     softening_laws: frozenset[str] | None = None
     incompressible: bool = True  # whether the card of an incompressible rubber can be written
-    static: bool = (
-        False  # of a vehicle model: it takes one force for each displacement, that after a long rest
-    )
+    #: Of a vehicle model: it takes one force for each displacement, that after a long rest.
+    static: bool = False
     #: Differences between the program and bushcli, in sentences, for the file and the documentation.
     remarks: tuple[str, ...] = ()
 
@@ -80,13 +76,10 @@ class Writer:
         InputError
             The message names the nearest form, or the programs that have it.
         """
+        cards = [writer for writer in all_writers().values() if writer.kind == "card"]
         writers_of_form = {
-            form_of_card: [
-                writer.name
-                for writer in all_writers().values()
-                if form_of_card in writer.forms and writer.kind == "card"
-            ]
-            for form_of_card in (TIME_PRONY, FREQUENCY_PRONY, FREQUENCY_TABULAR)
+            known: [writer.name for writer in cards if known in writer.forms]
+            for known in (TIME_PRONY, FREQUENCY_PRONY, FREQUENCY_TABULAR)
         }
         if form not in writers_of_form:
             what = f'"{form}" is not a form of viscoelasticity'
@@ -95,9 +88,8 @@ class Writer:
             )
         if form != TIME_PRONY and self.name not in writers_of_form[form]:
             what = f"{self.title} has no viscoelasticity in the form {form}"
-            raise InputError(
-                Problem("--viscoelastic", what, "", f"it is for {', '.join(writers_of_form[form])}")
-            )
+            expected = f"it is for {', '.join(writers_of_form[form])}"
+            raise InputError(Problem("--viscoelastic", what, "", expected))
 
     def check(self, rubber: ExportedRubber, form: str = TIME_PRONY) -> None:
         """Refuse a rubber that the program cannot express.
@@ -123,10 +115,10 @@ class Writer:
             remedy = f'add [[effects]] name = "{effect_name}", or leave --viscoelastic out'
             refuse(f"a rubber without viscoelasticity has no {form} form", remedy)
         if rubber.law not in self.laws:
-            refuse(
-                f"{self.title} has no {rubber.law} law",
-                f"identify another one: {', '.join(self.laws)}, with --model of `bushcli fit` or `inverse`",
+            remedy = (
+                f"identify another one: {', '.join(self.laws)}, with --model of `bushcli fit` or `inverse`"
             )
+            refuse(f"{self.title} has no {rubber.law} law", remedy)
         for part, called, only in (
             ("series", self.series, self.series_laws),
             ("softening", self.softening, self.softening_laws),
@@ -136,21 +128,14 @@ class Writer:
                 if not called:
                     refuse(f"{self.title} has no model for the effect {effect}", remedy)
                 elif only is not None and rubber.law not in only:
-                    laws = ", ".join(sorted(only))
-                    refuse(
-                        f"{self.title} takes {called} with the laws {laws} only, not with {rubber.law}",
-                        remedy,
-                    )
+                    laws = f"the laws {', '.join(sorted(only))} only, not with {rubber.law}"
+                    refuse(f"{self.title} takes {called} with {laws}", remedy)
         for name in rubber.inexpressible:
-            refuse(
-                f"a material card cannot express the effect {name}",
-                f"use --without {name} for a card without it",
-            )
+            remedy = f"use --without {name} for a card without it"
+            refuse(f"a material card cannot express the effect {name}", remedy)
         if rubber.bulk_modulus == float("inf") and not self.incompressible:
-            refuse(
-                f"{self.title} cannot express an exactly incompressible rubber",
-                "a finite bulk modulus: --set material.bulk_modulus=2000",
-            )
+            remedy = "a finite bulk modulus: --set material.bulk_modulus=2000"
+            refuse(f"{self.title} cannot express an exactly incompressible rubber", remedy)
         if problems:
             raise InputError(*problems)
 
@@ -203,9 +188,8 @@ def _preamble(writer: Writer, order: Order) -> list[str]:
                 "the same at small strain; at finite strain a branch of bushcli is neo-Hookean (docs/exports.md)",
             ]
         if rubber.beside:
-            lines.append(
-                f"not in this card, because it is not a property of the rubber: {', '.join(rubber.beside)}"
-            )
+            beside = ", ".join(rubber.beside)
+            lines.append(f"not in this card, because it is not a property of the rubber: {beside}")
     return lines + list(writer.remarks)
 
 
@@ -217,9 +201,8 @@ def all_writers() -> Mapping[str, Writer]:
         importlib.import_module(f"{package.__name__}.{m.name}").WRITER
         for m in pkgutil.iter_modules(package.__path__)
     )
-    return MappingProxyType(
-        {writer.name: writer for writer in sorted(writers, key=lambda writer: writer.name)}
-    )
+    by_name = {writer.name: writer for writer in writers}
+    return MappingProxyType({name: by_name[name] for name in sorted(by_name)})
 
 
 def writer_for(name: str) -> Writer:
@@ -230,11 +213,7 @@ def writer_for(name: str) -> Writer:
     InputError
         There is no such writer; the message names the nearest.
     """
-    try:
+    if name in all_writers():
         return all_writers()[name]
-    except KeyError:
-        programs = ", ".join(all_writers())
-        nearest_name = nearest(name, all_writers())
-        raise InputError(
-            Problem("--to", f'"{name}" is not a known program', nearest_name, programs)
-        ) from None
+    what = f'"{name}" is not a known program'
+    raise InputError(Problem("--to", what, nearest(name, all_writers()), ", ".join(all_writers())))

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from bushcli.case import Case
 from bushcli.case.unit import case_file_number, case_file_unit
 from bushcli.effects.active import effects_on_channel
-from bushcli.effects.rig import Travel, bushing_path
+from bushcli.effects.rig import bushing_path
 from bushcli.errors import InputError, Problem
 from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
@@ -32,11 +32,10 @@ def check_play(case: Case, name: str, mode: str, displacement: NDArray[np.float6
     ------
     InputError
     """
-    travel = Travel(displacement)
     for active in effects_on_channel(case.effects, name, mode):
         if active.effect.rig is None or active.effect.rig.drive is None or active.parameters_without_value:
             continue
-        arriving = np.ptp(bushing_path([active], travel, ()).value)
+        arriving = np.ptp(bushing_path([active], displacement, ()).value)
         if np.ptp(displacement) > 0.0 and arriving <= _LEAST * np.ptp(displacement):
             rotational = modes()[mode].rotational
             parameter = active.effect.amplitudes[0]

@@ -393,11 +393,8 @@ class Simulation(FollowedPath):
     def _answer_by_sweep(
         self, active: Sequence[ActiveEffect], names: tuple[str, ...], options: _Options
     ) -> Answer:
-        travel = rig.Travel(self.path, self.time)
         before_test = [[0.0]] if rig.is_zeroed(active) else []
-        displacement = rig.bushing_path(
-            active, rig.Travel(np.concatenate([*before_test, self.path])), ()
-        ).value
+        displacement = rig.bushing_path(active, np.concatenate([*before_test, self.path]), ()).value
         low, high = swept_range(displacement, self.odd)
         if low == high:
             raise rig.NoEquilibrium(STANDS_STILL)
@@ -406,7 +403,7 @@ class Simulation(FollowedPath):
         solve = partial(sweep, self.model, targets, sensitivity=inner)
         history = self._history(solve, (targets.tobytes(), inner), options)
         response = elastic_curve(history, self.odd, inner, names)
-        read = rig.elastic_response(active, travel, response, names)
+        read = rig.elastic_response(active, self.path, self.time, response, names)
         return Answer(read.value, read.slope, history)
 
     def _answer_by_march(
@@ -418,12 +415,12 @@ class Simulation(FollowedPath):
             lead = int(np.ceil(FEWEST_OF_LEG * self._fineness))
             rested = RESTED * float(np.ptp(times))
             times = np.concatenate([times[0] - rested * np.linspace(1.0, 0.0, lead), times])
-            path = rig.bushing_path(active, rig.Travel(np.concatenate([[0.0], steps.displacement])), names)
+            path = rig.bushing_path(active, np.concatenate([[0.0], steps.displacement]), names)
             path = path.at_samples(np.maximum(np.arange(len(times)) - lead + 1, 0))
             ramp = np.minimum(np.arange(1, len(times) + 1) / (lead - 1), 1.0)
             displacement = Signal(ramp * path.value, ramp[:, None] * path.slope)
         else:
-            displacement = rig.bushing_path(active, rig.Travel(steps.displacement), names)
+            displacement = rig.bushing_path(active, steps.displacement, names)
         if not displacement.value.any():
             raise rig.NoEquilibrium(STANDS_STILL)
         series = None

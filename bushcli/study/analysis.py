@@ -1,4 +1,5 @@
-"""Statistics of the designs: spread, worst cases, correlations, Sobol indices, and the share within limits.
+"""Statistics of the designs: spread, worst cases, correlations, Sobol indices, the share within limits, and bands of
+curves: quantiles of the force at the same displacements.
 
 References
 ----------
@@ -30,6 +31,10 @@ Array = NDArray[np.float64]
 # Quantiles of the answers in the summary, and of a key for the change of an answer by that key alone.
 QUANTILES = (0.05, 0.5, 0.95)
 CONFIDENCE = 0.95
+# Most curves that are read (evenly chosen), and number of points at which curves with different displacements are
+# compared.
+MOST_CURVES, POINTS = 2000, 61
+LEVELS = (0.0, 0.05, 0.5, 0.95, 1.0)
 
 
 @dataclass(frozen=True)
@@ -147,9 +152,7 @@ def failures(table: Columns) -> tuple[Failure, ...]:
         if status != "ok":
             groups.setdefault((kind, re.sub(r"[-+]?\d[\d.e+-]*", "#", reason)), []).append(i)
     return tuple(
-        Failure(
-            kind, table.status[members[0]][2], len(members), tuple(int(table.design[i]) for i in members[:10])
-        )
+        Failure(kind, table.status[members[0]][2], len(members), tuple(map(int, table.design[members[:10]])))
         for (kind, _), members in sorted(groups.items(), key=lambda group: -len(group[1]))
     )
 
@@ -187,9 +190,8 @@ def summary(
 
 
 def _extreme(table: Columns, values: Array, i: int) -> Extreme:
-    return Extreme(
-        int(table.design[i]), float(values[i]), {key: column[i] for key, column in table.keys.items()}
-    )
+    at = {key: column[i] for key, column in table.keys.items()}
+    return Extreme(int(table.design[i]), float(values[i]), at)
 
 
 def _influences(
@@ -282,3 +284,56 @@ def limits_of(text: str, percent: float = DEFAULT.percent) -> tuple[str, Limits]
         expected = 'e.g. "axial.initial=350 +- 15 %" or axial.initial=300:400'
         raise InputError(Problem(f"--limits {text}", "has no limits", "", expected))
     return name.strip(), Limits(low, high)
+
+
+@dataclass(frozen=True)
+class Band:
+    """Quantiles of the curves of a channel.
+
+    Attributes
+    ----------
+    displacement : shape (n,)
+        mm or degrees.
+    force : shape (5, n)
+        N or N mm: smallest, 5 %, 50 %, 95 %, largest.
+    count : int
+        Number of curves.
+    """
+
+    channel: str
+    displacement: Array
+    force: Array
+    count: int
+
+
+def band(rows: Rows, channel: str) -> Band | None:
+    """Return the band of a channel; None where the curves share no range, or are loops of different programs."""
+    names = [f"{channel}.displacement", f"{channel}.force"]
+    stride = max(1, -(-rows.count // MOST_CURVES))
+    pairs: list[tuple[Array, Array]] = []
+    seen = 0
+    for table in rows.tables(["status", *names]):
+        status = table["status"].to_pylist()
+        chosen = [i for i in range(len(status)) if status[i] == "ok" and (seen + i) % stride == 0]
+        seen += len(status)
+        if not chosen:
+            continue  # Arrow cannot select rows by an empty list, which has no type
+        for q, force in zip(*(table[name].take(chosen).to_pylist() for name in names), strict=True):
+            if q and len(q) == len(force):
+                pairs.append((np.array(q), np.array(force)))
+    if len(pairs) < 2:
+        return None
+    reference = pairs[0][0]
+    if all(len(q) == len(reference) and np.allclose(q, reference, rtol=1e-9, atol=1e-12) for q, _ in pairs):
+        forces = np.quantile([force for _, force in pairs], LEVELS, axis=0)
+        return Band(channel, reference, forces, len(pairs))
+    # By growing displacement; a curve that turns has no band with others.
+    curves = [(q, force) if q[-1] > q[0] else (q[::-1], force[::-1]) for q, force in pairs]
+    if any((np.diff(q) <= 0).any() for q, _ in curves):
+        return None
+    low, high = max(q[0] for q, _ in curves), min(q[-1] for q, _ in curves)
+    if not low < high:
+        return None
+    at = np.linspace(low, high, POINTS)
+    forces = np.quantile([np.interp(at, q, force) for q, force in curves], LEVELS, axis=0)
+    return Band(channel, at, forces, len(curves))

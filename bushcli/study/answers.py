@@ -27,16 +27,8 @@ _AT = re.compile(r"(.+)\.(\w+)@(.*)\Z")
 _INDEX = re.compile(r"-?\d+")
 #: Keys of the result of `bushcli direct` under which answers can be asked for.
 RESULT_KEYS = (
-    "case",
-    "command",
-    "complete",
-    "data_faults",
-    "load_cases",
-    "material",
-    "problems",
-    "timings_s",
-    "verdict",
-    "versions",
+    *("case", "command", "complete", "data_faults", "load_cases"),
+    *("material", "problems", "timings_s", "verdict", "versions"),
 )
 EXAMPLES = "axial.initial, axial.secant, axial.force@3, axial.secant@500N, load_cases[0].stiffness.secant"
 
@@ -147,9 +139,8 @@ def answer(case: Case, text: str) -> Asked:
     kinds = (*(choice for choice in AT if choice != "force"), "travel") if at_load else AT
     if at and kind not in kinds:
         what = f"{kind} cannot be evaluated at a {place}"
-        raise InputError(
-            Problem(f"--answer {text}", what, "", ", ".join(f"{choice}@{at[3]}" for choice in kinds))
-        )
+        expected = ", ".join(f"{choice}@{at[3]}" for choice in kinds)
+        raise InputError(Problem(f"--answer {text}", what, "", expected))
     if travel == 0.0 and kind == "secant":
         what = f"has no secant: the {place} is zero"
         raise InputError(Problem(f"--answer {text}", what, "", f"{channel}.initial"))
@@ -163,9 +154,8 @@ def answer_columns(
     channels = {channel.name: channel for channel in response.channels}
     missing = next((answer for answer in answers if answer.channel and answer.channel not in channels), None)
     if missing is not None:
-        raise NoAnswer(
-            f"{missing.name}: this design has no channel {missing.channel} ({', '.join(channels)})"
-        )
+        has = ", ".join(channels)
+        raise NoAnswer(f"{missing.name}: this design has no channel {missing.channel} ({has})")
     return {
         answer.name: number_at(answer.kind, document or {})
         if answer.of_result

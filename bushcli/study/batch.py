@@ -13,7 +13,7 @@ half of the probability of a false alarm.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.case import Case
+from bushcli.case import Case, Material
 from bushcli.curve.curve import Curve
 from bushcli.errors import InputError, Problem
 from bushcli.faults import DataFault, find_faults
@@ -156,9 +156,8 @@ def batch(
     """
     if len(case.specimens) < 2:
         what = f"has {'one part' if case.specimens else 'no parts'}, and a batch has several"
-        raise InputError(
-            Problem(case.path.name, what, "", '[[specimens]] with mode and file = "parts/*.csv"')
-        )
+        expected = '[[specimens]] with mode and file = "parts/*.csv"'
+        raise InputError(Problem(case.path.name, what, "", expected))
     recordings = [read_recording(source, tables) for source in case.specimens]
     faults = find_faults(case, recordings)
     faulty = {fault.channel for fault in faults if fault.fatal}
@@ -183,15 +182,12 @@ def batch(
         mean = replace(case, recordings=tuple(sources), specimens=(), dynamic=())
         told(f"identifying {model} from the mean of {sum(curve.parts for curve in curves)} parts")
         fit = identify(Task(mean, model), progress=progress, tables=tables)
-        others = [
-            recording for recording in recordings if recording.name not in {part.name for part in parts}
-        ]
+        compared_names = {part.name for part in parts}
+        others = [recording for recording in recordings if recording.name not in compared_names]
         for recording in others:
             told(f"simulating {recording.name}, which ran another program")
-        material = fit.material
-        parts += _simulate_others(
-            replace(mean, effects=fit.effects or case.effects), material, case, others, parts
-        )
+        identified = replace(mean, effects=fit.effects or case.effects)
+        parts += _simulate_others(identified, fit.material, case, others, parts)
     parts = [
         replace(part, outlier=("program", *part.outlier)) if part.name in outsiders else part
         for part in parts
@@ -242,9 +238,8 @@ def shift(q: Array, p: Array) -> float | None:
     apart = (ends[0] + ends[1] - 2.0 * correlate(q, p, method="fft")) / (stop - start)
     apart[stop - start < max(SHARED * n, 3)] = np.inf
     # Between samples it may be smaller.
-    near = (
-        (apart[1:-1] <= apart[:-2]) & (apart[1:-1] <= apart[2:]) & (apart[1:-1] <= (2.0 * EQUAL * size) ** 2)
-    )
+    inner = apart[1:-1]
+    near = (inner <= apart[:-2]) & (inner <= apart[2:]) & (inner <= (2.0 * EQUAL * size) ** 2)
     low = np.flatnonzero(near) + 1
     for k in low[np.argsort(np.abs(lags[low]), kind="stable")]:
         # The difference grows with the square of the shift: its least value lies between samples.
@@ -272,10 +267,9 @@ def _cut(recording: Recording, start: float, n: int) -> Recording:
     cut: dict[str, Any] = {}
     for name in ("displacement", "force", "time", "numbers", "selected"):
         if (values := getattr(recording, name)) is not None:
-            between = start != whole and name in ("displacement", "force")
-            cut[name] = (
-                np.interp(at, np.arange(len(values)), values) if between else values[whole : whole + n]
-            )
+            cut[name] = values[whole : whole + n]
+            if start != whole and name in ("displacement", "force"):
+                cut[name] = np.interp(at, np.arange(len(values)), values)
     return replace(recording, **cut)
 
 
@@ -286,22 +280,15 @@ def _compare_parts(
     sound = [recording for recording in group if recording.name not in faulty]
     if not sound:
         names = ", ".join(sorted(faulty))
-        raise InputError(
-            Problem(
-                case.path.name,
-                f"no part has a sound recording ({names})",
-                "",
-                "bushcli check says what is wrong",
-            )
-        )
+        what = f"no part has a sound recording ({names})"
+        raise InputError(Problem(case.path.name, what, "", "bushcli check says what is wrong"))
     median = np.median([recording.force for recording in sound], axis=0)
     parts = [_batch_part(recording, median) for recording in sound]
-    stiffness, deviation = find_outliers(
-        np.log([max(part.factor, 1e-9) for part in parts]), FALSE_ALARM / 2.0
-    )
-    shape, _ = find_outliers(np.log([max(part.rms_percent, 1e-9) for part in parts]), FALSE_ALARM / 2.0)
+    factors, misfits = (np.array([getattr(part, key) for part in parts]) for key in ("factor", "rms_percent"))
+    stiffness, deviation = find_outliers(np.log(np.maximum(factors, 1e-9)), FALSE_ALARM / 2.0)
+    shape, _ = find_outliers(np.log(np.maximum(misfits, 1e-9)), FALSE_ALARM / 2.0)
     # A misfit below the others' is no fault of a part.
-    shape &= np.array([part.rms_percent for part in parts]) > np.median([part.rms_percent for part in parts])
+    shape &= misfits > np.median(misfits)
     inliers = [recording for recording, *out in zip(sound, stiffness, shape, strict=True) if not any(out)]
     mean = np.mean([recording.force for recording in inliers], axis=0)
     q = np.mean([recording.displacement for recording in inliers], axis=0)
@@ -350,20 +337,18 @@ def _batch_part(recording: Recording, of_batch: Array) -> BatchPart:
 
 
 def _simulate_others(
-    mean: Case, material: object, case: Case, others: Sequence[Recording], parts: Sequence[BatchPart]
+    mean: Case, material: Material, case: Case, others: Sequence[Recording], parts: Sequence[BatchPart]
 ) -> list[BatchPart]:
     """Simulate each part that ran another program, and compare its factor with those of the batch."""
     sources = {source.label: source for source in case.specimens}
     results = []
     for recording in others:
         single = replace(mean, recordings=(sources[recording.name],), load_cases=(), coupons=())
-        response = predict(single, material, pictures=False)  # type: ignore[arg-type]
+        response = predict(single, material, pictures=False)
         (channel,) = response.channels
-        simulated = (
-            channel.curve.force
-            if channel.along
-            else channel.curve.backbone().at(recording.displacement, tolerance=0.02)
-        )
+        simulated = channel.curve.force
+        if not channel.along:
+            simulated = channel.curve.backbone().at(recording.displacement, tolerance=0.02)
         part = replace(_batch_part(recording, simulated), simulated=True)
         inliers = [other for other in parts if other.mode == recording.mode and not other.outlier]
         factors = np.log([other.factor for other in inliers])
@@ -415,12 +400,10 @@ def _conditions(parts: Sequence[BatchPart], faults: Sequence[DataFault], fit: Fi
         remedy = fault.remedy
         # It corrects the part alone.
         if source is not None and (fault.fatal or fault.is_doubtful):
-            table = (
-                f'a [[specimens]] table of its own, file = ".../{source.name}", which goes before a pattern'
-            )
-            remedy = f"give {fault.channel} {table}; in it, {fault.remedy}"
+            table = f'table of its own, file = ".../{source.name}", which goes before a pattern'
+            remedy = f"give {fault.channel} a [[specimens]] {table}; in it, {fault.remedy}"
         conditions.append(fault_condition(replace(fault, remedy=remedy)))
-    by_mode: Mapping[str, int] = {
+    by_mode = {
         mode: sum(part.mode == mode and not part.simulated for part in parts)
         for mode in {part.mode for part in parts}
     }

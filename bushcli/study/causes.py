@@ -40,23 +40,17 @@ def travel_cause(part: Recording, common: Recording) -> Cause:
     """Return in which way the program of a part differs from that of the batch."""
     rotational = modes()[part.mode].rotational
     per, name = (180.0 / np.pi, "deg") if rotational else (1.0, "mm")
-    part_range, batch_range = (
-        (per * float(recording.displacement.min()), per * float(recording.displacement.max()))
-        for recording in (part, common)
+    of_part, of_batch = (
+        f"from {per * float(q.min()):.4g} to {per * float(q.max()):.4g} {name}"
+        for q in (part.displacement, common.displacement)
     )
-    reach = (
-        f"moves from {part_range[0]:.4g} to {part_range[1]:.4g} {name}, "
-        f"the batch from {batch_range[0]:.4g} to {batch_range[1]:.4g} {name}"
-    )
+    reach = f"moves {of_part}, the batch {of_batch}"
     share = float(np.ptp(part.displacement) / np.ptp(common.displacement))
     same_travel = abs(share - 1.0) < 0.02
     difference = "other steps in between" if same_travel else f"{share:.3g} times the travel"
-    at_end = np.isclose(
-        part.displacement, part.displacement.max(), atol=1e-3 * np.ptp(part.displacement)
-    ).mean()
-    batch_at_end = np.isclose(
-        common.displacement, common.displacement.max(), atol=1e-3 * np.ptp(common.displacement)
-    ).mean()
+    at_end, batch_at_end = (
+        np.isclose(q, q.max(), atol=1e-3 * np.ptp(q)).mean() for q in (part.displacement, common.displacement)
+    )
     clamped = not same_travel and share < 1.0 and at_end > 2.0 * batch_at_end + 0.02
     return Cause("travel", f"{reach}: {difference}" + (", clamped at its end" if clamped else ""))
 
@@ -98,7 +92,6 @@ def _columns(part: Recording, batch: Array) -> Iterator[tuple[str, str, Array]]:
     def response(at: Array) -> tuple[Array, Array, Array]:
         return np.interp(at, q, force), np.interp(at, q, stiffness), np.zeros((len(at), 1))
 
-    travel = rig.Travel(part.displacement, part.time)
     for effect in effects().values():
         # Every part has a factor already.
         if effect.rig is None or effect.is_factor or not effect.acts_on(part.mode):
@@ -112,9 +105,9 @@ def _columns(part: Recording, batch: Array) -> Iterator[tuple[str, str, Array]]:
             }
             active = ActiveEffect(effect, values)
             try:
-                added = rig.elastic_response(
-                    [active], travel, response, (active.full_name(amplitude),)
-                ).slope[:, 0]
+                names = (active.full_name(amplitude),)
+                logged = rig.elastic_response([active], part.displacement, part.time, response, names)
+                added = logged.slope[:, 0]
             except (ArithmeticError, ValueError):
                 continue
             if np.isfinite(added).all() and added.any():

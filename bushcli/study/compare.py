@@ -109,9 +109,8 @@ def compare(items: Sequence[ComparedResult]) -> Comparison:
     given_cases = [dict(item.result.get("case", {})) for item in items]
     lists = []
     for key in _LISTS:
-        tables = [
-            [entry for entry in case.get(key) or () if isinstance(entry, Mapping)] for case in given_cases
-        ]
+        lists_of_key = (case.get(key) or () for case in given_cases)
+        tables = [[entry for entry in entries if isinstance(entry, Mapping)] for entries in lists_of_key]
         names = [[str(entry.get("name", entry.get("mode"))) for entry in table] for table in tables]
         # All names, or how many and the ends.
         summaries = (f"{len(n)}: {n[0]} ... {n[-1]}" if len(n) > 3 else ", ".join(n) or None for n in names)

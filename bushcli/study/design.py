@@ -2,6 +2,10 @@
 
 The residuals are the relative deviations from the targets, or the deviations over those allowed; the unknowns are
 scaled to their bounds. Starts beyond the first come from a Latin hypercube and are solved side by side.
+
+References
+----------
+Branch, Coleman and Li (1999), SIAM J. Sci. Comput. 21:1-23, doi:10.1137/S1064827595289108 (bounded trust region).
 """
 
 from __future__ import annotations
@@ -21,12 +25,13 @@ from bushcli.runtime.condition import Condition
 from bushcli.runtime.digits import with_digits
 from bushcli.runtime.executor import Pool
 from bushcli.simulate.recording_cache import RecordingCache
-from bushcli.study.rate_search import MOST_EVALUATIONS, End, search
-from bushcli.study.rates import rates
+from bushcli.study.rates import TargetRates, rates
 from bushcli.study.target import Target
 from bushcli.study.task import DesignCache, StudyTask
 from bushcli.study.variable import SIGMAS, Variable
+from cases.march import NotConverged
 from cases.mode import modes
+from geometry.errors import GeometryError
 
 Array = NDArray[np.float64]
 
@@ -35,6 +40,9 @@ REACHED = 1e-3
 # Distance from a bound, as a share of the range, within which a value counts as at the bound; ratio of the smallest to
 # the largest singular value of the scaled derivatives above which the keys count as determined.
 AT_BOUND, DETERMINED = 1e-6, 1e-4
+# Relative step of the scaled unknowns, and relative change of the cost, below which the search has converged.
+XTOL, FTOL = 1e-8, 1e-10
+MOST_EVALUATIONS = 60
 
 
 @dataclass(frozen=True)
@@ -127,6 +135,61 @@ class Design:
     conditions: tuple[Condition, ...] = field(default_factory=tuple)
 
 
+@dataclass(frozen=True)
+class End:
+    """End of a search: values, cost (sum of squared relative deviations), evaluations, whether it converged."""
+
+    values: Array
+    cost: float
+    evaluations: int
+    converged: bool
+
+
+def search(
+    cache: DesignCache, task: StudyTask, targets: Sequence[Target], start: Array, low: Array, high: Array
+) -> End | str:
+    """Search from one start, in any process; return the reason as text if the start cannot be simulated."""
+    from scipy.optimize import least_squares
+
+    scale = high - low
+    wanted = np.array([target.value for target in targets])
+    deviations = np.array([target.deviation for target in targets])
+    allowed = np.where(np.isnan(deviations), wanted, deviations)
+    evaluated: dict[bytes, TargetRates | None] = {}
+    reason = ""
+
+    def at(unit: Array) -> TargetRates | None:
+        nonlocal reason
+        if unit.tobytes() not in evaluated:
+            values = [float(v) for v in low + unit * scale]
+            try:
+                evaluated[unit.tobytes()] = rates(cache, task, targets, values, task.keys)
+            except (InputError, GeometryError, NotConverged, ValueError) as error:
+                reason = str(error).splitlines()[0]
+                evaluated[unit.tobytes()] = None
+        return evaluated[unit.tobytes()]
+
+    def residual(unit: Array) -> Array:
+        reached = at(unit)
+        # The search shortens a step to a design that cannot be simulated.
+        return np.full(len(targets), np.inf) if reached is None else (reached.value - wanted) / allowed
+
+    def slope(unit: Array) -> Array:
+        reached = at(unit)
+        assert reached is not None
+        return reached.slope * scale / allowed[:, None]
+
+    # The first unknowns must be strictly inside the bounds.
+    unit = np.clip((start - low) / scale, 1e-3, 1.0 - 1e-3)
+    if at(unit) is None:
+        return reason
+    solution = least_squares(
+        residual, unit, slope, bounds=(0.0, 1.0), xtol=XTOL, ftol=FTOL, gtol=None, max_nfev=MOST_EVALUATIONS
+    )
+    values, cost = low + solution.x * scale, 2.0 * float(solution.cost)
+    return End(values, cost, len(evaluated), bool(solution.status > 0))
+
+
 def bounds_of(variables: Sequence[Variable]) -> tuple[Array, Array]:
     """Return the bounds of the keys, in their units.
 
@@ -137,10 +200,8 @@ def bounds_of(variables: Sequence[Variable]) -> tuple[Array, Array]:
     """
     for variable in variables:
         if variable.values or not variable.low < variable.high:
-            what = f"{variable.key} has no range to search"
-            raise InputError(
-                Problem(f"--vary {variable.key}={variable.spec}", what, "", f"{variable.key}=LOW:HIGH")
-            )
+            where, what = f"--vary {variable.key}={variable.spec}", f"{variable.key} has no range to search"
+            raise InputError(Problem(where, what, "", f"{variable.key}=LOW:HIGH"))
     low = np.array([variable.low for variable in variables])
     return low, np.array([variable.high for variable in variables])
 
@@ -245,9 +306,8 @@ def _result(
     }
     reached = []
     for i, target in enumerate(targets):
-        slopes = {
-            key: float(target_rates.slope[i, j]) * target.per_shown for j, key in enumerate(whole_task.keys)
-        }
+        by_key = zip(whole_task.keys, target_rates.slope[i], strict=True)
+        slopes = {key: float(slope) * target.per_shown for key, slope in by_key}
         shown = float(target_rates.value[i]) * target.per_shown
         spread = None
         if tolerances:
@@ -259,9 +319,8 @@ def _result(
                 share = float(ndtr((wanted + allowed - shown) / std) - ndtr((wanted - allowed - shown) / std))
             spread = Spread(parts, math.fsum(map(abs, parts.values())), std, share)
         reached.append(Reached(target, shown, slopes, spread))
-    scaled = target_rates.slope[:, : len(variables)] * np.array(
-        [variable.high - variable.low for variable in variables]
-    )
+    ranges = np.array([variable.high - variable.low for variable in variables])
+    scaled = target_rates.slope[:, : len(variables)] * ranges
     conditions = _conditions(keys, reached, scaled / target_rates.value[:, None], end.converged)
     if case.effects:
         names = " and ".join(effect.name for effect in case.effects)
@@ -285,18 +344,13 @@ def _conditions(
             for rate in missed
             for off, limit in [(100 * rate.deviation, 100 * rate.tolerance)]
         )
-        remedy = (
-            f"widen the bounds of {', '.join(bound)}" if bound else "vary more keys, or use more --starts"
-        )
-        conditions.append(
-            Condition("target_missed", f"no design within the bounds reaches the targets: {names}", remedy)
-        )
+        remedy = "vary more keys, or use more --starts"
+        remedy = f"widen the bounds of {', '.join(bound)}" if bound else remedy
+        what = f"no design within the bounds reaches the targets: {names}"
+        conditions.append(Condition("target_missed", what, remedy))
     if not converged:
-        conditions.append(
-            Condition(
-                "not_converged", f"the search ended after {MOST_EVALUATIONS} designs", "use more --starts"
-            )
-        )
+        what = f"the search ended after {MOST_EVALUATIONS} designs"
+        conditions.append(Condition("not_converged", what, "use more --starts"))
     singular = np.linalg.svd(scaled, compute_uv=False)
     rank = int(np.count_nonzero(singular > DETERMINED * singular[0]))
     if rank < len(keys) and not missed:

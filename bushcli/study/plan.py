@@ -97,10 +97,10 @@ class Plan:
         """
         if self.lines:
             return replace(problem, where=f"{self.file}:{self.lines[number]}")
-        varied = (
-            variable for variable in self.variables if problem.where.startswith(f"--set {variable.key}=")
-        )
-        return next((replace(problem, where=variable.where) for variable in varied), problem)
+        for variable in self.variables:
+            if problem.where.startswith(f"--set {variable.key}="):
+                return replace(problem, where=variable.where)
+        return problem
 
 
 def plan(
@@ -140,28 +140,22 @@ def plan(
     if chosen == "grid":
         ranged = next((variable for variable in variables if not variable.values), None)
         if ranged is not None:
+            what = "has no values for a grid"
             expected = f"e.g. {ranged.key}={ranged.low:g}:{ranged.high:g}:5, or choose another --sampling"
-            raise InputError(
-                Problem(f"--vary {ranged.key}={ranged.spec}", "has no values for a grid", "", expected)
-            )
+            raise InputError(Problem(f"--vary {ranged.key}={ranged.spec}", what, "", expected))
         if designs is not None:
-            raise InputError(
-                Problem("--designs", "has no meaning for a grid: its values determine the number of designs")
-            )
+            what = "has no meaning for a grid: its values determine the number of designs"
+            raise InputError(Problem("--designs", what))
         count = math.prod(len(variable.values) for variable in variables)
         if count > MOST_DESIGNS:
-            raise InputError(
-                Problem("--vary", f"makes a grid of {count} designs", "", f"at most {MOST_DESIGNS}")
-            )
+            what = f"makes a grid of {count} designs"
+            raise InputError(Problem("--vary", what, "", f"at most {MOST_DESIGNS}"))
         rows = list(itertools.product(*(variable.values for variable in variables)))
     elif chosen == "corners":
         texts = next((variable for variable in variables if not variable.is_numeric), None)
         if texts is not None or len(variables) > 16:
-            what = (
-                f"{texts.key} has words"
-                if texts
-                else f"{len(variables)} keys have {2 ** len(variables)} corners"
-            )
+            many = f"{len(variables)} keys have {2 ** len(variables)} corners"
+            what = f"{texts.key} has words" if texts else many
             raise InputError(Problem("--sampling corners", what, "", "at most 16 keys with numbers"))
         ends = [(variable.low, variable.high) for variable in variables]
         # The nominal design, then all combinations of both ends.
@@ -240,9 +234,8 @@ def from_list(file: Path, overridden: Sequence[Variable] = ()) -> Plan:
         what = f"cannot be read: {getattr(error, 'strerror', None) or error}"
         raise InputError(Problem(str(file), what, "", "CSV with the keys in its first line")) from None
     if len(lines) < 2:
-        raise InputError(
-            Problem(str(file), "has no designs", "", "keys in the first line, one design per line")
-        )
+        expected = "keys in the first line, one design per line"
+        raise InputError(Problem(str(file), "has no designs", "", expected))
     (head, cells), *rest = lines
     keys = [cell.strip() for cell in cells]
     if len(set(keys)) < len(keys) or not all(keys):

@@ -99,7 +99,8 @@ class Rows:
             if resume:
                 self._check(definition)
             else:
-                self._empty()
+                for file in self._own:
+                    file.unlink(missing_ok=True)
             self._replace(folder / DEFINITION, json.dumps(definition).encode())
             self._read()
             self._journal = (folder / JOURNAL).open("ab")
@@ -214,10 +215,6 @@ class Rows:
         wanted = "repeat the options of that run, or leave out --resume, which begins rows of its own"
         raise InputError(Problem(str(self.folder), what, "", wanted))
 
-    def _empty(self) -> None:
-        for file in self._own:
-            file.unlink(missing_ok=True)
-
     def _read(self) -> None:
         for block in range(-(-self.count // BLOCK)):
             file, numbers = self._file(block), self._numbers(block)
@@ -302,12 +299,8 @@ def _sync(file: Path) -> None:
 
 
 def _unwritable(error: OSError, folder: Path) -> InputError:
-    place = str(error.filename or folder)
-    return InputError(
-        Problem(
-            place, f"cannot be written: {error.strerror or error}", "", "free some space, or give another -o"
-        )
-    )
+    place, what = str(error.filename or folder), f"cannot be written: {error.strerror or error}"
+    return InputError(Problem(place, what, "", "free some space, or give another -o"))
 
 
 def columns_of(keys: Mapping[str, bool], answers: Sequence[str], curves: Sequence[str]) -> dict[str, str]:

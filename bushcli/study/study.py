@@ -20,8 +20,7 @@ from bushcli.runtime.condition import Condition, history_damaged
 from bushcli.runtime.executor import Died, Pool
 from bushcli.runtime.store import code_revision, history_of
 from bushcli.simulate.recording_cache import RecordingCache
-from bushcli.study.analysis import Failure, Limits, Summary, columns, failures, summary
-from bushcli.study.bands import Band, band
+from bushcli.study.analysis import Band, Failure, Limits, Summary, band, columns, failures, summary
 from bushcli.study.plan import Plan
 from bushcli.study.rows import Rows, columns_of, is_defined
 from bushcli.study.task import (
@@ -96,9 +95,8 @@ def first_valid_design(cache: DesignCache, task: StudyTask, plan: Plan) -> tuple
         try:
             return task.load(values, cache.tables)[0], values
         except InputError as error:
-            refusal = refusal or InputError(
-                *(plan.problem_of_design(problem, number) for problem in error.problems)
-            )
+            problems = (plan.problem_of_design(problem, number) for problem in error.problems)
+            refusal = refusal or InputError(*problems)
         except ValueError as error:
             refusal = refusal or error
     if isinstance(refusal, InputError):
@@ -265,23 +263,15 @@ def _conditions(
 ) -> tuple[Condition, ...]:
     conditions = [history_damaged(damaged)] if damaged else []
     if failed:
-        conditions.append(
-            Condition(
-                "designs_failed",
-                f"{failed} of {len(plan.rows)} designs have no result; the statistics are those of the others",
-                "see the reasons; narrower ranges avoid such designs",
-            )
-        )
+        what = f"{failed} of {len(plan.rows)} designs have no result; the statistics are those of the others"
+        remedy = "see the reasons; narrower ranges avoid such designs"
+        conditions.append(Condition("designs_failed", what, remedy))
     # Conditions other than those with which designs failed.
     for name, count in doubtful.items():
         if name != "not_converged":
-            conditions.append(
-                Condition(
-                    "designs_doubtful",
-                    f'{count} of {len(plan.rows)} designs have the condition "{name}"',
-                    "see the column `conditions`; `bushcli direct --set ...` shows one of them in detail",
-                )
-            )
+            what = f'{count} of {len(plan.rows)} designs have the condition "{name}"'
+            remedy = "see the column `conditions`; `bushcli direct --set ...` shows one of them in detail"
+            conditions.append(Condition("designs_doubtful", what, remedy))
     uncertain = [
         key
         for summary in summaries.values()
@@ -289,21 +279,15 @@ def _conditions(
         if influence.total_error > 0.1
     ]
     if uncertain:
-        conditions.append(
-            Condition(
-                "uncertain_indices",
-                f"Sobol indices are known to no better than 0.1 for {', '.join(dict.fromkeys(uncertain))}",
-                "ask for more --designs, twice as many for each halving of the variance",
-            )
-        )
+        what = f"Sobol indices are known to no better than 0.1 for {', '.join(dict.fromkeys(uncertain))}"
+        remedy = "ask for more --designs, twice as many for each halving of the variance"
+        conditions.append(Condition("uncertain_indices", what, remedy))
     if not plan.of_probability and any(summary.limits for summary in summaries.values()):
-        conditions.append(
-            Condition(
-                "no_probability",
-                f"shares within limits refer to the designs of this {plan.sampling}, not to parts in production",
-                "use --sampling lhs with distributions to estimate a yield",
-            )
+        what = (
+            f"shares within limits refer to the designs of this {plan.sampling}, not to parts in production"
         )
+        remedy = "use --sampling lhs with distributions to estimate a yield"
+        conditions.append(Condition("no_probability", what, remedy))
     return tuple(conditions)
 
 

@@ -71,9 +71,8 @@ def place_of(where: str, mode: str, text: str) -> tuple[float, bool]:
         raise InputError(Problem(where, "has no number after @", "", expected))
     unit = match[2].replace(" ", "")
     if unit.startswith(","):
-        raise InputError(
-            Problem(where, "has a decimal comma", f"@{text.strip().replace(',', '.')}", expected)
-        )
+        pointed = f"@{text.strip().replace(',', '.')}"
+        raise InputError(Problem(where, "has a decimal comma", pointed, expected))
     if unit not in ("", travel, *loads):
         what = f"{unit} is not the unit of a travel or of a load in mode {mode}"
         raise InputError(Problem(where, what, nearest(unit, [travel, *loads]), expected))
@@ -104,9 +103,8 @@ def target(text: str) -> Target:
     if mode not in names:
         raise InputError(Problem(where, f"{mode} is not a mode", nearest(mode, names), ", ".join(names)))
     if kind not in KINDS:
-        raise InputError(
-            Problem(where, f"{kind} is not a kind of rate", nearest(kind, KINDS), ", ".join(KINDS))
-        )
+        what = f"{kind} is not a kind of rate"
+        raise InputError(Problem(where, what, nearest(kind, KINDS), ", ".join(KINDS)))
     if (kind == "initial") == bool(at):
         what = "has a travel, but an initial stiffness has none" if at else f"{kind} needs a travel"
         raise InputError(Problem(where, what, "", EXAMPLES))
@@ -117,15 +115,13 @@ def target(text: str) -> Target:
         raise InputError(Problem(where, what, "", f"{mode}.force@5=1800, {mode}.travel@500{unit}=1.2"))
     tolerance = toleranced_number(wanted)
     try:
-        value, deviation = (
-            (tolerance.nominal, tolerance.deviation) if tolerance else (float(wanted), math.nan)
-        )
+        value = tolerance.nominal if tolerance else float(wanted)
     except ValueError:
         raise InputError(Problem(where, f"{wanted or 'nothing'} is no number", "", EXAMPLES)) from None
     if not (value > 0.0 and math.isfinite(value)) or (at and not (math.isfinite(q) and q != 0.0)):
-        raise InputError(
-            Problem(where, "needs a value above 0, and a travel or load that is not 0", "", EXAMPLES)
-        )
+        what = "needs a value above 0, and a travel or load that is not 0"
+        raise InputError(Problem(where, what, "", EXAMPLES))
+    deviation = tolerance.deviation if tolerance else math.nan
     turn = math.radians(1.0) if modes()[mode].rotational else 1.0
     place = (math.nan, q) if loaded else (q * turn, math.nan)
     raw = Target(name, mode, kind, place[0], value, load=place[1])

@@ -30,14 +30,8 @@ Describe = Callable[[Response], Mapping[str, Any]]
 Row = dict[str, Any]
 
 #: Columns of every study besides keys and answers.
-DESIGN, STATUS, KIND, REASON, CONDITIONS, SECONDS = (
-    "design",
-    "status",
-    "failure",
-    "reason",
-    "conditions",
-    "seconds",
-)
+DESIGN, STATUS, KIND = "design", "status", "failure"
+REASON, CONDITIONS, SECONDS = "reason", "conditions", "seconds"
 
 
 @dataclass(frozen=True)
@@ -157,12 +151,11 @@ def _simulate(cache: DesignCache, task: StudyTask, row: Row, values: Sequence[Va
     row[CONDITIONS] = ",".join(dict.fromkeys(condition.name for condition in response.conditions))
     for channel in response.channels:
         if channel.stopped:
-            factor = math.degrees(1.0) if quantity_unit(channel.mode) == " deg" else 1.0
+            unit = quantity_unit(channel.mode)
+            factor = math.degrees(1.0) if unit == " deg" else 1.0
             reached, target = channel.reach * factor, channel.target * factor
-            reason = f"{channel.name}: no equilibrium beyond {reached:.4g} of {target:.4g}"
-            return failed_row(
-                row, "not_converged", f"{reason}{quantity_unit(channel.mode)} ({channel.stopped})"
-            )
+            where = f"{channel.name}: no equilibrium beyond {reached:.4g} of {target:.4g}{unit}"
+            return failed_row(row, "not_converged", f"{where} ({channel.stopped})")
     try:
         document = None if task.describe is None else task.describe(response)
         return row | answer_columns(task.answers, response, document)

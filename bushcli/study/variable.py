@@ -135,14 +135,8 @@ def of_values(key: str, spec: str, values: tuple[Value, ...]) -> Variable:
     """Return a variable with given values."""
     numbers = [float(value) for value in values if not isinstance(value, str)]
     middle = sorted(values)[len(values) // 2] if len(numbers) == len(values) else values[0]
-    return Variable(
-        key,
-        spec,
-        values,
-        low=min(numbers, default=math.nan),
-        high=max(numbers, default=math.nan),
-        nominal=middle,
-    )
+    low, high = min(numbers, default=math.nan), max(numbers, default=math.nan)
+    return Variable(key, spec, values, low=low, high=high, nominal=middle)
 
 
 def of_tolerance(key: str, tolerance: Toleranced, origin: str = "") -> Variable:

@@ -24,7 +24,7 @@ from bushcli.case.catalogue import as_json
 from bushcli.effects import library
 from bushcli.effects.active import ActiveEffect, require_time, require_values
 from bushcli.effects.effect import Effect, UnknownName, effect, effects
-from bushcli.effects.rig import RigStiffness, Travel, elastic_response, measured_stiffness
+from bushcli.effects.rig import RigStiffness, elastic_response, measured_stiffness
 from bushcli.effects.titles import phrase
 from bushcli.errors import InputError
 from bushcli.evidence.prior import ODDS, effect_odds
@@ -55,12 +55,12 @@ TYPICAL = {
 }
 
 
-def travel() -> Travel:
-    """Cycles of growing amplitude to 5 mm, 4 mm to the other side, sampled densely."""
+def travel() -> tuple[np.ndarray, np.ndarray]:
+    """Displacement and time of cycles of growing amplitude to 5 mm, 4 mm to the other side, sampled densely."""
     time = np.linspace(0.0, 40.0, 801)
     growth = np.interp(time, [0.0, 40.0], [2.0, 5.0])
     q = growth * np.sin(2 * np.pi * time / 8.0)
-    return Travel(np.where(q < 0, 0.8 * q, q) + 1e-3, time)
+    return np.where(q < 0, 0.8 * q, q) + 1e-3, time
 
 
 def cubic(q: np.ndarray, k: float = K, c: float = C) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -85,7 +85,7 @@ def response(
         force, stiffness, slope = cubic(q, k, c)
         return force, stiffness, np.column_stack([slope, np.zeros((len(q), len(names)))])
 
-    signal = elastic_response(active, travel(), plain, columns)
+    signal = elastic_response(active, *travel(), plain, columns)
     return signal.value, signal.slope, columns
 
 
@@ -129,7 +129,7 @@ def check_derivatives(active: list[ActiveEffect]) -> None:
 @pytest.mark.parametrize("one", RIG, ids=lambda one: one.name)
 def test_an_effect_that_is_off_leaves_the_curve_exactly(one: Effect) -> None:
     off = ActiveEffect(one).off()
-    np.testing.assert_array_equal(response([off])[0], cubic(travel().displacement)[0])
+    np.testing.assert_array_equal(response([off])[0], cubic(travel()[0])[0])
 
 
 @pytest.mark.parametrize("one", RIG, ids=lambda one: one.name)
@@ -149,7 +149,7 @@ def test_derivatives_of_a_rig_that_was_zeroed_under_a_preload() -> None:
 def test_derivatives_where_it_acts(one: Effect) -> None:
     active = [typical(one)]
     # The effect does act; otherwise its derivatives would mean nothing.
-    assert np.abs(response(active)[0] - cubic(travel().displacement)[0]).max() > 1.0
+    assert np.abs(response(active)[0] - cubic(travel()[0])[0]).max() > 1.0
     check_derivatives(active)
 
 

@@ -10,7 +10,6 @@ from bushcli.effects.change import Signal
 from bushcli.effects.effect import effect
 from bushcli.effects.rig import (
     NoEquilibrium,
-    Travel,
     bushing_path,
     elastic_response,
     extension,
@@ -33,7 +32,7 @@ def linear(stiffness: float = 300.0):
 def force(
     *acting: ActiveEffect, q: np.ndarray = SWEEP, time: np.ndarray | None = None, response=None
 ) -> np.ndarray:
-    return elastic_response(acting, Travel(q, time), response or linear(), ()).value
+    return elastic_response(acting, q, time, response or linear(), ()).value
 
 
 def test_springs_in_series_add_their_compliances():
@@ -44,7 +43,7 @@ def test_springs_in_series_add_their_compliances():
 def test_the_derivative_by_the_compliance_is_that_of_springs_in_series():
     columns = ["rig_compliance.compliance"]
     plain = lambda q: (300.0 * q, np.full(len(q), 300.0), np.zeros((len(q), 1)))  # noqa: E731
-    got = elastic_response([active("rig_compliance", compliance=2e-3)], Travel(SWEEP), plain, columns)
+    got = elastic_response([active("rig_compliance", compliance=2e-3)], SWEEP, None, plain, columns)
     np.testing.assert_allclose(got.slope[:, 0], -SWEEP / (1 / 300.0 + 2e-3) ** 2, rtol=1e-12)
 
 
@@ -54,7 +53,7 @@ def test_a_stiff_bushing_behind_a_soft_spring_and_with_a_stop_is_solved():
         return 300.0 * np.sinh(q), 300.0 * np.cosh(q), np.zeros((len(q), 0))
 
     acting = [active("rig_compliance", compliance=0.05), active("bump_stop", stiffness=1e5, gap=0.3)]
-    got = elastic_response(acting, Travel(SWEEP), hard, ()).value
+    got = elastic_response(acting, SWEEP, None, hard, ()).value
     q = SWEEP - 0.05 * got
     np.testing.assert_allclose(300.0 * np.sinh(q) + 1e5 * np.maximum(q - 0.3, 0), got, rtol=1e-9, atol=1e-9)
 
@@ -103,7 +102,7 @@ def test_the_batch_scales_the_bushing_but_not_the_stop():
 
 def test_set_grows_with_the_largest_excursion_and_returns_to_zero_force_there():
     q = np.array([0.0, 2.0, 1.0, 0.2, 4.0, 0.4, 0.0, -1.0, 0.0])
-    path = bushing_path([active("permanent_set", set=0.1)], Travel(q), ["permanent_set.set"])
+    path = bushing_path([active("permanent_set", set=0.1)], q, ["permanent_set.set"])
     high, low = np.maximum.accumulate(np.maximum(q, 0)), np.minimum.accumulate(np.minimum(q, 0))
     np.testing.assert_allclose(path.value, q - 0.1 * (high + low), atol=1e-15)
     np.testing.assert_allclose(path.slope[:, 0], -(high + low), atol=1e-15)
@@ -191,7 +190,7 @@ def test_the_pieces_for_a_march_make_the_same_force():
         active("offset", force=5.0, displacement=0.1),
     ]
     columns = ["rig_compliance.compliance", "offset.force"]
-    path = bushing_path(acting, Travel(SWEEP), columns)
+    path = bushing_path(acting, SWEEP, columns)
     got = force(*acting)
     zero = np.zeros((len(SWEEP), 2))
     springs = extension(acting, Signal(got - 5.0, zero), columns)
@@ -229,7 +228,7 @@ def test_derivatives_of_a_curved_spring_are_those_of_differences(curvature):
     def solved(k: float = 300.0, **change: float) -> Signal:
         slope = lambda q: np.column_stack([0 * q, 0 * q, np.sinh(q / 3)])  # noqa: E731
         hard = lambda q: (k * np.sinh(q / 3), k / 3 * np.cosh(q / 3), slope(q))  # noqa: E731
-        return elastic_response([active("rig_compliance", **(at | change))], Travel(SWEEP), hard, columns)
+        return elastic_response([active("rig_compliance", **(at | change))], SWEEP, None, hard, columns)
 
     found = solved()
     for i, (name, step) in enumerate([("compliance", 1e-7), ("curvature", 1e-7), ("k", 1e-3)]):
@@ -249,7 +248,7 @@ def test_a_drift_and_a_wrong_scale_are_of_the_reading_alone():
         active("drift", rate=0.3),
         active("offset", force=7.0, displacement=0.0),
     ]
-    found = elastic_response(acting, Travel(q, time), linear(), ())
+    found = elastic_response(acting, q, time, linear(), ())
     # The recording begins at 100 s.
     np.testing.assert_allclose(found.value, 1.05 * 300.0 * q + 7.0 + 0.3 * (time - 100.0), rtol=1e-12)
 
@@ -261,7 +260,7 @@ def test_a_drift_may_come_to_rest(settling):
     acting = [active("drift", rate=0.3, settling=settling)]
     columns = ["drift.rate", "drift.settling"]
     plain = lambda q: (300.0 * q, np.full(len(q), 300.0), np.zeros((len(q), 2)))  # noqa: E731
-    found = elastic_response(acting, Travel(np.sin(time), time), plain, columns)
+    found = elastic_response(acting, np.sin(time), time, plain, columns)
     t = time - 3.0
     # Gauss quadrature of exp(-settling s) and of -s exp(-settling s) from 0 to t.
     nodes, weights = np.polynomial.legendre.leggauss(20)
@@ -277,14 +276,10 @@ def test_warm_rubber_is_softer_but_its_stop_is_not():
     q = 2.0 * np.sin(time)
     warming = active("warming", amount=0.2, tau=4.0)
     left = 1.0 - 0.2 * (1.0 - np.exp(-(time - 5.0) / 4.0))
-    found = elastic_response(
-        [active("bump_stop", stiffness=500.0, gap=1.0), warming], Travel(q, time), linear(), ()
-    )
+    found = elastic_response([active("bump_stop", stiffness=500.0, gap=1.0), warming], q, time, linear(), ())
     np.testing.assert_allclose(found.value, left * 300.0 * q + 500.0 * np.maximum(q - 1.0, 0.0), rtol=1e-12)
     # Behind a spring: q (1 + c k left) = q_rig.
-    found = elastic_response(
-        [warming, active("rig_compliance", compliance=1e-3)], Travel(q, time), linear(), ()
-    )
+    found = elastic_response([warming, active("rig_compliance", compliance=1e-3)], q, time, linear(), ())
     np.testing.assert_allclose(found.value, left * 300.0 * q / (1.0 + 0.3 * left), rtol=1e-10)
 
 

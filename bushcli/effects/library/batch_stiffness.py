@@ -16,7 +16,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from bushcli.effects.change import Array, Given, RigChange, Signal
-from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.effect import Amplitude, Effect
 from bushcli.effects.exported import CardPart
 from bushcli.effects.prior import Prior
 
@@ -38,21 +38,17 @@ EFFECT = Effect(
     summary="The bushing is from another batch than the coupons: one factor scales all its curves.",
     acts="rubber",
     parameters=(
-        EffectParameter(
+        Amplitude(
             "log_factor",
             "1",
             "natural logarithm of the factor on the force",
-            0.1,
-            -3.0,
-            3.0,
+            (0.1, -3.0, 3.0),
             exponential="factor",
-            off=0.0,
             prior=Prior(
                 "t",
                 0.25,
-                source="the usual tolerance of 5 IRHD changes the shear modulus by a quarter (0.64, 0.81, "
-                "1.06 MPa at 50, 55, 60 IRHD: Lindley, Engineering design with natural rubber, "
-                "MRPRA)",
+                source="the usual tolerance of 5 IRHD changes the shear modulus by a quarter (0.64, 0.81, 1.06 MPa "
+                "at 50, 55, 60 IRHD: Lindley, Engineering design with natural rubber, MRPRA)",
             ),
         ),
     ),

@@ -11,7 +11,7 @@ doi:10.1016/0022-460X(83)90407-8.
 """
 
 from bushcli.effects.change import Array, Given, RigChange, Signal
-from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.effect import Amplitude, Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 
@@ -30,14 +30,11 @@ EFFECT = Effect(
     summary="A one-sided stop engages after a gap: a knee in the curve.",
     acts="rig",
     parameters=(
-        EffectParameter(
+        Amplitude(
             "stiffness",
             "N/mm",
             "of the stop",
-            100.0,
-            0.0,
-            1e10,
-            off=0.0,
+            (100.0, 0.0, 1e10),
             of_channel=True,
             prior=Prior(
                 "log_normal",
@@ -52,9 +49,7 @@ EFFECT = Effect(
             "gap",
             "mm",
             "travel to the stop; negative = on the negative side",
-            1.0,
-            -1000.0,
-            1000.0,
+            (1.0, -1000.0, 1000.0),
             # The law absorbs a faint stop except near the knee: between points further apart the stop would be missed.
             scan=(*(-g for g in reversed(_GAPS)), *_GAPS),
             scale="amplitude",

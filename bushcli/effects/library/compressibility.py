@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.effect import Amplitude, Effect
 from bushcli.effects.exported import CardPart
 from bushcli.effects.prior import Prior
 
@@ -41,14 +41,11 @@ EFFECT = Effect(
     summary="The rubber changes its volume under pressure: directions in which it is confined become softer.",
     acts="rubber",
     parameters=(
-        EffectParameter(
+        Amplitude(
             "compliance",
             "1/MPa",
             "1 / bulk modulus, added to the case's",
-            5e-4,
-            0.0,
-            0.1,
-            off=0.0,
+            (5e-4, 0.0, 0.1),
             reciprocal=("bulk_modulus", "MPa"),
             adds_to="bulk_modulus",
             prior=Prior(
@@ -56,9 +53,8 @@ EFFECT = Effect(
                 1e-4,
                 0.02,
                 of="1/shear",
-                source="bulk over shear modulus of 1,000 to 10,000 for unfilled and 50 to 200 for filled "
-                "rubber: Abaqus Analysis User's Guide, Hyperelastic behavior of rubberlike "
-                "materials",
+                source="bulk over shear modulus of 1,000 to 10,000 for unfilled and 50 to 200 for filled rubber: "
+                "Abaqus Analysis User's Guide, Hyperelastic behavior of rubberlike materials",
             ),
         ),
     ),

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.effect import Amplitude, Effect
 from bushcli.effects.prior import Prior
 
 if TYPE_CHECKING:
@@ -34,14 +34,11 @@ EFFECT = Effect(
     summary="The rubber shrank between bonded sleeves when it cooled and is left in tension.",
     acts="assembly",
     parameters=(
-        EffectParameter(
+        Amplitude(
             "shrinkage",
             "1",
             "linear strain by which free rubber would have shrunk",
-            0.01,
-            0.0,
-            0.1,
-            off=0.0,
+            (0.01, 0.0, 0.1),
             prior=Prior(
                 "half_t",
                 0.015,

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.effect import Amplitude, Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 if TYPE_CHECKING:
@@ -81,14 +81,11 @@ EFFECT = Effect(
     acts="assembly",
     parameters=(
         # The derivative at zero is that of the bond's corner: it does not predict a length that reaches the bulk.
-        EffectParameter(
+        Amplitude(
             "length",
             "mm",
             "length of the debonded part",
-            1.0,
-            0.0,
-            1000.0,
-            off=0.0,
+            (1.0, 0.0, 1000.0),
             sizes=(0.1, 0.4, 1.0),
             within=("length", 0.9),
             prior=Prior(
@@ -103,9 +100,7 @@ EFFECT = Effect(
             "bond",
             "1",
             "which bond, and from which end",
-            0.0,
-            0.0,
-            3.0,
+            (0.0, 0.0, 3.0),
             of_mesh=True,
             choices=BONDS,
             twins=(("inner_top", "inner_bottom"), ("outer_top", "outer_bottom")),
@@ -117,7 +112,6 @@ EFFECT = Effect(
             ),
         ),
     ),
-    how_often="rare",
     families=("stiffness that differs between the channels",),
     needs="two channels, such as torsional and radial: a debonded length softens them by different amounts",
     rivals=("batch_stiffness", "compressibility", "dimension"),

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.effect import Amplitude, Effect
 from bushcli.effects.prior import Prior
 from geometry.shape import Shape
 
@@ -73,14 +73,11 @@ EFFECT = Effect(
     summary="The rubber is thicker or longer than the case says.",
     acts="assembly",
     parameters=(
-        EffectParameter(
+        Amplitude(
             "thickness",
             "mm",
             "actual minus nominal thickness of the rubber; the outer radius changes",
-            0.2,
-            -10.0,
-            10.0,
-            off=0.0,
+            (0.2, -10.0, 10.0),
             within=("thickness", 0.5),
             prior=Prior(
                 "t",
@@ -88,14 +85,11 @@ EFFECT = Effect(
                 source="half the limit of class M3 of ISO 3302-1, 0.3 to 0.5 mm for fixed dimensions of 6.3 to 25 mm",
             ),
         ),
-        EffectParameter(
+        Amplitude(
             "length",
             "mm",
             "actual minus nominal length of the bushing, in proportion along it",
-            0.3,
-            -50.0,
-            50.0,
-            off=0.0,
+            (0.3, -50.0, 50.0),
             within=("length", 0.5),
             prior=Prior(
                 "t",

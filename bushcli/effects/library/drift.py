@@ -13,7 +13,7 @@ Stefanescu (2011), Handbook of Force Transducers, Springer, doi:10.1007/978-3-64
 import numpy as np
 
 from bushcli.effects.change import Array, Given, RigChange, Signal
-from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.effect import Amplitude, Effect
 from bushcli.effects.prior import Prior
 
 # Below this, three terms of the series are exact to 1e-13.
@@ -43,14 +43,11 @@ EFFECT = Effect(
     summary="The zero of the force moves with time, whatever the displacement.",
     acts="rig",
     parameters=(
-        EffectParameter(
+        Amplitude(
             "rate",
             "N/s",
             "rate at which the zero moves",
-            0.1,
-            -1e7,
-            1e7,
-            off=0.0,
+            (0.1, -1e7, 1e7),
             of_channel=True,
             prior=Prior(
                 "t",
@@ -59,14 +56,11 @@ EFFECT = Effect(
                 source="engineering judgement: over a recording a zero drifts by about as much as its initial error",
             ),
         ),
-        EffectParameter(
+        Amplitude(
             "settling",
             "1/s",
             "1 / time constant with which the drift comes to rest; 0 for an even drift",
-            1e-3,
-            0.0,
-            1e6,
-            off=0.0,
+            (1e-3, 0.0, 1e6),
             optional=True,
             prior=Prior(
                 "half_t",
@@ -77,11 +71,7 @@ EFFECT = Effect(
             ),
         ),
     ),
-    how_often="rare",
-    families=(
-        "softening in use",
-        "zero error of the rig",
-    ),
+    families=("softening in use", "zero error of the rig"),
     needs="time, and equal cycles or returns to zero at times far apart",
     rivals=("offset", "viscoelasticity", "warming"),
     source="Stefanescu (2011), Handbook of Force Transducers, doi:10.1007/978-3-642-18296-9",

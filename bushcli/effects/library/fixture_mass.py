@@ -15,7 +15,7 @@ Lakes (2004), Viscoelastic measurement techniques, Rev. Sci. Instrum. 75:797-810
 import numpy as np
 
 from bushcli.effects.change import Array, Given, RigChange, Signal
-from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.effect import Amplitude, Effect
 from bushcli.effects.prior import Prior
 
 # N/mm per kg/s^2; N mm/rad per kg mm^2/s^2.
@@ -35,14 +35,11 @@ EFFECT = Effect(
     summary="The force of a vibration contains the inertia of the fixture: the stiffness falls with frequency squared.",
     acts="rig",
     parameters=(
-        EffectParameter(
+        Amplitude(
             "mass",
             "kg",
             "between bushing and load cell, as far as the rig does not compensate it",
-            0.1,
-            -1e6,
-            1e6,
-            off=0.0,
+            (0.1, -1e6, 1e6),
             of_channel=True,
             prior=Prior(
                 "t",

@@ -13,7 +13,7 @@ doi:10.1016/S0005-1098(02)00047-X.
 import numpy as np
 
 from bushcli.effects.change import Given, RigChange, Signal
-from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.effect import Amplitude, Effect
 from bushcli.effects.prior import Prior
 
 
@@ -31,21 +31,17 @@ EFFECT = Effect(
     summary="A dead band about zero: the rig moves before the bushing does.",
     acts="rig",
     parameters=(
-        EffectParameter(
+        Amplitude(
             "half_width",
             "mm",
             "of the dead band",
-            0.05,
-            0.0,
-            100.0,
-            off=0.0,
+            (0.05, 0.0, 100.0),
             of_channel=True,
             prior=Prior(
                 "half_t",
                 0.02,
                 of="travel",
-                source="engineering judgement: clearance of pins and threads, some hundredths of a "
-                "millimetre",
+                source="engineering judgement: clearance of pins and threads, some hundredths of a millimetre",
             ),
         ),
     ),

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.effect import Amplitude, Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 if TYPE_CHECKING:
@@ -30,30 +30,24 @@ if TYPE_CHECKING:
 def _branch(i: int, modulus: float, slip: float) -> tuple[EffectParameter, EffectParameter]:
     number, words = ("", "the branch") if i == 1 else (str(i), f"branch {i}")
     return (
-        EffectParameter(
+        Amplitude(
             f"g{number}",
             "1",
             f"modulus of {words} over the law's",
-            modulus,
-            0.0,
-            10.0,
-            off=0.0,
+            (modulus, 0.0, 10.0),
             optional=i > 1,
             prior=Prior(
                 "half_t",
                 0.3,
-                source="engineering judgement: the modulus of bushing rubber falls by a tenth to a half "
-                "from small to large amplitudes, as in Garcia Tarrago et al. (2007), "
-                "doi:10.1243/03093247JSA246",
+                source="engineering judgement: the modulus of bushing rubber falls by a tenth to a half from small "
+                "to large amplitudes, as in Garcia Tarrago et al. (2007), doi:10.1243/03093247JSA246",
             ),
         ),
         EffectParameter(
             f"slip{number}",
             "1",
             "shear strain at which the branch slips",
-            slip,
-            1e-4,
-            1.0,
+            (slip, 1e-4, 1.0),
             optional=i > 1,
             scan=(0.01, 0.03, 0.1, 0.3),
             prior=Prior(

@@ -12,7 +12,7 @@ ISO 7500-1:2018, Metallic materials - Calibration and verification of static uni
 import numpy as np
 
 from bushcli.effects.change import Array, Given, RigChange, Signal
-from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.effect import Amplitude, Effect
 from bushcli.effects.prior import Prior
 
 
@@ -28,14 +28,11 @@ EFFECT = Effect(
     summary="The force of one channel reads high or low by a factor.",
     acts="rig",
     parameters=(
-        EffectParameter(
+        Amplitude(
             "error",
             "1",
             "relative error of the force",
-            0.03,
-            -0.9,
-            9.0,
-            off=0.0,
+            (0.03, -0.9, 9.0),
             of_channel=True,
             prior=Prior(
                 "t",

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.effect import Amplitude, Effect, EffectParameter
 from bushcli.effects.prior import Prior
 from geometry.shape import Shape
 from geometry.wall import Wall
@@ -100,14 +100,11 @@ def feature() -> Feature:
 
 
 def _offset(name: str, meaning: str, within: float, motions: frozenset[str] = frozenset()) -> EffectParameter:
-    return EffectParameter(
+    return Amplitude(
         name,
         "mm",
         meaning,
-        0.2,
-        -10.0,
-        10.0,
-        off=0.0,
+        (0.2, -10.0, 10.0),
         optional=bool(motions),
         motions=motions,
         within=("thickness", within),
@@ -121,14 +118,11 @@ def _offset(name: str, meaning: str, within: float, motions: frozenset[str] = fr
 
 
 def _tilt(name: str, meaning: str, motion: str) -> EffectParameter:
-    return EffectParameter(
+    return Amplitude(
         name,
         "rad",
         meaning,
-        0.01,
-        -0.5,
-        0.5,
-        off=0.0,
+        (0.01, -0.5, 0.5),
         optional=True,
         motions=frozenset({motion}),
         # An end of a sleeve as long as the bond then comes closer to the outer one by 0.15 of the thickness at most.

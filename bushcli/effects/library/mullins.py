@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.effect import Amplitude, Effect, EffectParameter
 from bushcli.effects.exported import CardPart, OgdenRoxburgh
 from bushcli.effects.prior import Prior
 
@@ -45,14 +45,11 @@ EFFECT = Effect(
     summary="Reloading below the largest earlier deformation is softer than the first loading.",
     acts="rubber",
     parameters=(
-        EffectParameter(
+        Amplitude(
             "inverse_r",
             "1",
             "largest share of the stress that is lost",
-            0.3,
-            0.0,
-            0.95,
-            off=0.0,
+            (0.3, 0.0, 0.95),
             reciprocal=("r", "1"),
             prior=Prior(
                 "half_t",
@@ -65,9 +62,7 @@ EFFECT = Effect(
             "m",
             "MPa",
             "energy below W_max at which softening sets in",
-            0.1,
-            1e-4,
-            100.0,
+            (0.1, 1e-4, 100.0),
             scan=(0.01, 0.03, 0.1, 0.3),
             prior=Prior(
                 "log_normal",
@@ -82,9 +77,7 @@ EFFECT = Effect(
             "beta",
             "1",
             "growth of that energy with W_max",
-            0.1,
-            0.0,
-            1.0,
+            (0.1, 0.0, 1.0),
             scan=(0.05,),
             prior=Prior(
                 "half_t",

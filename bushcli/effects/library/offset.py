@@ -13,7 +13,7 @@ doi:10.1520/D0638-14.
 """
 
 from bushcli.effects.change import Array, Given, RigChange, Signal
-from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.effect import Amplitude, Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 ZERO = "engineering judgement: sensors are zeroed by hand, to some hundredths of what is then recorded"
@@ -36,26 +36,20 @@ EFFECT = Effect(
     summary="Force and displacement do not read zero at rest.",
     acts="rig",
     parameters=(
-        EffectParameter(
+        Amplitude(
             "force",
             "N",
             "logged without load",
-            1.0,
-            -1e7,
-            1e7,
-            off=0.0,
+            (1.0, -1e7, 1e7),
             of_channel=True,
             under=AT[0],
             prior=Prior("t", 0.03, of="force", source=ZERO),
         ),
-        EffectParameter(
+        Amplitude(
             "displacement",
             "mm",
             "logged at rest",
-            0.01,
-            -100.0,
-            100.0,
-            off=0.0,
+            (0.01, -100.0, 100.0),
             of_channel=True,
             under=AT[0],
             prior=Prior(
@@ -66,14 +60,11 @@ EFFECT = Effect(
                 unrested=0.5,
             ),
         ),
-        EffectParameter(
+        Amplitude(
             "preload",
             "mm",
             "displacement at which both signals were set to zero",
-            0.01,
-            -100.0,
-            100.0,
-            off=0.0,
+            (0.01, -100.0, 100.0),
             sizes=(-0.3, 0.3),
             scale="amplitude",
             of_channel=True,
@@ -89,9 +80,7 @@ EFFECT = Effect(
             "zeroed",
             "1",
             "whether the signals were set to zero at rest or under a preload",
-            0.0,
-            0.0,
-            1.0,
+            (0.0, 0.0, 1.0),
             of_mesh=True,
             choices=AT,
             prior=Prior("choice", 2.0, source="engineering judgement: neither is unusual"),

@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.effect import Amplitude, Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 if TYPE_CHECKING:
@@ -75,14 +75,11 @@ EFFECT = Effect(
     summary="Filled rubber is stiffer in small motions: it relaxes the faster, the more and the farther it moves.",
     acts="rubber",
     parameters=(
-        EffectParameter(
+        Amplitude(
             "g",
             "1",
             "modulus per decade at a relaxation time of 1 s, over the law's",
-            0.2,
-            0.0,
-            100.0,
-            off=0.0,
+            (0.2, 0.0, 100.0),
             per_time="slope",
             prior=Prior(
                 "half_t",
@@ -95,9 +92,7 @@ EFFECT = Effect(
             "tau",
             "s",
             "longest relaxation time, at rest",
-            300.0,
-            1e-3,
-            1e9,
+            (300.0, 1e-3, 1e9),
             scan=(0.1, 1.0, 10.0),
             scale="duration",
             prior=Prior(
@@ -112,27 +107,21 @@ EFFECT = Effect(
             "decades",
             "1",
             "width of the spectrum in powers of ten",
-            6.0,
-            0.5,
-            20.0,
+            (6.0, 0.5, 20.0),
             prior=Prior("log_normal", 5.5, 0.35, source=_MEASURED),
         ),
         EffectParameter(
             "slope",
             "1",
             "power of the time in the modulus per decade",
-            0.0,
-            -2.0,
-            2.0,
+            (0.0, -2.0, 2.0),
             prior=Prior("t", 0.3, source=_MEASURED),
         ),
         EffectParameter(
             "path",
             "s",
             "clock's time per shear strain at an amplitude of 1",
-            1e3,
-            0.0,
-            1e12,
+            (1e3, 0.0, 1e12),
             scan=(1e2, 1e3, 1e4),
             prior=Prior("log_uniform", 30.0, 1e6, source=_MEASURED),
         ),
@@ -140,9 +129,7 @@ EFFECT = Effect(
             "exponent",
             "1",
             "power of the amplitude in the clock",
-            1.3,
-            0.0,
-            5.0,
+            (1.3, 0.0, 5.0),
             optional=True,
             of_amplitude=True,
             scan=(1.5,),
@@ -152,26 +139,17 @@ EFFECT = Effect(
             "offset",
             "1",
             "shear strain added to the amplitude, well below which all thin alike",
-            0.01,
-            1e-6,
-            1.0,
+            (0.01, 1e-6, 1.0),
             optional=True,
             of_amplitude=True,
             scan=(0.01,),
-            prior=Prior(
-                "log_normal",
-                0.03,
-                1.5,
-                source=_MEASURED,
-            ),
+            prior=Prior("log_normal", 0.03, 1.5, source=_MEASURED),
         ),
         EffectParameter(
             "recovery",
             "s",
             "time in which the range of strain so far is forgotten",
-            1e4,
-            1e-3,
-            1e9,
+            (1e4, 1e-3, 1e9),
             optional=True,
             scan=(0.1, 1.0),
             scale="duration",

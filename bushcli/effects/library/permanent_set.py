@@ -17,7 +17,7 @@ doi:10.1016/j.eurpolymj.2008.11.017.
 import numpy as np
 
 from bushcli.effects.change import Given, RigChange, Signal
-from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.effect import Amplitude, Effect
 from bushcli.effects.prior import Prior
 
 
@@ -41,14 +41,11 @@ EFFECT = Effect(
     summary="After unloading the bushing stays displaced by a share of its largest excursion.",
     acts="rubber",
     parameters=(
-        EffectParameter(
+        Amplitude(
             "set",
             "1",
             "displacement that stays, over the largest excursion",
-            0.02,
-            0.0,
-            0.9,
-            off=0.0,
+            (0.02, 0.0, 0.9),
             prior=Prior(
                 "half_t",
                 0.05,

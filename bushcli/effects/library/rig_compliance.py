@@ -15,7 +15,7 @@ Oliver and Pharr (1992), An improved technique for determining hardness and elas
 import numpy as np
 
 from bushcli.effects.change import Given, RigChange, Signal
-from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.effect import Amplitude, Effect
 from bushcli.effects.prior import Prior
 from cases.mode import modes
 
@@ -39,14 +39,11 @@ EFFECT = Effect(
     summary="The rig deforms too: a spring in series with the bushing.",
     acts="rig",
     parameters=(
-        EffectParameter(
+        Amplitude(
             "compliance",
             "mm/N",
             "1 / stiffness of rig and clamping",
-            2e-5,
-            0.0,
-            0.1,
-            off=0.0,
+            (2e-5, 0.0, 0.1),
             reciprocal=("stiffness", "N/mm"),
             prior=Prior(
                 "half_t",
@@ -56,14 +53,11 @@ EFFECT = Effect(
                 "stiffest specimen",
             ),
         ),
-        EffectParameter(
+        Amplitude(
             "curvature",
             "1/N",
             "relative change of the compliance with the force: above 0 softer, below 0 stiffer under load",
-            1e-5,
-            -1.0,
-            1.0,
-            off=0.0,
+            (1e-5, -1.0, 1.0),
             optional=True,
             prior=Prior(
                 "t",

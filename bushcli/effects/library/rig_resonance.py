@@ -14,7 +14,7 @@ Lakes (2004), Viscoelastic measurement techniques, Rev. Sci. Instrum. 75:797-810
 import numpy as np
 
 from bushcli.effects.change import Array, Given, RigChange, Signal
-from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.effect import Amplitude, Effect
 from bushcli.effects.prior import Prior
 
 
@@ -32,14 +32,11 @@ EFFECT = Effect(
     summary="The frame vibrates with the specimen: the stiffness grows towards the rig's resonance.",
     acts="rig",
     parameters=(
-        EffectParameter(
+        Amplitude(
             "period",
             "s",
             "1 / frequency of the resonance",
-            1e-3,
-            0.0,
-            1.0,
-            off=0.0,
+            (1e-3, 0.0, 1.0),
             # Most tables end below the resonance.
             in_tables=(0.5, 0.0),
             reciprocal=("frequency", "Hz"),

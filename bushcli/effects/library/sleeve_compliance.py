@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.effect import Amplitude, Effect, EffectParameter
 from bushcli.effects.prior import Prior
 from geometry.metal import Metal
 from geometry.shape import Shape, Sleeve
@@ -61,41 +61,29 @@ EFFECT = Effect(
     summary="The sleeves are not rigid: confined rubber pushes them out of shape.",
     acts="assembly",
     parameters=(
-        EffectParameter(
+        Amplitude(
             "compliance",
             "1/MPa",
             "1 / Young's modulus of the sleeves",
-            1.4e-5,
-            0.0,
-            0.01,
-            off=0.0,
+            (1.4e-5, 0.0, 0.01),
             reciprocal=("youngs_modulus", "MPa"),
             prior=Prior(
                 "log_uniform",
                 4.8e-6,
                 1e-3,
-                source="materials of sleeves: steel 210,000 MPa, aluminium 70,000, polyamide 10,000 "
-                "(filled) to 1,000",
+                source="materials of sleeves: steel 210,000 MPa, aluminium 70,000, polyamide 10,000 (filled) to 1,000",
             ),
         ),
         EffectParameter(
             "thickness",
             "mm",
             "of the sleeves",
-            2.0,
-            0.1,
-            50.0,
+            (2.0, 0.1, 50.0),
             scan=(1.0, 2.0, 4.0),
             of_mesh=True,
-            prior=Prior(
-                "log_normal",
-                2.2,
-                0.4,
-                source="engineering judgement: tubes of 1 to 5 mm",
-            ),
+            prior=Prior("log_normal", 2.2, 0.4, source="engineering judgement: tubes of 1 to 5 mm"),
         ),
     ),
-    how_often="rare",
     families=("stiffness that differs between the channels",),
     needs="a radial channel and an axial or torsional one",
     rivals=("compressibility", "rig_compliance"),

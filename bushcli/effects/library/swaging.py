@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.effect import Amplitude, Effect
 from bushcli.effects.prior import Prior
 
 if TYPE_CHECKING:
@@ -54,14 +54,11 @@ EFFECT = Effect(
     summary="The outer sleeve was drawn in before the test and leaves the rubber compressed.",
     acts="assembly",
     parameters=(
-        EffectParameter(
+        Amplitude(
             "reduction",
             "mm",
             "reduction of the outer sleeve's radius",
-            0.2,
-            0.0,
-            10.0,
-            off=0.0,
+            (0.2, 0.0, 10.0),
             # At a ninth two formulations on six meshes agree within 4 % (tests/verification/test_assembly.py).
             # Beyond an eighth the rubber folds at the bond's edges: FElupe's fine meshes find no equilibrium from
             # 0.12 to 0.16 on, its coarse ones a stiffness that falls below zero and depends on the mesh.

@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.effect import Amplitude, Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 if TYPE_CHECKING:
@@ -72,9 +72,7 @@ EFFECT = Effect(
             "shift",
             "1",
             "law of the shift of all relaxation times",
-            0.0,
-            0.0,
-            1.0,
+            (0.0, 0.0, 1.0),
             of_mesh=True,
             choices=("wlf", "arrhenius"),
             prior=Prior(
@@ -85,20 +83,15 @@ EFFECT = Effect(
             "reference",
             "degC",
             "temperature at which all other numbers hold",
-            20.0,
-            -100.0,
-            200.0,
+            (20.0, -100.0, 200.0),
             of_mesh=True,
             prior=Prior("t", 30.0, source="a convention: the same rubber can be stated at any temperature"),
         ),
-        EffectParameter(
+        Amplitude(
             "C1",
             "1",
             "WLF: decades between the reference and far above it",
-            6.0,
-            0.0,
-            50.0,
-            off=0.0,
+            (6.0, 0.0, 50.0),
             under="wlf",
             prior=Prior(
                 "half_t", 10.0, source="8.86 some 50 K above the glass transition (Williams et al. 1955)"
@@ -108,9 +101,7 @@ EFFECT = Effect(
             "C2",
             "K",
             "WLF: from the reference down to where times become infinite",
-            100.0,
-            20.0,
-            1000.0,
+            (100.0, 20.0, 1000.0),
             under="wlf",
             prior=Prior(
                 "log_normal",
@@ -119,14 +110,11 @@ EFFECT = Effect(
                 source="101.6 K some 50 K above the glass transition (Williams et al. 1955)",
             ),
         ),
-        EffectParameter(
+        Amplitude(
             "E",
             "kJ/mol",
             "Arrhenius: activation energy",
-            40.0,
-            0.0,
-            500.0,
-            off=0.0,
+            (40.0, 0.0, 500.0),
             under="arrhenius",
             prior=Prior(
                 "half_t",
@@ -134,26 +122,20 @@ EFFECT = Effect(
                 source="engineering judgement: some tens of kJ/mol for filler networks (Wang 1998)",
             ),
         ),
-        EffectParameter(
+        Amplitude(
             "exponent",
             "1",
             "power of the absolute temperature with which moduli grow: 1 for an ideal network",
-            1.0,
-            -30.0,
-            30.0,
-            off=0.0,
+            (1.0, -30.0, 30.0),
             prior=Prior(
                 "t", 2.0, source="1 for entropic elasticity (Chadwick 1974); filled rubber softens instead"
             ),
         ),
-        EffectParameter(
+        Amplitude(
             "network",
             "kJ/mol",
             "energy with which heat lowers the branches' moduli beyond the law's",
-            20.0,
-            -100.0,
-            200.0,
-            off=0.0,
+            (20.0, -100.0, 200.0),
             optional=True,
             prior=Prior(
                 "t", 20.0, source="21 kJ/mol: strain sweeps of a carbon-black compound (benchmarks/payne.md)"

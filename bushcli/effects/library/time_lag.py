@@ -13,7 +13,7 @@ Lakes (2004), Viscoelastic measurement techniques, Rev. Sci. Instrum. 75:797-810
 import math
 
 from bushcli.effects.change import RigChange
-from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.effect import Amplitude, Effect
 from bushcli.effects.prior import Prior
 
 EFFECT = Effect(
@@ -23,14 +23,11 @@ EFFECT = Effect(
     acts="rig",
     parameters=(
         # A logger that reads its channels in turn is late by as much as a sample.
-        EffectParameter(
+        Amplitude(
             "lag",
             "s",
             "of the force behind the displacement",
-            0.05,
-            -100.0,
-            100.0,
-            off=0.0,
+            (0.05, -100.0, 100.0),
             # 7 degrees at the highest frequency.
             in_tables=(0.02, -math.inf),
             prior=Prior(

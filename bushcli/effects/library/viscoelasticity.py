@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.effect import Amplitude, Effect, EffectParameter
 from bushcli.effects.exported import CardPart
 from bushcli.effects.prior import Prior
 
@@ -39,14 +39,11 @@ _TIMES = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
 
 def _branch(i: int, modulus: float, time: float) -> tuple[EffectParameter, EffectParameter]:
     return (
-        EffectParameter(
+        Amplitude(
             f"g{i}",
             "1",
             f"modulus of branch {i} over the law's",
-            modulus,
-            0.0,
-            10.0 if i <= SEARCHED else 1000.0,
-            off=0.0,
+            (modulus, 0.0, 10.0 if i <= SEARCHED else 1000.0),
             optional=i > 1,
             searched=i <= SEARCHED,
             prior=Prior(
@@ -59,9 +56,7 @@ def _branch(i: int, modulus: float, time: float) -> tuple[EffectParameter, Effec
             f"tau{i}",
             "s",
             f"relaxation time of branch {i}",
-            time,
-            1e-7,
-            1e6,
+            (time, 1e-7, 1e6),
             optional=i > 1,
             searched=i <= SEARCHED,
             in_tables=(_PERIODS * 10.0 ** (i - 1), _DASHPOT),
@@ -73,8 +68,7 @@ def _branch(i: int, modulus: float, time: float) -> tuple[EffectParameter, Effec
                 0.001,
                 3.0,
                 of="duration",
-                source="a branch much slower than the recording is elastic, one much faster is spent "
-                "within a sample",
+                source="a branch much slower than the recording is elastic, one much faster is spent within a sample",
             ),
         ),
     )

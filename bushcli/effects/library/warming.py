@@ -14,7 +14,7 @@ doi:10.1007/BF01178397.
 import numpy as np
 
 from bushcli.effects.change import Array, Given, RigChange, Signal
-from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.effect import Amplitude, Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 
@@ -35,14 +35,11 @@ EFFECT = Effect(
     summary="The rubber heats itself and becomes softer with time, whatever the displacement.",
     acts="rubber",
     parameters=(
-        EffectParameter(
+        Amplitude(
             "amount",
             "1",
             "share of the force that is lost after a long time",
-            0.05,
-            0.0,
-            0.9,
-            off=0.0,
+            (0.05, 0.0, 0.9),
             prior=Prior(
                 "half_t",
                 0.07,
@@ -54,9 +51,7 @@ EFFECT = Effect(
             "tau",
             "s",
             "time constant of the warming",
-            50.0,
-            1e-3,
-            1e6,
+            (50.0, 1e-3, 1e6),
             scan=(0.1, 0.3, 1.0),
             scale="duration",
             prior=Prior(
@@ -69,7 +64,6 @@ EFFECT = Effect(
             ),
         ),
     ),
-    how_often="rare",
     families=("softening in use",),
     in_force_law="warming",
     needs="time, and equal cycles or holds at times far apart",

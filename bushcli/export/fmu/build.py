@@ -34,9 +34,9 @@ def build(data: dict[str, Any], version: Literal[2, 3]) -> bytes:
         digest = hashlib.sha256(f"{version}{text}".encode()).hexdigest()[:12]
         script = Path(folder) / f"{data['name']}_{digest}_slave.py"
         script.write_text(_script(version, text), encoding="utf-8")
-        states = "canGetAndSetFMUstate" if version == 2 else "canGetAndSetFMUState"
-        serialize = "canSerializeFMUstate" if version == 2 else "canSerializeFMUState"
-        packed = builder.build_FMU(script, dest=Path(folder) / "out", **{states: True, serialize: True})
+        state = "FMUstate" if version == 2 else "FMUState"
+        abilities = {f"canGetAndSet{state}": True, f"canSerialize{state}": True}
+        packed = builder.build_FMU(script, dest=Path(folder) / "out", **abilities)
         return Path(packed).read_bytes()
 
 

@@ -7,6 +7,9 @@ modules.
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from functools import partial
+from typing import Any
 
 from bushcli.export.fmu.force_law import ChannelForceLaw, ForceLaw
 
@@ -30,6 +33,22 @@ class Variables:
         for name in self.law.channels:
             setattr(self, f"{name}_displacement", 0.0)
             setattr(self, f"{name}_velocity", 0.0)
+
+    def variables(
+        self, number: Any, causality: Any, initial: Any, variability: Any, with_units: bool
+    ) -> Iterator[Any]:
+        """Yield all variables, in the library's type of a number and its words, with units if it takes them."""
+        for name, unit, text in self.inputs():
+            units = {"unit": unit} if with_units else {}
+            yield number(name, causality=causality.input, description=text, start=0.0, **units)
+        for name, unit, text, channel in self.outputs():
+            options = {"causality": causality.output, "description": text, "initial": initial.calculated}
+            units = {"unit": unit} if with_units else {}
+            yield number(name, getter=partial(getattr, channel, "force"), **options, **units)
+        for name, channel, place in self.states():
+            options = {"causality": causality.local, "variability": variability.continuous}
+            get, put = partial(channel.value, place), partial(channel.put, place)
+            yield number(name, getter=get, setter=put, **options)
 
     def inputs(self) -> list[tuple[str, str, str]]:
         """Return name, unit and description of each input."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from xml.etree.ElementTree import Element, SubElement
 
 from pythonfmu import Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real
@@ -18,32 +17,9 @@ class Bushing(Fmi2Slave, Variables):  # type: ignore[misc]  # its type is not kn
         self.load()
         self.modelName = self.data["name"]
         self.description = self.data["description"]
-        self.unit_of = {}
-        for name, unit, text in self.inputs():
-            self.unit_of[name] = unit
-            self.register_variable(Real(name, causality=Fmi2Causality.input, description=text, start=0.0))
-        for name, unit, text, channel in self.outputs():
-            self.unit_of[name] = unit
-            get = (lambda law: lambda: law.force)(channel)
-            self.register_variable(
-                Real(
-                    name,
-                    causality=Fmi2Causality.output,
-                    description=text,
-                    getter=get,
-                    initial=Fmi2Initial.calculated,
-                )
-            )
-        for name, channel, place in self.states():
-            self.register_variable(
-                Real(
-                    name,
-                    causality=Fmi2Causality.local,
-                    variability=Fmi2Variability.continuous,
-                    getter=partial(channel.value, place),
-                    setter=partial(channel.put, place),
-                )
-            )
+        self.unit_of = {name: unit for name, unit, *_ in (*self.inputs(), *self.outputs())}
+        for variable in self.variables(Real, Fmi2Causality, Fmi2Initial, Fmi2Variability, False):
+            self.register_variable(variable)
 
     def to_xml(self, model_options=None):  # type: ignore[no-untyped-def]
         """Return the model's description with the units and the outputs to initialise, which PythonFMU leaves out."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 from pythonfmu3 import Float64, Fmi3Causality, Fmi3Initial, Fmi3Slave, Fmi3Variability, Unit
 
 from bushcli.export.fmu.slave import Variables
@@ -31,32 +29,8 @@ class Bushing(Fmi3Slave, Variables):  # type: ignore[misc]  # its type is not kn
         self.register_variable(
             Float64("time", causality=Fmi3Causality.independent, variability=Fmi3Variability.continuous)
         )
-        for name, unit, text in self.inputs():
-            self.register_variable(
-                Float64(name, causality=Fmi3Causality.input, description=text, start=0.0, unit=unit)
-            )
-        for name, unit, text, channel in self.outputs():
-            get = (lambda law: lambda: law.force)(channel)
-            self.register_variable(
-                Float64(
-                    name,
-                    causality=Fmi3Causality.output,
-                    description=text,
-                    getter=get,
-                    initial=Fmi3Initial.calculated,
-                    unit=unit,
-                )
-            )
-        for name, channel, place in self.states():
-            self.register_variable(
-                Float64(
-                    name,
-                    causality=Fmi3Causality.local,
-                    variability=Fmi3Variability.continuous,
-                    getter=partial(channel.value, place),
-                    setter=partial(channel.put, place),
-                )
-            )
+        for variable in self.variables(Float64, Fmi3Causality, Fmi3Initial, Fmi3Variability, True):
+            self.register_variable(variable)
 
     def exit_initialization_mode(self):  # type: ignore[no-untyped-def]
         """Begin at rest."""

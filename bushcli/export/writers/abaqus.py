@@ -12,8 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bushcli.export.card import comma_lines, instantaneous_shares, rubber
-from bushcli.export.hyperelastic import LAWS, density, hyperelastic
+from bushcli.export.card import LAWS, comma_lines, density, hyperelastic, instantaneous_shares, rubber
 from bushcli.export.writer import FREQUENCY_PRONY, FREQUENCY_TABULAR, TIME_PRONY, Order, Writer
 from cases.dynamic.model import modulus
 

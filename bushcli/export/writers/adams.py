@@ -6,8 +6,8 @@ are not proportional to speed; an FMU (`fmu2`, `fmu3`) includes them.
 
 from __future__ import annotations
 
-from bushcli.export.directions import FORCES
 from bushcli.export.teimorbit import block, comments, curve, units_block
+from bushcli.export.vibration import FORCES
 from bushcli.export.writer import Order, Writer
 
 _NAMES = {"FX": "x", "FY": "y", "FZ": "z", "TX": "ax", "TY": "ay", "TZ": "az"}
@@ -15,7 +15,6 @@ _NAMES = {"FX": "x", "FY": "y", "FZ": "z", "TX": "ax", "TY": "ay", "TZ": "az"}
 
 def write(order: Order) -> str:
     """Return the file."""
-    assert order.bushing is not None
     lines = comments(order.bushing)
     lines += block("MDI_HEADER", ["FILE_TYPE     = 'bus'", "FILE_VERSION  = 4.0", "FILE_FORMAT   = 'ASCII'"])
     lines += units_block(order.units, "degrees")

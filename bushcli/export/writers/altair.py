@@ -6,23 +6,18 @@ its own coefficients, which Altair's identification tool fits; none are written.
 
 from __future__ import annotations
 
-from bushcli.export.directions import FORCES
 from bushcli.export.teimorbit import block, comments, curve, units_block
+from bushcli.export.vibration import FORCES
 from bushcli.export.writer import Order, Writer
 
 _MODELS = (
-    "SPLINE_STIFFNESS",
-    "CUBIC_STIFFNESS",
-    "CONSTANT_STIFFNESS",
-    "CONSTANT_DAMPING",
-    "RUBBER_DAMPING",
-    "HYDROMOUNT_DAMPING",
+    *("SPLINE_STIFFNESS", "CUBIC_STIFFNESS", "CONSTANT_STIFFNESS"),
+    *("CONSTANT_DAMPING", "RUBBER_DAMPING", "HYDROMOUNT_DAMPING"),
 )
 
 
 def write(order: Order) -> str:
     """Return the file."""
-    assert order.bushing is not None
     lines = comments(order.bushing)
     lines += block("HEADER", ["FILE_TYPE     = 'gbs'", "FILE_VERSION  = '1.1'", "FILE_FORMAT   = 'ASCII'"])
     lines += units_block(order.units, "degree")

@@ -7,8 +7,7 @@ and D3 belong to terms 1/D_i (J - 1)^(2 i) that the law does not have: they are 
 
 from __future__ import annotations
 
-from bushcli.export.card import bulk_refusal, incompressibility
-from bushcli.export.hyperelastic import LAWS, density, hyperelastic
+from bushcli.export.card import LAWS, bulk_refusal, density, hyperelastic, incompressibility
 from bushcli.export.writer import Order, Writer
 
 # Below it a D_i counts as not given; and a D_i whose term is below rounding in every system of units.

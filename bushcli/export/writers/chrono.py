@@ -37,7 +37,6 @@ def bushing(inner, outer, frame, damping=0.0):
 
 def write(order: Order) -> str:
     """Return the module."""
-    assert order.bushing is not None
     assert order.bushing.stiffness_matrix is not None
     matrix = in_units(order.bushing.stiffness_matrix, order.units)
     rows = "\n".join("    [" + ", ".join(f"{value:.9g}" for value in row) + "]," for row in matrix)

@@ -10,20 +10,12 @@ from bushcli.export.writer import Order, Writer, one_line
 
 def write(order: Order) -> str:
     """Return the table; times are empty where there are none."""
-    assert order.bushing is not None
     units = order.units
     text = io.StringIO()
     # A channel's name may contain a comma.
     table = csv.writer(text, lineterminator="\n")
-    table.writerow(
-        (
-            "channel",
-            "mode",
-            "time_s",
-            f"displacement_{units.length_name}_or_rad",
-            f"force_{units.force_name}_or_moment_{units.force_name}{units.length_name}",
-        )
-    )
+    force_name = f"force_{units.force_name}_or_moment_{units.force_name}{units.length_name}"
+    table.writerow(("channel", "mode", "time_s", f"displacement_{units.length_name}_or_rad", force_name))
     for curve in order.bushing.curves:
         rotational = curve.rotational
         times = [""] * len(curve.displacement) if curve.time is None else [f"{t:.12g}" for t in curve.time]

@@ -16,7 +16,6 @@ def writer(version: Literal[2, 3]) -> Writer:
     def write(order: Order) -> bytes:
         from bushcli.export.fmu.build import build
 
-        assert order.bushing is not None
         assert order.bushing.law is not None
         return build(order.bushing.law.data(order.name, one_line(order.title), order.units), version)
 

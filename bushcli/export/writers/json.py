@@ -12,7 +12,6 @@ from bushcli.export.writers.chrono import in_units
 
 def write(order: Order) -> str:
     """Return the document."""
-    assert order.bushing is not None
     units, matrix = order.units, order.bushing.stiffness_matrix
     document: dict[str, Any] = {
         "written_by": f"bushcli {__version__}",

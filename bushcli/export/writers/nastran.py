@@ -10,8 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bushcli.errors import InputError, Problem
-from bushcli.export.directions import FORCES
-from bushcli.export.vibration import by_direction
+from bushcli.export.vibration import FORCES, by_direction
 from bushcli.export.writer import Order, Writer, one_line
 
 # Number of the property, which a model that has one of this number changes.
@@ -20,7 +19,6 @@ _PROPERTY = 1
 
 def write(order: Order) -> str:
     """Return the property and its twelve tables; refuse a direction without two frequencies at least."""
-    assert order.bushing is not None
     vibrations = by_direction(order.bushing.vibrations, "nastran")
     units, columns = order.units, {}
     for direction, vibration in vibrations.items():

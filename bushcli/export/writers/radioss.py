@@ -50,14 +50,11 @@ def write(order: Order) -> str:
     else:
         lines = _ogden(order)
     if material.softening is not None:
+        soft = material.softening
         lines += [
             "/FAIL/MULLINS_OR/1",
             "#                  R                BETA                   m",
-            _row(
-                1.0 / material.softening.inverse_r,
-                material.softening.beta,
-                order.units.of_stress(material.softening.m),
-            ),
+            _row(1.0 / soft.inverse_r, soft.beta, order.units.of_stress(soft.m)),
         ]
     return "\n".join(lines)
 

@@ -14,8 +14,7 @@ from bushcli.report.plots.cycles import in_rows
 from bushcli.report.plots.direct import around, bar, box, capital
 from bushcli.report.quantity import number, quantities
 from bushcli.report.views.study import share_percent
-from bushcli.study.analysis import Summary
-from bushcli.study.bands import Band
+from bushcli.study.analysis import Band, Summary
 from bushcli.study.study import Study
 
 # Largest number of bars in a tornado diagram, of panels of the scatter plots across and down, and of characters of a

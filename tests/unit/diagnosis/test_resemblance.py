@@ -14,7 +14,7 @@ from bushcli.diagnosis.posterior import posterior, probabilities, run_with_shown
 from bushcli.diagnosis.resemblance import Size, resemblances
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect, effects, effects_on
-from bushcli.effects.rig import Travel, elastic_response
+from bushcli.effects.rig import elastic_response
 from bushcli.evidence.prior import effect_odds
 from bushcli.likelihood.form import LAMBDA, LAMBDA_SPREAD, PHI, PHI_MOST, PHI_SPREAD
 from bushcli.selection.queue import LEFT
@@ -246,7 +246,7 @@ def test_memory_is_declared_where_the_force_depends_on_the_past(name):
         return
     path = np.concatenate([[0.0], LOOPS])
     stiff = lambda q: (300.0 * q, np.full(len(q), 300.0), np.zeros((len(q), 0)))  # noqa: E731
-    travel = Travel(path, np.arange(len(path), dtype=float))
-    force = elastic_response([ActiveEffect(one).with_start_values()], travel, stiff, ()).value
+    time = np.arange(len(path), dtype=float)
+    force = elastic_response([ActiveEffect(one).with_start_values()], path, time, stiff, ()).value
     spread = max(np.ptp(force[np.isclose(path, q, atol=1e-9)]) for q in np.unique(np.round(path, 9)))
     assert one.has_memory == (spread > 1e-6 * np.ptp(force))

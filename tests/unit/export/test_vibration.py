@@ -12,7 +12,7 @@ from bushcli.errors import InputError
 from bushcli.export import Order, read_source, unit_system, writer_for
 from bushcli.export.bushing import bushing_of
 from bushcli.export.curves import BushingData
-from bushcli.export.directions import FORCES
+from bushcli.export.vibration import FORCES
 from bushcli.report.json.dynamic import dynamic_json
 from bushcli.report.results import DynamicResult
 from bushcli.simulate.dynamic import vibrate
