@@ -41,7 +41,7 @@ ALLOWED = {
         "bushcli/mismatch/scan.py",
         "_null",
     ): "a distribution by the shape of the record: numbers of a fixed seed",
-    ("bushcli/recording/header/units.py", "_word"): "the size of a unit by its spelling",
+    ("bushcli/recording/header/units.py", "_parse_unit"): "a unit by its spelling",
     ("bushcli/recording/header/name.py", "heading"): "the parts of a column's name by its spelling",
     ("bushcli/recording/header/vocabulary.py", "name_quality"): "how surely a name means a quantity",
     ("bushcli/mismatch/scan.py", "_pairs"): "indices of a triangle by its size",

@@ -32,7 +32,7 @@ def values(expression, domain, points):
     cells = np.arange(domain.topology.index_map(domain.topology.dim).size_local, dtype=np.int32)
 
     def at(e, size):
-        return np.asarray(fem.Expression(e, points, jit_options=jit.options()).eval(domain, cells)).reshape(
+        return np.asarray(fem.Expression(e, points, jit_options=jit.options(light=True)).eval(domain, cells)).reshape(
             -1, size
         )
 

@@ -22,7 +22,8 @@ inner_radius = 12.0
 outer_radius = 22.0
 length = 40.0
 [mesh]
-elements_across = 3
+elements_across = 2
+elements_along = 6
 [material]
 law = "neo_hookean"
 bulk_modulus = 2000.0
