@@ -191,9 +191,19 @@ def test_concealed_branches_are_within_their_intervals(specimen, seed):
     assert compared.loss_angle_deg < 0.4
 
 
-@pytest.mark.parametrize("name", ["time_lag", "rig_resonance", "rig_compliance"])
-def test_a_concealed_effect_of_the_rig_is_found_with_it(specimen, name):
-    fit = identify(Task(specimen.measured(4, rig=[name]), "neo_hookean"))
+@pytest.mark.parametrize(
+    ("name", "static"),
+    [
+        ("time_lag", ""),
+        ("rig_resonance", ""),
+        # A table alone cannot tell a compliant rig from softer rubber.
+        pytest.param("rig_compliance", STATIC, marks=pytest.mark.slow),
+    ],
+)
+def test_a_concealed_effect_of_the_rig_is_found_with_it(specimen, name, static):
+    path = specimen.measured(4, rig=[name]).path
+    path.write_text(path.read_text().replace(STATIC, static))
+    fit = identify(Task(load_case(path), "neo_hookean"))
     parameter, value, _ = RIG[name]
     found = fit.parameters[f"{name}.{parameter}"]
     assert fit.converged
