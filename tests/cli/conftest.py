@@ -1,4 +1,4 @@
-"""The command line as a user runs it: a process, its two streams and its exit code."""
+"""The command line: its two streams and its exit code, in this process or in one of its own."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ file = "axial.csv"
 
 
 @pytest.fixture
-def cli() -> Cli:
-    """Run bushcli with arguments; returns the finished process."""
+def command_line() -> Cli:
+    """Run bushcli as a user does, for tests of the process itself: its start, its workers, what libraries print."""
 
     def run(*arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
         return subprocess.run(
@@ -56,6 +56,23 @@ def cli() -> Cli:
             check=False,
             timeout=300,
         )
+
+    return run
+
+
+@pytest.fixture
+def cli(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Cli:
+    """Run bushcli in this process, which has loaded the libraries; its signals are not this process's."""
+
+    def run(*arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+        words = [*map(str, arguments)]
+        with monkeypatch.context() as patch:
+            patch.setattr(sys.modules["bushcli.cli.run"], "listen", lambda: None)
+            patch.chdir(cwd or ROOT)
+            with pytest.raises(SystemExit) as ended:
+                main(words)
+        streams = capsys.readouterr()
+        return subprocess.CompletedProcess(words, ended.value.code, streams.out, streams.err)  # type: ignore[arg-type]
 
     return run
 

@@ -38,8 +38,8 @@ def test_help_needs_none_of_the_finite_element_stack() -> None:
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True, timeout=60)
 
 
-def test_direct_gives_json_on_stdout_and_nothing_else_there(cli: Cli, small: Path) -> None:
-    done = cli("direct", small, "--json")
+def test_direct_gives_json_on_stdout_and_nothing_else_there(command_line: Cli, small: Path) -> None:
+    done = command_line("direct", small, "--json")
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout)
     assert {"command", "case", "versions", "timings_s", "problems", "load_cases"} <= result.keys()
@@ -237,8 +237,8 @@ def test_a_closed_pipe_is_no_error(small: Path) -> None:
     assert done.stderr == ""
 
 
-def test_doctor_says_what_is_there(cli: Cli) -> None:
-    done = cli("doctor", "--json")
+def test_doctor_says_what_is_there(command_line: Cli) -> None:
+    done = command_line("doctor", "--json")
     facts = json.loads(done.stdout)["facts"]
     assert "dolfinx" in facts
 

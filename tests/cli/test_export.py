@@ -3,11 +3,8 @@
 import json
 import os
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
-
-from bushcli.cli import main
 
 CASE = """
 title = "12/22/40"
@@ -44,22 +41,6 @@ parameters = { error = 0.05 }
 """
 
 MODES = ("radial", "conical", "torsional")
-
-
-@pytest.fixture
-def cli(capsys, monkeypatch):
-    """Run bushcli within this process, which has the finite-element stack loaded."""
-
-    def run(*arguments, cwd=None):
-        if cwd:
-            monkeypatch.chdir(cwd)
-        with pytest.raises(SystemExit) as ended:
-            main([str(argument) for argument in arguments])
-        monkeypatch.undo()
-        streams = capsys.readouterr()
-        return SimpleNamespace(returncode=ended.value.code, stdout=streams.out, stderr=streams.err)
-
-    return run
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ import pytest
 
 from bushcli.cli import main
 from bushcli.errors import printable
+from cases.jit import cache_directory
 
 ROOT = Path(__file__).parents[2]
 
@@ -254,7 +255,7 @@ def test_a_limit_of_the_shell_that_suffices_is_no_fault_of_a_binary_file(small):
 
 
 def test_a_home_without_a_name(small):
-    done = run("direct", small, "-q", HOME="")
+    done = run("direct", small, "-q", HOME="", BUSHCLI_CACHE=str(cache_directory().parents[1]))
     assert done.returncode == 0, done.stderr
 
 

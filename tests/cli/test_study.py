@@ -58,12 +58,12 @@ def designs(folder):
 
 
 @pytest.mark.slow
-def test_a_grid_is_what_single_runs_are(cli, case, tmp_path):
+def test_a_grid_is_what_single_runs_are(command_line, case, tmp_path):
     out = tmp_path / "out"
     options = ["--vary", "geometry.outer_radius=18,20", "--vary", "material.parameters.C10=0.2,0.3"]
     options += ["--answer", "axial.initial", "--answer", "pull=axial.force@2", "--answer", "axial.tangent@2"]
     options += ["--answer", "load_cases[0].stiffness.secant", "--workers", 2]
-    done = cli("study", case, *options, "-o", out, "--json")
+    done = command_line("study", case, *options, "-o", out, "--json")
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout)
     assert (result["designs"], result["failed"], result["sampling"]) == (4, 0, "grid")
@@ -74,7 +74,7 @@ def test_a_grid_is_what_single_runs_are(cli, case, tmp_path):
         (20.0, 0.2),
         (20.0, 0.3),
     ]
-    single = cli(
+    single = command_line(
         "direct", case, "--set", "geometry.outer_radius=20", "--set", "material.parameters.C10=0.3", "--json"
     )
     channel = json.loads(single.stdout)["load_cases"][0]
@@ -236,7 +236,7 @@ def test_a_tolerance_of_the_case_is_named_by_its_file(inside, case):
 
 
 @pytest.mark.slow
-def test_killed_and_resumed_nothing_is_lost_and_nothing_twice(cli, case, tmp_path):
+def test_killed_and_resumed_nothing_is_lost_and_nothing_twice(command_line, case, tmp_path):
     out = tmp_path / "out"
     options = [
         "study",
@@ -262,17 +262,17 @@ def test_killed_and_resumed_nothing_is_lost_and_nothing_twice(cli, case, tmp_pat
     process.communicate()
     saved = journal.read_bytes().count(b"\n")
     assert 0 < saved < 150
-    resumed = cli(*options, "--resume", "--json")
+    resumed = command_line(*options, "--resume", "--json")
     assert resumed.returncode == 0, resumed.stderr
     assert json.loads(resumed.stdout)["resumed"] == saved
     rows = designs(out)
     assert [row["design"] for row in rows] == list(range(150))
-    whole = cli(*options[:-2], "-o", tmp_path / "whole", "-q")
+    whole = command_line(*options[:-2], "-o", tmp_path / "whole", "-q")
     assert whole.returncode == 0
     for one, other in zip(rows, designs(tmp_path / "whole"), strict=True):
         assert one["geometry.length"] == other["geometry.length"]
         assert one["axial.initial"] == pytest.approx(other["axial.initial"], rel=1e-9)
-    again = cli(*options, "--vary", "geometry.inner_radius=8:9", "--resume")
+    again = command_line(*options, "--vary", "geometry.inner_radius=8:9", "--resume")
     assert again.returncode == 2
     assert "holds another study: vary differ" in again.stderr
 
@@ -361,10 +361,10 @@ def test_wrong_targets_end_in_a_sentence(inside, case, options, message):
     assert "Traceback" not in done.output
 
 
-def test_the_page_is_served_to_this_machine_only(cli, case, tmp_path):
+def test_the_page_is_served_to_this_machine_only(command_line, case, tmp_path):
     out = tmp_path / "out"
-    assert cli("check", case, "-o", out).returncode == 0
-    refused = cli("view", out)
+    assert command_line("check", case, "-o", out).returncode == 0
+    refused = command_line("view", out)
     assert refused.returncode == 2
     assert "has no report.html" in refused.stderr
     (out / "report.html").write_text("<!doctype html><title>page</title>")
@@ -427,7 +427,7 @@ def test_only_the_page_is_served(tmp_path, path, code):
         client.close()
 
 
-def test_the_manual_has_every_command_and_option(cli):
+def test_the_manual_has_every_command_and_option():
     run = subprocess.run(
         [sys.executable, "-m", "bushcli.cli.manual"],
         env=os.environ | {"PYTHONPATH": str(ROOT)},

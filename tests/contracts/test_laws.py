@@ -44,7 +44,7 @@ class Probe:
             *(ufl.diff(W, variable) for variable in marked.values()),
         ]
         point = np.full((1, 3), 0.25)
-        self.expression = fem.Expression(ufl.as_vector(values), point, jit_options=jit.options())
+        self.expression = fem.Expression(ufl.as_vector(values), point, jit_options=jit.options(light=True))
         self.gradient(self.h, np.random.default_rng(RNG_SEED).standard_normal((6, 3, 3)))
 
     def gradient(self, function: fem.Function, gradients: np.ndarray) -> None:

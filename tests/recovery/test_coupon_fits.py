@@ -38,11 +38,22 @@ def cost_of(case, law, parameters, weighting):
     return problem.cost(np.array([parameters[name] for name in task.names]))
 
 
+def is_fitted(fit):
+    """Whether a fit has curves and values within their bounds, and does not end worse than it starts."""
+    return (
+        np.isfinite(fit.cost)
+        and len(fit.curves) == 3
+        and all(estimate.lower <= estimate.value <= estimate.upper for estimate in fit.parameters.values())
+        and fit.cost == min(e.cost for e in fit.evaluations if np.isfinite(e.cost))
+    )
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("weighting", ["relative", "absolute"])
 def test_three_term_ogden_is_as_good_as_the_published_set(treloar, weighting):
     published = cost_of(treloar, "ogden", OGDEN, weighting)
     fit = fit_coupons(treloar, "ogden", weighting=weighting)
+    assert is_fitted(fit)
     assert fit.cost <= published * (1 + 1e-6)
     # Both describe the tests: Ogden's figures lie within a few percent of the largest stress.
     if weighting == "absolute":
@@ -63,15 +74,10 @@ def test_effects_are_the_bushings_and_not_the_coupons(treloar, without_effects, 
     assert with_it.conditions == without_effects.conditions
 
 
-@pytest.mark.parametrize("name", sorted(laws()))
+@pytest.mark.parametrize("name", sorted(laws().keys() - {"ogden"}))
 def test_every_law_is_fitted(treloar, name):
-    fit = fit_coupons(treloar, name)
-    assert np.isfinite(fit.cost)
-    assert len(fit.curves) == 3
-    for estimate in fit.parameters.values():
-        assert estimate.lower <= estimate.value <= estimate.upper
-    # No fit ends worse than it starts.
-    assert fit.cost == min(e.cost for e in fit.evaluations if np.isfinite(e.cost))
+    """Ogden's, whose fit takes as long as all others, is compared with the published one above."""
+    assert is_fitted(fit_coupons(treloar, name))
 
 
 E = np.linspace(0.0, 1.0, 21)
@@ -185,7 +191,7 @@ def test_remedies_of_a_fit_name_no_option_that_it_lacks(tested):
     start = "[material.parameters]\nC10 = 0.1\nC01 = 5.0"
     for case in (
         tested("mooney_rivlin", start, uniaxial=("strain,stress (MPa)", E, -S)),
-        tested("yeoh", uniaxial=("strain,stress (MPa)", E, E**9)),
+        tested("mooney_rivlin", uniaxial=("strain,stress (MPa)", E, E**9)),
     ):
         done = CliRunner().invoke(main, ["fit", str(case)])
         assert "remedy" in done.output or done.exit_code == 2

@@ -32,9 +32,9 @@ def values(expression, domain, points):
     cells = np.arange(domain.topology.index_map(domain.topology.dim).size_local, dtype=np.int32)
 
     def at(e, size):
-        return np.asarray(fem.Expression(e, points, jit_options=jit.options()).eval(domain, cells)).reshape(
-            -1, size
-        )
+        return np.asarray(
+            fem.Expression(e, points, jit_options=jit.options(light=True)).eval(domain, cells)
+        ).reshape(-1, size)
 
     x = at(ufl.SpatialCoordinate(domain), domain.geometry.dim)
     return at(expression, int(np.prod(shape))).reshape(-1, *shape), x

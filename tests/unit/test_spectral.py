@@ -112,7 +112,7 @@ class Pointwise:
             second_variation(energy, m, u, h, k),
         ]
         point = np.full((1, cells.topology.dim), 0.25)
-        self.expression = fem.Expression(ufl.as_vector(terms), point, jit_options=jit.options())
+        self.expression = fem.Expression(ufl.as_vector(terms), point, jit_options=jit.options(light=True))
         self.count = cells.topology.index_map(cells.topology.dim).size_local
 
     def set(self, function: fem.Function, gradients: np.ndarray) -> None:

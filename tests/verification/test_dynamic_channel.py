@@ -22,7 +22,8 @@ inner_radius = 12.0
 outer_radius = 22.0
 length = 40.0
 [mesh]
-elements_across = 3
+elements_across = 2
+elements_along = 6
 [material]
 law = "neo_hookean"
 bulk_modulus = 2000.0
@@ -176,7 +177,7 @@ def test_branches_take_no_further_march(specimen, monkeypatch):
         channel.solve(known | {"C10": 0.41}, ())
 
 
-@pytest.mark.parametrize("seed", [0, 2])
+@pytest.mark.parametrize("seed", [0, pytest.param(2, marks=pytest.mark.slow)])
 def test_concealed_branches_are_within_their_intervals(specimen, seed):
     fit = identify(Task(specimen.measured(seed, by_force=seed == 2), "neo_hookean"))
     assert fit.converged
@@ -190,9 +191,19 @@ def test_concealed_branches_are_within_their_intervals(specimen, seed):
     assert compared.loss_angle_deg < 0.4
 
 
-@pytest.mark.parametrize("name", ["time_lag", "rig_resonance", "rig_compliance"])
-def test_a_concealed_effect_of_the_rig_is_found_with_it(specimen, name):
-    fit = identify(Task(specimen.measured(4, rig=[name]), "neo_hookean"))
+@pytest.mark.parametrize(
+    ("name", "static"),
+    [
+        ("time_lag", ""),
+        ("rig_resonance", ""),
+        # A table alone cannot tell a compliant rig from softer rubber.
+        pytest.param("rig_compliance", STATIC, marks=pytest.mark.slow),
+    ],
+)
+def test_a_concealed_effect_of_the_rig_is_found_with_it(specimen, name, static):
+    path = specimen.measured(4, rig=[name]).path
+    path.write_text(path.read_text().replace(STATIC, static))
+    fit = identify(Task(load_case(path), "neo_hookean"))
     parameter, value, _ = RIG[name]
     found = fit.parameters[f"{name}.{parameter}"]
     assert fit.converged
@@ -218,11 +229,13 @@ def test_tables_alone_determine_law_branches_and_density(specimen):
 
 def test_the_command_gives_the_tables_beside_their_simulation(specimen):
     path = specimen.measured().path
-    found = []
-    for number, options in enumerate([(), ("--hold-out", "rig")]):
-        fixed = () if not options else ("--fix", "viscoelasticity")
-        where = ("-o", str(path.parent / f"out{number}"))
-        done = CliRunner().invoke(main, ["inverse", str(path), "--json", "-q", *where, *options, *fixed])
+    text, found = path.read_text(), []
+    for number, (branches, options) in enumerate([(TRUE, ()), (START, ("--hold-out", "rig"))]):
+        path.write_text(
+            text.replace(RUBBER.format(**START), RUBBER.format(**(branches | {"C10": START["C10"]})))
+        )
+        where = ("-o", str(path.parent / f"out{number}"), "--fix", "viscoelasticity")
+        done = CliRunner().invoke(main, ["inverse", str(path), "--json", "-q", *where, *options])
         assert done.exit_code == 0, done.output
         found.append(json.loads(done.stdout)["dynamic"])
     (table,), (predicted,) = found

@@ -356,6 +356,7 @@ def slip(text: str, measured: str) -> str:
     return names[0] if len(names) == 1 else ""
 
 
+@functools.lru_cache(maxsize=4096)
 def _parse_unit(bare: str, measured: str) -> Unit | None:
     """Return the unit that a text without blanks means by the grammar; None if a part of it is not understood."""
     size = _size(bare, measured)
@@ -387,7 +388,6 @@ def _size(bare: str, measured: str) -> _Size | None:
     return _word(bare, measured) or (size if position == len(text) else None)
 
 
-@functools.lru_cache(maxsize=4096)
 def _word(word: str, measured: str) -> _Size | None:
     """Return the size of one word: a unit with or without prefix, or a force and a length, ``ftlb``."""
     whole = _single(word, measured)

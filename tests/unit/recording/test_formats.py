@@ -226,14 +226,14 @@ def test_numbers_names_and_units_come_back(tmp_path, name):
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_the_format_is_found_by_content(tmp_path, name):
+def test_the_format_is_found_by_content(tmp_path, name, in_this_process):
     _, write = WRITERS[name]
     found = read(write(tmp_path / "rig.dat"))
     assert found.units == ("m", "kN")
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_a_wrong_unit_in_the_metadata_is_refused(tmp_path, name):
+def test_a_wrong_unit_in_the_metadata_is_refused(tmp_path, name, in_this_process):
     suffix, write = WRITERS[name]
     with pytest.raises(
         RecordingError, match=r"is in m, but mode torsional needs a rotation|no column rotation_deg"
@@ -276,13 +276,13 @@ def test_zs2_needs_the_unit_from_the_case(tmp_path):
     assert_same(read(path, units={"time": "s", "displacement": "m", "force": "kN"}))
 
 
-def test_zs2_takes_the_unit_from_the_name(tmp_path):
+def test_zs2_takes_the_unit_from_the_name(tmp_path, in_this_process):
     pytest.importorskip("zs2decode")
     names = ("Prüfzeit [s]", "Standardweg [m]", "Standardkraft [kN]")
     assert_same(read(write_zs2(tmp_path / "rig.zs2", names)))
 
 
-def test_zs2_with_several_specimens(tmp_path):
+def test_zs2_with_several_specimens(tmp_path, in_this_process):
     pytest.importorskip("zs2decode")
     names = ("Prüfzeit [s]", "Standardweg [m]", "Standardkraft [kN]")
     path = write_zs2(tmp_path / "rig.zs2", names, specimens=3)
@@ -292,7 +292,7 @@ def test_zs2_with_several_specimens(tmp_path):
     assert_same(read(path, group=3))
 
 
-def test_a_coupon_of_a_workbook(tmp_path):
+def test_a_coupon_of_a_workbook(tmp_path, in_this_process):
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.Workbook()
     for row in (("Dehnung [%]", "Spannung [MPa]"), (0, 0), (10, 0.15), (20, 0.27), (50, 0.55)):
