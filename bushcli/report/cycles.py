@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bushcli.curve.cycles import NO_NOISE, Cycle, Uncertain, cycles_along, noise_of
 from bushcli.curve.holds import Hold, holds_along
+from bushcli.report.document import Array
 from bushcli.report.quantity import Quantities, number, percent, quantities
 from bushcli.runtime.condition import Condition
 
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from bushcli.simulate.misfit import Misfit
     from bushcli.simulate.response import Response
 
-Array = NDArray[np.float64]
 _Part = TypeVar("_Part", Cycle, Hold)
 
 # Recorded loops are real if their energy, over all closed cycles of a channel, exceeds this many standard errors...

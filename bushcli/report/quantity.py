@@ -8,15 +8,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bushcli.report.document import Array
 from bushcli.runtime.digits import with_decimals
 from cases.mode import modes
 
 if TYPE_CHECKING:
     from bushcli.simulate.response import SixCurve
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

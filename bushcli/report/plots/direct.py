@@ -5,18 +5,15 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bushcli.curve.curve import Curve
 from bushcli.recording import Recording
-from bushcli.report.document import Panels, Plot, Region, Series, Stripe
+from bushcli.report.document import Array, Panels, Plot, Region, Series, Stripe
 from bushcli.report.quantity import Quantities, largest_reactions, number, percent, quantities, shown_motion
 from bushcli.report.verdict import stiffer
 from bushcli.simulate.misfit import Misfit
 from bushcli.simulate.response import Simulated, SixCurve
 from cases.six import MOTIONS, REACTIONS
-
-Array = NDArray[np.float64]
 
 #: Up to this many samples are drawn as separate points, more as a line.
 SEPARATE = 80

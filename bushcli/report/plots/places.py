@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, NextTest
 from bushcli.mismatch.bins import KINDS, Bin
@@ -168,15 +169,15 @@ def program(test: NextTest) -> tuple[Array, Array]:
     return np.array(time), np.array(q)
 
 
-def numbering(local_map: LocalMap) -> str:
-    """Return "simplex", or how the corners of cells are numbered: "tensor" for a tensor product, "ring" around a face.
+def ring_cells(local_map: LocalMap) -> NDArray[np.int_]:
+    """Return the corners of cells in VTK's order: around a face, then, above each of these, around the opposite face.
 
     The first four corners are a face: in a tensor product its diagonals join corners 0, 3 and 1, 2, in a ring 0, 2 and
     1, 3. The midpoints of the diagonals coincide, exactly in a parallelogram and nearly in any good cell.
     """
-    if local_map.cells.shape[1] == local_map.points.shape[1] + 1:
-        return "simplex"
-    a, b, c, d = (local_map.points[local_map.cells[:, i]] for i in range(4))
-    tensor = float(np.linalg.norm(a + d - b - c, axis=1).sum())
-    ring = float(np.linalg.norm(a + c - b - d, axis=1).sum())
-    return "tensor" if tensor <= ring else "ring"
+    cells = local_map.cells
+    if cells.shape[1] == local_map.points.shape[1] + 1:
+        return cells
+    a, b, c, d = (local_map.points[cells[:, i]] for i in range(4))
+    tensor, ring = (np.linalg.norm(gap, axis=1).sum() for gap in (a + d - b - c, a + c - b - d))
+    return cells[:, (0, 1, 3, 2, 4, 5, 7, 6)[: cells.shape[1]]] if tensor <= ring else cells

@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bushcli.report.document import Panels, Plot, Series
+from bushcli.report.document import Array, Panels, Plot, Series
 from bushcli.report.plots.direct import colour
 from bushcli.report.quantity import number
 
 if TYPE_CHECKING:
     from bushcli.inverse.coupon_tables import TableSpectrum, TableSweep
 
-Array = NDArray[np.float64]
 
 # Frequencies of a line.
 _DENSE = 300

@@ -6,10 +6,19 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Columns, Document, Row, Section, Table, figures, paragraphs, table_of
+from bushcli.report.document import (
+    Array,
+    Columns,
+    Document,
+    Row,
+    Section,
+    Table,
+    figures,
+    paragraphs,
+    table_of,
+)
 from bushcli.report.quantity import (
     FORCE_UNITS,
     MOTION_UNITS,
@@ -31,7 +40,6 @@ if TYPE_CHECKING:
     from bushcli.simulate.misfit import Misfit
     from bushcli.simulate.response import Response, Simulated, SixCurve
 
-Array = NDArray[np.float64]
 
 # Rows of a printed path: its ends and states between them.
 _ROWS = 9

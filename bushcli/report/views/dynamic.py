@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Columns, Document, Section, Table, figures, paragraphs, table_of
+from bushcli.report.document import Array, Columns, Document, Section, Table, figures, paragraphs, table_of
 from bushcli.report.quantity import number, percent, quantities
 from bushcli.report.results import DynamicResult
 from bushcli.report.views.fit import fit_section
@@ -133,9 +133,6 @@ def solution_line(response: DynamicResponse) -> str:
         f"{'harmonic balance of' if uneven else 'small'} vibrations about the relaxed preload, reduced to at most "
         f"{vectors} vectors: relative error of the reduction at most {number(worst, 2)}; {text}"
     )
-
-
-Array = NDArray[np.float64]
 
 
 def table_units(table: DynamicTable) -> tuple[str, str, str]:
