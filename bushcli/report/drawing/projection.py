@@ -13,9 +13,9 @@ from typing import NamedTuple, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.report.document import Array
 from cases.stretches import Surface
 
-Array = NDArray[np.float64]
 _Value = TypeVar("_Value", bound=np.generic)
 
 # Edges at which the surface bends by more than this are drawn as outlines.

@@ -105,38 +105,24 @@ def profile_plot(profiles: Sequence[MissingProfile], units: Quantities) -> Plot:
     """Return the misfit along one quantity, a line for each branch."""
     along = profiles[0].along
     factor = units.per_internal if along == "rate" else 1.0
-    series, regions, coordinates = [], [], []
+    series, regions = [], []
     for profile in profiles:
         key = profile.branch or "all"
         x = np.asarray(units.convert(profile.x) if along == "displacement" else factor * profile.x)
         order = np.argsort(x)
         x, mean, two = x[order], profile.mean[order], 2 * profile.std[order]
-        coordinates.append(x)
         few = along in ("cycle", "rate") and len(x) <= _FEW
         label = key if len(profiles) > 1 else ""
         series.append(Series(key, label, x, mean, "both" if few else "line", two if few else None))
         if not few:
             regions.append(Region(key, "", [around(x, mean - two, mean + two)]))
-    x = np.concatenate(coordinates)
-    labels = {
-        "displacement": units.displacement_label,
-        "time": "time [s]",
-        "cycle": "cycle",
-        "rate": f"rate [{units.rate_unit}]",
-    }
-    wide = along == "rate" and x.min() > 0 and x.max() > _WIDE * x.min()
-    span = (float(x.min()) / 1.5, float(x.max()) * 1.5) if wide else None
-    if along == "cycle":
-        span = (float(x.min()) - 0.5, float(x.max()) + 0.5)
-    return Plot(
-        along,
-        (labels[along], "left [% of range]"),
-        series,
-        regions,
-        x=span,
-        bands=[Stripe("zero", y=(0.0, 0.0))],
-        log="x" if wide else "",
-    )
+    x = np.concatenate([curve.x for curve in series])
+    low, high = float(x.min()), float(x.max())
+    axes = {"displacement": units.displacement_label, "time": "time [s]", "rate": f"rate [{units.rate_unit}]"}
+    wide = along == "rate" and low > 0 and high > _WIDE * low
+    span = (low / 1.5, high * 1.5) if wide else (low - 0.5, high + 0.5) if along == "cycle" else None
+    labels, zero = (axes.get(along, along), "left [% of range]"), [Stripe("zero", y=(0.0, 0.0))]
+    return Plot(along, labels, series, regions, zero, x=span, log="x" if wide else "")
 
 
 def next_test_panels(diagnosis: Diagnosis, test: NextTest) -> Panels:
@@ -150,9 +136,8 @@ def next_test_panels(diagnosis: Diagnosis, test: NextTest) -> Panels:
     series = [Series("after", "", time / 60.0 if minutes else time, units.convert(q))]
     label = "time [min]" if minutes else "time [s]"
     bands, title = [Stripe("zero", y=(units.rest, units.rest))], f"Next test: {test.name}"
-    plot = Plot(
-        "program", (label, units.displacement_label), series, bands=bands, heading=heading, height=240.0
-    )
+    labels = (label, units.displacement_label)
+    plot = Plot("program", labels, series, bands=bands, heading=heading, height=240.0)
     return Panels("next-test", "next_test", title, [[plot]])
 
 

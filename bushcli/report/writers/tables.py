@@ -28,10 +28,8 @@ _VTK = {(2, 3): 5, (2, 4): 9, (3, 4): 10, (3, 8): 12}
 
 def number_table(columns: Mapping[str, Array]) -> str:
     """Return a table of numbers: columns of equal length, by their names."""
-    rows = "".join(
-        ",".join(f"{value:.12g}" for value in row) + "\n" for row in np.column_stack([*columns.values()])
-    )
-    return ",".join(columns) + "\n" + rows
+    rows = (",".join(f"{value:.12g}" for value in row) for row in np.column_stack([*columns.values()]))
+    return "\n".join([",".join(columns), *rows, ""])
 
 
 def word_table(rows: Iterable[Iterable[object]]) -> str:
@@ -72,9 +70,8 @@ def dynamic_table(curves: Sequence[DynamicCurve]) -> str:
         K, preload = curve.stiffness, [units.at(curve.preload), curve.force]
         peak = [] if curve.amplitude is None else [units.per_internal * curve.amplitude]
         conditions = np.broadcast_to([*peak, *preload], (len(K), len(peak) + 2))
-        rows.append(
-            np.column_stack([curve.frequency, conditions, abs(K), K.real, K.imag, np.degrees(np.angle(K))])
-        )
+        moduli = [abs(K), K.real, K.imag, np.degrees(np.angle(K))]
+        rows.append(np.column_stack([curve.frequency, conditions, *moduli]))
     return number_table(dict(zip(names, np.vstack(rows).T, strict=True)))
 
 
