@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[1]
 READ = ("bushcli", "cases", "forms", "geometry", "benchmarks", "docs/tables.py")
 # Vulture's confidence for names that are not used; what is certain (unreachable code) has 100 %.
 CONFIDENCE = 60
-SELECTED = re.compile(r'\b(?:select\([\w.]+, |_fields\()"([\w ]+)"\)')
+SELECTED = re.compile(r'\bselect\([\w.]+, "([\w ]+)"\)')
 RESULT = re.compile(r'^    "\w+": "(\w+)",$', re.MULTILINE)
 VALIDATORS = ["@field_validator*", "@model_validator*"]
 
@@ -72,7 +72,7 @@ def unused(root: Path, read: Iterable[str]) -> list[Unused]:
     """Names that files and folders under ``root`` define and do not use."""
     vulture = Vulture(ignore_decorators=VALIDATORS)
     vulture.scavenge([root / path for path in read])
-    # What `part` in `report/json/common.py`, and `_fields` beside it, take from a value under the same name.
+    # What `select` in `report/json/common.py` takes from a value under the same name.
     parts = [
         part
         for file in (root / "bushcli/report/json").glob("*.py")

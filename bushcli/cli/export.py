@@ -80,7 +80,7 @@ def export(
     from bushcli.export.bushing import bushing_of
     from bushcli.export.file import check_file, write_file
     from bushcli.export.rubber import rubber_of
-    from bushcli.report.json.common import head, json_value
+    from bushcli.report.json.common import result_json
 
     if number_of_ranks() > 1:
         raise InputError(Problem("bushcli export", "runs in one process only", "", "run it without mpirun"))
@@ -117,11 +117,10 @@ def export(
         write_file(run.output, content)
         for line in (f"wrote {run.output} for {writer.title}", *_remarks(order.bushing)):
             run.say(line)
-        result = head("export", source.case, (), run.timings())
-        result |= {"program": writer.name, "units": units.name, "file": str(run.output)}
+        entries = {"program": writer.name, "units": units.name, "file": str(run.output)}
         if order.bushing.law is not None:
-            result["force_law"] = order.bushing.law.summary()
-        run.emit(json_value(result))
+            entries["force_law"] = order.bushing.law.summary()
+        run.emit(result_json("export", source.case, (), entries, run.timings()))
     else:
         click.echo(content.decode("ascii"), nl=False)
     return DONE

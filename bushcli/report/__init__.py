@@ -32,20 +32,17 @@ _NAMES = {
 
 def as_json(result: Result) -> dict[str, Any]:
     """Return a result as JSON-ready data."""
-    data: dict[str, Any] = _convert(result, "json.{}", "json")
-    return data
+    return _convert(result, "json.{}", "json")
 
 
 def as_document(result: Result) -> Document:
     """Return the document of a result."""
-    document: Document = _convert(result, "views.{}", "document")
-    return document
+    return _convert(result, "views.{}", "document")
 
 
 def as_files(result: Result) -> Files:
     """Return what is written of a result besides result.json."""
-    files: Files = _convert(result, "writers.files", "files")
-    return files
+    return _convert(result, "writers.files", "files")
 
 
 def _convert(result: Result, module: str, kind: str) -> Any:

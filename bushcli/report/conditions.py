@@ -27,16 +27,16 @@ def conditions(case: Case, material: Material | None = None, source: str = "") -
     words = {k: v for k, v in entries.items() if isinstance(v, str) and k != "contact"}
     sizes = [f"{_words(k)} {v:g} {'degrees' if 'angle' in k else 'mm'}" for k, v in numbers.items()]
     sizes += [f"{_words(k)} {v}" for k, v in words.items()]
-    rows = [("geometry", ": ".join([type(shape).name, ", ".join(sizes)]) if sizes else type(shape).name)]
+    rows = [("geometry", ": ".join([type(shape).name, *([", ".join(sizes)] if sizes else [])]))]
     if size := size_of(shape):
         rows.append(("size", size))
     units = {"thickness": " mm", "youngs_modulus": " MPa"}
     for name, sleeve in ((k, v) for k, v in entries.items() if k.endswith("sleeve")):
-        texts = {
-            k: v if isinstance(v, str) else f"{v:g}{units.get(k, '')}" for k, v in (sleeve or {}).items()
-        }
-        properties = [f"{_words(k)} {text}" for k, text in texts.items()]
-        rows.append((_words(name), "rigid" if sleeve is None else f"elastic: {', '.join(properties)}"))
+        texts = [
+            f"{_words(k)} {v if isinstance(v, str) else f'{v:g}'}{units.get(k, '')}"
+            for k, v in (sleeve or {}).items()
+        ]
+        rows.append((_words(name), "rigid" if sleeve is None else f"elastic: {', '.join(texts)}"))
     if "contact" in entries:
         rows.append(("contact", _contact(shape)))
     used = material or case.material
@@ -46,11 +46,8 @@ def conditions(case: Case, material: Material | None = None, source: str = "") -
     elif source or not case.material.parameters:
         parameters += f" (identified from the {source or 'coupon tests'})"
     rows.append(("law", f"{used.law}: {parameters}"))
-    bulk = (
-        f"{number(used.bulk_modulus, 4)} MPa"
-        if np.isfinite(used.bulk_modulus)
-        else "infinite: incompressible"
-    )
+    finite = np.isfinite(used.bulk_modulus)
+    bulk = f"{number(used.bulk_modulus, 4)} MPa" if finite else "infinite: incompressible"
     law = laws()[used.law]
     if {p.name for p in law.parameters if not p.optional} <= set(used.parameters):
         solid = used.bulk_modulus >= LEAST_RATIO * law.shear_modulus(**used.parameters)
@@ -60,11 +57,8 @@ def conditions(case: Case, material: Material | None = None, source: str = "") -
         rows.append(("density", f"{used.density / DENSITY:.4g} kg/m3"))
     rows += _effects(case)
     if case.toleranced:
-        tolerances = ", ".join(
-            f"{key} {tolerance.nominal:g} ± {tolerance.deviation:g}"
-            for key, tolerance in case.toleranced.items()
-        )
-        rows.append(("tolerances", tolerances))
+        ranges = (f"{key} {of.nominal:g} ± {of.deviation:g}" for key, of in case.toleranced.items())
+        rows.append(("tolerances", ", ".join(ranges)))
     if case.tolerance != type(case.tolerance)():  # the default is not mentioned
         rows.append(("accepted", f"simulations within {case.tolerance.text} of the measurement"))
     return rows
@@ -88,14 +82,10 @@ def _effects(case: Case) -> list[tuple[str, str]]:
             if p.choices:
                 values.append(_words(p.choices[round(effect.values[p.name])]))
                 continue
-            angular = effect.full_name(p) in rotational
-            unit_text = "" if (unit_name := case_file_unit(p, angular)) == "1" else f" {unit_name}"
-            is_given = p.name in effect.values
-            text = (
-                f"{case_file_number(p, effect.values[p.name], angular):.4g}{unit_text}"
-                if is_given
-                else "to be identified"
-            )
+            angular, text = effect.full_name(p) in rotational, "to be identified"
+            if p.name in effect.values:
+                value = case_file_number(p, effect.values[p.name], angular)
+                text = f"{value:.4g} {case_file_unit(p, angular)}".removesuffix(" 1")
             values.append(f"{_words(p.name)} {text}")
         on = "" if effect.channels is None else f" (in {', '.join(effect.channels)})"
         rows.append(("effect", f"{_words(effect.effect.name)}{on}: {', '.join(values)}"))

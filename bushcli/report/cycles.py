@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bushcli.curve.cycles import NO_NOISE, Cycle, Uncertain, cycles_along, noise_of
 from bushcli.curve.holds import Hold, holds_along
+from bushcli.report.document import Array
 from bushcli.report.quantity import Quantities, number, percent, quantities
 from bushcli.runtime.condition import Condition
 
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from bushcli.simulate.misfit import Misfit
     from bushcli.simulate.response import Response
 
-Array = NDArray[np.float64]
 _Part = TypeVar("_Part", Cycle, Hold)
 
 # Recorded loops are real if their energy, over all closed cycles of a channel, exceeds this many standard errors...
@@ -97,9 +96,7 @@ def response_histories(response: Response, misfits: Mapping[str, Misfit]) -> tup
 def fit_histories(fit: Fit) -> tuple[ChannelHistory, ...]:
     """Return the channels of an identification whose path reverses or has holds, except paths of six motions."""
     curves = [curve for curve in fit.curves if curve.recording.of_one_motion]
-    histories = (
-        _history(c.name, c.recording, c.fitted.force, recorded=True, held_out=c.held_out) for c in curves
-    )
+    histories = (_history(c.name, c.recording, c.fitted.force, True, c.held_out) for c in curves)
     return tuple(history for history in histories if history.has_history)
 
 
@@ -107,41 +104,33 @@ def _where(part: Array, whole: Array) -> list[int]:
     """Return the indices in the whole of the samples of a part, which has the same order."""
     if len(part) == len(whole):
         return list(range(len(whole)))
-    indices, index = [], 0
-    for value in part:
-        while whole[index] != value:
-            index += 1
-        indices.append(index)
-        index += 1
-    return indices
+    indices = iter(range(len(whole)))
+    return [next(index for index in indices if whole[index] == value) for value in part]
 
 
 def _history(
-    name: str, path: Curve, simulated: Array, *, recorded: bool, held_out: bool = False
+    name: str, path: Curve, simulated: Array, recorded: bool, held_out: bool = False
 ) -> ChannelHistory:
     segments = path.branches
     noise = noise_of(path) if recorded else NO_NOISE
     measured = path.force if recorded else np.full(len(path.force), np.nan)
-    # A simulated energy within the solver's rounding is zero.
-    without_rounding = (
-        replace(cycle, energy=Uncertain(0.0), loss=Uncertain(0.0))
-        if cycle is not None and abs(cycle.loss.value) < ROUNDING
-        else cycle
-        for cycle in cycles_along(path, simulated, NO_NOISE, segments)
+    cycles = _threes(
+        cycles_along(path, measured, noise, segments),
+        map(_without_rounding, cycles_along(path, simulated, NO_NOISE, segments)),
     )
-    return ChannelHistory(
-        name,
-        path.mode,
-        path,
-        simulated,
-        _threes(cycles_along(path, measured, noise, segments), without_rounding),
-        _threes(
-            holds_along(path, measured, noise, segments),
-            holds_along(path, simulated, NO_NOISE, segments, SURE * noise.force),
-        ),
-        {branch.direction for branch in segments} >= {1, -1},
-        held_out,
+    holds = _threes(
+        holds_along(path, measured, noise, segments),
+        holds_along(path, simulated, NO_NOISE, segments, SURE * noise.force),
     )
+    comes_back = {branch.direction for branch in segments} >= {1, -1}
+    return ChannelHistory(name, path.mode, path, simulated, cycles, holds, comes_back, held_out)
+
+
+def _without_rounding(cycle: Cycle | None) -> Cycle | None:
+    """Return a simulated cycle; an energy within the solver's rounding is zero."""
+    if cycle is None or abs(cycle.loss.value) >= ROUNDING:
+        return cycle
+    return replace(cycle, energy=Uncertain(0.0), loss=Uncertain(0.0))
 
 
 def _threes(

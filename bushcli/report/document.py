@@ -94,9 +94,7 @@ class Plot:
     log: Literal["", "x", "y"] = ""  # the axis that is logarithmic
     x_names: Sequence[tuple[float, str]] = ()  # names instead of numbers at an axis
     y_names: Sequence[tuple[float, str]] = ()
-    scale: tuple[float, str] | None = (
-        None  # end of the symmetric colours of the regions' values; their meaning
-    )
+    scale: tuple[float, str] | None = None  # end of the symmetric colours of values; what these mean
     is_prepared: bool = False  # curves are thinned, limits and places of numbers found
 
     @property
@@ -162,10 +160,18 @@ class Table:
 
     def without_detail(self) -> Table:
         """Return the table without the columns that are on the page only."""
-        columns = [i for i in range(len(self.heads)) if i not in self.detail]
+        return replace(self._without(self.detail), detail=())
+
+    def without_empty(self, *heads: str) -> Table:
+        """Return the table without those of the columns with these heads that say nothing in any row."""
+        says = [any(row[i] not in ("", "-") for row in self.rows) for i in range(len(self.heads))]
+        return self._without([i for i, head in enumerate(self.heads) if head in heads and not says[i]])
+
+    def _without(self, omitted: Sequence[int]) -> Table:
+        columns = [i for i in range(len(self.heads)) if i not in omitted]
         rows = tuple(tuple(row[i] for i in columns) for row in self.rows)
         left = sum(i < self.left for i in columns)
-        return replace(self, heads=tuple(self.heads[i] for i in columns), rows=rows, left=left, detail=())
+        return replace(self, heads=tuple(self.heads[i] for i in columns), rows=rows, left=left)
 
     def without_middle(self, most: int) -> Table:
         """Return the table without its middle rows if it has more than `most`; its title then says how many it has."""

@@ -8,15 +8,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bushcli.report.document import Array
 from bushcli.runtime.digits import with_decimals
 from cases.mode import modes
 
 if TYPE_CHECKING:
     from bushcli.simulate.response import SixCurve
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -55,26 +53,23 @@ class Quantities:
         return f"{self.displacement} [{self.displacement_unit}]".removesuffix(" []")
 
     @property
-    def labels(self) -> tuple[str, str]:
-        """Labels of the axes of a curve."""
-        return self.displacement_label, self.force_label
-
-    @property
     def force_label(self) -> str:
         """Label of an axis for the force."""
         return f"{self.force} [{self.force_unit}]"
 
+    @property
+    def labels(self) -> tuple[str, str]:
+        """Labels of the axes of a curve."""
+        return self.displacement_label, self.force_label
+
 
 _TRANSLATION = Quantities("displacement", "mm", "force", "N", "N/mm")
-_ROTATION = Quantities(
-    "rotation", "deg", "moment", "N mm", "N mm/deg", 180.0 / math.pi, 0.0, ("rotation_deg", "moment_Nmm")
-)
-_COUPON = Quantities(
-    "stretch", "", "nominal stress", "MPa", "MPa", 1.0, 1.0, ("stretch", "nominal_stress_MPa")
-)
-_SHEARED = Quantities(
-    "amount of shear", "", "shear stress", "MPa", "MPa", csv_names=("shear_strain", "shear_stress_MPa")
-)
+_DEGREES, _ANGLE = 180.0 / math.pi, ("rotation_deg", "moment_Nmm")
+_ROTATION = Quantities("rotation", "deg", "moment", "N mm", "N mm/deg", _DEGREES, csv_names=_ANGLE)
+_STRESS = ("stretch", "nominal_stress_MPa")
+_COUPON = Quantities("stretch", "", "nominal stress", "MPa", "MPa", rest=1.0, csv_names=_STRESS)
+_SHEAR = ("shear_strain", "shear_stress_MPa")
+_SHEARED = Quantities("amount of shear", "", "shear stress", "MPa", "MPa", csv_names=_SHEAR)
 
 
 def quantities(mode: str) -> Quantities:

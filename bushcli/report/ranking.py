@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bushcli.curve.misfit import NOISE_FLOOR
 from bushcli.inverse import Fit, FittedCurve
 from bushcli.inverse.certainty import autocorrelation_time
-
-Array = NDArray[np.float64]
+from bushcli.report.document import Array
 
 # Degree of the smooth curve through a recording: higher than any law without history needs over the displacement.
 _SMOOTH = 9

@@ -83,15 +83,12 @@ class DirectResult:
     @cached_property
     def conditions(self) -> tuple[Condition, ...]:
         """Problems of fit and marches, recordings that were not compared, recorded loops that are not simulated."""
-        not_compared = tuple(
-            Condition(
-                "not_compared",
-                f"{channel.name}: the simulation ended before the recording could be compared with it",
-                "see why the simulation stopped",
-            )
+        what = "the simulation ended before the recording could be compared with it"
+        not_compared = [
+            Condition("not_compared", f"{channel.name}: {what}", "see why the simulation stopped")
             for channel in self.response.channels
             if channel.recording is not None and channel.name not in self.misfits
-        )
+        ]
         # What is unusual about the case is said by the fit to its coupons and by the simulation.
         fit_conditions = self.fit.conditions if self.fit else ()
         known_conditions = tuple(dict.fromkeys((*fit_conditions, *self.response.conditions, *not_compared)))

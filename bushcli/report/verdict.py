@@ -159,49 +159,45 @@ def _headline(
         return f"Within {accepted} of the recording" + ("s" if len(misfits) > 1 else "")
     if not outside:
         return "Not comparable with the recordings: the simulation ended too early"
-    ratios = [misfits[name].stiffness_ratio for name in outside]
-    band = response.case.tolerance.band
-    if all(ratio > 1 + band for ratio in ratios):
-        return f"Too stiff: {join_names(outside)} outside {accepted}"
-    if all(ratio < 1 - band for ratio in ratios):
-        return f"Too soft: {join_names(outside)} outside {accepted}"
-    # Not `capitalize`, which would write the class of the tolerance in lower case.
+    ratios, band = [misfits[name].stiffness_ratio for name in outside], response.case.tolerance.band
     text = f"{join_names(outside)} outside {accepted}"
+    if all(ratio > 1 + band for ratio in ratios):
+        return f"Too stiff: {text}"
+    if all(ratio < 1 - band for ratio in ratios):
+        return f"Too soft: {text}"
+    # Not `capitalize`, which would write the class of the tolerance in lower case.
     return text[:1].upper() + text[1:]
 
 
 def _channel(channel: Simulated, misfit: Misfit | None, is_faulty: bool) -> ChannelVerdict:
     units = quantities(channel.mode)
-    if misfit is None:
-        text = f"{channel.name}: {_alone(channel, units)}."
-        return ChannelVerdict(channel.name, channel.mode, text, None)
-    if is_faulty:
-        # Neither too stiff nor too soft: the recording says nothing about that.
-        text = f"{channel.name}: {_alone(channel, units)}; to be compared when its recording is corrected."
-        return ChannelVerdict(channel.name, channel.mode, text, False)
+    if misfit is None or is_faulty:
+        # Neither too stiff nor too soft: a faulty recording says nothing about that.
+        later = "" if misfit is None else "; to be compared when its recording is corrected"
+        text = f"{channel.name}: {_alone(channel, units)}{later}."
+        return ChannelVerdict(channel.name, channel.mode, text, None if misfit is None else False)
     unit, ratio, tolerance = units.stiffness_unit, misfit.stiffness_ratio, misfit.tolerance
+    accepted = f"the accepted {tolerance.text}"
     if misfit.within:
         rms, noise = percent(misfit.rms_percent), percent(misfit.noise_percent)
-        assessment = f"within the accepted {tolerance.text} (curve {rms} rms, noise {noise})"
+        assessment = f"within {accepted} (curve {rms} rms, noise {noise})"
     elif not abs(ratio - 1.0) <= tolerance.band:
-        assessment = f"outside the accepted {tolerance.text}"
+        assessment = f"outside {accepted}"
     elif misfit.peak_percent > tolerance.percent:
+        peak = percent(misfit.peak_percent, tolerance.percent)
         assessment = (
-            f"the secant stiffness is within the accepted {tolerance.text}, the curve is not: it departs by up to "
-            f"{percent(misfit.peak_percent, tolerance.percent)} of the force range"
+            f"the secant stiffness is within {accepted}, the curve is not: it departs by up to {peak}"
         )
+        assessment += " of the force range"
     else:
-        assessment = f"within the accepted {tolerance.text} as far as the simulation went"
-    predicted, measured = units.stiffness(misfit.predicted.secant), units.stiffness(misfit.measured.secant)
-    text = (
-        f"{channel.name}: simulated {number(predicted)} {unit}, measured {number(measured)} {unit}: "
-        f"{stiffer(ratio, tolerance.percent)}; {assessment}"
-    )
-    if misfit.compared < 1.0:
-        text += (
-            f" (compared on {percent(100 * misfit.compared)} of the recording, where the simulation ended)"
-        )
-    return ChannelVerdict(channel.name, channel.mode, f"{text}.", misfit.within)
+        assessment = f"within {accepted} as far as the simulation went"
+    secants = (misfit.predicted.secant, misfit.measured.secant)
+    simulated, measured = (f"{number(units.stiffness(secant))} {unit}" for secant in secants)
+    comparison = f"simulated {simulated}, measured {measured}: {stiffer(ratio, tolerance.percent)}"
+    part = f"compared on {percent(100 * misfit.compared)} of the recording, where the simulation ended"
+    part = f" ({part})" if misfit.compared < 1.0 else ""
+    text = f"{channel.name}: {comparison}; {assessment}{part}."
+    return ChannelVerdict(channel.name, channel.mode, text, misfit.within)
 
 
 def _alone(channel: Simulated, units: Quantities) -> str:
@@ -287,8 +283,7 @@ def doubt_lines(faults: Sequence[DataFault]) -> list[str]:
 
 def fault_lines(faults: Sequence[DataFault]) -> list[str]:
     """Return a line for each fault of the recordings: place and remedy; the fatal faults first."""
-    lines = []
-    for fault in sorted(faults, key=lambda fault: not fault.fatal):
-        remedy = fault.remedy.rstrip(".")
-        lines.append(f"{fault.channel}: {fault_kind(fault)}, {fault.where.rstrip('.')}. What to do: {remedy}")
-    return lines
+    return [
+        f"{of.channel}: {fault_kind(of)}, {of.where.rstrip('.')}. What to do: {of.remedy.rstrip('.')}"
+        for of in sorted(faults, key=lambda fault: not fault.fatal)
+    ]

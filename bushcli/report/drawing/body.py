@@ -14,8 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize, to_rgba
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from bushcli.report.document import Array
 from bushcli.report.drawing import projection
 from bushcli.report.drawing.looks import GREY, INK, METAL
 from bushcli.report.drawing.picture import (
@@ -32,8 +32,6 @@ from bushcli.report.drawing.projection import Layer, Projection, line_layer
 from bushcli.report.quantity import join_names
 from cases.stretches import Surface
 
-Array = NDArray[np.float64]
-
 _RUBBER = "#8fb3c9"
 _COLOURS = "YlOrRd"  # from ColorBrewer, safe for colour-blind eyes; light where the stretch is small
 _SPLIT_SECTION, _SPLIT_SOLID = 8, 6
@@ -46,10 +44,8 @@ _LONGEST = 5.4  # inches of the drawing's longer side
 
 def mesh_figure(surface: Surface, title: str) -> Figure:
     """Draw the undeformed mesh."""
-    with style():
-        flat = projection.is_section(surface)
-        view = projection.SECTION if flat else projection.cut_view(surface.reference)
-        return _Drawing(surface, surface.reference, view, None).figure(title, _note(surface))
+    view = projection.SECTION if projection.is_section(surface) else projection.cut_view(surface.reference)
+    return _Drawing(surface, surface.reference, view, None).figure(title, _note(surface))
 
 
 def deformed_figure(surface: Surface, title: str) -> Figure:
@@ -57,15 +53,12 @@ def deformed_figure(surface: Surface, title: str) -> Figure:
     values = surface.stretch[surface.rubber]
     top = float(np.quantile(values, 1.0 - _BEYOND)) if values.size else 1.0
     scale, note = Normalize(1.0, max(top, 1.01)), _note(surface, deformed=True)
-    with style():
-        if not projection.is_section(surface):
-            view = projection.cut_view(surface.reference)
-            return _Drawing(surface, surface.deformed, view, scale).figure(title, note)
-        if not projection.is_twisted(surface):
-            return _Drawing(surface, surface.deformed, projection.SECTION, scale).figure(title, note)
-        body = projection.body_of_revolution(surface)
-        view = projection.view_of_revolution()
-        return _Drawing(body, body.deformed, view, scale, closed=False).figure(title, note)
+    view, closed = projection.SECTION, True
+    if not projection.is_section(surface):
+        view = projection.cut_view(surface.reference)
+    elif projection.is_twisted(surface):
+        surface, view, closed = projection.body_of_revolution(surface), projection.OPEN_QUARTER, False
+    return _Drawing(surface, surface.deformed, view, scale, closed=closed).figure(title, note)
 
 
 def _note(surface: Surface, deformed: bool = False) -> str:
@@ -84,13 +77,7 @@ class _Drawing:
     """One drawing of a surface: faces, element edges, outline, and axes or a scale bar to measure it."""
 
     def __init__(
-        self,
-        surface: Surface,
-        points: Array,
-        view: Projection,
-        scale: Normalize | None,
-        *,
-        closed: bool = True,
+        self, surface: Surface, points: Array, view: Projection, scale: Normalize | None, closed: bool = True
     ) -> None:
         self.surface, self.view, self.scale = surface, view, scale
         self.flat = view is projection.SECTION
@@ -114,20 +101,20 @@ class _Drawing:
             low[1] -= 0.1 * self.extent  # room for the bar and the directions
         low, high = low - 0.03 * self.extent, high + 0.03 * self.extent
         room = ((1.3 if self.scale else 0.3) + 0.6 * self.flat, 0.9)
-        figure, axes = body_axes(low, high, _LONGEST, room)
-        paint(axes, self.view, self._layers())
-        if self.scale is not None:
-            values = self.surface.stretch[self.surface.rubber]
-            is_clipped = bool(values.size and values.max() > self.scale.vmax * 1.001)  # type: ignore[operator]
-            mappable, ends = ScalarMappable(self.scale, _COLOURS), "max" if is_clipped else "neither"
-            label = "largest principal stretch"
-            colour_bar(figure, axes, mappable, label, shrink=0.75, pad=0.02, extend=ends)
-        if self.flat:
-            section_axes(axes, ("radius [mm]", "axis [mm]"))
-        else:
-            self._solid_axes(axes)
-        axes.set_title(wrap(title, figure.get_figwidth(), 12.0), fontsize=11.5)
-        if note:
+        with style():
+            figure, axes = body_axes(low, high, _LONGEST, room)
+            paint(axes, self.view, self._layers())
+            if self.scale is not None:
+                values = self.surface.stretch[self.surface.rubber]
+                is_clipped = bool(values.size and values.max() > self.scale.vmax * 1.001)  # type: ignore[operator]
+                mappable, ends = ScalarMappable(self.scale, _COLOURS), "max" if is_clipped else "neither"
+                label = "largest principal stretch"
+                colour_bar(figure, axes, mappable, label, shrink=0.75, pad=0.02, extend=ends)
+            if self.flat:
+                section_axes(axes, ("radius [mm]", "axis [mm]"))
+            else:
+                self._solid_axes(axes)
+            axes.set_title(wrap(title, figure.get_figwidth(), 12.0), fontsize=11.5)
             figure.supxlabel(literal(note), fontsize=8.5, color=GREY[0], x=0.01, ha="left")
         return figure
 
@@ -135,24 +122,23 @@ class _Drawing:
         """Return faces and lines; those behind a closed body are left out."""
         many = self.many
         pieces = projection.cells(self.grid)
-        values = projection.cells(projection.bilinear(self.surface.stretch[..., None], many)).mean(
-            axis=(1, 2)
-        )
+        stretch = projection.cells(projection.bilinear(self.surface.stretch[..., None], many))
         rubber = np.repeat(self.surface.rubber, many * many)
-        fill = np.empty((len(pieces), 4))
-        fill[rubber] = (
-            to_rgba(_RUBBER) if self.scale is None else colormaps[_COLOURS](self.scale(values[rubber]))
-        )
-        fill[~rubber] = to_rgba(METAL)
+        fill = np.tile(to_rgba(METAL), (len(pieces), 1))
+        fill[rubber] = to_rgba(_RUBBER)
+        if self.scale is not None:
+            fill[rubber] = colormaps[_COLOURS](self.scale(stretch.mean(axis=(1, 2))[rubber]))
         if not self.flat:
             fill[:, :3] *= projection.shade(pieces, self.view)[:, None]
         depth = self.view.depth(pieces).mean(axis=1)
         lines = projection.segments(projection.sides(self.grid))
         bold = np.repeat(projection.outline(self.surface), many)
         # A line is drawn right after the piece of face that it bounds; in the plane, where nothing hides it, last.
-        beside = projection.side_cells(depth, many) + self.extent * (1.0 if self.flat else 0.006)
-        visible = projection.faces_the_eye(pieces, self.view) | (not self.closed)
-        drawn = projection.side_cells(visible, many)
+        beside = projection.sides(depth.reshape(-1, many, many)).ravel()
+        beside += self.extent * (1.0 if self.flat else 0.006)
+        # The corners of a closed body are counter-clockwise seen from outside.
+        visible = (projection.normals(pieces) @ self.view.towards > 0.0) | (not self.closed)
+        drawn = projection.sides(visible.reshape(-1, many, many)).ravel()
         thin, thick = drawn & ~bold, drawn & bold
         layers = [
             Layer(pieces[visible], fill[visible], fill[visible], depth[visible], 0.4),

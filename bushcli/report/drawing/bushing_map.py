@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize, to_rgba
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from bushcli.mismatch.maps import LocalMap
+from bushcli.report.document import Array
 from bushcli.report.drawing.looks import DIVERGING, GREY
 from bushcli.report.drawing.picture import body_axes, colour_bar, paint, section_axes, style, wrap
 from bushcli.report.drawing.projection import (
@@ -24,10 +24,8 @@ from bushcli.report.drawing.projection import (
     outline,
     shade,
 )
-from bushcli.report.plots.places import numbering
+from bushcli.report.plots.places import ring_cells
 from cases.stretches import Surface
-
-Array = NDArray[np.float64]
 
 # Purple where the rubber would have to be stiffer, because the model is too soft there, orange where softer.
 _COLOURS = DIVERGING.reversed()
@@ -38,20 +36,15 @@ _BEYOND = 0.01
 # Least end of the colour scale, a change of stiffness; a smaller one would show noise in full colours.
 _LEAST = 0.02
 _LONGEST = 4.6  # inches of the drawing's longer side
-# Corners of a face in order around it, among those of a cell: of a simplex, in tensor-product and in ring numbering.
-_SECTION = {"simplex": ((0, 1, 2),), "tensor": ((0, 1, 3, 2),), "ring": ((0, 1, 2, 3),)}
-_SOLID = {
-    "simplex": ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)),
-    "tensor": ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5)),
-    "ring": ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (3, 2, 6, 7), (0, 3, 7, 4), (1, 2, 6, 5)),
+# By the number of corners of a cell: those of each face in order around it, and those of the tetrahedra of which it
+# consists, six around a diagonal of a hexahedron.
+_FACES = {
+    4: ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)),
+    8: ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (3, 2, 6, 7), (0, 3, 7, 4), (1, 2, 6, 5)),
 }
-# Tetrahedra of which a cell consists: six around a diagonal of a hexahedron.
-_RING = ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6))
-_FROM_RING = (0, 1, 3, 2, 4, 5, 7, 6)
 _TETRAHEDRA = {
-    "simplex": ((0, 1, 2, 3),),
-    "ring": _RING,
-    "tensor": tuple(tuple(_FROM_RING[i] for i in tetrahedron) for tetrahedron in _RING),
+    4: ((0, 1, 2, 3),),
+    8: ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6)),
 }
 
 
@@ -103,8 +96,7 @@ def map_figure(local_map: LocalMap) -> Figure:
 
 def _section(local_map: LocalMap) -> tuple[Projection, Array, Array, Array]:
     """Return the faces of the half-plane and of its mirror image, as `_solid` does; without edges."""
-    (corners,) = _SECTION[numbering(local_map)]
-    half = np.insert(local_map.points[local_map.cells[:, (*corners, corners[-1])[:4]]], 1, 0.0, axis=-1)
+    half = np.insert(local_map.points[ring_cells(local_map)[:, [0, 1, 2, -1]]], 1, 0.0, axis=-1)
     faces = np.concatenate([half, half * np.array([-1.0, 1.0, 1.0])])
     return SECTION, faces, np.tile(local_map.factor, 2), np.empty((0, 2, 3))
 
@@ -114,14 +106,14 @@ def _solid(local_map: LocalMap) -> tuple[Projection, Array, Array, Array]:
 
     A whole body is cut open in a plane beside y = 0.
     """
-    kind = numbering(local_map)
-    corners = np.array(_SOLID[kind])
-    faces = local_map.cells[:, corners].reshape(-1, corners.shape[1])
-    owner = np.repeat(np.arange(len(local_map.cells)), len(corners))
+    cells = ring_cells(local_map)
+    corners, tetrahedra = np.array(_FACES[cells.shape[1]]), np.array(_TETRAHEDRA[cells.shape[1]])
+    faces = cells[:, corners].reshape(-1, corners.shape[1])
+    owner = np.repeat(np.arange(len(cells)), len(corners))
     _, index, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
     outside = index[count == 1]
     shapes, values = local_map.points[faces[outside][:, [0, 1, 2, -1]]], local_map.factor[owner[outside]]
-    outward = shapes.mean(axis=1) - local_map.points[local_map.cells[owner[outside]]].mean(axis=1)
+    outward = shapes.mean(axis=1) - local_map.points[cells[owner[outside]]].mean(axis=1)
     outward = normals(shapes) * np.sign(np.einsum("ij,ij->i", normals(shapes), outward))[:, None]
     reach = float(np.abs(local_map.points[:, 1]).max())
     if local_map.points[:, 1].min() < -0.1 * reach and local_map.points[:, 1].max() > 0.1 * reach:
@@ -129,12 +121,11 @@ def _solid(local_map: LocalMap) -> tuple[Projection, Array, Array, Array]:
         y, distance = np.eye(3)[1], 1.234e-4 * reach
         triangles = np.concatenate([shapes[:, [0, 1, 2]], shapes[:, [0, 2, 3]]])
         half, of = cut(triangles, y, distance, above=True)
-        cells = np.array(_TETRAHEDRA[kind])
-        section, of_cell = cut(
-            local_map.points[local_map.cells[:, cells].reshape(-1, 4)], y, distance, above=False
-        )
+        simplices = local_map.points[cells[:, tetrahedra].reshape(-1, 4)]
+        section, of_cell = cut(simplices, y, distance, above=False)
         shapes = np.concatenate([half[:, [0, 1, 2, 2]], section])
-        values = np.concatenate([np.tile(values, 2)[of], np.repeat(local_map.factor, len(cells))[of_cell]])
+        cut_values = np.repeat(local_map.factor, len(tetrahedra))[of_cell]
+        values = np.concatenate([np.tile(values, 2)[of], cut_values])
         outward = np.concatenate([np.tile(outward, (2, 1))[of], np.tile(-y, (len(section), 1))])
     view = cut_view(shapes)
     # The body is closed: what is turned away from the eye cannot be seen, and would be drawn over its edges.

@@ -10,14 +10,12 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgba, to_rgba_array
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
+from bushcli.report.document import Array
 from bushcli.report.drawing.looks import GREY, INK, METAL
 from bushcli.report.drawing.picture import directions, literal, new_figure, paint, section_axes, style, wrap
 from bushcli.report.drawing.projection import SECTION, Layer, cut, shade, view_from
 from geometry.view import View
-
-Array = NDArray[np.float64]
 
 # From the Okabe-Ito palette, safe for colour-blind eyes.
 _COLOURS = {
@@ -55,10 +53,9 @@ def geometry_figure(view: View, title: str, measures: Mapping[str, float]) -> Fi
                 _solid(sides[1], view, opened=True)
                 sides[1].set_title("without the quarter in front", fontsize=10)
         figure.suptitle(wrap(title, figure.get_figwidth(), 10.5), fontsize=10.5)
-        labels = {name: literal(_label(name, measures, view)) for name in view.names}
         handles = [
-            Patch(facecolor=_colour(name, view), edgecolor=GREY[0], label=label)
-            for name, label in labels.items()
+            Patch(fc=_colour(name, view), ec=GREY[0], label=literal(_label(name, measures, view)))
+            for name in view.names
         ]
         figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=9, frameon=False)
         return figure
@@ -69,13 +66,11 @@ def _label(name: str, measures: Mapping[str, float], view: View) -> str:
         return view.captions[name]
     if name == "free" and "rubber" in measures and "rubber" not in view.names:
         return f"free surface; the rubber has {measures['rubber']:.5g} mm³"
-    volume = measures.get(name) if name in view.names and f"{name}_bond" not in measures else None
-    area = measures.get(f"{name}_bond")
-    if area is not None:
+    if (area := measures.get(f"{name}_bond")) is not None:
         return f"{name} bond, {area:.5g} mm²"
-    if volume is None:
+    if (size := measures.get(name)) is None:
         return "free surface" if name == "free" else name
-    return f"{name}, {volume:.5g} {'mm²' if name == 'free' else 'mm³'}"
+    return f"{name}, {size:.5g} {'mm²' if name == 'free' else 'mm³'}"
 
 
 def _colour(name: str, view: View) -> str:
@@ -91,8 +86,9 @@ def _colour(name: str, view: View) -> str:
 def _section(axes: Axes, view: View) -> None:
     fill = to_rgba_array([_colour(name, view) for name in view.names])[view.label]
     paint(axes, SECTION, [Layer(view.triangles, fill, fill, np.zeros(len(fill)), 0.3)])
-    ink = [INK[0] if view.names[i] == "free" else _colour(view.names[i], view) for i in view.line_label]
-    width = [1.0 if view.names[i] == "free" else 3.5 for i in view.line_label]
+    names = [view.names[i] for i in view.line_label]
+    ink = [INK[0] if name == "free" else _colour(name, view) for name in names]
+    width = [1.0 if name == "free" else 3.5 for name in names]
     axes.add_collection(LineCollection(list(view.lines[:, :, [0, 2]]), colors=ink, linewidths=width))
     axes.autoscale_view()
     section_axes(axes, ("radius [mm]", "z from the centre [mm]"))
@@ -120,11 +116,10 @@ def _fill_section(axes: Axes, view: View) -> None:
     axes.imshow(image, origin="lower", extent=extent, interpolation="nearest")
     axes.margins(0.03)
     axes.autoscale()
-    for name in ("inner", "outer"):
-        if name in view.names:
-            bond = view.triangles[view.label == view.names.index(name)]
-            ink = _colour(name, view)
-            axes.add_collection(LineCollection(list(_section_lines(bond, y)), colors=ink, linewidths=3.5))
+    for i, name in enumerate(view.names):
+        if name in ("inner", "outer"):
+            lines = _section_lines(view.triangles[view.label == i], y)
+            axes.add_collection(LineCollection(list(lines), colors=_colour(name, view), linewidths=3.5))
     section_axes(axes, ("x [mm]", "z [mm]"))
 
 

@@ -26,14 +26,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path
 from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter, NullLocator
-from numpy.typing import NDArray
 
-from bushcli.report.document import Panels, Picture, Plot
+from bushcli.report.document import Array, Panels, Picture, Plot
 from bushcli.report.drawing.looks import DIVERGING, GREY, INK, LOOKS
 from bushcli.report.drawing.preparation import prepare, shade, tick, ticks
 from bushcli.report.drawing.projection import Layer, Projection
-
-Array = NDArray[np.float64]
 
 _DPI = 160
 # Units of a page per inch of a picture: a plot as wide as the page is 7.6 inches wide.
@@ -155,8 +152,8 @@ def draw_panels(panels: Panels) -> Picture:
         grid = figure.add_gridspec(len(heights), across, height_ratios=heights)
         axes = []
         for i, row in enumerate(panels.rows):
+            step = across // len(row)
             for j, plot in enumerate(row):
-                step = across // len(row)
                 axes.append(figure.add_subplot(grid[i, j * step : (j + 1) * step]))
                 draw(axes[-1], plot)
         if scale := panels.rows[0][0].scale:
@@ -174,29 +171,21 @@ def draw_panels(panels: Panels) -> Picture:
 def draw(axes: Axes, plot: Plot) -> None:
     """Draw a prepared plot into axes."""
     handles: dict[str, Any] = {}
-    axes.set(
-        xlim=plot.limits[0],
-        ylim=plot.limits[1],
-        xlabel=literal(plot.labels[0]),
-        ylabel=literal(plot.labels[1]),
-    )
+    axes.set(xlim=plot.limits[0], ylim=plot.limits[1])
+    axes.set(xlabel=literal(plot.labels[0]), ylabel=literal(plot.labels[1]))
     _axis(axes, plot, "x")
     _axis(axes, plot, "y")
     for band in plot.bands:
         look, zorder = LOOKS[band.key], 0.1 + 0.9 * band.is_line
         for ends, line, span in ((band.x, axes.axvline, axes.axvspan), (band.y, axes.axhline, axes.axhspan)):
-            if math.isnan(ends[0]) and math.isnan(ends[1]):
+            if np.isnan(ends).all():
                 continue
+            options: dict[str, Any] = {"color": look.colours[0], "zorder": zorder}
             if ends[0] == ends[1]:
-                artist: Any = line(
-                    ends[0], color=look.colours[0], lw=look.width, ls=_dash(band.key), zorder=zorder
-                )
+                artist: Any = line(ends[0], lw=look.width, ls=_dash(band.key), **options)
             else:
-                low, high = (
-                    limit if math.isnan(end) else end
-                    for end, limit in zip(ends, axes.get_xlim(), strict=True)
-                )
-                artist = span(low, high, color=look.colours[0], alpha=look.opacity, lw=0, zorder=zorder)
+                low, high = np.where(np.isnan(ends), axes.get_xlim(), ends)
+                artist = span(low, high, alpha=look.opacity, lw=0, **options)
             handles.setdefault(band.label, artist)
     for region in plot.regions:
         key, opacity = shade(region, plot)

@@ -107,13 +107,12 @@ def position(plot: Plot, x: Array | float, y: Array | float) -> tuple[Array, Arr
 
 def _limits(plot: Plot, axis: int) -> tuple[float, float]:
     """Return limits around everything that is drawn."""
-    values: list[Array] = []
+    values: list[Any] = [outline[:, axis] for region in plot.regions for outline in region.outlines]
     for series in plot.series:
         at = series.x if axis == 0 else series.y
         values += [at] if series.error is None or axis == 0 else [at - series.error, at + series.error]
-    values += [outline[:, axis] for region in plot.regions for outline in region.outlines]
-    values += [np.array(band.x if axis == 0 else band.y) for band in plot.bands]
-    values += [np.array([note.at[axis]]) for note in plot.notes]
+    values += [band.x if axis == 0 else band.y for band in plot.bands]
+    values += [note.at[axis] for note in plot.notes]
     coordinates = np.concatenate([np.empty(0), *map(np.ravel, values)])
     coordinates = coordinates[np.isfinite(coordinates)]
     if plot.log == "xy"[axis]:
@@ -225,22 +224,21 @@ def _thin_outlines(regions: Sequence[Region]) -> Sequence[Region]:
 def _place_numbers(plot: Plot) -> list[Region]:
     """Return the regions with one place for each number, far enough from the numbers before it."""
     _, _, width, height = pane(plot)
+    angle = np.arange(0.0, 2 * np.pi, np.pi / 8)
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     points: list[Array] = []
     numbered = []
     for region in plot.regions:
         if not region.number or region.at is None:
             numbered.append(region)
             continue
-        places = np.stack(position(plot, region.at[:, 0], region.at[:, 1]), axis=1)
-        places = np.clip(places, 10.0, [width - 10.0, height - 10.0])
-        angle = np.arange(0.0, 2 * np.pi, np.pi / 8)
-        circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        places = np.clip(np.stack(position(plot, *region.at.T), axis=1), 10.0, [width - 10.0, height - 10.0])
         around = [places[:1] + _APART * ring * circle for ring in (0.6, 1.1, 1.7, 2.4, 3.2)]
         places = np.concatenate([places, *around])
         inside = ((places >= 9.0) & (places <= [width - 9.0, height - 9.0])).all(axis=1)
         free = inside & np.all([np.hypot(*(places - place).T) >= _APART for place in points], axis=0)
-        x, y = places[int(np.argmax(free))]
-        points.append(np.array([x, y]))
+        points.append(places[int(np.argmax(free))])
+        x, y = points[-1]
         (left, right), (bottom, top) = plot.limits
         # Numbers are used on linear axes only.
         at = (left + x / width * (right - left), top - y / height * (top - bottom))

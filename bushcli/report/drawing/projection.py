@@ -13,9 +13,9 @@ from typing import NamedTuple, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.report.document import Array
 from cases.stretches import Surface
 
-Array = NDArray[np.float64]
 _Value = TypeVar("_Value", bound=np.generic)
 
 # Edges at which the surface bends by more than this are drawn as outlines.
@@ -85,6 +85,11 @@ def cut_view(reference: Array) -> Projection:
     return view_from(direction)
 
 
+# The view into the open quarter of a body of revolution, from above.
+_OPEN = np.radians((_SECTOR + 360.0) / 2.0)
+OPEN_QUARTER = view_from(np.array([np.cos(_OPEN), np.sin(_OPEN), 0.75]))
+
+
 def is_section(surface: Surface) -> bool:
     """Whether the faces are those of a half-plane."""
     return bool(np.allclose(surface.reference[..., 1], 0.0))
@@ -129,18 +134,10 @@ def cells(grid: Array) -> Array:
     return np.stack(corners, axis=3).reshape(-1, 4, grid.shape[-1])
 
 
-def sides(grid: Array) -> Array:
-    """Return the sides of the faces of a grid as polygonal lines (4 n, p + 1, k), in the order of `face_edges`."""
-    parts = (grid[:, 0, :], grid[:, :, -1], grid[:, -1, ::-1], grid[:, ::-1, 0])
-    return np.stack(parts, axis=1).reshape(-1, grid.shape[1], grid.shape[-1])
-
-
-def side_cells(values: NDArray[_Value], pieces: int) -> NDArray[_Value]:
-    """Return values of `cells`, (n * pieces**2,), for the cells beside the segments of `sides`, (4 n * pieces,)."""
-    beside = values.reshape(-1, pieces, pieces)
-    # The cells along each side in the order of the segments of `sides`.
-    parts = (beside[:, 0, :], beside[:, :, -1], beside[:, -1, ::-1], beside[:, ::-1, 0])
-    return np.stack(parts, axis=1).reshape(-1)
+def sides(grid: NDArray[_Value]) -> NDArray[_Value]:
+    """Return what is along the sides of faces, (n, p, p, ...) -> (4 n, p, ...), in the order of `face_edges`."""
+    parts = (grid[:, 0], grid[:, :, -1], grid[:, -1, ::-1], grid[:, ::-1, 0])
+    return np.stack(parts, axis=1).reshape(-1, *grid.shape[2:])
 
 
 def segments(lines: Array) -> Array:
@@ -173,28 +170,29 @@ def face_edges(faces: Array) -> Array:
 
 def outline(surface: Surface) -> NDArray[np.bool_]:
     """Return whether each of `face_edges` bounds the body, is a sharp bend, or separates rubber from metal, (4 n,)."""
-    edges = face_edges(surface.reference)
-    middle = np.round(edges.mean(axis=1), 5)
-    _, group, count = np.unique(middle, axis=0, return_inverse=True, return_counts=True)
-    group = group.ravel()
-    owner = np.repeat(np.arange(len(surface.reference)), 4)
+    group, count = _same_sides(surface)
     normal = normals(surface.reference)
     order = np.argsort(group, kind="stable")
-    start = np.concatenate([[0], np.cumsum(count)[:-1]])
-    face, other = owner[order[start]], owner[order[start + count - 1]]
+    end = np.cumsum(count)
+    face, other = order[end - count] // 4, order[end - 1] // 4
     sharp = np.abs(np.einsum("ij,ij->i", normal[face], normal[other])) < _CREASE
     parts = surface.rubber[face] != surface.rubber[other]
     return np.asarray(((count == 1) | sharp | parts)[group])
 
 
-def body_of_revolution(surface: Surface) -> Surface:
-    """Return the body of revolution of a half-plane with a quarter left open: its outside and the two cut faces."""
-    edges = np.stack([np.arange(4), (np.arange(4) + 1) % 4], axis=1)
+def _same_sides(surface: Surface) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
+    """Return the number of each of `face_edges`, (4 n,), equal for equal ones, and how many have each number."""
     middle = np.round(face_edges(surface.reference).mean(axis=1), 5)
     _, group, count = np.unique(middle, axis=0, return_inverse=True, return_counts=True)
+    return group.ravel(), count
+
+
+def body_of_revolution(surface: Surface) -> Surface:
+    """Return the body of revolution of a half-plane with a quarter left open: its outside and the two cut faces."""
+    group, count = _same_sides(surface)
     # Sides that belong to one face only bound the half-plane.
-    face, side = np.nonzero((count[group.ravel()] == 1).reshape(-1, 4))
-    ends = edges[side]
+    face, side = np.nonzero((count[group] == 1).reshape(-1, 4))
+    ends = np.stack([side, (side + 1) % 4], axis=1)
     angles = np.radians(np.arange(0.0, _SECTOR + _MERIDIANS / 2, _MERIDIANS))
 
     def sweep(points: Array) -> Array:
@@ -209,20 +207,6 @@ def body_of_revolution(surface: Surface) -> Surface:
     stretch = np.concatenate([walls, surface.stretch, surface.stretch])
     rubber = np.concatenate([np.tile(surface.rubber[face], pieces), surface.rubber, surface.rubber])
     return Surface(sweep(surface.reference), sweep(surface.deformed), stretch, rubber, surface.displacement)
-
-
-def view_of_revolution() -> Projection:
-    """Return the view into the open quarter, from above."""
-    middle = np.radians((_SECTOR + 360.0) / 2.0)
-    return view_from(np.array([np.cos(middle), np.sin(middle), 0.75]))
-
-
-def faces_the_eye(pieces: Array, view: Projection) -> NDArray[np.bool_]:
-    """Return whether the faces of a closed body are turned towards the eye, (n,); the others cannot be seen.
-
-    Their corners, (n, 4, 3), are counter-clockwise seen from outside.
-    """
-    return np.asarray(normals(pieces) @ view.towards > 0.0)
 
 
 def normals(pieces: Array) -> Array:

@@ -52,8 +52,7 @@ def figure(picture: Picture, heading: str = "") -> Markup:
     Lines are embedded as SVG, which stays sharp, shaded bodies as PNG, which is smaller. A title that is the heading
     of its section is left out.
     """
-    panels, image, rows = picture.panels, "", []
-    scale: tuple[str, ...] = ()
+    panels, image, rows, scale = picture.panels, "", [], ()
     if panels is None or panels.still:
         is_body = picture.kind in ("mesh", "deformed")
         form, data = ("png", picture.png) if is_body else ("svg+xml", picture.svg)
@@ -120,12 +119,9 @@ def _grid(plot: Plot) -> tuple[list[tuple[float, ...]], list[tuple[str, float, f
 
 def _marks(plot: Plot) -> list[tuple[float, float, Markup, str]]:
     """Return what keeps its size at a point of the axes: numbers of places and texts, with their roles."""
+    number = Markup('<circle r="9"/><text y="4">{}</text>')
     marks = [
-        (
-            region.at[0],
-            Markup('<circle r="9"/><text y="4">{}</text>').format(region.number),
-            f" as-{region.key}",
-        )
+        (region.at[0], number.format(region.number), f" as-{region.key}")
         for region in plot.regions
         if region.number and region.at is not None
     ]
@@ -156,19 +152,16 @@ def _series(plot: Plot, series: Series) -> str:
     finite = np.isfinite(x) & np.isfinite(y)
     paths = []
     if series.error is not None and series.error.any():
-        ends = [position(plot, series.x, series.y + sign * series.error)[1] for sign in (-1, 1)]
-        bars = "".join(
-            f"M{a:.2f} {b:.2f}V{c:.2f}" for a, b, c, shown in zip(x, *ends, finite, strict=True) if shown
-        )
+        ends = [position(plot, series.x, series.y + sign * series.error)[1][finite] for sign in (-1, 1)]
+        bars = "".join(f"M{a:.2f} {b:.2f}V{c:.2f}" for a, b, c in zip(x[finite], *ends, strict=True))
         paths.append(f'<path class="error" d="{bars}"/>')
     if series.mark in ("line", "both"):
         paths.append(f'<path class="line as-{series.key}" d="{_path(x, y)}"/>')
     if series.mark != "line":
         # A line of zero length with round ends is a dot that keeps its size.
         dots = "".join(f"M{a:.2f} {b:.2f}h0" for a, b in zip(x[finite], y[finite], strict=True))
-        paths.append(
-            f'<path class="{"dots" if series.mark != "crosses" else "dots crosses"} as-{series.key}" d="{dots}"/>'
-        )
+        role = "dots crosses" if series.mark == "crosses" else "dots"
+        paths.append(f'<path class="{role} as-{series.key}" d="{dots}"/>')
     return "".join(paths)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from bushcli.inverse.file_units import in_file_units
-from bushcli.report.json.common import faults_json, head, json_value, select
+from bushcli.report.json.common import faults_json, result_json, select
 from bushcli.report.quantity import quantities
 from bushcli.report.views.batch import stiffness
 from bushcli.study.batch import Batch
@@ -15,16 +15,13 @@ from bushcli.study.outliers import CONFIDENCE, CONTENT, FALSE_ALARM
 def batch_json(batch: Batch) -> dict[str, Any]:
     """Return a batch as JSON-ready data."""
     fit = in_file_units(batch.fit)
-    document = head("batch", batch.case, batch.conditions)
-    document |= {
-        "law": fit.material.law,
-        "bulk_modulus": fit.material.bulk_modulus,
+    entries = {
+        **select(fit.material, "law bulk_modulus"),
         "parameters": {
             name: select(estimate, "value std lower upper at_bound")
             for name, estimate in fit.parameters.items()
         },
-        "converged": fit.converged,
-        "forward_solves": fit.forward_solves,
+        **select(fit, "converged forward_solves"),
         "programs": batch.programs,
         "test": {
             "name": "generalised extreme studentised deviate",
@@ -36,8 +33,7 @@ def batch_json(batch: Batch) -> dict[str, Any]:
                 **select(member, "name mode factor std deviation rms_percent noise_percent"),
                 "stiffness": stiffness(member),
                 "own_simulation": member.simulated,
-                **select(member, "outlier"),
-                "causes": member.causes,
+                **select(member, "outlier causes"),
             }
             for member in batch.parts
         ],
@@ -59,4 +55,4 @@ def batch_json(batch: Batch) -> dict[str, Any]:
         ],
         "data_faults": faults_json(batch.faults),
     }
-    return json_value(document)
+    return result_json("batch", batch.case, batch.conditions, entries)

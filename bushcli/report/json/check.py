@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from bushcli.recording import Recording
-from bushcli.report.json.common import faults_json, head, json_value, select
+from bushcli.report.json.common import faults_json, result_json, select
 from bushcli.report.json.dynamic import table_json
 from bushcli.report.quantity import quantities
 from bushcli.report.results import CheckResult
@@ -15,14 +15,12 @@ from bushcli.report.results import CheckResult
 
 def check_json(checked: CheckResult) -> dict[str, Any]:
     """Return a checked case, the contents of its recordings, their faults and their protocol as JSON-ready data."""
-    document = head("check", checked.case, checked.conditions)
-    document["data_faults"] = faults_json(checked.faults)
-    document["recordings"] = [_summary(curve) for curve in checked.curves]
-    document["coupons"] = [_summary(curve) for curve in checked.coupons]
-    if checked.tables:
-        document["dynamic"] = [table_json(table) for table in checked.tables]
     tests = checked.tests
-    document |= {
+    entries = {
+        "data_faults": faults_json(checked.faults),
+        "recordings": [_summary(curve) for curve in checked.curves],
+        "coupons": [_summary(curve) for curve in checked.coupons],
+        **({"dynamic": [table_json(table) for table in checked.tables]} if checked.tables else {}),
         "protocol": [
             {
                 "channel": test.channel,
@@ -44,27 +42,23 @@ def check_json(checked: CheckResult) -> dict[str, Any]:
             for channel, name, clauses in tests.judged
         ],
         "open_questions": tests.lacks,
-        "sources": [
-            {"channel": file.name, "columns": file.columns, **select(file, "unused")} for file in tests.files
-        ],
+        "sources": [{"channel": file.name, **select(file, "columns unused")} for file in tests.files],
         "remarks": [{"channel": channel, "text": text} for channel, text in tests.remarks],
     }
-    return json_value(document)
+    return result_json("check", checked.case, checked.conditions, entries)
 
 
 def _summary(curve: Recording) -> dict[str, Any]:
     units = quantities(curve.mode)
-    segments = curve.branches
     return {
-        "name": curve.name,
-        "mode": curve.mode,
+        **select(curve, "name mode"),
         "file": str(curve.source) if curve.source else None,
         "samples": len(curve.displacement),
-        "cycles": len({branch.cycle for branch in segments}),
-        "holds": sum(branch.kind == "hold" for branch in segments),
-        "duration_s": None if curve.time is None else float(np.ptp(curve.time)),
+        "cycles": len({branch.cycle for branch in curve.branches}),
+        "holds": sum(branch.kind == "hold" for branch in curve.branches),
+        "duration_s": None if curve.time is None else np.ptp(curve.time),
         "units": {"displacement": units.displacement_unit or units.displacement, "force": units.force_unit},
         "displacement": [units.at(q) for q in (curve.displacement.min(), curve.displacement.max())],
-        "force": [float(curve.force.min()), float(curve.force.max())],
-        "noise_percent": 100 * curve.force_noise / float(np.ptp(curve.force)),
+        "force": [curve.force.min(), curve.force.max()],
+        "noise_percent": 100 * curve.force_noise / np.ptp(curve.force),
     }

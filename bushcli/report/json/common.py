@@ -28,10 +28,14 @@ if TYPE_CHECKING:
 _PROGRAMS = {"dolfinx": "fenics-dolfinx", "gmsh": "gmsh", "numpy": "numpy", "scipy": "scipy"}
 
 
-def head(
-    command: str, case: Case, problems: Iterable[Condition], timings: Mapping[str, float] | None = None
+def result_json(
+    command: str,
+    case: Case,
+    problems: Iterable[Condition],
+    entries: Mapping[str, Any],
+    timings: Mapping[str, float] | None = None,
 ) -> dict[str, Any]:
-    """Return the entries that every result has; the command adds its own timings (s) when it delivers the result.
+    """Return the entries that every result has, then those of this one; the command adds its own timings (s) later.
 
     Parameters
     ----------
@@ -40,16 +44,19 @@ def head(
     case : Case
     problems : iterable of Condition
         What the user has to know.
+    entries : mapping of str to object
+        Those of this result.
     timings : mapping of str to float, optional
         Seconds by part of the calculation.
     """
-    return {
+    common = {
         "command": command,
         "case": case_json(case),
         "versions": versions(),
         "timings_s": dict(timings or {}),
         "problems": list(problems),
     }
+    return json_value({**common, **entries})
 
 
 def select(value: object, names: str) -> dict[str, Any]:
@@ -68,12 +75,9 @@ def versions() -> dict[str, str]:
         loaded = str(getattr(sys.modules.get(name), "__version__", ""))
         programs[name] = loaded or _version(name, distribution)
     petsc = sys.modules.get("petsc4py.PETSc")
-    if petsc is not None:
-        programs["petsc"] = ".".join(map(str, petsc.Sys.getVersion()))
-    else:
-        # petsc4py is released with PETSc, and their version numbers agree except for the last part.
-        programs["petsc"] = ".".join(_version("petsc4py", "petsc4py").split(".")[:2])
-    return programs
+    # petsc4py is released with PETSc, and their version numbers agree except for the last part.
+    installed = petsc.Sys.getVersion() if petsc else _version("petsc4py", "petsc4py").split(".")[:2]
+    return programs | {"petsc": ".".join(map(str, installed))}
 
 
 def _version(module: str, distribution: str) -> str:
@@ -103,12 +107,10 @@ def json_value(value: Any) -> Any:
         return {field.name: json_value(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, Mapping):
         return {str(key): json_value(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray):
+    if isinstance(value, (np.ndarray, np.generic)):
         return json_value(value.tolist())
     if isinstance(value, (list, tuple)):
         return [json_value(item) for item in value]
-    if isinstance(value, np.generic):
-        return json_value(value.item())
     if isinstance(value, float) and not math.isfinite(value):
         return None if math.isnan(value) else "inf" if value > 0 else "-inf"
     return value

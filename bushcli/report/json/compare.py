@@ -10,6 +10,10 @@ from bushcli.study.compare import Comparison
 
 def compare_json(comparison: Comparison) -> dict[str, Any]:
     """Return a comparison as JSON-ready data."""
+    keys, numbers = (
+        {difference.key: select(difference, "values percent") for difference in differences}
+        for differences in (comparison.keys, comparison.numbers)
+    )
     return json_value(
         {
             "command": "compare",
@@ -20,10 +24,8 @@ def compare_json(comparison: Comparison) -> dict[str, Any]:
                 {"name": item.name, "command": item.result.get("command"), "problems": list(names)}
                 for item, names in zip(comparison.items, comparison.problems, strict=True)
             ],
-            "keys": {difference.key: select(difference, "values percent") for difference in comparison.keys},
-            "numbers": {
-                difference.key: select(difference, "values percent") for difference in comparison.numbers
-            },
+            "keys": keys,
+            "numbers": numbers,
             "curves": comparison.curves,
             "problems": [],
         }

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from bushcli.report.json.common import head, json_value, select
+from bushcli.report.json.common import result_json, select
 from bushcli.report.views.design import overrides
 from bushcli.study.design import Design
 
 
 def design_json(design: Design) -> dict[str, Any]:
     """Return a design as JSON-ready data."""
-    document = head("design", design.case, design.conditions)
-    document |= {
+    entries = {
         **select(design, "converged evaluations"),
         "met": all(goal.is_met for goal in design.targets),
         "design": {
@@ -34,4 +33,4 @@ def design_json(design: Design) -> dict[str, Any]:
             for goal in design.targets
         },
     }
-    return json_value(document)
+    return result_json("design", design.case, design.conditions, entries)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from operator import attrgetter
 from typing import Any
 
 from bushcli.diagnosis.result import Diagnosis, Quantity
 from bushcli.diagnosis.words import sentence
 from bushcli.effects.names import effect_name
 from bushcli.mismatch.record import Mismatch
-from bushcli.report.json.common import faults_json, head, json_value, material_json, select
+from bushcli.report.json.common import faults_json, material_json, result_json, select
 from bushcli.report.json.dynamic import compared_json
 from bushcli.report.quantity import Quantities, quantities
 from bushcli.report.views.diagnosis.paragraph import paragraph
@@ -20,8 +18,54 @@ from bushcli.report.views.diagnosis.words import headline
 
 def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return a diagnosis as JSON-ready data."""
-    keys = {key: of(diagnosis) for key, of in _KEYS.items()}
-    return json_value(head("diagnose", diagnosis.case, diagnosis.conditions) | keys)
+    entries = {
+        "verdict": diagnosis.verdict,
+        "headline": headline(diagnosis),
+        "text": paragraph(diagnosis),
+        **select(diagnosis, "asked law_from law_fixed uniform_odds"),
+        "law": diagnosis.material.law,
+        "plain": material_json(diagnosis.plain),
+        "material": material_json(diagnosis.material),
+        "parameters": {name: _quantity(diagnosis, name, q) for name, q in diagnosis.parameters.items()},
+        "effects": [
+            {
+                "name": effect_name(effect.name),
+                **select(effect, "title channels summary"),
+                "parameters": {
+                    name: _quantity(diagnosis, f"{effect.name}.{name}", quantity)
+                    for name, quantity in effect.parameters.items()
+                },
+                **select(effect, "probability evidence plausible remark"),
+            }
+            for effect in diagnosis.effects
+        ],
+        **select(diagnosis, "probability models"),
+        "rivals": _rivals(diagnosis),
+        **select(diagnosis, "groups form_error"),
+        "missing": _missing_physics(diagnosis),
+        "searched": diagnosis.searched,
+        "data_faults": faults_json(diagnosis.faults),
+        "mismatch": [_mismatch(diagnosis, place) for place in diagnosis.location.mismatch],
+        "remaining": [_mismatch(diagnosis, place) for place in diagnosis.remaining.mismatch],
+        "excess": {"before": diagnosis.location.excess, "after": diagnosis.remaining.excess},
+        "misfit": _misfit(diagnosis),
+        "dynamic": [
+            {
+                **table_json,
+                "plain": {} if K is None else {"storage": K.real, "loss": K.imag},
+                **select(table, "places remaining held_out"),
+            }
+            for table in diagnosis.tables
+            for (table_json,), K in [(compared_json([table.compared]), table.compared.started)]
+        ],
+        "next_test": _next_test(diagnosis),
+        "maps": [
+            {"channel": place.name, **select(place, "channels local_gain uniform_gain helps_locally text")}
+            for place in diagnosis.maps
+        ],
+        **select(diagnosis, "forward_solves failed_solves seconds"),
+    }
+    return result_json("diagnose", diagnosis.case, diagnosis.conditions, entries)
 
 
 def _rivals(diagnosis: Diagnosis) -> list[list[str]]:
@@ -52,11 +96,9 @@ def _quantity(diagnosis: Diagnosis, name: str, quantity: Quantity) -> dict[str, 
         "value": quantity.word or value.value,
         **select(value, "with_form_error std unit lower upper"),
         "meaning": quantity.meaning,
-        "prior": None
-        if value.prior is None
-        else {
-            "lower": value.prior[0],
-            "upper": value.prior[1],
+        "prior": value.prior
+        and {
+            **dict(zip(("lower", "upper"), value.prior, strict=True)),
             "tail": quantity.prior_tail,
             "source": quantity.prior_source,
         },
@@ -111,67 +153,3 @@ def _missing_physics(diagnosis: Diagnosis) -> dict[str, Any] | None:
 def _units(diagnosis: Diagnosis, name: str) -> Quantities:
     """Return the units of the recorded channel of this name, else of the mode of this name."""
     return quantities({channel.name: channel.mode for channel in diagnosis.measured_channels}.get(name, name))
-
-
-def _fields(names: str) -> dict[str, Callable[[Diagnosis], Any]]:
-    """Return keys that have the names of fields of the diagnosis."""
-    return {name: attrgetter(name) for name in names.split()}
-
-
-# The keys in their order, each with what it holds of a diagnosis. A dataclass becomes an object with all its fields.
-_KEYS: dict[str, Callable[[Diagnosis], Any]] = {
-    **_fields("verdict"),
-    "headline": headline,
-    "text": paragraph,
-    **_fields("asked law_from law_fixed uniform_odds"),
-    "law": lambda diagnosis: diagnosis.material.law,
-    "plain": lambda diagnosis: material_json(diagnosis.plain),
-    "material": lambda diagnosis: material_json(diagnosis.material),
-    "parameters": lambda diagnosis: {
-        name: _quantity(diagnosis, name, q) for name, q in diagnosis.parameters.items()
-    },
-    "effects": lambda diagnosis: [
-        {
-            "name": effect_name(effect.name),
-            **select(effect, "title channels summary"),
-            "parameters": {
-                name: _quantity(diagnosis, f"{effect.name}.{name}", quantity)
-                for name, quantity in effect.parameters.items()
-            },
-            **select(effect, "probability evidence plausible remark"),
-        }
-        for effect in diagnosis.effects
-    ],
-    **_fields("probability models"),
-    "rivals": _rivals,
-    **_fields("groups form_error"),
-    "missing": _missing_physics,
-    **_fields("searched"),
-    "data_faults": lambda diagnosis: faults_json(diagnosis.faults),
-    "mismatch": lambda diagnosis: [
-        _mismatch(diagnosis, mismatch) for mismatch in diagnosis.location.mismatch
-    ],
-    "remaining": lambda diagnosis: [
-        _mismatch(diagnosis, mismatch) for mismatch in diagnosis.remaining.mismatch
-    ],
-    "excess": lambda diagnosis: {"before": diagnosis.location.excess, "after": diagnosis.remaining.excess},
-    "misfit": _misfit,
-    "dynamic": lambda diagnosis: [
-        {
-            **table_json,
-            "plain": {} if K is None else {"storage": K.real, "loss": K.imag},
-            **select(table, "places remaining held_out"),
-        }
-        for table in diagnosis.tables
-        for (table_json,), K in [(compared_json([table.compared]), table.compared.started)]
-    ],
-    "next_test": _next_test,
-    "maps": lambda diagnosis: [
-        {
-            "channel": bushing_map.name,
-            **select(bushing_map, "channels local_gain uniform_gain helps_locally text"),
-        }
-        for bushing_map in diagnosis.maps
-    ],
-    **_fields("forward_solves failed_solves seconds"),
-}

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.report.json.common import head, json_value, material_json, select
+from bushcli.report.json.common import material_json, result_json, select
 from bushcli.report.json.fit import fit_part
 from bushcli.report.quantity import quantities
 from bushcli.report.results import DynamicResult
@@ -19,49 +18,52 @@ from cases.six import MOTIONS
 if TYPE_CHECKING:
     from bushcli.recording.dynamic.table import DynamicTable
     from bushcli.simulate.dynamic_tables import ComparedTable
+    from bushcli.simulate.vibrations import DynamicCurve
 
 
 def dynamic_json(result: DynamicResult) -> dict[str, Any]:
     """Return dynamic stiffness as JSON-ready data."""
     response = result.response
-    document = head("dynamic", response.case, response.conditions, response.seconds)
-    document["complete"] = response.complete
-    document["material"] = material_json(response.material)
-    document["load_cases"] = []
-    for curve in response.curves:
-        units, test = quantities(curve.mode), curve.test
-        preload: dict[str, Any] = {"displacement": units.at(curve.preload), "force": curve.force}
-        preload["stiffness"] = curve.static
-        entry: dict[str, Any] = {
-            "name": curve.name,
-            "mode": test.mode,
-            "units": {
-                "displacement": units.displacement_unit,
-                "force": units.force_unit,
-                "stiffness": stiffness_unit(curve.mode),
-            },
-            "preload": preload,
-            "amplitude": None if curve.amplitude is None else units.per_internal * curve.amplitude,
-            "temperature": test.temperature,
-            "point": "transfer" if test.transfer else "driving",
-            "frequency": curve.frequency,
-            **_moduli(curve.stiffness),
-            "reduction_error": curve.reduction_error,
-            "reduction_vectors": curve.vectors,
+    entries = {
+        "complete": response.complete,
+        "material": material_json(response.material),
+        "load_cases": [_curve(curve) for curve in response.curves],
+        **({} if result.fit is None else {"fit": fit_part(result.fit)}),
+    }
+    return result_json("dynamic", response.case, response.conditions, entries, response.seconds)
+
+
+def _curve(curve: DynamicCurve) -> dict[str, Any]:
+    units, test = quantities(curve.mode), curve.test
+    preload = {"displacement": units.at(curve.preload), "force": curve.force, "stiffness": curve.static}
+    entry: dict[str, Any] = {
+        "name": curve.name,
+        "mode": test.mode,
+        "units": {
+            "displacement": units.displacement_unit,
+            "force": units.force_unit,
+            "stiffness": stiffness_unit(curve.mode),
+        },
+        "preload": preload,
+        "amplitude": None if curve.amplitude is None else units.per_internal * curve.amplitude,
+        "temperature": test.temperature,
+        "point": "transfer" if test.transfer else "driving",
+        "frequency": curve.frequency,
+        **_moduli(curve.stiffness),
+        "reduction_error": curve.reduction_error,
+        "reduction_vectors": curve.vectors,
+    }
+    if curve.third_harmonic is not None:
+        entry["third_harmonic"] = curve.third_harmonic
+    if curve.matrix is not None and (pose := test.pose) is not None:
+        motion = dict(zip(MOTIONS, (*pose[:3], *np.degrees(pose[3:])), strict=True))
+        entry["preload"] = {**preload, "motion": motion}
+        entry |= {
+            "motion": MOTIONS[test.motion],
+            "storage_matrix": curve.matrix.real,
+            "loss_matrix": curve.matrix.imag,
         }
-        if curve.third_harmonic is not None:
-            entry["third_harmonic"] = curve.third_harmonic
-        if curve.matrix is not None and (pose := test.pose) is not None:
-            preload["motion"] = {
-                name: math.degrees(pose[k]) if k >= 3 else float(pose[k]) for k, name in enumerate(MOTIONS)
-            }
-            entry["motion"] = MOTIONS[test.motion]
-            entry["storage_matrix"] = curve.matrix.real.tolist()
-            entry["loss_matrix"] = curve.matrix.imag.tolist()
-        document["load_cases"].append(entry)
-    if result.fit is not None:
-        document["fit"] = fit_part(result.fit)
-    return json_value(document)
+    return entry
 
 
 def compared_json(compared: Iterable[ComparedTable]) -> list[dict[str, Any]]:

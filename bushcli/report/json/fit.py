@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from bushcli.report.json.common import faults_json, head, json_value, select
+from bushcli.report.json.common import faults_json, result_json, select
 from bushcli.report.results import FitResult
 from bushcli.report.views.fit import bulk_modulus_std
 
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 def fit_json(result: FitResult) -> dict[str, Any]:
     """Return an identified law, and what the tables of dynamic moduli say, as JSON-ready data."""
-    document = head("fit", result.case, result.conditions)
-    if result.fit is not None:
-        document |= {"data_faults": faults_json(result.fit.faults), **fit_part(result.fit)}
-    if result.spectra:
-        document["dynamic"] = spectra_json(result.spectra)
-    return json_value(document)
+    fit, spectra = result.fit, result.spectra
+    entries = {
+        **({} if fit is None else {"data_faults": faults_json(fit.faults), **fit_part(fit)}),
+        **({"dynamic": spectra_json(spectra)} if spectra else {}),
+    }
+    return result_json("fit", result.case, result.conditions, entries)
 
 
 def fit_part(fit: Fit) -> dict[str, Any]:
@@ -33,8 +33,7 @@ def fit_part(fit: Fit) -> dict[str, Any]:
 
     names = list(fit.parameters)
     return {
-        "law": fit.material.law,
-        "bulk_modulus": fit.material.bulk_modulus,
+        **select(fit.material, "law bulk_modulus"),
         "bulk_modulus_std": bulk_modulus_std(fit),
         "bulk_modulus_from": "case" if "compliance" not in fit.parameters else "tests",
         "parameters": {
@@ -48,8 +47,7 @@ def fit_part(fit: Fit) -> dict[str, Any]:
             for name, estimate in fit.parameters.items()
         },
         "correlation": {
-            name: {other_name: fit.correlation[i, j] for j, other_name in enumerate(names)}
-            for i, name in enumerate(names)
+            name: dict(zip(names, row, strict=True)) for name, row in zip(names, fit.correlation, strict=True)
         },
         "misfit": {
             key: {
@@ -65,12 +63,7 @@ def fit_part(fit: Fit) -> dict[str, Any]:
         "identifiability": {
             "singular_values": fit.singular_values,
             "undetermined": [
-                {
-                    "weights": combination.weights,
-                    "singular_value": combination.singular_value,
-                    "text": combination.text,
-                }
-                for combination in fit.undetermined
+                select(combination, "weights singular_value text") for combination in fit.undetermined
             ],
         },
     }
@@ -80,10 +73,9 @@ def curves_by_mode(fit: Fit) -> dict[str, FittedCurve]:
     """Return the fitted curves by mode, or by name for modes that were tested more than once and for six motions."""
     count = Counter(curve.recording.mode for curve in fit.curves)
     return {
-        curve.recording.mode
-        if count[curve.recording.mode] == 1 and curve.recording.of_one_motion
-        else curve.name: curve
+        mode if count[mode] == 1 and curve.recording.of_one_motion else curve.name: curve
         for curve in fit.curves
+        for mode in [curve.recording.mode]
     }
 
 
@@ -106,10 +98,8 @@ def spectra_json(spectra: Iterable[TableSpectrum | TableSweep]) -> list[dict[str
                 "rows": fit.rows,
                 "equilibrium": spectrum.equilibrium,
                 "terms": [
-                    {"g": g, "tau": tau, "modulus": modulus}
-                    for g, tau, modulus in zip(
-                        spectrum.relative_moduli, spectrum.times, spectrum.moduli, strict=True
-                    )
+                    dict(zip(("g", "tau", "modulus"), term, strict=True))
+                    for term in zip(spectrum.relative_moduli, spectrum.times, spectrum.moduli, strict=True)
                 ],
                 "reference_temperature": fit.reference,
                 "shifts": [

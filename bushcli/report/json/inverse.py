@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bushcli.report.json.common import faults_json, head, json_value, select
+from bushcli.report.json.common import faults_json, result_json, select
 from bushcli.report.json.cycles import history_json
 from bushcli.report.json.dynamic import compared_json
 from bushcli.report.json.fit import curves_by_mode, fit_part
@@ -16,33 +16,28 @@ from bushcli.report.views.inverse import answer
 def inverse_json(result: InverseResult) -> dict[str, Any]:
     """Return identified laws as JSON-ready data; the entries at the top level describe the best law."""
     fits, best = result.fits, result.best_fit
-    document = head("inverse", result.case, result.conditions) | fit_part(best)
-    document["data_faults"] = faults_json(best.faults)
-    del document["weighting"]
-    document["verdict"] = select(answer(best), "headline text")
-    document["misfit"] = {
-        key: {
-            "rms_percent": curve.rms_percent,
-            "before_percent": curve.started_percent,
-            **select(curve, "noise_percent held_out"),
-        }
-        for key, curve in curves_by_mode(best).items()
-    }
-    document["channels"] = {history.name: history_json(history) for history in result.histories}
-    document |= select(best, "method message cost") | {
+    entries = fit_part(best) | {
+        "data_faults": faults_json(best.faults),
+        "verdict": select(answer(best), "headline text"),
+        "misfit": {
+            key: {
+                "rms_percent": curve.rms_percent,
+                "before_percent": curve.started_percent,
+                **select(curve, "noise_percent held_out"),
+            }
+            for key, curve in curves_by_mode(best).items()
+        },
+        "channels": {history.name: history_json(history) for history in result.histories},
+        **select(best, "method message cost"),
         "bic": information_criterion(best),
         "effective_samples": sum(effective_samples(c) for c in best.curves if not c.held_out),
+        **({"dynamic": compared_json(best.tables)} if best.tables else {}),
+        **select(best, "leverage profile_sweeps end_points profiles"),
+        "evaluations": [vars(evaluation) | {"step": None, "radius": None} for evaluation in best.evaluations],
     }
-    if best.tables:
-        document["dynamic"] = compared_json(best.tables)
-    document |= select(best, "leverage profile_sweeps")
-    document["end_points"] = best.end_points
-    document["profiles"] = best.profiles
-    document["evaluations"] = [
-        vars(evaluation) | {"step": None, "radius": None} for evaluation in best.evaluations
-    ]
+    del entries["weighting"]
     if len(fits) > 1:
-        document["models"] = [
+        entries["models"] = [
             {
                 "law": fit.material.law,
                 "number_of_parameters": len(fit.parameters),
@@ -57,4 +52,4 @@ def inverse_json(result: InverseResult) -> dict[str, Any]:
             for fit in fits
             for curves in [curves_by_mode(fit)]
         ]
-    return json_value(document)
+    return result_json("inverse", result.case, result.conditions, entries)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from bushcli.report.json.common import head, json_value, select
+from bushcli.report.json.common import result_json, select
 from bushcli.report.json.direct import direct_json
 from bushcli.report.results import DirectResult, StudyResult
 from bushcli.simulate.misfit import misfits
@@ -20,21 +20,9 @@ def response_json(response: Response) -> Mapping[str, Any]:
 def study_json(result: StudyResult) -> dict[str, Any]:
     """Return a study as JSON-ready data."""
     study = result.study
-    document = head("study", study.case, study.conditions)
-    document |= {
-        "sampling": study.plan.sampling,
-        "designs": len(study.plan.rows),
-        **select(study, "failed resumed"),
-        "seconds_of_designs": study.seconds,
-        "variables": {
-            variable.key: select(variable, "spec low high nominal") for variable in study.plan.variables
-        },
-        "failures": study.failures,
-        "answers": {},
-    }
-    units = {answer.name: answer.unit for answer in study.task.answers}
+    units, answers = {answer.name: answer.unit for answer in study.task.answers}, {}
     for name, summary in study.summaries.items():
-        document["answers"][name] = {
+        answers[name] = {
             "unit": units[name],
             **select(summary, "count mean std"),
             **{f"p{q:02d}": value for q, value in zip((5, 50, 95), summary.quantiles, strict=True)},
@@ -47,8 +35,19 @@ def study_json(result: StudyResult) -> dict[str, Any]:
             },
         }
         if (limits := summary.limits) is not None:
-            document["answers"][name] |= {
+            answers[name] |= {
                 "limits": select(limits, "low high"),
                 "yield": {"share": limits.share, "lower": limits.interval[0], "upper": limits.interval[1]},
             }
-    return json_value(document)
+    entries = {
+        "sampling": study.plan.sampling,
+        "designs": len(study.plan.rows),
+        **select(study, "failed resumed"),
+        "seconds_of_designs": study.seconds,
+        "variables": {
+            variable.key: select(variable, "spec low high nominal") for variable in study.plan.variables
+        },
+        "failures": study.failures,
+        "answers": answers,
+    }
+    return result_json("study", study.case, study.conditions, entries)

@@ -7,24 +7,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from bushcli.diagnosis.result import Diagnosis
+from bushcli.diagnosis.result import SMALL, Diagnosis
 from bushcli.effects.names import effect_name
 from bushcli.effects.titles import NOTHING, UNKNOWN, phrase, title
 from bushcli.report.document import Note, Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.direct import bar
 from bushcli.report.views.diagnosis.values import ShownQuantity, reciprocals_text, shown_quantity
-from bushcli.report.views.diagnosis.words import short_chance, undetectable, unlikely
+from bushcli.report.views.diagnosis.words import ranked_effects, short_chance, undetectable, unlikely
 
-# Effects that are less probable than this are named in a line under the bars.
-_SMALL = 0.01
 # A prior that spans more than this factor is drawn on a logarithmic axis.
 _DECADES = 20.0
 
 
 def probability_panels(diagnosis: Diagnosis) -> Panels:
     """Return a bar per effect, the most probable on top; those of the most probable model in full colour."""
-    ranked = sorted(diagnosis.probability.items(), key=lambda item: -item[1])
-    drawn = [(name, p) for name, p in ranked if p >= _SMALL] or ranked[:1]
+    ranked = ranked_effects(diagnosis)
+    drawn = [(name, p) for name, p in ranked if p >= SMALL] or ranked[:1]
     chosen = {effect_name(effect.name) for effect in diagnosis.effects}
     regions, notes = [], []
     for i, (name, p) in enumerate(drawn):
@@ -45,14 +43,12 @@ def probability_panels(diagnosis: Diagnosis) -> Panels:
         y_names=[(i, title(name)) for i, (name, _) in enumerate(drawn)],
     )
     names = {name for name, _ in drawn}
-    parts = {
-        "Less than 1 %": unlikely(diagnosis, _SMALL),
-        "Not detectable in these recordings": undetectable(diagnosis, _SMALL),
-    }
-    rest = {
-        words: [phrase(name) for name in effects if name not in names] for words, effects in parts.items()
-    }
-    note = " ".join(f"{words}: {', '.join(effects)}." for words, effects in rest.items() if effects)
+    small = (
+        ("Less than 1 %", unlikely(diagnosis)),
+        ("Not detectable in these recordings", undetectable(diagnosis)),
+    )
+    rest = [(words, [phrase(name) for name in effects if name not in names]) for words, effects in small]
+    note = " ".join(f"{words}: {', '.join(effects)}." for words, effects in rest if effects)
     return Panels("probabilities", "probabilities", heading, [[plot]], note=note)
 
 
@@ -86,7 +82,5 @@ def interval_plot(value: ShownQuantity, name: str, heading: str, labelled: bool)
         Region("bar", labels[1], [bar(0.0, lower, upper, 0.5)]),
     ]
     dot = Series("significant", labels[2], np.array([value.value]), np.zeros(1), "dots")
-    plot = Plot(
-        name, ("", ""), [dot], regions, y=(-0.6, 0.6), heading=heading, height=66.0, y_names=[(9.0, "")]
-    )
-    return replace(plot, log="x") if logarithmic else plot
+    plot = Plot(name, ("", ""), [dot], regions, y=(-0.6, 0.6), heading=heading, height=66.0)
+    return replace(plot, log="x" if logarithmic else "", y_names=[(9.0, "")])

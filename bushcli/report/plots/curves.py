@@ -23,13 +23,9 @@ def batch_panels(batch: Batch) -> list[Panels]:
         for key, label, is_outlier in (("part", "parts", False), ("left_out", "outliers", True)):
             recordings = [part.recording for part in parts if bool(part.outlier) == is_outlier]
             if recordings:  # one series, with gaps, so that no line joins two curves
-                x = [
-                    value
-                    for recording in recordings
-                    for value in (units.convert(recording.displacement), [np.nan])
-                ]
-                force = [value for recording in recordings for value in (recording.force, [np.nan])]
-                series.append(Series(key, label, np.concatenate(x), np.concatenate(force)))
+                q = np.concatenate([np.append(curve.displacement, np.nan) for curve in recordings])
+                force = np.concatenate([np.append(curve.force, np.nan) for curve in recordings])
+                series.append(Series(key, label, units.convert(q), force))
         q = units.convert(curve.mean.displacement)
         series.append(Series("after", "mean", q, curve.mean.force))
         # Up to the turning points, each of which belongs to both branches.

@@ -39,12 +39,12 @@ def cycle_panels(history: ChannelHistory, file: str) -> Panels:
     """Return the loops; beside them energy and secant stiffness of each cycle."""
     name, units = capital(history.name), quantities(history.mode)
     unit, std, parts = energy_unit(history.mode), 0.0, []
-    for what, by_number in zip(("recorded", "simulated"), _values(history, "energy", True), strict=True):
+    for key, by_number in _values(history, "energy", True).items():
         if closed := by_number.values():
             total = sum(energy.value for energy in closed)
             std = max(std, math.sqrt(sum(energy.std**2 for energy in closed)))
             # An energy within the noise of the recording counts as zero.
-            parts.append(f"{number(total) if abs(total) > std else '0'} {unit} {what}")
+            parts.append(f"{number(total) if abs(total) > std else '0'} {unit} {_LABELS[key]}")
     title = f"{name}: loops dissipate {', '.join(parts)}" if parts else f"{name}: no closed loop"
     q = units.convert(history.path.displacement)
     series = [Series("recorded", "recorded", q, history.path.force)] if history.has_recording else []
@@ -56,7 +56,7 @@ def cycle_panels(history: ChannelHistory, file: str) -> Panels:
 
 def energy_plot(history: ChannelHistory) -> Plot:
     """Return the energies of the closed cycles; the work of open ones includes stored energy and would dwarf them."""
-    energies = dict(zip(_LABELS, _values(history, "energy", True), strict=True))
+    energies = _values(history, "energy", True)
     heading = "hysteresis energy of closed cycles (error bars: ± 2 standard errors)"
     plot = _by_cycle(history, energies, "energy", f"energy [{energy_unit(history.mode)}]", heading)
     if not any(energy.value or energy.std for values in energies.values() for energy in values.values()):
@@ -71,11 +71,8 @@ def energy_plot(history: ChannelHistory) -> Plot:
         boxes = [box((x - width / 2, x + width / 2), (0.0, v)) for x, v in zip(at, value, strict=True)]
         bars.append(Region(key, _LABELS[key], boxes))
         errors.append(Series("zero", "", at, np.where(error > 0, value, np.nan), error=error, mark="dots"))
-    return replace(
-        plot,
-        regions=bars,
-        series=[series for series in errors if series.error is not None and series.error.any()],
-    )
+    series = [series for series in errors if series.error is not None and series.error.any()]
+    return replace(plot, regions=bars, series=series)
 
 
 _LABELS = {"recorded": "recorded", "after": "simulated"}
@@ -83,7 +80,7 @@ _LABELS = {"recorded": "recorded", "after": "simulated"}
 
 def secant_plot(history: ChannelHistory, units: Quantities) -> Plot:
     """Return the secant stiffness of each cycle, recorded and simulated."""
-    secants = dict(zip(_LABELS, _values(history, "secant_stiffness"), strict=True))
+    secants = _values(history, "secant_stiffness")
     heading = "secant stiffness, peak to peak of each cycle"
     plot = _by_cycle(history, secants, "secant", f"secant [{units.stiffness_unit}]", heading)
     stiffnesses = [secant.value for values in secants.values() for secant in values.values()]
@@ -93,17 +90,14 @@ def secant_plot(history: ChannelHistory, units: Quantities) -> Plot:
     return plot
 
 
-def _values(
-    history: ChannelHistory, name: str, closed: bool = False
-) -> tuple[dict[int, Uncertain], dict[int, Uncertain]]:
-    """Return a value of the recorded and of the simulated cycles by their number; on demand of closed ones alone."""
+def _values(history: ChannelHistory, name: str, closed: bool = False) -> dict[str, dict[int, Uncertain]]:
+    """Return a value of the cycles, or of closed ones alone, by role ("recorded" or "after") and by their number."""
     units = quantities(history.mode)
     cycles = [cycle for cycle in history.cycles if cycle[0].closed or not closed]
-    recorded, simulated = (
-        {cycle.number: shown_values(cycle, units)[name] for three in cycles if (cycle := three[i])}
-        for i in (1, 2)
-    )
-    return recorded, simulated
+    return {
+        key: {cycle.number: shown_values(cycle, units)[name] for three in cycles if (cycle := three[i])}
+        for i, key in enumerate(_LABELS, start=1)
+    }
 
 
 def _bars(values: Mapping[int, Uncertain]) -> tuple[Array, Array]:
@@ -123,17 +117,13 @@ def _by_cycle(
     for key, values in curves.items():
         if values:
             value, error = _bars(values)
-            series.append(
-                Series(key, _LABELS[key], np.array(list(values), dtype=float), value, "both", error)
-            )
+            at = np.array(list(values), dtype=float)
+            series.append(Series(key, _LABELS[key], at, value, "both", error))
     last = max((cycle.number for cycle, _, _ in history.cycles), default=1)
-    span = (0.4, last + 0.6)
-    step = -(-last // _TICKS)
+    span, step = (0.4, last + 0.6), -(-last // _TICKS)
     names = [(n, f"{n}") for n in range(1, last + 1, step)]
-    zero = [Stripe("zero", y=(0.0, 0.0))] if name == "energy" else []
-    return Plot(
-        name, ("cycle", label), series, x=span, bands=zero, heading=heading, width=450.0, x_names=names
-    )
+    zero, labels = [Stripe("zero", y=(0.0, 0.0))] if name == "energy" else [], ("cycle", label)
+    return Plot(name, labels, series, x=span, bands=zero, heading=heading, width=450.0, x_names=names)
 
 
 def drawn_holds(history: ChannelHistory) -> list[tuple[Hold, Hold | None, Hold | None]]:
@@ -150,21 +140,15 @@ def hold_panels(
     std, parts = 0.0, []
     for i, what in ((1, "recorded"), (2, "simulated")):
         # Of the hold at the largest force, because near zero force any share is large.
-        relaxing = [
-            hold for three in history.holds if (hold := three[i]) and math.isfinite(hold.relaxation.value)
-        ]
-        if relaxing:
+        held = [hold for three in history.holds if (hold := three[i])]
+        if relaxing := [hold for hold in held if math.isfinite(hold.relaxation.value)]:
             relaxation = max(relaxing, key=lambda hold: abs(hold.force_start.value)).relaxation
             std = max(std, relaxation.std)
-            parts.append(
-                f"{percent(100 * relaxation.value) if abs(relaxation.value) > std else '0 %'} {what}"
-            )
-    name = capital(history.name)
-    title = (
-        f"{name}: the held force relaxes by {', '.join(parts)}" if parts else f"{name}: no force in the holds"
-    )
-    plots = [relaxation_plot(history, hold, recorded) for hold, recorded, _ in holds]
-    return Panels(f"{file}-holds", "holds", title, in_rows(plots, 2), history.name)
+            share = percent(100 * relaxation.value) if abs(relaxation.value) > std else "0 %"
+            parts.append(f"{share} {what}")
+    what = f"the held force relaxes by {', '.join(parts)}" if parts else "no force in the holds"
+    plots = in_rows([relaxation_plot(history, hold, recorded) for hold, recorded, _ in holds], 2)
+    return Panels(f"{file}-holds", "holds", f"{capital(history.name)}: {what}", plots, history.name)
 
 
 def in_rows(plots: Sequence[Plot], across: int) -> list[list[Plot]]:

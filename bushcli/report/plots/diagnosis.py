@@ -50,10 +50,10 @@ def curve_plot(diagnosis: Diagnosis, channel: DiagnosedChannel) -> Plot:
     near = np.concatenate([recorded.force[~channel.faulty | channel.faulty.all()], channel.after])
 
     def between(marked: NDArray[np.bool_]) -> list[Array]:
-        edges = np.stack([q, recorded.force], axis=1), np.stack([path, channel.before], axis=1)
+        measured, plain = np.stack([q, recorded.force], axis=1), np.stack([path, channel.before], axis=1)
         outlines = []
         for run in _pieces(channel, marked):
-            outline = np.concatenate([edges[0][run], edges[1][run][::-1]])
+            outline = np.concatenate([measured[run], plain[run][::-1]])
             x, y = outline.T
             # Counter-clockwise, so that overlapping outlines leave no hole.
             outlines.append(outline if x @ np.roll(y, -1) >= y @ np.roll(x, -1) else outline[::-1])
@@ -111,10 +111,8 @@ def diagnosed_title(channel: DiagnosedChannel) -> str:
     name = capital(channel_label(channel.name, channel.held_out))
     if not is_simulated(channel):
         return f"{name}: recorded, not simulated"
-    if not differs_from_plain(channel):
-        return f"{name}: {percent(channel.before_percent)} rms, noise {percent(channel.noise_percent)}"
-    before, after = percent(channel.before_percent), percent(channel.after_percent)
-    return f"{name}: {before} rms before, {after} after, noise {percent(channel.noise_percent)}"
+    change = f" before, {percent(channel.after_percent)} after" if differs_from_plain(channel) else ""
+    return f"{name}: {percent(channel.before_percent)} rms{change}, noise {percent(channel.noise_percent)}"
 
 
 def is_simulated(channel: DiagnosedChannel) -> bool:

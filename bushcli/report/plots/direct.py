@@ -5,18 +5,15 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bushcli.curve.curve import Curve
 from bushcli.recording import Recording
-from bushcli.report.document import Panels, Plot, Region, Series, Stripe
+from bushcli.report.document import Array, Panels, Plot, Region, Series, Stripe
 from bushcli.report.quantity import Quantities, largest_reactions, number, percent, quantities, shown_motion
 from bushcli.report.verdict import stiffer
 from bushcli.simulate.misfit import Misfit
 from bushcli.simulate.response import Simulated, SixCurve
 from cases.six import MOTIONS, REACTIONS
-
-Array = NDArray[np.float64]
 
 #: Up to this many samples are drawn as separate points, more as a line.
 SEPARATE = 80
@@ -83,14 +80,14 @@ def curve_panels(channel: Simulated, misfit: Misfit | None, file: str) -> Panels
     q, force = smooth(channel.curve)
     series = [] if channel.recording is None else [recorded_series(channel.recording, units)]
     series.append(Series("after", "simulated", units.convert(q), force))
+    states = units.convert(channel.curve.displacement), channel.curve.force
     if misfit is None:
-        series.append(
-            Series("after", "", units.convert(channel.curve.displacement), channel.curve.force, "dots")
-        )
+        series.append(Series("after", "", *states, "dots"))
     if channel.stopped:
         end = int(np.argmax(np.abs(channel.curve.displacement)))
-        at = (units.convert(channel.curve.displacement[[end]]), channel.curve.force[[end]])
-        series.append(Series("stopped", "simulation stopped", *at, "crosses"))
+        series.append(
+            Series("stopped", "simulation stopped", *(values[[end]] for values in states), "crosses")
+        )
     title, span = curve_title(channel, misfit), limits_around(np.concatenate([curve.x for curve in series]))
     if misfit is None or channel.recording is None:
         plot = Plot("curve", units.labels, series, bands=rest_lines(units), x=span, height=400.0)
@@ -120,9 +117,8 @@ def difference_plot(
     """Return the difference of two curves in percent of the force range, with a band that lies inside the picture."""
     reach = 1.15 * max(band.y[1], float(np.abs(off.y).max()), 1e-3)
     labels, bands = (units.displacement_label, "difference [%]"), (band, *rest_lines(units))
-    return Plot(
-        "difference", labels, [off], (), bands, x=span, y=(-reach, reach), heading=heading, height=190.0
-    )
+    limits = {"x": span, "y": (-reach, reach)}
+    return Plot("difference", labels, [off], (), bands, **limits, heading=heading, height=190.0)
 
 
 def _tolerance_region(recording: Recording, misfit: Misfit, units: Quantities) -> Region:
@@ -137,9 +133,8 @@ def _tolerance_region(recording: Recording, misfit: Misfit, units: Quantities) -
             continue
         order = np.argsort(q, kind="stable")
         outlines.append(around(units.convert(q[order]), force[order] - width, force[order] + width))
-    return Region(
-        "tolerance", f"± {misfit.tolerance.percent:g} % of the recorded {units.force} range", outlines
-    )
+    label = f"± {misfit.tolerance.percent:g} % of the recorded {units.force} range"
+    return Region("tolerance", label, outlines)
 
 
 def around(x: Array, low: Array, high: Array) -> Array:

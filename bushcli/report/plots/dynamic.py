@@ -50,13 +50,13 @@ def dynamic_panel(curves: Sequence[DynamicCurve], file: str) -> Panels:
             series.append(Series(key, label, at, line))
             if len(curve.frequency) <= SEPARATE:
                 series.append(Series(key, "", curve.frequency, dots, "dots"))
-    heading = (
-        f"{capital(words.title(curves[0]))}: {words.point_in_words(curves[0])} and loss angle over frequency"
+    first = curves[0]
+    heading = f"{capital(words.title(first))}: {words.point_in_words(first)} and loss angle over frequency"
+    above = Plot(
+        "stiffness", ("", f"|K*| [{words.stiffness_unit(first.mode)}]"), drawn[0], log="x" if wide else ""
     )
-    unit = words.stiffness_unit(curves[0].mode)
-    above = Plot("stiffness", ("", f"|K*| [{unit}]"), drawn[0], log="x" if wide else "")
     below = Plot("angle", ("frequency [Hz]", "loss angle [deg]"), drawn[1], log=above.log)
-    return Panels(f"{file}-dynamic", "dynamic", heading, [[above], [below]], curves[0].name)
+    return Panels(f"{file}-dynamic", "dynamic", heading, [[above], [below]], first.name)
 
 
 def _polar(K: NDArray[np.complex128]) -> tuple[Array, Array]:
@@ -79,14 +79,10 @@ def table_panels(compared: ComparedTable, file: str) -> Panels:
     for i, rows in enumerate(curves):
         rows = rows[np.argsort(x[rows], kind="stable")]
         key, label = colour(i), f"measured, {words.preload_of(table.rows(rows))}"
-        for k in range(2):
-            half = (
-                None
-                if compared.errors is None
-                else (compared.errors[0, rows], np.degrees(compared.errors[1, rows]))[k]
-            )
-            name = "" if k else label
-            series[k].append(Series(key, name, x[rows], measured[k][rows], "dots", half))
+        errors = compared.errors
+        halves = (None, None) if errors is None else (errors[0, rows], np.degrees(errors[1, rows]))
+        for k, name in enumerate((label, "")):
+            series[k].append(Series(key, name, x[rows], measured[k][rows], "dots", halves[k]))
         series[2].append(Series(key, "", measured[0][rows], measured[1][rows], "dots"))
         for role, label, simulated in models:
             polar = _polar(simulated[rows])
@@ -95,8 +91,8 @@ def table_panels(compared: ComparedTable, file: str) -> Panels:
                 series[k].append(Series(role or key, named, x[rows], polar[k]))
             series[2].append(Series(role or key, "", *polar))
         if compared.spread is not None:
-            halves = compared.spread[0, rows], np.degrees(compared.spread[1, rows])
-            for band, end, half in zip(regions, _polar(compared.simulated[rows]), halves, strict=True):
+            spread = compared.spread[0, rows], np.degrees(compared.spread[1, rows])
+            for band, end, half in zip(regions, _polar(compared.simulated[rows]), spread, strict=True):
                 if len(rows) > 1 and np.isfinite(half).all():
                     band.append(Region("shaded", "", [around(x[rows], end - half, end + half)]))
     axis = "frequency [Hz]" if table.over_frequency else "amplitude"

@@ -21,6 +21,7 @@ from bushcli.report.plots.direct import (
     capital,
     colour,
     difference_plot,
+    limits_around,
     recorded_series,
     rest_lines,
     smooth,
@@ -38,9 +39,8 @@ def fit_panels(fit: Fit) -> Panels:
     """Return recorded points and fitted curve of every coupon or channel, with where the law is unstable."""
     worst = max(curve.rms_percent for curve in fit.curves)
     title = f"{fit.material.law} fitted to {curves_of(fit)}: {percent(worst)} rms at worst"
-    plots = [
-        coupon_plot(curve, fit.stability.get(curve.recording.mode), i) for i, curve in enumerate(fit.curves)
-    ]
+    stable = [fit.stability.get(curve.recording.mode) for curve in fit.curves]
+    plots = [coupon_plot(*pair, i) for i, pair in enumerate(zip(fit.curves, stable, strict=True))]
     return Panels("coupons", "coupons", title, in_rows(plots, 2))
 
 
@@ -54,18 +54,15 @@ def coupon_plot(curve: FittedCurve, stable: tuple[float, float] | None, index: i
         Series("recorded", "recorded", at, curve.recording.force, "dots"),
         Series("after", label, units.convert(q), force),
     ]
-    low, high = (float(f([f(at), f(units.convert(q))])) for f in (np.min, np.max))
-    margin = 0.05 * (high - low)
-    left, right = low - margin, high + margin
+    left, right = limits_around(np.concatenate([at, units.convert(q)]), 0.05)
     bands = []
     if stable is not None:
         ends = [(left, min(stable[0], right)), (max(stable[1], left), right)]
         # Where the law violates Drucker's postulate.
         bands = [Stripe("unstable", x=(a, b), label="law unstable") for a, b in ends if b > a]
     title = curve.name if curve.name == curve.recording.mode else f"{curve.name} ({curve.recording.mode})"
-    return Plot(
-        f"coupon-{index}", units.labels, series, x=(left, right), bands=bands, heading=title, height=340.0
-    )
+    name, size = f"coupon-{index}", {"x": (left, right), "height": 340.0}
+    return Plot(name, units.labels, series, bands=bands, heading=title, **size)
 
 
 def inverse_panels(result: InverseResult, names: Mapping[str, str]) -> list[Panels]:
@@ -176,12 +173,13 @@ def ranked_plot(fits: Sequence[Fit], curve: FittedCurve, index: int) -> Plot:
 def correlation_panels(fit: Fit) -> Panels:
     """Return the correlation of the parameters' errors as a map with numbers."""
     count = len(fit.parameters)
-    cells = [(i, j, float(fit.correlation[i, j])) for i in range(count) for j in range(count)]
-    regions = [
-        Region("bar", "", [bar(i, j - 0.5, j + 0.5, 1.0)], value=v if math.isfinite(v) else 0.0)
-        for i, j, v in cells
-    ]
-    notes = [Note(f"{v:+.2f}" if math.isfinite(v) else "-", (j, i), "middle") for i, j, v in cells]
+    regions, notes = [], []
+    for (i, j), value in np.ndenumerate(fit.correlation):
+        known = math.isfinite(value)
+        regions.append(
+            Region("bar", "", [bar(i, j - 0.5, j + 0.5, 1.0)], value=float(value) if known else 0.0)
+        )
+        notes.append(Note(f"{value:+.2f}" if known else "-", (j, i), "middle"))
     names = list(enumerate(fit.parameters))
     size, title = (-0.5, count - 0.5), "Correlation of the errors"
     plot = Plot(
@@ -257,11 +255,9 @@ def convergence_panels(fit: Fit) -> Panels:
     good = np.isfinite(misfit) & (misfit > 0)
     series = [Series("faint", "evaluation", at[good], misfit[good], "both")]
     if (searched := good & ~profiles).any():
-        so_far = np.minimum.accumulate(misfit[searched])
         # A step at each evaluation that is better than all before.
-        series.append(
-            Series("after", "best so far", np.repeat(at[searched], 2)[1:], np.repeat(so_far, 2)[:-1])
-        )
+        so_far = np.repeat(np.minimum.accumulate(misfit[searched]), 2)[:-1]
+        series.append(Series("after", "best so far", np.repeat(at[searched], 2)[1:], so_far))
     failed = at[~np.isfinite(misfit)]
     if len(failed):
         # Along the upper edge, because they have no misfit.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, NextTest
 from bushcli.mismatch.bins import KINDS, Bin
@@ -104,38 +105,24 @@ def profile_plot(profiles: Sequence[MissingProfile], units: Quantities) -> Plot:
     """Return the misfit along one quantity, a line for each branch."""
     along = profiles[0].along
     factor = units.per_internal if along == "rate" else 1.0
-    series, regions, coordinates = [], [], []
+    series, regions = [], []
     for profile in profiles:
         key = profile.branch or "all"
         x = np.asarray(units.convert(profile.x) if along == "displacement" else factor * profile.x)
         order = np.argsort(x)
         x, mean, two = x[order], profile.mean[order], 2 * profile.std[order]
-        coordinates.append(x)
         few = along in ("cycle", "rate") and len(x) <= _FEW
         label = key if len(profiles) > 1 else ""
         series.append(Series(key, label, x, mean, "both" if few else "line", two if few else None))
         if not few:
             regions.append(Region(key, "", [around(x, mean - two, mean + two)]))
-    x = np.concatenate(coordinates)
-    labels = {
-        "displacement": units.displacement_label,
-        "time": "time [s]",
-        "cycle": "cycle",
-        "rate": f"rate [{units.rate_unit}]",
-    }
-    wide = along == "rate" and x.min() > 0 and x.max() > _WIDE * x.min()
-    span = (float(x.min()) / 1.5, float(x.max()) * 1.5) if wide else None
-    if along == "cycle":
-        span = (float(x.min()) - 0.5, float(x.max()) + 0.5)
-    return Plot(
-        along,
-        (labels[along], "left [% of range]"),
-        series,
-        regions,
-        x=span,
-        bands=[Stripe("zero", y=(0.0, 0.0))],
-        log="x" if wide else "",
-    )
+    x = np.concatenate([curve.x for curve in series])
+    low, high = float(x.min()), float(x.max())
+    axes = {"displacement": units.displacement_label, "time": "time [s]", "rate": f"rate [{units.rate_unit}]"}
+    wide = along == "rate" and low > 0 and high > _WIDE * low
+    span = (low / 1.5, high * 1.5) if wide else (low - 0.5, high + 0.5) if along == "cycle" else None
+    labels, zero = (axes.get(along, along), "left [% of range]"), [Stripe("zero", y=(0.0, 0.0))]
+    return Plot(along, labels, series, regions, zero, x=span, log="x" if wide else "")
 
 
 def next_test_panels(diagnosis: Diagnosis, test: NextTest) -> Panels:
@@ -149,9 +136,8 @@ def next_test_panels(diagnosis: Diagnosis, test: NextTest) -> Panels:
     series = [Series("after", "", time / 60.0 if minutes else time, units.convert(q))]
     label = "time [min]" if minutes else "time [s]"
     bands, title = [Stripe("zero", y=(units.rest, units.rest))], f"Next test: {test.name}"
-    plot = Plot(
-        "program", (label, units.displacement_label), series, bands=bands, heading=heading, height=240.0
-    )
+    labels = (label, units.displacement_label)
+    plot = Plot("program", labels, series, bands=bands, heading=heading, height=240.0)
     return Panels("next-test", "next_test", title, [[plot]])
 
 
@@ -168,15 +154,15 @@ def program(test: NextTest) -> tuple[Array, Array]:
     return np.array(time), np.array(q)
 
 
-def numbering(local_map: LocalMap) -> str:
-    """Return "simplex", or how the corners of cells are numbered: "tensor" for a tensor product, "ring" around a face.
+def ring_cells(local_map: LocalMap) -> NDArray[np.int_]:
+    """Return the corners of cells in VTK's order: around a face, then, above each of these, around the opposite face.
 
     The first four corners are a face: in a tensor product its diagonals join corners 0, 3 and 1, 2, in a ring 0, 2 and
     1, 3. The midpoints of the diagonals coincide, exactly in a parallelogram and nearly in any good cell.
     """
-    if local_map.cells.shape[1] == local_map.points.shape[1] + 1:
-        return "simplex"
-    a, b, c, d = (local_map.points[local_map.cells[:, i]] for i in range(4))
-    tensor = float(np.linalg.norm(a + d - b - c, axis=1).sum())
-    ring = float(np.linalg.norm(a + c - b - d, axis=1).sum())
-    return "tensor" if tensor <= ring else "ring"
+    cells = local_map.cells
+    if cells.shape[1] == local_map.points.shape[1] + 1:
+        return cells
+    a, b, c, d = (local_map.points[cells[:, i]] for i in range(4))
+    tensor, ring = (np.linalg.norm(gap, axis=1).sum() for gap in (a + d - b - c, a + c - b - d))
+    return cells[:, (0, 1, 3, 2, 4, 5, 7, 6)[: cells.shape[1]]] if tensor <= ring else cells

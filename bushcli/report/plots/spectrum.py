@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bushcli.report.document import Panels, Plot, Series
+from bushcli.report.document import Array, Panels, Plot, Series
 from bushcli.report.plots.direct import colour
 from bushcli.report.quantity import number
 
 if TYPE_CHECKING:
     from bushcli.inverse.coupon_tables import TableSpectrum, TableSweep
 
-Array = NDArray[np.float64]
 
 # Frequencies of a line.
 _DENSE = 300
@@ -24,15 +22,15 @@ def master_columns(spectrum: TableSpectrum) -> dict[str, Array]:
     """Return the columns of a master curve: rows as measured, where they were shifted to, and as fitted."""
     table, fit = spectrum.table, spectrum.fit
     fitted = fit.at(table.frequency, table.temperature)
-    names = ["temperature_C", "frequency_Hz", "reduced_frequency_Hz", "storage_MPa", "loss_MPa"]
-    columns = [
-        table.temperature,
-        table.frequency,
-        fit.reduced_frequencies(table.frequency, table.temperature),
-    ]
-    columns += [table.storage, table.loss, fitted.real, fitted.imag]
-    names += ["storage_fitted_MPa", "loss_fitted_MPa"]
-    return dict(zip(names, columns, strict=True))
+    return {
+        "temperature_C": table.temperature,
+        "frequency_Hz": table.frequency,
+        "reduced_frequency_Hz": fit.reduced_frequencies(table.frequency, table.temperature),
+        "storage_MPa": table.storage,
+        "loss_MPa": table.loss,
+        "storage_fitted_MPa": fitted.real,
+        "loss_fitted_MPa": fitted.imag,
+    }
 
 
 def table_panels(spectrum: TableSpectrum | TableSweep, file: str) -> Panels:
@@ -58,16 +56,11 @@ def master_panels(spectrum: TableSpectrum, file: str) -> Panels:
         ("storage", np.real, "'", ""),
         ("loss", np.imag, "''", f"log10 of the frequency{at} [Hz]"),
     ):
-        series = [
-            Series(
-                colour(k),
-                f"{number(float(fit.temperatures[k]))} degrees C" if several else "measured",
-                np.log10(reduced[step == k]),
-                of(turned)[step == k],
-                "dots",
-            )
-            for k in np.unique(step)
-        ]
+        series = []
+        for k in np.unique(step):
+            label = f"{number(float(fit.temperatures[k]))} degrees C" if several else "measured"
+            at, rows = np.log10(reduced[step == k]), of(turned)[step == k]
+            series.append(Series(colour(k), label, at, rows, "dots"))
         series.append(Series("after", f"{len(fit.spectrum.times)} branches", np.log10(line), of(curve)))
         plots.append([Plot(part, (below, f"{symbol}{mark} [MPa]"), series, log="y")])
     title = f"Master curve of {spectrum.table.name}{at}" if several else f"Moduli of {spectrum.table.name}"

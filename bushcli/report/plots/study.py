@@ -13,7 +13,7 @@ from bushcli.report.document import Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.cycles import in_rows
 from bushcli.report.plots.direct import around, bar, box, capital
 from bushcli.report.quantity import number, quantities
-from bushcli.report.views.study import share_percent
+from bushcli.report.views.study import by_swing, share_percent
 from bushcli.study.analysis import Band, Summary
 from bushcli.study.study import Study
 
@@ -32,21 +32,22 @@ def study_panels(study: Study) -> list[Panels]:
     drawn = {name: summary for name, summary in study.summaries.items() if summary.influences}
     if drawn:
         plots = [tornado_plot(summary, labels[name], i) for i, (name, summary) in enumerate(drawn.items())]
-        panels.append(
-            Panels("tornado", "tornado", "Change of each answer by each key alone", in_rows(plots, 2))
-        )
+        title = "Change of each answer by each key alone"
+        panels.append(Panels("tornado", "tornado", title, in_rows(plots, 2)))
     panels += [band_panels(study, band) for band in study.bands]
     if study.summaries and any(study.samples.values()):
         names = [name for name in study.summaries if name in study.samples]
         keys = [key for key in study.plan.keys if len(set(study.samples[key])) > 1][:ACROSS]
         keys = keys or [study.plan.keys[0]]
-        rows = [
-            [scatter_plot(study, name, key, labels[name], key == keys[0]) for key in keys]
-            for name in names[:DOWN]
-        ]
         is_many = len(keys) > _ZOOMED
         width = max(300.0, 900.0 / len(keys)) if is_many else 900.0 / len(keys)
-        rows = [[replace(plot, width=width) for plot in row] for row in rows]
+        rows = [
+            [
+                replace(scatter_plot(study, name, key, labels[name], key == keys[0]), width=width)
+                for key in keys
+            ]
+            for name in names[:DOWN]
+        ]
         panels.append(Panels("scatter", "scatter", "Answers against the varied keys", rows, still=is_many))
         plots = [spread_plot(study, name, labels[name]) for name in names[: 2 * DOWN]]
         panels.append(Panels("spread", "histogram", "Spread of the answers", in_rows(plots, 3)))
@@ -62,28 +63,15 @@ def _limits(summary: Summary, axis: str) -> list[Stripe]:
 
 def tornado_plot(summary: Summary, label: str, index: int) -> Plot:
     """Return a bar per key for the change between its 5 % and 95 % quantiles, the longest on top."""
-    ordered = sorted(summary.influences.items(), key=lambda pair: -abs(pair[1].swing[1] - pair[1].swing[0]))
-    chosen = ordered[:MOST_KEYS]
+    chosen, mean = by_swing(summary)[:MOST_KEYS], summary.mean
     regions = [
-        Region(
-            key,
-            text,
-            [
-                bar(i, summary.mean, summary.mean + influence.swing[end])
-                for i, (_, influence) in enumerate(chosen)
-            ],
-        )
+        Region(key, text, [bar(i, mean, mean + change.swing[end]) for i, (_, change) in enumerate(chosen)])
         for end, (key, text) in enumerate((("bar_second", "key at its 5 %"), ("bar", "at its 95 %")))
     ]
-    names = [
-        (
-            i,
-            key
-            if math.isnan(influence.total)
-            else f"{key}\nSobol {influence.first:.2f}, total {influence.total:.2f}",
-        )
-        for i, (key, influence) in enumerate(chosen)
-    ]
+    names = []
+    for i, (key, influence) in enumerate(chosen):
+        indices = f"\nSobol {influence.first:.2f}, total {influence.total:.2f}"
+        names.append((i, key if math.isnan(influence.total) else key + indices))
     bands = [Stripe("level", x=(summary.mean, summary.mean)), *_limits(summary, "x")]
     size, height = (len(chosen) - 0.5, -0.5), 90.0 + 44.0 * len(chosen)
     return Plot(f"answer-{index}", (label, ""), (), regions, bands, y=size, height=height, y_names=names)
@@ -135,10 +123,6 @@ def spread_plot(study: Study, name: str, label: str) -> Plot:
     heading = f"median {number(summary.quantiles[1], 4)}"
     if summary.limits is not None:
         heading = f"{share_percent(summary.limits.share)} within"
-    labels, top, bands = (
-        (label, "designs"),
-        (0.0, 1.06 * float(count.max())),
-        [median, *_limits(summary, "x")],
-    )
-    bars = [Region("bar", "", boxes)]
+    bars, bands = [Region("bar", "", boxes)], [median, *_limits(summary, "x")]
+    top, labels = (0.0, 1.06 * float(count.max())), (label, "designs")
     return Plot(f"spread-{name}", labels, (), bars, bands, y=top, heading=heading, height=250.0)

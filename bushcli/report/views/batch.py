@@ -6,10 +6,9 @@ import math
 from dataclasses import replace
 
 from bushcli.errors import count_of
-from bushcli.inverse import Estimate
 from bushcli.inverse.file_units import in_file_units, parameter_unit
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Columns, Document, Section, figures, note, table_of
+from bushcli.report.document import Columns, Document, Section, Table, figures, note, table_of
 from bushcli.report.quantity import join_names, number, percent, quantities, with_std
 from bushcli.study.batch import Batch, BatchCurve, BatchPart
 from bushcli.study.causes import join_causes
@@ -21,6 +20,7 @@ _IN_WORDS = {
     "stiffness": "its stiffness",
     "shape": "the shape of its curve",
 }
+_NO_CAUSE = "; its recording shows no cause: suspect its rubber or a dimension"
 _HOW = (
     "The factor is a part's stiffness over that of the batch, with the standard error that noise leaves; its "
     "deviation is that of its logarithm, in standard deviations of the parts that are no outliers; the misfit is "
@@ -39,17 +39,15 @@ def batch_document(batch: Batch) -> Document:
     lines = []
     for part in batch.outliers:
         criteria = " and ".join(_IN_WORDS[kind] for kind in part.outlier)
-        no_cause = "; its recording shows no cause: suspect its rubber or a dimension"
-        lines.append(
-            f"{part.name}: an outlier by {criteria}{f': {join_causes(part.causes)}' if part.causes else no_cause}."
-        )
-    lines += [
-        f"{part.name}: {join_causes(part.causes)}."
-        for part in batch.parts
-        if part.causes and not part.outlier
-    ]
+        cause = f": {join_causes(part.causes)}" if part.causes else _NO_CAUSE
+        lines.append(f"{part.name}: an outlier by {criteria}{cause}.")
+    others = [part for part in batch.parts if part.causes and not part.outlier]
+    lines += [f"{part.name}: {join_causes(part.causes)}." for part in others]
     fit = in_file_units(batch.fit)
-    law = [(name, parameter_unit(fit, name), estimate) for name, estimate in fit.parameters.items()]
+    law = tuple(
+        (name, parameter_unit(fit, name).replace("1", ""), with_std(estimate.value, estimate.std))
+        for name, estimate in fit.parameters.items()
+    )
     law_title = f"Law of all parts: {fit.material.law}"
     return Document(
         batch_headline(batch),
@@ -62,7 +60,7 @@ def batch_document(batch: Batch) -> Document:
                 "Scatter of the stiffness",
                 [table_of("Scatter of the stiffness", batch.curves, _SCATTER), note(_BAND)],
             ),
-            Section(law_title, [table_of(law_title, law, _LAW, left=2)]),
+            Section(law_title, [Table(law_title, ("parameter", "", "value"), law, left=2)]),
         ],
         batch.conditions,
         conditions(replace(batch.case, material=batch.fit.material)),
@@ -72,9 +70,9 @@ def batch_document(batch: Batch) -> Document:
 def batch_headline(batch: Batch) -> str:
     """Return the result in one sentence."""
     scatter = ", ".join(
-        f"{curve.mode} {_mean(curve)} {quantities(curve.mode).stiffness_unit} with a standard deviation of "
-        f"{percent(100.0 * curve.scatter)}"
-        for curve in batch.curves
+        f"{of.mode} {_mean(of)} {unit} with a standard deviation of {percent(100.0 * of.scatter)}"
+        for of in batch.curves
+        for unit in [quantities(of.mode).stiffness_unit]
     )
     names = [part.name for part in batch.outliers]
     outliers = f"outlier{'s' * (len(names) > 1)}: {join_names(names)}" if names else "no outliers"
@@ -108,9 +106,4 @@ _SCATTER: Columns[BatchCurve] = (
     ("", lambda curve: quantities(curve.mode).stiffness_unit),
     ("standard deviation", lambda curve: percent(100.0 * curve.scatter)),
     ("tolerance band", lambda curve: f"± {percent(100.0 * curve.k * curve.scatter)}"),
-)
-_LAW: Columns[tuple[str, str, Estimate]] = (
-    ("parameter", lambda row: row[0]),
-    ("", lambda row: row[1].replace("1", "")),
-    ("value", lambda row: with_std(row[2].value, row[2].std)),
 )

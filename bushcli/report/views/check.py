@@ -11,7 +11,7 @@ from bushcli.errors import count_of
 from bushcli.recording import RecordedProgram, Recording
 from bushcli.recording.text.table import SHOWN
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Row, Section, Table, paragraphs, table_of
+from bushcli.report.document import Document, Row, Section, Table, paragraphs
 from bushcli.report.quantity import join_names, number, quantities
 from bushcli.report.results import CheckResult
 from bushcli.report.views.dynamic import dynamic_tables_section
@@ -40,7 +40,7 @@ def check_document(checked: CheckResult) -> Document:
         Section("Vibrations", [vibration_table(case.vibrations)]),
         Section("Recordings", [_recording_table("Recordings", checked.curves)]),
         Section("Coupon tests", [_recording_table("Coupon tests", checked.coupons)]),
-        *([dynamic_tables_section(checked.tables)] if checked.tables else []),
+        dynamic_tables_section(checked.tables),
         *protocol_sections(checked.tests),
     ]
     return Document("", (), "plain", sections, checked.conditions, condition_rows)
@@ -65,23 +65,18 @@ def vibration_table(tests: Sequence[DynamicTest]) -> Table:
 
 def _recording_table(title: str, curves: Sequence[Recording]) -> Table:
     """Return a row for each recording: samples, cycles, ranges of displacement and force."""
-    return table_of(
-        title,
-        [(curve, quantities(curve.mode)) for curve in curves],
-        (
-            ("channel", lambda row: row[0].name),
-            ("mode", lambda row: row[0].mode),
-            ("samples", lambda row: str(len(row[0].force))),
-            ("cycles", lambda row: str(len({branch.cycle for branch in row[0].branches}))),
-            ("from", lambda row: number(row[1].at(row[0].displacement.min()))),
-            ("to", lambda row: number(row[1].at(row[0].displacement.max()))),
-            ("", lambda row: row[1].displacement_unit or row[1].displacement),
-            ("force from", lambda row: number(float(row[0].force.min()))),
-            ("to", lambda row: number(float(row[0].force.max()))),
-            ("", lambda row: row[1].force_unit),
-        ),
-        left=2,
-    )
+    rows = []
+    for curve in curves:
+        units, q, force = quantities(curve.mode), curve.displacement, curve.force
+        counts = (str(len(force)), str(len({branch.cycle for branch in curve.branches})))
+        travel = (number(units.at(q.min())), number(units.at(q.max())))
+        unit, forces = (
+            units.displacement_unit or units.displacement,
+            (number(force.min()), number(force.max())),
+        )
+        rows.append((curve.name, curve.mode, *counts, *travel, unit, *forces, units.force_unit))
+    heads = ("channel", "mode", "samples", "cycles", "from", "to", "", "force from", "to", "")
+    return Table(title, heads, tuple(rows), left=2)
 
 
 def load_case_row(load: LoadCase, recorded: RecordedProgram | None) -> Row:
@@ -96,17 +91,16 @@ def load_case_row(load: LoadCase, recorded: RecordedProgram | None) -> Row:
         return load.label, load.mode, f"{len(load.six.time)} poses: {'; '.join(motions)}", "", "", ""
     units = quantities(load.mode)
     values = np.array(load.path) if recorded is None else recorded.displacement
-    unit = units.force_unit if load.by_force else units.displacement_unit
-    low, high = (float(end if load.by_force else units.at(end)) for end in (values.min(), values.max()))
-    per = 1.0 if load.by_force else units.per_internal
+    unit = units.force_unit if load.by_force else units.displacement_unit or units.displacement
+    low, high = (number(end if load.by_force else units.at(end)) for end in (values.min(), values.max()))
     if load.source is not None:
         program = f"{len(values)} points of {load.source.file.name}"
     else:
         segments = len(values) - 1
         program = f"{count_of(segments, 'segment')}, up to {load.steps} steps each"
         if load.rate is not None:
-            program += f", {number(per * load.rate)} {unit or units.displacement}/s"
-    return load.label, load.mode, program, number(low), number(high), unit or units.displacement
+            program += f", {number(load.rate * (1.0 if load.by_force else units.per_internal))} {unit}/s"
+    return load.label, load.mode, program, low, high, unit
 
 
 def protocol_sections(protocol: Protocol) -> list[Section]:
@@ -143,11 +137,9 @@ def file_line(recording: Recording | RecordedProgram) -> str:
         quantity = _COUPON.get(column.quantity, column.quantity) if coupon else column.quantity
         name = f" ({column.name[:SHOWN]})" if column.name else ""
         assumed = ", assumed because no unit is given" if column.assumed else ""
-        if not column.unit:
-            words.append(f"{quantity} = column {column.number}{name}")
-            continue
-        unit = f"as a {column.unit}" if column.unit in ("strain", "stretch") else f"in {column.unit}"
-        words.append(f"{quantity} = column {column.number}{name} {unit}{assumed}")
+        how = " as a" if column.unit in ("strain", "stretch") else " in"
+        unit = f"{how} {column.unit}{assumed}" if column.unit else ""
+        words.append(f"{quantity} = column {column.number}{name}{unit}")
     if all(column.quantity != "time" for column in recording.columns):
         words.append("no column of time")
     unused = [name[:SHOWN] for name in recording.unused[:_MOST]]
@@ -176,9 +168,8 @@ def observed_line(test: Observed) -> str:
             words.append(f"{len(durations)} {plural} of up to {number(max(durations))} s")
     if test.pauses:
         plural = "pauses" if len(test.pauses) > 1 else "pause"
-        words.append(
-            f"{len(test.pauses)} {plural} of the logger of up to {number(max(test.pauses))} s, in which it moved"
-        )
+        longest = number(max(test.pauses))
+        words.append(f"{len(test.pauses)} {plural} of the logger of up to {longest} s, in which it moved")
     words += [] if test.unloads else ["without unloading"]
     words += [] if test.from_rest else ["not from rest"]
     return f"{test.channel}: {', '.join(words)}"

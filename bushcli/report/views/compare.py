@@ -15,14 +15,12 @@ _MOST = 40
 
 def compare_document(comparison: Comparison) -> Document:
     """Return the document of a comparison."""
-    curves = Table(
-        "Largest difference to the first curve, of its force range",
-        ("channel", *(item.name for item in comparison.items)),
-        tuple(
-            (curve.channel, *("-" if value is None else f"{value + 0.0:+.2f} %" for value in curve.percent))
-            for curve in comparison.curves
-        ),
+    percentages = tuple(
+        (curve.channel, *("-" if value is None else f"{value + 0.0:+.2f} %" for value in curve.percent))
+        for curve in comparison.curves
     )
+    heads = ("channel", *(item.name for item in comparison.items))
+    curves = Table("Largest difference to the first curve, of its force range", heads, percentages)
     problems = tuple(
         (item.name, str(item.result.get("command", "")), ", ".join(names) or "none")
         for item, names in zip(comparison.items, comparison.problems, strict=True)
@@ -41,27 +39,24 @@ def compare_headline(comparison: Comparison) -> str:
     """Return the result in one sentence."""
     names = join_names([item.name for item in comparison.items])
     keys = [difference.key for difference in comparison.keys]
-    count = len(keys)
-    key_count = f"{count} key{'s differ' if count != 1 else ' differs'}" if keys else "their cases are equal"
-    key_list = f" ({', '.join(keys)})" if 0 < count <= 3 else ""
-    numbers = len(comparison.numbers)
-    return (
-        f"{names}: {key_count}{key_list}, {numbers or 'no'} number{'s differ' if numbers > 1 else ' differs'}"
-    )
+    key_list = f" ({', '.join(keys)})" if 0 < len(keys) <= 3 else ""
+    numbers = _differ(len(comparison.numbers), "number")
+    return f"{names}: {_differ(len(keys), 'key') if keys else 'their cases are equal'}{key_list}, {numbers}"
+
+
+def _differ(count: int, what: str) -> str:
+    return f"{count or 'no'} {what}{'s differ' if count > 1 else ' differs'}"
 
 
 def _table(title: str, comparison: Comparison, differences: Sequence[Difference]) -> Table:
-    heads = [
-        "key",
-        *(item.name for item in comparison.items),
-        *(["change"] if len(comparison.items) == 2 else []),
-    ]
+    of_two = len(comparison.items) == 2
+    heads = ("key", *(item.name for item in comparison.items), *(["change"] if of_two else []))
     rows = []
     for difference in differences:
         change = difference.percent[-1]
-        change_cell = [("" if change is None else f"{change:+.3g} %")] if len(comparison.items) == 2 else []
-        rows.append((difference.key, *map(_value_text, difference.values), *change_cell))
-    return Table(title, tuple(heads), tuple(rows), left=1, most=_MOST)
+        changes = ["" if change is None else f"{change:+.3g} %"] if of_two else []
+        rows.append((difference.key, *map(_value_text, difference.values), *changes))
+    return Table(title, heads, tuple(rows), left=1, most=_MOST)
 
 
 def _value_text(value: Any) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from bushcli.curve.cycles import Cycle, Uncertain
 from bushcli.curve.holds import STANDARD_TIMES, Hold
@@ -36,24 +36,14 @@ def cycle_table(history: ChannelHistory) -> Table:
     for cycle, recorded, simulated in history.cycles:
         path = f"{_plain(units.at(cycle.lowest))} to {_plain(units.at(cycle.highest))}"
         rate = (number(None if cycle.rate is None else units.per_internal * cycle.rate),) if timed else ()
-        recorded_values, simulated_values = _values(recorded, units), _values(simulated, units)
-        cells = [
-            cell
-            for name in shown_values(cycle, units)
-            for cell in _pair(recorded_values.get(name), simulated_values.get(name), both)
-        ]
+        cells = _cells(shown_values(cycle, units), _values(recorded, units), _values(simulated, units), both)
         rows.append((f"{cycle.number}{'' if cycle.closed else ' open'}", path, *rate, *cells))
     heads: Row = ("cycle", unit or units.displacement, *((units.rate_unit,) if timed else ()))
     values = [f"energy, {energy_unit(history.mode)}", "loss, %", f"secant, {units.stiffness_unit}"]
     heads += _head_pairs([*values, f"peak, {units.force_unit}"], both)
     peaks = range(len(heads) - (2 if both else 1), len(heads))
-    return Table(
-        f"{channel_label(history.name, history.held_out)}: cycles, {_legend(both)}",
-        heads,
-        tuple(rows),
-        detail=peaks,
-        most=FEW,
-    )
+    title = f"{channel_label(history.name, history.held_out)}: cycles, {_legend(both)}"
+    return Table(title, heads, tuple(rows), detail=peaks, most=FEW)
 
 
 def hold_table(history: ChannelHistory) -> Table:
@@ -62,13 +52,8 @@ def hold_table(history: ChannelHistory) -> Table:
     known_times = [time for time in STANDARD_TIMES if any(time in hold.after for hold, _, _ in history.holds)]
     rows: list[Row] = []
     for hold, recorded, simulated in history.holds:
-        recorded_values, simulated_values = _values(recorded, units), _values(simulated, units)
         names = ("force_start", *(f"{time:g}" for time in known_times), "relaxation_percent")
-        cells = [
-            cell
-            for name in names
-            for cell in _pair(recorded_values.get(name), simulated_values.get(name), both)
-        ]
+        cells = _cells(names, _values(recorded, units), _values(simulated, units), both)
         duration = "-" if hold.duration is None else number(hold.duration)
         rows.append((str(hold.number), _plain(units.at(hold.displacement)), duration, *cells))
     values = [f"start, {units.force_unit}", *(f"{time:g} s, %" for time in known_times), "end, %"]
@@ -97,18 +82,21 @@ def _values(segment: Cycle | Hold | None, units: Quantities) -> dict[str, Uncert
     return values | {"peak_force": Uncertain(segment.peak_force.value)}
 
 
-def _pair(recorded: Uncertain | None, simulated: Uncertain | None, both: bool) -> list[str]:
-    """Return a recorded value with its error, and the simulated value with as many digits."""
-    std = recorded.std if recorded is not None and recorded.std > 0 else math.nan
+def _cells(
+    names: Iterable[str], recorded: Mapping[str, Uncertain], simulated: Mapping[str, Uncertain], both: bool
+) -> list[str]:
+    """Return of each name the recorded value with its error, and the simulated value with as many digits."""
     cells = []
-    for estimate in (recorded, simulated) if both else (simulated,):
-        if estimate is None or not math.isfinite(estimate.value):
-            cells.append("-")
-        elif estimate is recorded and estimate.std > 0:
-            cells.append(with_std(estimate.value, estimate.std))
-        else:
-            text = with_std(estimate.value, std).split(" ± ")[0]
-            cells.append(text.removeprefix("-") if float(text) == 0 else text)
+    for measured, computed in ((recorded.get(name), simulated.get(name)) for name in names):
+        std = measured.std if measured is not None and measured.std > 0 else math.nan
+        for estimate in (measured, computed) if both else (computed,):
+            if estimate is None or not math.isfinite(estimate.value):
+                cells.append("-")
+            elif estimate is measured and estimate.std > 0:
+                cells.append(with_std(estimate.value, estimate.std))
+            else:
+                text = with_std(estimate.value, std).split(" ± ")[0]
+                cells.append(text.removeprefix("-") if float(text) == 0 else text)
     return cells
 
 

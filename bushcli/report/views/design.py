@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Columns, Document, Paragraph, Row, Section, Table, note, table_of
+from bushcli.report.document import Columns, Document, Paragraph, Row, Section, Table, Tone, note, table_of
 from bushcli.report.quantity import number
 from bushcli.runtime.digits import with_decimals
-from bushcli.study.design import Design, Dimension, Reached
+from bushcli.study.design import Design, Reached
 
 _SPREAD = "Effect of the tolerances: change at the upper limit of each"
 _NOTE = (
@@ -27,7 +27,7 @@ def design_document(design: Design) -> Document:
     )
     tables = [
         table_of("Targets", design.targets, _TARGETS, left=2),
-        table_of("Design", design.keys.items(), _DESIGN),
+        design_table(design),
         Table("Derivatives, per unit of each key", ("target", "", *keys), slopes, left=2),
     ]
     sections = [
@@ -35,12 +35,10 @@ def design_document(design: Design) -> Document:
         *(Section(table.title, [table]) for table in tables),
         Section(_SPREAD, [spread_table(design), note(_NOTE)]),
     ]
-    met = all(goal.is_met for goal in design.targets)
+    tone: Tone = "good" if all(goal.is_met for goal in design.targets) else "bad"
     lines = ["To simulate it: " + " ".join(f"--set {text}" for text in overrides(design))]
-    condition_rows = conditions(design.case)
-    return Document(
-        design_headline(design), lines, "good" if met else "bad", sections, design.conditions, condition_rows
-    )
+    simulated = conditions(design.case)
+    return Document(design_headline(design), lines, tone, sections, design.conditions, simulated)
 
 
 def overrides(design: Design) -> list[str]:
@@ -51,10 +49,8 @@ def overrides(design: Design) -> list[str]:
 def design_headline(design: Design) -> str:
     """Return the result in one sentence."""
     values = ", ".join(f"{key} = {number(dimension.value, 5)}" for key, dimension in design.keys.items())
-    missed = [goal.target.name for goal in design.targets if not goal.is_met]
-    if missed:
-        return f"Nearest design: {values}; it misses {', '.join(missed)}"
-    return f"Design: {values}"
+    missed = ", ".join(goal.target.name for goal in design.targets if not goal.is_met)
+    return f"Nearest design: {values}; it misses {missed}" if missed else f"Design: {values}"
 
 
 def _deviation(goal: Reached) -> str:
@@ -72,14 +68,15 @@ _TARGETS: Columns[Reached] = (
     ("deviation", _deviation),
     ("", lambda goal: "reached" if goal.is_met else "missed"),
 )
-_DESIGN: Columns[tuple[str, Dimension]] = (
-    ("key", lambda row: row[0]),
-    ("value", lambda row: number(row[1].value, 6)),
-    ("started at", lambda row: number(row[1].start, 5)),
-    ("lower bound", lambda row: number(row[1].lower, 5)),
-    ("upper bound", lambda row: number(row[1].upper, 5)),
-    ("", lambda row: "at its bound" if row[1].at_bound else ""),
-)
+
+
+def design_table(design: Design) -> Table:
+    """Return the value of each key, where the search began, and its bounds."""
+    rows = []
+    for key, of in design.keys.items():
+        values = (number(of.value, 6), *(number(value, 5) for value in (of.start, of.lower, of.upper)))
+        rows.append((key, *values, "at its bound" if of.at_bound else ""))
+    return Table("Design", ("key", "value", "started at", "lower bound", "upper bound", ""), tuple(rows))
 
 
 def spread_table(design: Design) -> Table:
@@ -90,9 +87,7 @@ def spread_table(design: Design) -> Table:
         if (spread := goal.spread) is not None:
             keys = tuple(spread.contributions)
             share = "-" if math.isnan(spread.share) else f"{100 * spread.share:.1f} %"
-            values = [
-                number(value, 3) for value in (*spread.contributions.values(), spread.worst, spread.std)
-            ]
-            rows.append((goal.target.name, goal.target.unit, *values, share))
+            values = (*spread.contributions.values(), spread.worst, spread.std)
+            rows.append((goal.target.name, goal.target.unit, *map(number, values), share))
     heads = ("target", "", *keys, "worst case", "std", "within allowed")
     return Table(_SPREAD, heads, tuple(rows), left=2)

@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bushcli.errors import count_of
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Columns, Document, Row, Section, Table, figures, paragraphs, table_of
+from bushcli.report.document import (
+    Array,
+    Columns,
+    Document,
+    Row,
+    Section,
+    Table,
+    figures,
+    paragraphs,
+    table_of,
+)
 from bushcli.report.quantity import (
     FORCE_UNITS,
     MOTION_UNITS,
@@ -32,7 +42,6 @@ if TYPE_CHECKING:
     from bushcli.simulate.misfit import Misfit
     from bushcli.simulate.response import Response, Simulated, SixCurve
 
-Array = NDArray[np.float64]
 
 # Rows of a printed path: its ends and states between them.
 _ROWS = 9
@@ -61,7 +70,7 @@ def direct_document(result: DirectResult) -> Document:
         Section("How the geometry file was interpreted", interpretation if shape.notes else [], on="page"),
         Section("Deformed shape at the largest displacement", [figures("deformed")]),
         Section("Mesh and solution", [solution_table(response), figures("mesh")], on="page"),
-        *([compared_section(compared)] if compared else []),
+        compared_section(compared),
     ]
     return Document(
         headline,
@@ -108,13 +117,10 @@ def comparison_table(response: Response, misfits: Mapping[str, Misfit]) -> Table
         ):
             simulated, measured = (getattr(slopes, name) for slopes in (misfit.predicted, misfit.measured))
             limits = ends if name == "secant" else ()
-            ratio = (
-                with_decimals(simulated / measured, *limits, decimals=2)
-                if measured and np.isfinite(simulated / measured)
-                else "-"
-            )
-            cells = (number(units.stiffness(simulated)), number(units.stiffness(measured)))
-            rows.append((label, f"{name}, {unit}", *cells, ratio, *rest))
+            ratio = simulated / measured if measured else math.nan
+            text = with_decimals(ratio, *limits, decimals=2) if math.isfinite(ratio) else "-"
+            cells = (number(units.stiffness(simulated)), number(units.stiffness(measured)), text)
+            rows.append((label, f"{name}, {unit}", *cells, *rest))
     within = f"within {response.case.tolerance.text}"
     return Table("Simulated against measured", (*heads, within), tuple(rows), left=2)
 
@@ -136,15 +142,9 @@ _SOLUTION: Columns[Simulated] = (
     ("unknowns", lambda channel: str(channel.unknowns)),
     ("steps", steps_in_words),
     ("Newton", lambda channel: str(channel.newton)),
-    ("stretches*", lambda channel: f"{channel.strained.range[0]:.2f} to {channel.strained.range[1]:.2f}"),
-    (
-        "unstable states",
-        lambda channel: percent(100 * channel.strained.unstable) if channel.strained.unstable else "none",
-    ),
-    (
-        "mesh error",
-        lambda channel: "not checked" if channel.mesh_error is None else percent(channel.mesh_error),
-    ),
+    ("stretches*", lambda channel: "{:.2f} to {:.2f}".format(*channel.strained.range)),
+    ("unstable states", lambda c: percent(100 * c.strained.unstable) if c.strained.unstable else "none"),
+    ("mesh error", lambda c: "not checked" if c.mesh_error is None else percent(c.mesh_error)),
     ("time", lambda channel: f"{sum(channel.seconds.values()):.2f} s"),
     ("complete", lambda channel: f"stopped: {channel.stopped}" if channel.stopped else "yes"),
 )
@@ -163,10 +163,8 @@ def contact_table(response: Response) -> Table:
             place = (f"{number(contact.radius)} mm", f"{number(contact.height)} mm")
             rows.append((channel.name, f"{contact.surfaces[0]}{partner}".replace("_", " "), *cells, *place))
     heads = ("channel", "surfaces", "met by", "largest force*", "at", "radius", "z")
-    title = (
-        "Contact (*pressure integrated over the area; radius and z of where it acts in the deformed rubber)"
-    )
-    return Table(title, heads, tuple(rows), left=2)
+    how = "(*pressure integrated over the area; radius and z of where it acts in the deformed rubber)"
+    return Table(f"Contact {how}", heads, tuple(rows), left=2)
 
 
 def six_tables(response: Response) -> Iterator[Table]:

@@ -13,7 +13,17 @@ from numpy.typing import NDArray
 from bushcli.errors import count_of
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Columns, Document, Section, Table, figures, paragraphs, table_of
+from bushcli.report.document import (
+    Array,
+    Block,
+    Columns,
+    Document,
+    Section,
+    Table,
+    figures,
+    paragraphs,
+    table_of,
+)
 from bushcli.report.quantity import number, percent, quantities
 from bushcli.report.results import DynamicResult
 from bushcli.report.views.fit import fit_section
@@ -136,23 +146,18 @@ def solution_line(response: DynamicResponse) -> str:
     )
 
 
-Array = NDArray[np.float64]
-
-
 def table_units(table: DynamicTable) -> tuple[str, str, str]:
     """Return the units of displacement, force and stiffness that are shown."""
-    mode, units = modes()[table.mode], quantities(table.mode)
-    if mode.specimen == "coupon":
-        return "strain", "MPa", "MPa"
-    return units.displacement_unit, units.force_unit, "N mm/rad" if mode.rotational else "N/mm"
+    units = quantities(table.mode)
+    return units.displacement_unit or "strain", units.force_unit, stiffness_unit(table.mode)
 
 
 def dynamic_tables_section(tables: Sequence[DynamicTable]) -> Section:
     """Return a table with a row for each curve of each measured table, and what was understood from the files."""
     parts = [table.rows(rows) for table in tables for rows in table.conditions()]
-    remarks = [f"{table.name}: {text}" for table in tables for text in table.remarks]
-    table = table_of("Dynamic tables", parts, _MEASURED, left=2)
-    return Section("Dynamic tables", [table, *paragraphs(remarks)])
+    return Section(
+        "Dynamic tables", [table_of("Dynamic tables", parts, _MEASURED, left=2), *_remarks(tables)]
+    )
 
 
 def misfit_lines(compared: Sequence[ComparedTable]) -> list[str]:
@@ -169,11 +174,13 @@ def compared_section(compared: Sequence[ComparedTable]) -> Section:
     curves = [(comparison, curve) for comparison in compared for curve in comparison.table.conditions()]
     parts = [(comparison.table.rows(rows), comparison.simulated[rows]) for comparison, rows in curves]
     title = "Dynamic stiffness: simulated and measured"
-    remarks = [
-        f"{comparison.table.name}: {text}" for comparison in compared for text in comparison.table.remarks
-    ]
-    blocks = [table_of(title, parts, _COMPARED), *paragraphs(remarks), figures("table")]
+    tables = [comparison.table for comparison in compared]
+    blocks = [table_of(title, parts, _COMPARED), *_remarks(tables), figures("table")]
     return Section(title, blocks if parts else [])
+
+
+def _remarks(tables: Sequence[DynamicTable]) -> list[Block]:
+    return paragraphs(f"{table.name}: {text}" for table in tables for text in table.remarks)
 
 
 def preload_of(table: DynamicTable) -> str:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from bushcli.inverse import Fit
     from bushcli.inverse.coupon_tables import TableSpectrum, TableSweep
 
+_MISFITS = ("misfit storage", "misfit loss")
 _NOTE = (
     "Stable means that Drucker's postulate holds: any further deformation at constant volume takes work. "
     "Standard errors are estimated from the remaining misfit."
@@ -55,19 +56,11 @@ def fit_document(result: FitResult) -> Document:
 
 def fit_section(fit: Fit) -> Section:
     """Return the section on a law fitted to coupon tests."""
-    solved = (
-        f"{'converged' if fit.converged else 'not converged'} after {count_of(fit.iterations, 'iteration')}, "
-        f"{count_of(fit.sweeps, 'evaluation')}, {count_of(fit.forward_solves, 'simulation')} of one test, "
-        f"{fit.seconds:.1f} s"
-    )
-    blocks = [
-        parameter_table(fit),
-        fitted_table(fit),
-        *paragraphs(fit_lines(fit)),
-        Paragraph(solved, "note"),
-        note(_NOTE),
-        figures("coupons"),
-    ]
+    end = f"{'converged' if fit.converged else 'not converged'} after {count_of(fit.iterations, 'iteration')}"
+    calls = f"{count_of(fit.sweeps, 'evaluation')}, {count_of(fit.forward_solves, 'simulation')} of one test"
+    solved = Paragraph(f"{end}, {calls}, {fit.seconds:.1f} s", "note")
+    tables, lines = (parameter_table(fit), fitted_table(fit)), paragraphs(fit_lines(fit))
+    blocks = [*tables, *lines, solved, note(_NOTE), figures("coupons")]
     return Section(f"Law identified from {curves_of(fit)}", blocks)
 
 
@@ -100,9 +93,8 @@ def fitted_table(fit: Fit) -> Table:
         if limits is not None:
             low, high = limits
             stable = interval(low if low > 0 else -math.inf, high, "{:.2f}".format)
-        rows.append(
-            (channel_label(curve.name, curve.held_out), mode, percent(curve.rms_percent), tested, stable)
-        )
+        name = channel_label(curve.name, curve.held_out)
+        rows.append((name, mode, percent(curve.rms_percent), tested, stable))
     heads = ("test", "mode", "rms misfit", "tested", "stable at stretch")
     weighting = f", {fit.weighting} weighting" if _all_coupons(fit) else ""
     return Table(f"Fitted to {curves_of(fit)}{weighting}", heads, tuple(rows), left=2)
@@ -111,31 +103,22 @@ def fitted_table(fit: Fit) -> Table:
 def fit_lines(fit: Fit) -> list[str]:
     """Return sentences on the branches of the coupons that were fitted, and on where the bulk modulus comes from."""
     lines = []
-    for curve in fit.curves:
-        if curve.branch:
-            samples = f"{curve.samples} of {len(curve.recording.force)} samples"
-            part = (
-                "loading and unloading together"
-                if curve.branch == "both"
-                else f"{curve.branch} alone ({samples})"
-            )
-            count = len({branch.cycle for branch in curve.recording.branches})
-            cycles = f", of all {count} cycles (cycles chooses among them)" if count > 1 else ""
-            other = {"loading": "unloading", "unloading": "loading"}.get(curve.branch, "loading")
-            lines.append(
-                f'{curve.name}: fitted to {part}{cycles}; --branch {other} or branch = "{other}" changes it'
-            )
+    for curve in (curve for curve in fit.curves if curve.branch):
+        part = f"{curve.branch} alone ({curve.samples} of {len(curve.recording.force)} samples)"
+        part = "loading and unloading together" if curve.branch == "both" else part
+        count = len({branch.cycle for branch in curve.recording.branches})
+        cycles = f", of all {count} cycles (cycles chooses among them)" if count > 1 else ""
+        other = "unloading" if curve.branch == "loading" else "loading"
+        change = f'--branch {other} or branch = "{other}" changes it'
+        lines.append(f"{curve.name}: fitted to {part}{cycles}; {change}")
     bulk, std = fit.material.bulk_modulus, bulk_modulus_std(fit)
     if not _all_coupons(fit):
         return lines
     if std is not None:
-        lines.append(f"bulk modulus {with_std(bulk, std)} MPa, identified from the volumetric tests")
-    else:
-        value = "incompressible" if np.isinf(bulk) else f"bulk modulus {number(bulk, 4)} MPa"
-        lines.append(
-            f"{value}, as the case gives it: no coupon test here can identify it, a volumetric one would"
-        )
-    return lines
+        return [*lines, f"bulk modulus {with_std(bulk, std)} MPa, identified from the volumetric tests"]
+    value = "incompressible" if np.isinf(bulk) else f"bulk modulus {number(bulk, 4)} MPa"
+    remedy = "no coupon test here can identify it, a volumetric one would"
+    return [*lines, f"{value}, as the case gives it: {remedy}"]
 
 
 def curves_of(fit: Fit) -> str:
@@ -169,59 +152,37 @@ def spectra_sections(spectra: Sequence[TableSpectrum | TableSweep]) -> list[Sect
 
 def sweep_section(sweep: TableSweep) -> Section:
     """Return the fit of a table of amplitudes at each temperature."""
-    symbol = sweep.table.quantity
-    heads = (
-        "temperature [°C]",
-        f"{symbol}_inf [MPa]",
-        *sweep.fits[0].constants,
-        "misfit storage",
-        "misfit loss",
-    )
-    rows = tuple(
-        (
-            number(fit.temperature),
-            number(fit.equilibrium, 4),
-            *map(number, fit.constants.values()),
-            percent(fit.storage_percent),
-            percent(fit.loss_percent),
-        )
-        for fit in sweep.fits
-    )
     from bushcli.effects.effect import effect_in_force_law  # here: few results need the effects
 
+    first = ("temperature [°C]", f"{sweep.table.quantity}_inf [MPa]")
+    heads = (*first, *sweep.fits[0].constants, *_MISFITS)
+    rows = []
+    for fit in sweep.fits:
+        constants = (number(fit.equilibrium, 4), *map(number, fit.constants.values()))
+        misfits = (percent(fit.storage_percent), percent(fit.loss_percent))
+        rows.append((number(fit.temperature), *constants, *misfits))
     name = effect_in_force_law("clock").name
     lines = [f"Constants of the effect {name}, fitted at each temperature: a spectrum that amplitude thins."]
-    plot = figures("sweep", channel=sweep.table.name)
-    return Section(
-        f"Amplitudes of {sweep.table.name}", [plot, Table("", heads, rows, left=0), *paragraphs(lines)]
-    )
+    plot, table = figures("sweep", channel=sweep.table.name), Table("", heads, tuple(rows), left=0)
+    return Section(f"Amplitudes of {sweep.table.name}", [plot, table, *paragraphs(lines)])
 
 
 def spectrum_section(table_fit: TableSpectrum) -> Section:
     """Return the relaxation spectrum of a table, with the shifts by temperature."""
     fit, spectrum, pot = table_fit.fit, table_fit.fit.spectrum, table_fit.fit.spring_pot
-    symbol = table_fit.table.quantity
-    heads = ("model", f"{symbol}_inf [MPa]", "constants", "misfit storage", "misfit loss")
-    rows = (
-        (
-            f"{len(spectrum.times)} Maxwell branches",
-            number(spectrum.equilibrium, 4),
-            f"sum g = {number(float(np.sum(spectrum.relative_moduli)))}",
-            percent(fit.storage_percent),
-            percent(fit.loss_percent),
-        ),
-        (
-            "spring-pot",
-            number(pot.equilibrium, 4),
-            f"{number(pot.modulus)} MPa (i omega)^{number(pot.exponent)}",
-            percent(pot.storage_percent),
-            percent(pot.loss_percent),
-        ),
+    heads = ("model", f"{table_fit.table.quantity}_inf [MPa]", "constants", *_MISFITS)
+    branches = f"{len(spectrum.times)} Maxwell branches"
+    total = f"sum g = {number(float(np.sum(spectrum.relative_moduli)))}"
+    power = f"{number(pot.modulus)} MPa (i omega)^{number(pot.exponent)}"
+    rows = tuple(
+        (name, number(equilibrium, 4), constants, percent(of.storage_percent), percent(of.loss_percent))
+        for name, equilibrium, constants, of in (
+            (branches, spectrum.equilibrium, total, fit),
+            ("spring-pot", pot.equilibrium, power, pot),
+        )
     )
-    terms = tuple(
-        (number(float(tau)), number(float(g)), number(float(modulus)))
-        for tau, g, modulus in zip(spectrum.times, spectrum.relative_moduli, spectrum.moduli, strict=True)
-    )
+    columns = zip(spectrum.times, spectrum.relative_moduli, spectrum.moduli, strict=True)
+    terms = tuple(tuple(number(float(value)) for value in row) for row in columns)
     tables = [
         Table("", heads, rows),
         Table("Branches", ("tau [s]", "g", "modulus [MPa]"), terms, left=0, most=12),
@@ -235,8 +196,7 @@ def spectrum_section(table_fit: TableSpectrum) -> Section:
         tables.append(Table(title, ("temperature [°C]", "log10 a_T"), steps, left=0, most=12))
     lines = []
     if fit.wlf is not None and fit.arrhenius is not None:
-        C1, C2, wlf_error = fit.wlf
-        energy, arrhenius_error = fit.arrhenius
+        (C1, C2, wlf_error), (energy, arrhenius_error) = fit.wlf, fit.arrhenius
         lines.append(
             f"As a formula the shifts are WLF with C1 = {number(C1)} and C2 = {number(C2)} K to {number(wlf_error)} "
             f"decades (rms), or Arrhenius with E = {number(energy)} kJ/mol to {number(arrhenius_error)}: constants of "

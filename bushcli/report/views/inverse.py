@@ -56,17 +56,14 @@ def inverse_document(result: InverseResult) -> Document:
     """Return the document of identified laws; all but the ranking describes the best of them."""
     fits, best = result.fits, result.best_fit
     verdict = answer(best)
+    laws = [model_table(fits), note(_RANKING), figures("ranking")] if len(fits) > 1 else []
     sections = [
-        *(
-            [Section("Laws compared", [model_table(fits), note(_RANKING), figures("ranking")])]
-            if len(fits) > 1
-            else []
-        ),
+        Section("Laws compared", laws),
         Section(f"Parameters identified from {curves_of(best)}", [estimate_table(best), note(_ERRORS)]),
         Section(
             "Curves before and after", [table_of(_MISFITS, best.curves, _CURVES, left=3), figures("curve")]
         ),
-        *([compared_section(best.tables)] if best.tables else []),
+        compared_section(best.tables),
         history_section(result.histories),
         Section(
             "What the curves determine",
@@ -104,9 +101,8 @@ def answer(fit: Fit) -> Verdict:
         # Neither the misfit nor the standard errors say anything about the rubber.
         text = f"The law was fitted to these data ({misfits} rms): its values do not describe the rubber."
         return Verdict(faulty_data(fit.faults), (text,), "bad")
-    details = "; ".join(
-        f"{c.name} {percent(c.rms_percent)}, noise {percent(c.noise_percent)}" for c in fitted
-    )
+    noises = (f"{c.name} {percent(c.rms_percent)}, noise {percent(c.noise_percent)}" for c in fitted)
+    details = "; ".join(noises)
     if not fitted:
         met, tone = ("", "good") if fit.tables else ("There is no fitted curve", "bad")
     elif not fit.converged:
@@ -138,9 +134,8 @@ def _with_tables(fit: Fit, met: str, tone: Tone) -> tuple[str, Tone]:
     within = f"{subject} reproduced to within {possessive} errors"
     if not_met:
         misfits = ", ".join(
-            f"{comparison.table.name} {percent(comparison.stiffness_percent)} and "
-            f"{number(comparison.loss_angle_deg)} degrees"
-            for comparison in not_met
+            f"{table.table.name} {percent(table.stiffness_percent)} and {number(table.loss_angle_deg)} degrees"
+            for table in not_met
         )
         within, tone = f"{subject} not reproduced ({misfits})", "bad" if tone == "bad" or not met else "plain"
     return f"{met}, {'but' if not_met else 'and'} {within}" if met else within[0].upper() + within[1:], tone
@@ -165,10 +160,8 @@ def is_uncertain(estimate: Estimate) -> bool:
 
 def with_error(fit: Fit, name: str) -> str:
     """Return value, standard error and unit, as many digits as the error permits: "0.1175 ± 0.0002 MPa"."""
-    estimate = fit.parameters[name]
-    unit = parameter_unit(fit, name)
-    tail = "" if unit == "1" else f" {unit}"
-    return f"{with_std(estimate.value, estimate.std)}{tail}"
+    estimate, unit = fit.parameters[name], parameter_unit(fit, name)
+    return f"{with_std(estimate.value, estimate.std)} {unit}".removesuffix(" 1")
 
 
 def _lines(fit: Fit) -> list[str]:
@@ -179,18 +172,14 @@ def _lines(fit: Fit) -> list[str]:
             f"{join_names(poor)} {'is' if len(poor) == 1 else 'are'} poorly determined: the standard error exceeds "
             f"{100 * POOR:.0f} % of the value."
         )
-    for curve in fit.curves:
-        if curve.held_out:
-            met = curve.rms_percent <= PREDICTED
-            lines.append(
-                f"{curve.name}, held out, is {'' if met else 'not '}predicted: {percent(curve.rms_percent)} rms "
-                f"(noise {percent(curve.noise_percent)})."
-            )
+    for curve in (curve for curve in fit.curves if curve.held_out):
+        predicted = "predicted" if curve.rms_percent <= PREDICTED else "not predicted"
+        rms, noise = percent(curve.rms_percent), percent(curve.noise_percent)
+        lines.append(f"{curve.name}, held out, is {predicted}: {rms} rms (noise {noise}).")
     if "compliance" in fit.parameters:
         bulk = bulk_modulus_line(fit)
-        lines.append(
-            f"Bulk modulus: {bulk}{' MPa' if bulk[-1].isdigit() else ''}, from the identified compliance."
-        )
+        bulk += " MPa" if bulk[-1].isdigit() else ""
+        lines.append(f"Bulk modulus: {bulk}, from the identified compliance.")
     return lines
 
 
@@ -213,9 +202,8 @@ def determined_lines(fit: Fit) -> list[str]:
     all_of_them = "Both" if count == 2 else f"All {count}"
     text = f"{all_of_them if rank == count else f'{rank} of {count}'} combinations of the parameters are determined"
     text = "The parameter is determined" if rank == count == 1 else text
-    return [
-        f"{text} (relative singular values {values_text}; below {UNDETERMINED:g} a combination is left open)."
-    ]
+    limit = f"below {UNDETERMINED:g} a combination is left open"
+    return [f"{text} (relative singular values {values_text}; {limit})."]
 
 
 def search_lines(fit: Fit) -> list[str]:

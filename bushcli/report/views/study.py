@@ -10,7 +10,7 @@ from bushcli.report.document import Columns, Document, Row, Section, Table, Tone
 from bushcli.report.quantity import number
 from bushcli.report.results import StudyResult
 from bushcli.runtime.digits import with_decimals
-from bushcli.study.analysis import Failure
+from bushcli.study.analysis import Failure, Influence, Summary
 from bushcli.study.study import Study
 
 #: Names of the ways to choose designs.
@@ -47,12 +47,9 @@ _SOBOL = (
 def study_document(result: StudyResult) -> Document:
     """Return the document of a study."""
     study = result.study
-    indices = _SOBOL if study.plan.sampling == "saltelli" else ""
-    explained = [
-        (answer_table(study), _ANSWERS),
-        (worst_table(study), _WORST),
-        (influence_table(study), _ALONE + indices),
-    ]
+    alone = _ALONE + (_SOBOL if study.plan.sampling == "saltelli" else "")
+    tables = (answer_table(study), worst_table(study), influence_table(study))
+    explained = zip(tables, (_ANSWERS, _WORST, alone), strict=True)
     failed = table_of("Designs without a result", study.failures, _FAILURES, left=3)
     sections = [
         Section("What matters", [figures("tornado")]),
@@ -74,9 +71,7 @@ def headline(study: Study) -> str:
     """Return the result in one sentence: the yield where there are limits, else the number of designs."""
     total = len(study.plan.rows)
     designs = f"{count_of(total, 'design')} ({NAMES[study.plan.sampling]})"
-    shares = {
-        name: summary.limits.share for name, summary in study.summaries.items() if summary.limits is not None
-    }
+    shares = {name: summary.limits.share for name, summary in study.summaries.items() if summary.limits}
     if shares:
         worst = min(shares, key=lambda name: shares[name])
         summary = study.summaries[worst]
@@ -124,33 +119,28 @@ def answer_table(study: Study) -> Table:
         ends = (summary.limits.low, summary.limits.high) if summary.limits else ()
         row += tuple(number(value, 4, ends) for value in summary.quantiles)
         if limited and summary.limits is not None:
-            low, high = summary.limits.interval
+            low, high = map(share_percent, summary.limits.interval)
             # As they were given: a rounded limit could be on the other side of a value.
-            row += (
-                f"{summary.limits.low:.10g} to {summary.limits.high:.10g}",
-                share_percent(summary.limits.share),
-            )
-            row += (f"{share_percent(low).removesuffix(' %')} to {share_percent(high)}",)
+            given = "{:.10g} to {:.10g}".format(*ends)
+            row += (given, share_percent(summary.limits.share), f"{low.removesuffix(' %')} to {high}")
         rows.append(row if len(row) == len(heads) else (*row, "-", "-", "-"))
     return Table("Answers", heads, tuple(rows), left=2)
 
 
 def worst_table(study: Study) -> Table:
     """Return the designs with the lowest and the highest value of each answer."""
-    rows = tuple(
-        (
-            *(
-                name,
-                end,
-                number(extreme.value, 4, (summary.limits.low, summary.limits.high) if summary.limits else ()),
-            ),
-            str(extreme.design),
-            *(v if isinstance(v, str) else number(float(v), 5) for v in extreme.at.values()),
-        )
-        for name, summary in study.summaries.items()
-        for end, extreme in (("lowest", summary.lowest), ("highest", summary.highest))
-    )
-    return Table("Worst cases", ("answer", "", "value", "design", *study.plan.keys), rows, left=2)
+    rows: list[Row] = []
+    for name, summary in study.summaries.items():
+        limits = (summary.limits.low, summary.limits.high) if summary.limits else ()
+        for end, extreme in (("lowest", summary.lowest), ("highest", summary.highest)):
+            keys = (v if isinstance(v, str) else number(float(v), 5) for v in extreme.at.values())
+            rows.append((name, end, number(extreme.value, 4, limits), str(extreme.design), *keys))
+    return Table("Worst cases", ("answer", "", "value", "design", *study.plan.keys), tuple(rows), left=2)
+
+
+def by_swing(summary: Summary) -> list[tuple[str, Influence]]:
+    """Return the keys with their influence on an answer, the strongest first."""
+    return sorted(summary.influences.items(), key=lambda pair: -abs(pair[1].swing[1] - pair[1].swing[0]))
 
 
 def influence_table(study: Study) -> Table:
@@ -160,10 +150,7 @@ def influence_table(study: Study) -> Table:
     heads += ("Sobol first", "±", "Sobol total", "±") if indices else ()
     rows = []
     for name, summary in study.summaries.items():
-        ordered = sorted(
-            summary.influences.items(), key=lambda pair: -abs(pair[1].swing[1] - pair[1].swing[0])
-        )
-        for key, influence in ordered:
+        for key, influence in by_swing(summary):
             row: Row = (name, key, f"{influence.pearson:.2f}", f"{influence.spearman:.2f}")
             row += tuple(f"{'+' if change > 0 else ''}{number(change, 3)}" for change in influence.swing)
             if indices:
@@ -173,14 +160,13 @@ def influence_table(study: Study) -> Table:
     return Table("Effect of each key alone", heads, tuple(rows), left=2)
 
 
+def _more(failure: Failure) -> list[str]:
+    return ["..."] if failure.count > len(failure.designs) else []
+
+
 _FAILURES: Columns[Failure] = (
     ("kind", lambda failure: failure.kind.replace("_", " ")),
     ("reason, of the first", lambda failure: failure.reason),
-    (
-        "designs",
-        lambda failure: ", ".join(
-            [*map(str, failure.designs), *["..."] * (failure.count > len(failure.designs))]
-        ),
-    ),
+    ("designs", lambda failure: ", ".join([*map(str, failure.designs), *_more(failure)])),
     ("number", lambda failure: str(failure.count)),
 )

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from bushcli.inverse import FittedCurve
     from bushcli.report import results
     from bushcli.report.document import Document, Panels, Picture
+    from bushcli.simulate.dynamic_tables import ComparedTable
     from bushcli.study.batch import Batch
     from bushcli.study.compare import Comparison
     from bushcli.study.design import Design
@@ -74,9 +75,7 @@ class Files:
     """What is written of a result, besides result.json."""
 
     case: Case | None  # its files are never replaced
-    contents: Mapping[str, Content] = field(
-        default_factory=dict
-    )  # numbers by file name, which are written first
+    contents: Mapping[str, Content] = field(default_factory=dict)  # by file name: numbers, written first
     fields: Sequence[str] = ()  # files that were written while the command calculated
     pictures: Callable[[], Iterable[Panels | Picture]] | None = None  # and plots to be drawn as pictures
     has_page: bool = True
@@ -108,9 +107,8 @@ def write(
         pictures = _report("drawing.results").pictures_of(files.pictures()) if files.pictures else ()
         written = picture_files(pictures)
         if files.has_page:
-            written[REPORT] = _report("writers.page").page(
-                document(), result, pictures, inputs_of(files.case)
-            )
+            page = _report("writers.page").page
+            written[REPORT] = page(document(), result, pictures, inputs_of(files.case))
         return written
 
     contents: dict[str, Content] = {RESULT: result}
@@ -143,12 +141,9 @@ def mesh_files(result: results.MeshResult) -> Files:
 
 def direct_files(result: results.DirectResult) -> Files:
     """Return the files of a direct prediction: per channel its curve, its comparison and its fields."""
-    curves, compared_tables = [channel.name for channel in result.response.channels], result.tables or ()
-    names = file_names([*curves, *(compared.table.name for compared in compared_tables)])
-    contents: dict[str, Content] = {
-        f"{names[compared.table.name]}-table.csv": tables.compared_table(compared)
-        for compared in compared_tables
-    }
+    curves, compared = [channel.name for channel in result.response.channels], result.tables or ()
+    names = file_names([*curves, *(table.table.name for table in compared)])
+    contents = _table_files(compared, names)
     for channel in result.response.channels:
         name = names[channel.name]
         contents[f"{name}.csv"] = (
@@ -169,25 +164,27 @@ def direct_files(result: results.DirectResult) -> Files:
     )
 
 
+def _table_files(compared: Iterable[ComparedTable], names: Mapping[str, str]) -> dict[str, Content]:
+    return {f"{names[table.table.name]}-table.csv": tables.compared_table(table) for table in compared}
+
+
 def fit_files(result: results.FitResult) -> Files:
     """Return the files of a fit: recorded and fitted stress of each coupon, and the master curve of each table."""
     from bushcli.inverse.coupon_tables import TableSpectrum
 
     fit, spectra = result.fit, result.spectra
     curves = () if fit is None else fit.curves
-    names = file_names(
-        [*(curve.name for curve in curves), *dict.fromkeys(spectrum.table.name for spectrum in spectra)]
-    )
+    tested = dict.fromkeys(spectrum.table.name for spectrum in spectra)
+    names, plots = file_names([*(curve.name for curve in curves), *tested]), "plots.spectrum"
     contents = {f"{names[curve.name]}-fit.csv": _fit_table(curve, "fitted") for curve in curves}
     for spectrum in spectra:
         if isinstance(spectrum, TableSpectrum):
-            columns = _report("plots.spectrum").master_columns(spectrum)
+            columns = _report(plots).master_columns(spectrum)
             contents[f"{names[spectrum.table.name]}-master.csv"] = tables.number_table(columns)
 
     def pictures() -> list[Panels]:
-        of_table = _report("plots.spectrum").table_panels
         of_law = [] if fit is None else [_report("plots.fit").fit_panels(fit)]
-        return [*of_law, *(of_table(spectrum, names[spectrum.table.name]) for spectrum in spectra)]
+        return [*of_law, *(_report(plots).table_panels(table, names[table.table.name]) for table in spectra)]
 
     return Files(result.case, contents, pictures=pictures)
 
@@ -195,18 +192,11 @@ def fit_files(result: results.FitResult) -> Files:
 def inverse_files(result: results.InverseResult) -> Files:
     """Return the files of identified laws: for each channel the recorded curve and that of the best law."""
     best = result.best_fit
-    names = file_names(
-        [*(curve.name for curve in best.curves), *(compared.table.name for compared in best.tables)]
-    )
-    contents = {
-        f"{names[compared.table.name]}-table.csv": tables.compared_table(compared) for compared in best.tables
-    }
-    contents |= {
-        f"{names[curve.name]}-identified.csv": _fit_table(
-            curve, "predicted" if curve.held_out else "fitted", start=True
-        )
-        for curve in best.curves
-    }
+    names = file_names([*(curve.name for curve in best.curves), *(table.table.name for table in best.tables)])
+    contents = _table_files(best.tables, names)
+    for curve in best.curves:
+        how = "predicted" if curve.held_out else "fitted"
+        contents[f"{names[curve.name]}-identified.csv"] = _fit_table(curve, how, start=True)
     return Files(result.case, contents, pictures=lambda: _report("plots.fit").inverse_panels(result, names))
 
 
@@ -220,15 +210,8 @@ def _fit_table(curve: FittedCurve, how: str, start: bool = False) -> str:
 
 def diagnosis_files(diagnosis: Diagnosis) -> Files:
     """Return the files of a diagnosis: the curves of each channel, and maps of the bushing for ParaView."""
-    names = file_names(
-        [
-            *(channel.name for channel in diagnosis.measured_channels),
-            *(local_map.name for local_map in diagnosis.maps),
-        ]
-    )
-    contents: dict[str, Content] = {
-        f"{names[table.name]}-table.csv": tables.compared_table(table.compared) for table in diagnosis.tables
-    }
+    names = file_names([item.name for item in (*diagnosis.measured_channels, *diagnosis.maps)])
+    contents = _table_files([table.compared for table in diagnosis.tables], names)
     for channel in diagnosis.channels:
         recorded = channel.recording
         forces = {"recorded": recorded.force, "plain": channel.before, "final": channel.after}
@@ -240,10 +223,9 @@ def diagnosis_files(diagnosis: Diagnosis) -> Files:
         contents[f"{names[channel.name]}-diagnosis.csv"] = tables.number_table(columns)
     for local_map in diagnosis.maps:
         contents[f"{names[local_map.name]}-bushing-map.vtu"] = tables.map_vtu(local_map)
+    draw = "drawing.results"
     return Files(
-        diagnosis.case,
-        contents,
-        pictures=lambda: _report("drawing.results").diagnosis_pictures(diagnosis, names),
+        diagnosis.case, contents, pictures=lambda: _report(draw).diagnosis_pictures(diagnosis, names)
     )
 
 
@@ -255,19 +237,16 @@ def dynamic_files(result: results.DynamicResult) -> Files:
         f"{file}-dynamic.csv": tables.dynamic_table([curve for curve in curves if curve.name == name])
         for name, file in names.items()
     }
+    plots = "plots.dynamic"
     return Files(
-        result.response.case,
-        contents,
-        pictures=lambda: _report("plots.dynamic").dynamic_panels(curves, names),
+        result.response.case, contents, pictures=lambda: _report(plots).dynamic_panels(curves, names)
     )
 
 
 def study_files(result: results.StudyResult) -> Files:
     """Return the files of a study: its designs as Parquet."""
-    study = result.study
-    return Files(
-        study.case, {DESIGNS: result.write_rows}, pictures=lambda: _report("plots.study").study_panels(study)
-    )
+    study, rows = result.study, {DESIGNS: result.write_rows}
+    return Files(study.case, rows, pictures=lambda: _report("plots.study").study_panels(study))
 
 
 def design_files(design: Design) -> Files:
@@ -340,16 +319,16 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
         "fit": [source.label for source in case.coupons],
     }.get(command, [source.label for source in case.recordings])
     modes = dict.fromkeys(source.mode for source in case.specimens)
-    others = {
+    names = [RESULT, REPORT, *([IDENTIFIED] if command in IDENTIFYING else [])]
+    names += {
         "mesh": [file.name for file in directory.glob("mesh-*") if file.suffix in FIELDS],
         "batch": [PARTS, *(f"{mode}-{kind}.csv" for mode in modes for kind in ("mean", "band"))],
         "compare": [DIFFERENCES],
         "study": [DESIGNS],
     }.get(command, [])
     files = file_names(channels).values()
-    curves = [f"{name}{ending}" for name in files for ending in _CURVES.get(command, ())]
-    carried = [IDENTIFIED] if command in IDENTIFYING else []
-    refuse_others(directory, [RESULT, REPORT, *curves, *others, *carried], inputs_of(case))
+    names += [f"{name}{ending}" for name in files for ending in _CURVES.get(command, ())]
+    refuse_others(directory, names, inputs_of(case))
 
 
 def inputs_of(case: Case | None) -> list[Path]:
@@ -369,11 +348,8 @@ def question_of(command: str, case: Case, options: Mapping[str, Any]) -> str:
     """
     relevant = {name: value for name, value in options.items() if name not in _HOW}
     case_data = {key: value for key, value in case_json(case).items() if key != "path"}
-    texts = [
-        value.read_text(errors="replace")
-        for value in relevant.values()
-        if isinstance(value, Path) and value.is_file()
-    ]
+    files = (value for value in relevant.values() if isinstance(value, Path) and value.is_file())
+    texts = [file.read_text(errors="replace") for file in files]
     data = [command, case_data, case.data_digest(), relevant, texts, code_revision()]
     return hashlib.sha256(json.dumps(data, sort_keys=True, default=str).encode()).hexdigest()[:32]
 

@@ -99,8 +99,7 @@ def _not_replaced(directory: Path, names: Iterable[str], inputs: Collection[Path
     owned_names = own_files(directory)
     problems = {}
     for name in existing:
-        path = directory / name
-        what = ""
+        path, what = directory / name, ""
         if path.is_symlink():
             what = "is a symbolic link, which is not followed"
         elif path.resolve() in input_paths:
@@ -109,13 +108,10 @@ def _not_replaced(directory: Path, names: Iterable[str], inputs: Collection[Path
             what = "is a folder, where a file of the result belongs"
         elif _is_protected(path):
             what = "is write-protected"
-        elif owned_names is None:
-            what = (
-                "exists already and was not written by an earlier run "
-                f"(the folder has no {RESULT} in which bushcli lists its files)"
-            )
-        elif name not in owned_names:
-            what = f"exists already and was not written by an earlier run ({RESULT} does not list it)"
+        elif owned_names is None or name not in owned_names:
+            why = f"the folder has no {RESULT} in which bushcli lists its files"
+            why = why if owned_names is None else f"{RESULT} does not list it"
+            what = f"exists already and was not written by an earlier run ({why})"
         if what:
             problems[name] = Problem(str(path), what, "", "give another -o")
     return problems
@@ -129,17 +125,27 @@ def own_files(directory: Path) -> frozenset[str] | None:
     return names | {name for name in result[FILES] if Path(name).name == name} | {RESULT}
 
 
-def earlier_result(directory: Path) -> dict[str, Any] | None:
-    """Return the result that a run has written into a folder; None without one that lists its files."""
-    file = directory / RESULT
+def _read_json(file: Path, most: int) -> Any:
+    """Return what a file of at most this many bytes holds; None for a link, and for what cannot be read."""
     try:
-        result = None if file.is_symlink() else json.loads(read_bounded(file, _LARGEST))
+        return None if file.is_symlink() else json.loads(read_bounded(file, most))
     except (OSError, ValueError, RecursionError):
         return None
+
+
+def earlier_result(directory: Path) -> dict[str, Any] | None:
+    """Return the result that a run has written into a folder; None without one that lists its files."""
+    result = _read_json(directory / RESULT, _LARGEST)
     if not isinstance(result, dict) or not {"command", "versions"} <= result.keys():
         return None
     listed = result.get(FILES)
     return result if isinstance(listed, list) and all(isinstance(name, str) for name in listed) else None
+
+
+def claimed_files(directory: Path) -> frozenset[str]:
+    """Return the files in a folder that a run has noted because it has no result that could list them."""
+    names = _read_json(directory / CLAIMED, _LARGEST_CLAIM)
+    return frozenset(map(str, names)) if isinstance(names, list) else frozenset()
 
 
 def _is_protected(path: Path) -> bool:
@@ -192,10 +198,8 @@ def occupy(directory: Path) -> Callable[[], None]:
 
 def is_finished(result: Mapping[str, Any]) -> bool:
     """Whether a run has ended by itself, and not by an interruption."""
-    problems = result.get("problems") or ()
-    return not any(
-        isinstance(problem, Mapping) and problem.get("name") == "interrupted" for problem in problems
-    )
+    problems = [problem for problem in result.get("problems") or () if isinstance(problem, Mapping)]
+    return not any(problem.get("name") == "interrupted" for problem in problems)
 
 
 def moves_to(directory: Path, command: str, question: str) -> tuple[str, Path] | None:
@@ -291,13 +295,8 @@ def write_files(
         parts.mkdir(parents=True, exist_ok=True)
         place.mkdir(exist_ok=True)
         remaining, obsolete = _set_aside(place, result, parts)
-        listed = {
-            *remaining,
-            *obsolete,
-            *files,
-            *staged,
-            *(name for name in beside if (place / name).is_file()),
-        }
+        listed = {*remaining, *obsolete, *files, *staged}
+        listed |= {name for name in beside if (place / name).is_file()}
         _write_all(place, files, listed, parts)
         for name, file in staged.items():
             file.replace(place / name)
@@ -357,11 +356,8 @@ def _set_aside(
     aside = moves_to(place, str(result.get("command", "")), str(result.get(QUESTION, "")))
     if before is None or aside is None:
         # The pictures of the same question stay until they are drawn again, unless they are those of a part of it.
-        return (
-            (owned_names, frozenset())
-            if before is None or is_finished(before)
-            else (frozenset(), owned_names)
-        )
+        stays = before is None or is_finished(before)
+        return (owned_names, frozenset()) if stays else (frozenset(), owned_names)
     if aside[1].exists():
         return frozenset(), owned_names
     copy = parts / "earlier"
@@ -403,13 +399,3 @@ def _unwritable(
 ) -> InputError:
     what = f"cannot be written: {error.strerror or error}"
     return InputError(Problem(str(error.filename or directory), what, "", remedy))
-
-
-def claimed_files(directory: Path) -> frozenset[str]:
-    """Return the files in a folder that a run has noted because it has no result that could list them."""
-    file = directory / CLAIMED
-    try:
-        names = None if file.is_symlink() else json.loads(read_bounded(file, _LARGEST_CLAIM))
-    except (OSError, ValueError, RecursionError):
-        return frozenset()
-    return frozenset(map(str, names)) if isinstance(names, list) else frozenset()

@@ -96,14 +96,9 @@ def page(
 
 def _groups(blocks: Iterable[Block]) -> Iterator[tuple[str, list[Block]]]:
     """Yield blocks of the same kind that follow each other, with the name of their kind."""
-    for kind, group in groupby(blocks, lambda block: type(block).__name__.lower()):
-        yield (
-            kind,
-            [
-                block.without_middle(_MOST) if isinstance(block, Table) and block.most else block
-                for block in group
-            ],
-        )
+    shown = (b.without_middle(_MOST) if isinstance(b, Table) and b.most else b for b in blocks)
+    for kind, group in groupby(shown, lambda block: type(block).__name__.lower()):
+        yield kind, list(group)
 
 
 def terms(lines: Iterable[str]) -> list[tuple[str, str]]:

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bushcli.report.document import Array
 from bushcli.report.quantity import FORCE_UNITS, MOTION_UNITS, quantities, shown_motion
 from cases.six import MOTIONS, REACTIONS
 
@@ -21,25 +21,15 @@ if TYPE_CHECKING:
     from bushcli.study.batch import Batch, BatchCurve
     from bushcli.study.compare import Comparison
 
-Array = NDArray[np.float64]
 
-# VTK's number of each kind of cell, and its order of corners: around a ring, first below, then above.
-_VTK = {
-    ("simplex", 3): (5, (0, 1, 2)),
-    ("simplex", 4): (10, (0, 1, 2, 3)),
-    ("tensor", 4): (9, (0, 1, 3, 2)),
-    ("tensor", 8): (12, (0, 1, 3, 2, 4, 5, 7, 6)),
-    ("ring", 4): (9, (0, 1, 2, 3)),
-    ("ring", 8): (12, (0, 1, 2, 3, 4, 5, 6, 7)),
-}
+# VTK's number of each kind of cell, by dimension and number of corners.
+_VTK = {(2, 3): 5, (2, 4): 9, (3, 4): 10, (3, 8): 12}
 
 
 def number_table(columns: Mapping[str, Array]) -> str:
     """Return a table of numbers: columns of equal length, by their names."""
-    rows = "".join(
-        ",".join(f"{value:.12g}" for value in row) + "\n" for row in np.column_stack([*columns.values()])
-    )
-    return ",".join(columns) + "\n" + rows
+    rows = (",".join(f"{value:.12g}" for value in row) for row in np.column_stack([*columns.values()]))
+    return "\n".join([",".join(columns), *rows, ""])
 
 
 def word_table(rows: Iterable[Iterable[object]]) -> str:
@@ -80,9 +70,8 @@ def dynamic_table(curves: Sequence[DynamicCurve]) -> str:
         K, preload = curve.stiffness, [units.at(curve.preload), curve.force]
         peak = [] if curve.amplitude is None else [units.per_internal * curve.amplitude]
         conditions = np.broadcast_to([*peak, *preload], (len(K), len(peak) + 2))
-        rows.append(
-            np.column_stack([curve.frequency, conditions, abs(K), K.real, K.imag, np.degrees(np.angle(K))])
-        )
+        moduli = [abs(K), K.real, K.imag, np.degrees(np.angle(K))]
+        rows.append(np.column_stack([curve.frequency, conditions, *moduli]))
     return number_table(dict(zip(names, np.vstack(rows).T, strict=True)))
 
 
@@ -148,18 +137,15 @@ def map_vtu(local_map: LocalMap) -> str:
     ----------
     VTK file formats, https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html
     """
-    from bushcli.report.plots.places import numbering
+    from bushcli.report.plots.places import ring_cells
 
     def array(kind: str, name: str, values: np.ndarray, more: str = "") -> str:  # type: ignore[type-arg]
         text = " ".join(f"{value:.9g}" for value in values.ravel())
         return f'<DataArray type="{kind}" Name="{name}" format="ascii" {more}>{text}</DataArray>'
 
-    corners = local_map.cells.shape[1]
-    points = np.zeros((len(local_map.points), 3))
-    points[:, : local_map.points.shape[1]] = local_map.points
-    kind, order = _VTK[numbering(local_map), corners]
-    cells = local_map.cells[:, order]
-    offsets = corners * np.arange(1, len(cells) + 1)
+    cells, dimension = ring_cells(local_map), local_map.points.shape[1]
+    points = np.pad(local_map.points, ((0, 0), (0, 3 - dimension)))
+    kind, offsets = _VTK[dimension, cells.shape[1]], cells.shape[1] * np.arange(1, len(cells) + 1)
     return f"""<?xml version="1.0"?>
 <VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian">
 <UnstructuredGrid><Piece NumberOfPoints="{len(points)}" NumberOfCells="{len(cells)}">

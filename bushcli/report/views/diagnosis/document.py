@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from bushcli.diagnosis.result import SMALL, Diagnosis
@@ -12,15 +12,14 @@ from bushcli.errors import count_of
 from bushcli.report.conditions import conditions
 from bushcli.report.document import (
     Block,
-    Columns,
     Document,
+    On,
     Row,
     Section,
     Table,
     figures,
     note,
     paragraphs,
-    table_of,
 )
 from bushcli.report.quantity import channel_label, join_names, number, percent
 from bushcli.report.verdict import FAULTS, doubt_lines, fault_kind, fault_lines
@@ -28,11 +27,12 @@ from bushcli.report.views.diagnosis import words
 from bushcli.report.views.diagnosis.paragraph import short_paragraphs
 from bushcli.report.views.diagnosis.values import reciprocals_text, shown_quantity
 from bushcli.report.views.dynamic import compared_section
-from bushcli.selection.search_extent import TriedModel
 
 # The models that are shown hold together this share of the probability, as in the set of rivals.
 _CREDIBLE = 0.95
 _BAR, _EIGHTHS = 24, " ▏▎▍▌▋▊▉"
+# Head of the column of reciprocals and exponentials.
+_DERIVED = "that is"
 # Rows of the table of models on the terminal.
 _MODELS = 6
 _HOW = (
@@ -41,6 +41,7 @@ _HOW = (
     "to hide its line; drag to move, double click for all; the wheel zooms once the plot has been clicked. "
     "Below: simulated minus recorded force over time; the grey band is the noise, two standard deviations either way."
 )
+_SHADED = " Samples shaded from top to bottom are faulty and were left out."
 _PROBABILITIES = (
     "The probability of an effect is the sum over all models that have it. A model is a law with a set of effects; its "
     "error/effect is the assumed error of its formulas, as a share of the misfit of the plain law that it explains."
@@ -71,17 +72,16 @@ def diagnosis_document(diagnosis: Diagnosis) -> Document:
         fold="Where the priors come from",
         folded=[source_table(diagnosis)],
     )
-    curves = Section("Recorded curves", [figures("diagnosed")])
-    if not is_faulty:
-        any_faulty = any(channel.faulty.any() for channel in diagnosis.channels)
-        caption = _HOW
-        caption += " Samples shaded from top to bottom are faulty and were left out." if any_faulty else ""
-        curves = Section("Recorded and simulated curves", [figures("diagnosed"), note(caption)])
+    any_faulty = any(channel.faulty.any() for channel in diagnosis.channels)
+    caption = note(_HOW + (_SHADED if any_faulty else ""))
+    curves = Section("Recorded and simulated curves", [figures("diagnosed"), caption])
+    if is_faulty:
+        curves = Section("Recorded curves", [figures("diagnosed")])
     sections = [
         Section(
             "How probable each effect is",
             [
-                *paragraphs(words.as_sentences(words.rival_lines(diagnosis))),
+                *sentences(words.rival_lines(diagnosis)),
                 *paragraphs([_UNIFORM] if diagnosis.uniform_odds and diagnosis.models else []),
                 probability_table(diagnosis),
                 figures("probabilities"),
@@ -91,25 +91,18 @@ def diagnosis_document(diagnosis: Diagnosis) -> Document:
         *([missing] if words.is_missing(diagnosis) else []),
         *([left_out] if diagnosis.effects else []),
         Section(
-            "Before and after",
-            [misfit_table(diagnosis), *paragraphs(words.as_sentences([words.form_error_line(diagnosis)]))],
+            "Before and after", [misfit_table(diagnosis), *sentences([words.form_error_line(diagnosis)])]
         ),
         *([curves] if diagnosis.channels or is_faulty else []),
         compared_section([table.compared for table in diagnosis.tables]),
         *([] if words.is_missing(diagnosis) else [missing]),
         record_section(diagnosis),
-        Section(
-            "Where in the bushing",
-            [*paragraphs(words.as_sentences(map_lines(diagnosis))), figures("bushing_map")],
-        ),
+        Section("Where in the bushing", [*sentences(map_lines(diagnosis)), figures("bushing_map")]),
         Section(
             "Parameters",
             [parameter_table(diagnosis), *paragraphs([] if is_faulty else [law_line(diagnosis)], "terminal")],
         ),
-        Section(
-            "Next test",
-            [*paragraphs(words.as_sentences(words.next_test_lines(diagnosis))), figures("next_test")],
-        ),
+        Section("Next test", [*sentences(words.next_test_lines(diagnosis)), figures("next_test")]),
         search_section(diagnosis),
     ]
     # Where the verdict is faulty data, its paragraph has the faults.
@@ -133,14 +126,18 @@ def diagnosis_document(diagnosis: Diagnosis) -> Document:
     )
 
 
+def sentences(lines: Iterable[str], on: On = "both") -> list[Block]:
+    """Return a paragraph for each line, with an initial capital and a full stop."""
+    return paragraphs(words.as_sentences(lines), on)
+
+
 def missing_section(diagnosis: Diagnosis) -> Section:
     """Return the section on unknown physics; on the terminal only where it may be missing."""
     caption = "Recorded minus simulated force of the most probable model, without noise"
     caption += ": the force that the unknown physics adds." if words.is_missing(diagnosis) else "."
-    shapes: list[Block] = (
-        [note(caption), figures("missing")] if diagnosis.missing and diagnosis.missing.profiles else []
-    )
-    blocks = [*paragraphs(words.as_sentences(words.missing_lines(diagnosis))), *shapes]
+    blocks = sentences(words.missing_lines(diagnosis))
+    if diagnosis.missing and diagnosis.missing.profiles:
+        blocks += [note(caption), figures("missing")]
     if words.is_missing(diagnosis):
         return Section("What is missing", blocks)
     return Section("Misfit that the most probable model leaves", blocks, on="page")
@@ -152,9 +149,8 @@ def record_section(diagnosis: Diagnosis) -> Section:
         return Section("Where in the record", [figures("record_map")])
     blocks = paragraphs(points(diagnosis.places), "terminal" if diagnosis.location.mismatch else "both")
     if diagnosis.remaining_places and diagnosis.effects:
-        blocks += paragraphs(
-            ["After the most probable model:", *words.as_sentences(points(diagnosis.remaining_places))]
-        )
+        remaining = words.as_sentences(points(diagnosis.remaining_places))
+        blocks += paragraphs(["After the most probable model:", *remaining])
     explained = [note(_RECORD)] if diagnosis.location.mismatch else []
     return Section("Where in the record", [*blocks, *explained, figures("record_map")])
 
@@ -164,8 +160,8 @@ def search_section(diagnosis: Diagnosis) -> Section:
     failed = f"{count_of(diagnosis.failed_solves, 'trial')} failed"
     solved = f"{count_of(diagnosis.forward_solves, 'simulation')} of one channel, {failed}, {diagnosis.seconds:.0f} s"
     blocks = [
-        *paragraphs(words.as_sentences(words.searched_lines(diagnosis))),
-        *paragraphs(words.as_sentences(untestable_lines(diagnosis)), "terminal"),
+        *sentences(words.searched_lines(diagnosis)),
+        *sentences(untestable_lines(diagnosis), "terminal"),
         untestable_table(diagnosis),
         *paragraphs([solved] if diagnosis.verdict != "faulty_data" else [], kind="note"),
     ]
@@ -177,10 +173,9 @@ def effect_lines(diagnosis: Diagnosis) -> list[str]:
     """Return a line for each effect: probability, summary, whether its values are plausible, and a remark."""
     lines = []
     for effect in diagnosis.effects:
-        doubt = "" if effect.plausible else " Hardly plausible."
-        remark = f" {words.as_sentences([effect.remark])[0]}" if effect.remark else ""
-        summary = words.as_sentences([effect.summary])[0]
-        lines.append(f"{effect.label} ({words.chance(effect.probability)}): {summary}{doubt}{remark}")
+        doubt = "" if effect.plausible else "hardly plausible"
+        text = " ".join(words.as_sentences([effect.summary, doubt, effect.remark]))
+        lines.append(f"{effect.label} ({words.chance(effect.probability)}): {text}")
     return lines
 
 
@@ -192,7 +187,7 @@ def map_lines(diagnosis: Diagnosis) -> list[str]:
         place = f"In the rubber ({join_names(list(bushing_map.channels))}{both}): "
         lines.append(f"{place if len(diagnosis.channels) > 1 else ''}{bushing_map.text}")
     cause = {
-        "missing_physics": join_names(words.effect_names(diagnosis)),
+        "missing_physics": join_names(list(words.effect_chances(diagnosis))),
         "law_too_poor": f"that the {words.law_title(diagnosis.plain.law)} law is too poor",
     }.get(diagnosis.verdict)
     if lines and cause and any(bushing_map.helps_locally for bushing_map in diagnosis.maps):
@@ -202,28 +197,20 @@ def map_lines(diagnosis: Diagnosis) -> list[str]:
 
 def untestable_lines(diagnosis: Diagnosis) -> list[str]:
     """Return a line that lists the effects which these recordings cannot show; the report gives the reasons."""
-    names = [phrase(name) for name in diagnosis.searched.untestable]
-    if not names:
-        return []
-    return [
-        f"Not detectable in these recordings: {join_names(names)} (reasons: result.json and report.html, -o DIR)"
-    ]
+    names = join_names([phrase(name) for name in diagnosis.searched.untestable])
+    reasons = "(reasons: result.json and report.html, -o DIR)"
+    return [f"Not detectable in these recordings: {names} {reasons}"] if names else []
 
 
 def law_line(diagnosis: Diagnosis) -> str:
     """Return the law of the most probable model with its values."""
-    law_parameters = {name: quantity for name, quantity in diagnosis.parameters.items() if "." not in name}
-    if law_parameters and not diagnosis.law_fixed:
-        values = ", ".join(
-            f"{name} {shown_quantity(name, q, diagnosis.measured_channels).text}"
-            for name, q in law_parameters.items()
-        )
-    else:
-        values = ", ".join(
-            f"{name} {number(value, 4)}" for name, value in diagnosis.material.parameters.items()
-        )
-    fixed = f" (fixed, from the {diagnosis.law_from})" if diagnosis.law_fixed else ""
-    return f"{words.law_title(diagnosis.material.law)} law: {values}{fixed}"
+    channels, fixed = diagnosis.measured_channels, ""
+    identified = {name: quantity for name, quantity in diagnosis.parameters.items() if "." not in name}
+    values = [f"{name} {shown_quantity(name, q, channels).text}" for name, q in identified.items()]
+    if not values or diagnosis.law_fixed:
+        values = [f"{name} {number(value, 4)}" for name, value in diagnosis.material.parameters.items()]
+        fixed = f" (fixed, from the {diagnosis.law_from})" if diagnosis.law_fixed else ""
+    return f"{words.law_title(diagnosis.material.law)} law: {', '.join(values)}{fixed}"
 
 
 def points(lines: Sequence[str]) -> list[str]:
@@ -233,26 +220,23 @@ def points(lines: Sequence[str]) -> list[str]:
 
 def probability_table(diagnosis: Diagnosis) -> Table:
     """Return the probability of each effect as a bar, the most probable one first; no rows without models."""
-    ranked = sorted(diagnosis.probability.items() if diagnosis.models else (), key=lambda item: -item[1])
-    rows: list[Row] = [(title(name), bar(p), words.short_chance(p)) for name, p in ranked if p >= SMALL]
+    shares = [(title(name), p) for name, p in words.ranked_effects(diagnosis) if p >= SMALL]
     name = "Probability that the effect is present"
-    if not rows:
+    if not shares or not diagnosis.models:
         return Table(name, ("", "", ""), ())
-    unlikely, undetectable = words.unlikely(diagnosis, SMALL), words.undetectable(diagnosis, SMALL)
-    if unlikely:
-        rows.append((_title_or_count(unlikely, "others, each"), bar(0.0), words.short_chance(0.0)))
-    if undetectable:
-        rows.append((_title_or_count(undetectable, "not detectable"), bar(0.0), words.short_chance(math.nan)))
-    return Table(name, ("", "", ""), tuple(rows), left=2, on="terminal")
-
-
-def _title_or_count(names: Sequence[str], words: str) -> str:
-    """Return the title of a single effect, otherwise the number of effects with words behind it."""
-    return f"{len(names)} {words}" if len(names) > 1 else title(names[0])
+    for names, kind, p in (
+        (words.unlikely(diagnosis), "others, each", 0.0),
+        (words.undetectable(diagnosis), "not detectable", math.nan),
+    ):
+        if names:
+            shares.append((title(names[0]) if len(names) == 1 else f"{len(names)} {kind}", p))
+    rows = tuple((label, bar(p), words.short_chance(p)) for label, p in shares)
+    return Table(name, ("", "", ""), rows, left=2, on="terminal")
 
 
 def bar(share: float) -> str:
     """Return a share, 0 to 1, as a bar of block characters; one above zero has at least an eighth of a character."""
+    share = 0.0 if math.isnan(share) else share
     eighths = max(round(8 * _BAR * share), 1 if share > 0 else 0)
     return "█" * (eighths // 8) + _EIGHTHS[eighths % 8].strip()
 
@@ -282,23 +266,27 @@ def logarithm(value: float) -> str:
 def effect_table(diagnosis: Diagnosis) -> Table:
     """Return each effect that was left out, with its parameters before and after the recordings."""
     rows: list[Row] = []
-    has_derived = any(
-        reciprocals_text(quantity) for effect in diagnosis.effects for quantity in effect.parameters.values()
-    )
     for effect in diagnosis.effects:
         label, evidence = effect.label, number(effect.evidence, 2)
         for name, quantity in effect.parameters.items():
             value = shown_quantity(f"{effect.name}.{name}", quantity, diagnosis.measured_channels)
             tail = "-" if quantity.prior is None else words.short_chance(quantity.prior_tail)
-            cells = (value.text, value.interval, value.prior_text, tail)
-            rows.append(
-                (label, name, *cells, *((reciprocals_text(quantity),) if has_derived else ()), evidence)
-            )
+            cells = (value.text, value.interval, value.prior_text, tail, reciprocals_text(quantity))
+            rows.append((label, name, *cells, evidence))
             label, evidence = "", ""
-    heads: Row = ("effect", "parameter", "value", "95 % interval", "before, 95 %", "as far out")
-    heads = (*heads, *(("that is",) if has_derived else ()), "evidence")
+    heads = (
+        "effect",
+        "parameter",
+        "value",
+        "95 % interval",
+        "before, 95 %",
+        "as far out",
+        _DERIVED,
+        "evidence",
+    )
     name = "Values with 95 % intervals: posterior and prior"
-    return Table(name, heads, tuple(rows), left=2, detail=range(5, len(heads)))
+    table = Table(name, heads, tuple(rows), left=2).without_empty(_DERIVED)
+    return replace(table, detail=range(5, len(table.heads)))
 
 
 def source_table(diagnosis: Diagnosis) -> Table:
@@ -315,21 +303,18 @@ def source_table(diagnosis: Diagnosis) -> Table:
 def parameter_table(diagnosis: Diagnosis) -> Table:
     """Return all parameters of the most probable model."""
     rows: list[Row] = []
-    has_derived = any(reciprocals_text(quantity) for quantity in diagnosis.parameters.values())
-    has_form_error = any(quantity.with_form_error is not None for quantity in diagnosis.parameters.values())
     for name, quantity in diagnosis.parameters.items():
         value = shown_quantity(name, quantity, diagnosis.measured_channels)
         effect, _, key = name.rpartition(".")
         label, unit = f"{title(effect)}: {key}" if effect else key, "-" if value.unit == "1" else value.unit
-        with_form_error = "-" if value.with_form_error is None else number(value.with_form_error, 4)
-        mean = (value.word or number(value.value, 4), *((with_form_error,) if has_form_error else ()))
-        mean = (*mean, "-" if value.word else number(value.std, 2))
-        ranges = (value.interval, value.prior_text, *((reciprocals_text(quantity),) if has_derived else ()))
-        rows.append((label, quantity.meaning, unit, *mean, *ranges))
-    heads: Row = ("parameter", "meaning", "unit", "value", *(("with form error",) if has_form_error else ()))
-    heads = (*heads, "std", "95 % interval", "prior 95 %")
-    heads = (*heads, "that is") if has_derived else heads
-    return Table("Parameters of the most probable model", heads, tuple(rows), left=3, on="page")
+        std = "-" if value.word else number(value.std, 2)
+        values = (value.word or number(value.value, 4), number(value.with_form_error, 4), std)
+        ranges = (value.interval, value.prior_text, reciprocals_text(quantity))
+        rows.append((label, quantity.meaning, unit, *values, *ranges))
+    allowed = "with form error"
+    heads = ("parameter", "meaning", "unit", "value", allowed, "std", "95 % interval", "prior 95 %", _DERIVED)
+    table = Table("Parameters of the most probable model", heads, tuple(rows), left=3, on="page")
+    return table.without_empty(_DERIVED, allowed)
 
 
 def misfit_table(diagnosis: Diagnosis) -> Table:
@@ -339,28 +324,22 @@ def misfit_table(diagnosis: Diagnosis) -> Table:
     rows: list[Row] = []
     form = diagnosis.form_error.percent
     for channel in diagnosis.measured_channels:
-        sizes = map(percent, (channel.before_percent, channel.after_percent, channel.noise_percent))
-        error = (percent(form.get(channel.name)),) if form else ()
-        rows.append((channel_label(channel.name, channel.held_out), *sizes, *error))
-    heads = ("channel", "before", "after", "noise", *(("form error",) if form else ()))
-    return Table(f"Rms misfit, % {words.relative_to(diagnosis)}", heads, tuple(rows))
+        sizes = (channel.before_percent, channel.after_percent, channel.noise_percent, form.get(channel.name))
+        rows.append((channel_label(channel.name, channel.held_out), *map(percent, sizes)))
+    heads = ("channel", "before", "after", "noise", "form error")
+    table = Table(f"Rms misfit, % {words.relative_to(diagnosis)}", heads, tuple(rows))
+    return table.without_empty("form error")
 
 
 def trial_table(diagnosis: Diagnosis) -> Table:
     """Return all models that were fitted, in the order of the search."""
-    name = "Models in the order of the search (ln of evidence times odds)"
-    return table_of(name, enumerate(diagnosis.searched.trials, start=1), _TRIED, left=3)
-
-
-_TRIED: Columns[tuple[int, TriedModel]] = (
-    ("", lambda row: str(row[0])),
-    ("model", lambda row: words.model_title(row[1].law, row[1].effects)),
-    ("remark", lambda row: row[1].text),
-    ("predicted", lambda row: logarithm(row[1].predicted)),
-    ("found", lambda row: logarithm(row[1].log_evidence)),
-    ("misfit/noise", lambda row: number(row[1].misfit)),
-    ("simulations", lambda row: str(row[1].solves)),
-)
+    rows = []
+    for i, trial in enumerate(diagnosis.searched.trials, start=1):
+        evidence = (logarithm(trial.predicted), logarithm(trial.log_evidence))
+        name = words.model_title(trial.law, trial.effects)
+        rows.append((str(i), name, trial.text, *evidence, number(trial.misfit), str(trial.solves)))
+    heads = ("", "model", "remark", "predicted", "found", "misfit/noise", "simulations")
+    return Table("Models in the order of the search (ln of evidence times odds)", heads, tuple(rows), left=3)
 
 
 def untestable_table(diagnosis: Diagnosis) -> Table:
@@ -371,18 +350,10 @@ def untestable_table(diagnosis: Diagnosis) -> Table:
 
 def fault_table(diagnosis: Diagnosis) -> Table:
     """Return the faults of the recordings with their remedies, the fatal ones first."""
-    rows = [
-        (
-            fault.channel,
-            fault_kind(fault),
-            fault.where,
-            "correct first"
-            if fault.fatal
-            else f"{words.chance(fault.probability)} probable"
-            if fault.is_doubtful
-            else f"{count_of(int(fault.samples.sum()), 'sample')} left out",
-            fault.remedy,
-        )
-        for fault in sorted(diagnosis.faults, key=lambda fault: not fault.fatal)
-    ]
+    rows = []
+    for fault in sorted(diagnosis.faults, key=lambda fault: not fault.fatal):
+        state = f"{count_of(int(fault.samples.sum()), 'sample')} left out"
+        state = f"{words.chance(fault.probability)} probable" if fault.is_doubtful else state
+        state = "correct first" if fault.fatal else state
+        rows.append((fault.channel, fault_kind(fault), fault.where, state, fault.remedy))
     return Table("", ("channel", "fault", "where", "", "what to do"), tuple(rows), left=5, on="page")

@@ -61,12 +61,12 @@ def _opening(diagnosis: Diagnosis) -> str:
         case "explained":
             return f"{origin}, describes {'them' if plural else 'it'}{best}: {_nothing_missing(diagnosis)}."
         case "law_too_poor":
-            better_law = words.law_title(diagnosis.material.law)
-            above_noise = any(condition.name == "misfit_above_noise" for condition in diagnosis.conditions)
-            return f"{origin}, leaves a misfit larger than the noise because the law is too poor: " + (
-                f"{better_law} fits better without any further physics{best}, but not to within the noise."
-                if above_noise
-                else f"{better_law} describes the same rubber without any further physics{best}."
+            does, rest = "describes the same rubber", ""
+            if any(condition.name == "misfit_above_noise" for condition in diagnosis.conditions):
+                does, rest = "fits better", ", but not to within the noise"
+            return (
+                f"{origin}, leaves a misfit larger than the noise because the law is too poor: "
+                f"{words.law_title(diagnosis.material.law)} {does} without any further physics{best}{rest}."
             )
         case "unexplained" if diagnosis.is_unsearched:
             return (
@@ -74,27 +74,22 @@ def _opening(diagnosis: Diagnosis) -> str:
                 f"none of them is ruled out.{_so_far(diagnosis)}"
             )
         case "unexplained":
-            reasons = words.missing_lines(diagnosis)[:1] or [
-                f"Nothing {words.catalogue(diagnosis)} explains it"
-            ]
-            return f"{origin}, leaves a misfit larger than the noise. {reasons[0]}."
+            reason, *_ = (
+                *words.missing_lines(diagnosis),
+                f"Nothing {words.catalogue(diagnosis)} explains it",
+            )
+            return f"{origin}, leaves a misfit larger than the noise. {reason}."
         case "faulty_data":
             return "A diagnosis is possible only after the data are corrected."
         case "missing_physics":
             if words.group_of(diagnosis) is not None:
                 return f"{origin}, leaves something out: {words.missing_physics(diagnosis)}."
+            effects, leaves = join_names(words.effects_with_chance(diagnosis)), "leaves something out"
             if len(words.likely(diagnosis)) > 1:
                 # Several effects may be probable together though none of them is alone.
-                none = diagnosis.probability.get(NOTHING, 0.0)
-                leaves = (
-                    f"probably leaves something out ({words.chance(1.0 - none)})"
-                    if none >= _DOUBT
-                    else "leaves something out"
-                )
-                return (
-                    f"{origin}, {leaves}: most probably {join_names(words.effects_with_chance(diagnosis))}."
-                )
-            return f"{origin}, leaves something out: {join_names(words.effects_with_chance(diagnosis))}."
+                effects, none = f"most probably {effects}", diagnosis.probability.get(NOTHING, 0.0)
+                leaves = f"probably {leaves} ({words.chance(1.0 - none)})" if none >= _DOUBT else leaves
+            return f"{origin}, {leaves}: {effects}."
 
 
 def _nothing_missing(diagnosis: Diagnosis) -> str:
@@ -102,14 +97,13 @@ def _nothing_missing(diagnosis: Diagnosis) -> str:
     statement = "nothing is missing that these recordings could show"
     if words.shows_nothing(diagnosis):
         statement += ", and they can show none of the effects considered"
-    noise = {channel.name: channel.noise_percent for channel in diagnosis.measured_channels}
-    errors = {
-        name: size for name, size in diagnosis.form_error.percent.items() if size > NOTABLE * noise[name]
-    }
-    if not errors:
-        return statement
-    sizes = join_names([f"{percent(size)} in {name}" for name, size in errors.items()])
-    return f"{statement}, if the formula of the law may err by {sizes} (rms, {words.relative_to(diagnosis)})"
+    noise, errors = (
+        {c.name: c.noise_percent for c in diagnosis.measured_channels},
+        diagnosis.form_error.percent,
+    )
+    sizes = [f"{percent(size)} in {name}" for name, size in errors.items() if size > NOTABLE * noise[name]]
+    relative = f"{join_names(sizes)} (rms, {words.relative_to(diagnosis)})"
+    return f"{statement}, if the formula of the law may err by {relative}" if sizes else statement
 
 
 def _so_far(diagnosis: Diagnosis) -> str:
@@ -130,9 +124,8 @@ def _effects(diagnosis: Diagnosis) -> list[str]:
         chance = "" if effect.probability >= _SURE else f", {words.chance(effect.probability)}"
         parts.append(f"{effect.summary.rstrip('.')} ({effect.label}{chance}: {values}).")
         if not effect.plausible:
-            parts += words.as_sentences(
-                [f"{effect.label} is hardly plausible" + (f": {effect.remark}" if effect.remark else "")]
-            )
+            why = f": {effect.remark}" if effect.remark else ""
+            parts += words.as_sentences([f"{effect.label} is hardly plausible{why}"])
     if diagnosis.material.law != diagnosis.plain.law:
         law, plain = words.law_title(diagnosis.material.law), words.law_title(diagnosis.plain.law)
         parts.append(
@@ -149,13 +142,13 @@ def _effects(diagnosis: Diagnosis) -> list[str]:
 def _gain(diagnosis: Diagnosis) -> str:
     parts: list[str] = []
     for channel in diagnosis.measured_channels:
-        if f"{channel.before_percent:.2g}" == f"{channel.after_percent:.2g}":
-            continue
+        sizes = (channel.before_percent, channel.after_percent, channel.noise_percent)
+        before, after, noise = (f"{size:.2g}" for size in sizes)
         held_out = ", held out," if channel.held_out else ""
-        parts.append(
-            f"{channel.name}{held_out} from {channel.before_percent:.2g} to {channel.after_percent:.2g} % {channel.of} "
-            f"(noise {channel.noise_percent:.2g} %)"
-        )
+        if before != after:
+            parts.append(
+                f"{channel.name}{held_out} from {before} to {after} % {channel.of} (noise {noise} %)"
+            )
     if not parts:
         return ""
     what = "With it" if len(diagnosis.effects) == 1 else "With them" if diagnosis.effects else ""

@@ -28,7 +28,7 @@ class ShownQuantity:
     prior: tuple[float, float] | None = None  # 95 % interval of the prior
     word: str = ""  # value of a choice, in words for people
     with_form_error: float | None = (
-        None  # of the fit that allows for the error of form, where it is another one
+        None  # value of the fit that allows for the error of form, if it is another
     )
 
     @property
@@ -63,9 +63,7 @@ def shown_quantity(
         if any(modes()[channel.mode].rotational for channel in acting):
             scale = partial(case_file_number, parameter, rotational=True)
             unit_shown = case_file_unit(parameter, rotational=True)
-    value, std, lower, upper = (
-        scale(v) for v in (quantity.value, quantity.std, quantity.lower, quantity.upper)
-    )
+    value, std, lower, upper = map(scale, (quantity.value, quantity.std, quantity.lower, quantity.upper))
     prior = None if quantity.prior is None else (scale(quantity.prior[0]), scale(quantity.prior[1]))
     with_form_error = None if quantity.with_form_error is None else scale(quantity.with_form_error)
     word = quantity.word.replace("_", " ")
@@ -75,17 +73,16 @@ def shown_quantity(
 def reciprocals(quantity: Quantity) -> dict[str, tuple[float, str]]:
     """Return the parameter under its reciprocal names, in the units of the case file."""
     return {
-        name: (_degrees(unit_name)[0] * value, _degrees(unit_name)[1])
+        name: (factor * value, shown_unit)
         for name, (value, unit_name) in quantity.derived.items()
+        for factor, shown_unit in [_degrees(unit_name)]
     }
 
 
 def reciprocals_text(quantity: Quantity) -> str:
     """Return the parameter under its reciprocal names as text: "r = 3.2"."""
-    return ", ".join(
-        f"{name} = {number(value)}{tail(unit_name)}"
-        for name, (value, unit_name) in reciprocals(quantity).items()
-    )
+    shown = reciprocals(quantity).items()
+    return ", ".join(f"{name} = {number(value)}{tail(unit_name)}" for name, (value, unit_name) in shown)
 
 
 def parameters_text(effect: DiagnosedEffect, channels: Sequence[DiagnosedChannel | DiagnosedTable]) -> str:
@@ -96,11 +93,8 @@ def parameters_text(effect: DiagnosedEffect, channels: Sequence[DiagnosedChannel
     """
     parts = []
     for name, quantity in effect.parameters.items():
-        derived_values, first_value, parameter = (
-            reciprocals(quantity),
-            0.0,
-            _parameter(f"{effect.name}.{name}"),
-        )
+        derived_values, first_value = reciprocals(quantity), 0.0
+        parameter = _parameter(f"{effect.name}.{name}")
         for symbol, (value, unit_name) in derived_values.items():
             first_value = first_value or value
             if parameter is not None and parameter.exponential == symbol:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from bushcli.diagnosis.result import Diagnosis, Group
+from bushcli.diagnosis.result import SMALL, Diagnosis, Group
 from bushcli.effects.names import effect_name
 from bushcli.effects.titles import NOTHING, UNKNOWN, phrase, within
 from bushcli.report.document import Tone
@@ -73,13 +74,11 @@ def likely(diagnosis: Diagnosis) -> tuple[Likely, ...]:
     """
     if not diagnosis.models:
         return ()
-    best = diagnosis.models[0].effects
-    sets = [
-        Likely(
-            names, sum(model.probability for model in diagnosis.models if set(model.effects) == set(names))
-        )
-        for names in (best, *diagnosis.rivals)
-    ]
+    probability: defaultdict[frozenset[str], float] = defaultdict(float)
+    for model in diagnosis.models:
+        probability[frozenset(model.effects)] += model.probability
+    names = (diagnosis.models[0].effects, *diagnosis.rivals)
+    sets = [Likely(effects, probability[frozenset(effects)]) for effects in names]
     named = [candidate for candidate in sets[1:] if candidate.probability >= _NAMED]
     if not named and len(sets) == 2:
         # Without it the first set would be named alone, with less than what is certain.
@@ -95,23 +94,19 @@ def best_probability(diagnosis: Diagnosis) -> str:
 
 def effects_with_chance(diagnosis: Diagnosis) -> list[str]:
     """Return the effects of the most probable model, each with its own probability."""
-    return [f"{name} ({chance(p)})" for name, p in _effect_chances(diagnosis).items()]
+    return [f"{name} ({p})" for name, p in effect_chances(diagnosis).items()]
 
 
-def effect_names(diagnosis: Diagnosis) -> list[str]:
-    """Return the effects of the most probable model for a sentence, with channels if an effect occurs twice."""
-    return list(_effect_chances(diagnosis))
-
-
-def _effect_chances(diagnosis: Diagnosis) -> dict[str, float]:
+def effect_chances(diagnosis: Diagnosis) -> dict[str, str]:
+    """Return the effects of the most probable model and their probabilities; with channels if one occurs twice."""
     names = [effect_name(effect.name) for effect in diagnosis.effects]
     chances = {}
     for effect, name in zip(diagnosis.effects, names, strict=True):
         if effect.channels and names.count(name) > 1:
-            chances[f"{within(effect.title)} ({', '.join(effect.channels)})"] = effect.probability
+            chances[f"{within(effect.title)} ({', '.join(effect.channels)})"] = chance(effect.probability)
         else:
             # Without a channel it is the effect in any of them.
-            chances[within(effect.title)] = diagnosis.probability.get(name, effect.probability)
+            chances[within(effect.title)] = chance(diagnosis.probability.get(name, effect.probability))
     return chances
 
 
@@ -129,13 +124,11 @@ def group_of(diagnosis: Diagnosis) -> Group | None:
 
     Sets in which the unknown effect stands in place of known ones do not count.
     """
-    rests = _without_unknown(_differing_parts(diagnosis))
-    if len(rests) < 2:
-        return None
+    rests = _without_unknown(diagnosis)
     for group in sorted(diagnosis.groups, key=lambda group: (len(group.effects), -group.probability)):
         members = {effect_name(name) for name in group.effects}
         # A set with two members says that both are there, which "one or the other" denies.
-        if all(len(members & {effect_name(name) for name in rest.effects}) == 1 for rest in rests):
+        if len(rests) > 1 and all(len(members & set(map(effect_name, rest.effects))) == 1 for rest in rests):
             return group
     return None
 
@@ -150,40 +143,28 @@ def group_text(group: Group) -> str:
 
 def missing_physics(diagnosis: Diagnosis) -> str:
     """Return what was left out: the certain effects, then the group or the alternative sets."""
-    sets = likely(diagnosis)
+    sets, effects = likely(diagnosis), effects_with_chance(diagnosis)
     if len(sets) < 2:
-        chances, set_chance = (
-            list(map(chance, _effect_chances(diagnosis).values())),
-            chance(sets[0].probability),
-        )
-        if len(chances) == 1 and chances != [set_chance]:
-            return f"{join_names(effects_with_chance(diagnosis))}, with nothing else ({set_chance})"
-        return f"{join_names(effect_names(diagnosis))} ({set_chance})"
-    common = set.intersection(*(set(candidate.effects) for candidate in sets))
-    certain = [
-        f"{name} ({chance(p)})"
-        for (name, p), effect in zip(_effect_chances(diagnosis).items(), diagnosis.effects, strict=True)
-        if effect.name in common
-    ]
+        chances, together_chance = effect_chances(diagnosis), chance(sets[0].probability)
+        if len(chances) == 1 and together_chance not in chances.values():
+            return f"{join_names(effects)}, with nothing else ({together_chance})"
+        return f"{join_names(list(chances))} ({together_chance})"
+    common, parts = _common(sets), _differing_parts(diagnosis)
+    pairs = zip(effects, diagnosis.effects, strict=True)
+    certain = [text for text, effect in pairs if effect.name in common]
     group = group_of(diagnosis)
     if group is not None:
-        more = set.union(
-            *(set(candidate.effects) for candidate in _without_unknown(_differing_parts(diagnosis)))
-        )
         members = {effect_name(name) for name in group.effects}
+        more = {name for candidate in _without_unknown(diagnosis) for name in candidate.effects}
         others = sorted(name for name in more if effect_name(name) not in members)
         possible = f"; perhaps also {join_names([phrase(name) for name in others])}" if others else ""
-        unknown = [
-            candidate for candidate in _differing_parts(diagnosis) if set(candidate.effects) == {UNKNOWN}
-        ]
+        unknown = [candidate for candidate in parts if candidate.effects == (UNKNOWN,)]
         besides = f"; not ruled out: {unknown[0].text()}" if unknown else ""
         # It follows a colon, and a sentence must not have two.
         return " and ".join([*certain, group_text(group).replace(": ", "; ", 1)]) + possible + besides
     if certain:
-        rests = _first_few([candidate.text("nothing else") for candidate in _differing_parts(diagnosis)])
-        return (
-            f"{join_names(certain)}, with {', or with '.join(rests)}; these recordings cannot tell them apart"
-        )
+        rests = ", or with ".join(_first_few([candidate.text("nothing else") for candidate in parts]))
+        return f"{join_names(certain)}, with {rests}; these recordings cannot tell them apart"
     # No effect is not missing: it is named as what else is possible.
     rests = _first_few([candidate.text() for candidate in sets if candidate.effects])
     besides = "".join(f"; not ruled out: {candidate.text()}" for candidate in sets if not candidate.effects)
@@ -199,16 +180,20 @@ def _first_few(sets: list[str]) -> list[str]:
 def _differing_parts(diagnosis: Diagnosis) -> list[Likely]:
     """Return the likely sets without the effects that all of them have."""
     sets = likely(diagnosis)
-    common = set.intersection(*(set(candidate.effects) for candidate in sets)) if sets else set()
+    common = _common(sets)
     return [
         replace(candidate, effects=tuple(n for n in candidate.effects if n not in common))
         for candidate in sets
     ]
 
 
-def _without_unknown(sets: Sequence[Likely]) -> list[Likely]:
-    """Return the sets without those that consist of the unknown effect alone."""
-    return [candidate for candidate in sets if set(candidate.effects) != {UNKNOWN}]
+def _common(sets: Iterable[Likely]) -> set[str]:
+    return set.intersection(*(set(candidate.effects) for candidate in sets)) if sets else set()
+
+
+def _without_unknown(diagnosis: Diagnosis) -> list[Likely]:
+    """Return the differing parts without those that consist of the unknown effect alone."""
+    return [candidate for candidate in _differing_parts(diagnosis) if candidate.effects != (UNKNOWN,)]
 
 
 def _not_ruled_out(diagnosis: Diagnosis, without: Sequence[str] = ()) -> str:
@@ -241,9 +226,8 @@ def missing_lines(diagnosis: Diagnosis) -> list[str]:
     certainty = f"{probability} something is missing that is not {catalogue(diagnosis)}"
     none = "no known effect" if diagnosis.asked is None else "none of the effects asked for"
     none = "none of these" if diagnosis.searched.not_simulated else none
-    percentage = percent(100 * missing.share)
-    share = f"{percentage} of the misfit of the plain law (squared, above the noise) is explained by {none}"
-    return [certainty, share, *missing.text]
+    share = f"{percent(100 * missing.share)} of the misfit of the plain law (squared, above the noise)"
+    return [certainty, f"{share} is explained by {none}", *missing.text]
 
 
 def form_error_line(diagnosis: Diagnosis) -> str:
@@ -256,29 +240,22 @@ def form_error_line(diagnosis: Diagnosis) -> str:
     only = "" if form.covers >= 0.5 else "only "
     share = "all" if form.covers >= 0.995 else percent(100 * form.covers)
     covered = f"{only}{share} of the remaining misfit above the noise"
-    fitted = [channel for channel in diagnosis.measured_channels if not channel.held_out]
-    within_noise = form.covers >= 1.0 and all(
-        channel.after_percent <= channel.noise_percent for channel in fitted
-    )
     if UNKNOWN in diagnosis.models[0].effects:
         return f"The unknown force, {size}, accounts for {covered}" if by_channel else ""
     if not by_channel:
         return "Errors of the formulas do not show beside the noise: the misfit of the most probable model is all noise"
-    remainder = (
-        "the remaining misfit is no larger than the noise" if within_noise else f"this accounts for {covered}"
-    )
+    fitted = [channel for channel in diagnosis.measured_channels if not channel.held_out]
+    remainder = f"this accounts for {covered}"
+    if form.covers >= 1.0 and all(channel.after_percent <= channel.noise_percent for channel in fitted):
+        remainder = "the remaining misfit is no larger than the noise"
     return f"The formulas of the most probable model are assumed to err by {size[3:]}; {remainder}"
 
 
 def rival_lines(diagnosis: Diagnosis) -> list[str]:
     """Return the groups and the sets of effects that these recordings cannot distinguish, with their probabilities."""
     lines = [f"{text[:1].upper()}{text[1:]}" for text in map(group_text, diagnosis.groups)]
-    sets = likely(diagnosis)
-    if len(sets) > 1:
-        lines.append(
-            f"These recordings cannot tell apart: {'; '.join(candidate.text() for candidate in sets)}"
-        )
-    return lines
+    sets = [candidate.text() for candidate in likely(diagnosis)]
+    return [*lines, f"These recordings cannot tell apart: {'; '.join(sets)}"] if len(sets) > 1 else lines
 
 
 def next_test_lines(diagnosis: Diagnosis) -> list[str]:
@@ -288,37 +265,26 @@ def next_test_lines(diagnosis: Diagnosis) -> list[str]:
         # Of a search that did not end by itself nothing is said.
         if not diagnosis.rivals or diagnosis.searched.ended != "nothing left":
             return []
-        known_sets = [
-            effects for effects in (diagnosis.models[0].effects, *diagnosis.rivals) if UNKNOWN not in effects
-        ]
-        if len(known_sets) < 2:
-            return ["No test is proposed: of unknown physics nothing can be predicted"]
-        return ["No test is proposed: none of those considered is expected to tell the rivals apart"]
+        sets = (diagnosis.models[0].effects, *diagnosis.rivals)
+        why = "none of those considered is expected to tell the rivals apart"
+        if sum(UNKNOWN not in effects for effects in sets) < 2:
+            why = "of unknown physics nothing can be predicted"
+        return [f"No test is proposed: {why}"]
     bits = f"{test.information:.2f} of the {test.possible:.2f} bits of information that are still open"
-    gain = f"It is expected to give {bits}"
-    return [test.text, gain] if test.possible > 0 else [test.text]
+    return [test.text, f"It is expected to give {bits}"] if test.possible > 0 else [test.text]
 
 
 def searched_lines(diagnosis: Diagnosis) -> list[str]:
     """Return sentences on the number of fitted models, whether others matter, and models that could not be solved."""
-    if diagnosis.verdict == "faulty_data":
-        return []
     searched = diagnosis.searched
     count = len(searched.trials)
-    if not count:
+    if diagnosis.verdict == "faulty_data" or not count:
         return []
-    fitted = f"{count} {'model was' if count == 1 else 'models were'} fitted"
-    end = {
-        "nothing left": "",
-        "budget": ": the time limit was reached",
-        "interrupted": ": the search was interrupted",
-    }.get(searched.ended, "")
-    lines = [
-        f"{fitted}, the others predicted; fitting these too could shift {chance(searched.left)} of the probability{end}"
-    ]
-    if searched.lost:
-        lines.append(f"Could not be solved from any start: {'; '.join(searched.lost)}")
-    return lines
+    fitted = f"{count} {'model was' if count == 1 else 'models were'} fitted, the others predicted"
+    ends = {"budget": ": the time limit was reached", "interrupted": ": the search was interrupted"}
+    shift = f"fitting these too could shift {chance(searched.left)} of the probability"
+    lines = [f"{fitted}; {shift}{ends.get(searched.ended, '')}"]
+    return lines + [f"Could not be solved from any start: {'; '.join(searched.lost)}"] * bool(searched.lost)
 
 
 def relative_to(diagnosis: Diagnosis) -> str:
@@ -365,12 +331,17 @@ def short_chance(probability: float) -> str:
     return "> 99 %" if probability > _ALMOST_CERTAIN else f"{100 * probability:.0f} %"
 
 
-def unlikely(diagnosis: Diagnosis, limit: float) -> list[str]:
-    """Return the effects that are less probable than a limit and that these recordings could show."""
-    ranked = sorted(diagnosis.probability.items(), key=lambda item: -item[1])
-    return [name for name, p in ranked if p < limit and name not in diagnosis.searched.untestable]
+def ranked_effects(diagnosis: Diagnosis) -> list[tuple[str, float]]:
+    """Return all effects with their probabilities, the most probable first."""
+    return sorted(diagnosis.probability.items(), key=lambda item: -item[1])
 
 
-def undetectable(diagnosis: Diagnosis, limit: float) -> list[str]:
+def unlikely(diagnosis: Diagnosis) -> list[str]:
+    """Return the effects that are hardly probable although these recordings could show them."""
+    untestable = diagnosis.searched.untestable
+    return [name for name, p in ranked_effects(diagnosis) if p < SMALL and name not in untestable]
+
+
+def undetectable(diagnosis: Diagnosis) -> list[str]:
     """Return the effects that these recordings cannot show; they count as absent, which nothing in the data says."""
-    return [name for name in diagnosis.searched.untestable if diagnosis.probability.get(name, 0.0) < limit]
+    return [name for name in diagnosis.searched.untestable if diagnosis.probability.get(name, 0.0) < SMALL]
