@@ -120,26 +120,20 @@ def directions(problem: LeastSquaresProblem, x: Array) -> tuple[Array, tuple[Com
     jacobian = problem.jacobian(x)[: problem.samples]
     scaled = jacobian * np.where(x == 0, 1.0, np.abs(x))
     _, singular, rows = np.linalg.svd(scaled, full_matrices=False)
-    relative = singular / max(float(singular[0]), 1e-300)
-    open_ones = [
-        _combination(problem.names, x, row, float(size))
-        for size, row in zip(relative, rows, strict=True)
-        if size < UNDETERMINED
-    ]
-    return relative, tuple(open_ones)
+    relative, names = singular / max(float(singular[0]), 1e-300), problem.names
+    left_open = [(row, float(size)) for size, row in zip(relative, rows, strict=True) if size < UNDETERMINED]
+    return relative, tuple(_combination(names, x, row, size) for row, size in left_open)
 
 
 def _combination(names: Sequence[str], x: Array, row: Array, size: float) -> Combination:
     row = row * np.sign(row[np.argmax(np.abs(row))])
+    signed = zip(names, row, x, strict=True)
     parts = {
-        name: float(w * np.sign(v or 1.0)) for name, w, v in zip(names, row, x, strict=True) if abs(w) > 0.1
+        name: float(weight * np.sign(value or 1.0)) for name, weight, value in signed if abs(weight) > 0.1
     }
-    if len(parts) == 1:
-        text = f"{next(iter(parts))} is not determined by these curves"
-    else:
-        ratio = ", ".join(f"{name} by {100 * w:+.0f} %" for name, w in parts.items())
-        text = (
-            f"{', '.join(list(parts)[:-1])} and {list(parts)[-1]} can only be determined jointly: changing {ratio} of "
-            "their values at once hardly changes the curves"
-        )
-    return Combination(parts, size, text)
+    *others, last = parts
+    if not others:
+        return Combination(parts, size, f"{last} is not determined by these curves")
+    ratio = ", ".join(f"{name} by {100 * weight:+.0f} %" for name, weight in parts.items())
+    text = f"{', '.join(others)} and {last} can only be determined jointly: changing {ratio} of their values at once "
+    return Combination(parts, size, f"{text}hardly changes the curves")

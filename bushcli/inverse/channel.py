@@ -24,9 +24,7 @@ from bushcli.curve.symmetry import both_halves, swept_range
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.inverse.result import Weighting
-from bushcli.recording import (
-    Recording,
-)
+from bushcli.recording import Recording
 from bushcli.simulate.derivatives import local_slopes
 from bushcli.simulate.extent import Extent, of_path
 from bushcli.simulate.simulation import FollowedPath
@@ -106,9 +104,7 @@ class StepLimit:
     @property
     def steps(self) -> int | None:
         """Failed steps after which the next march is given up; None: `cases.march` decides."""
-        if self.given is not None or self.hardest is None:
-            return self.given
-        return ALLOWED + 2 * self.hardest
+        return self.given if self.given is not None or self.hardest is None else ALLOWED + 2 * self.hardest
 
     def learn(self, history: History) -> None:
         """Take note of a march that has reached its end."""
@@ -143,6 +139,12 @@ class FitChannel(ABC):
     def stretches(self) -> tuple[float, ...]:
         """Stretches of a coupon at the samples, at which the law has to be stable; none of a bushing."""
         return ()
+
+    def _set_constants(self, parameters: Mapping[str, float]) -> dict[str, float]:
+        """Set and return the constants of the model; parameters of effects that do not act on it are none of them."""
+        constants = {k: v for k, v in parameters.items() if k in self.model.constants}
+        self.model.set_parameters(constants)
+        return constants
 
     @abstractmethod
     def solve(
@@ -201,15 +203,17 @@ class Channel(FitChannel):
         branch: str = "",
     ) -> None:
         self.recording, self.model, self.noise, self.branch = recording, model, noise, branch
-        mode, q = modes()[recording.mode], recording.displacement
-        self.measured, self.coupon = recording.force, mode.specimen == "coupon"
-        self.odd = is_odd(model.mesh.shape, mode)
-        self.targets = (
-            _coupon_targets(q) if self.coupon else even_targets(*swept_range(q, self.odd), IDENTIFIED)
+        mode, q, force = modes()[recording.mode], recording.displacement, recording.force
+        self.measured, self.coupon, self.odd = (
+            force,
+            mode.specimen == "coupon",
+            is_odd(model.mesh.shape, mode),
         )
-        size = np.abs(recording.force)
+        ends = swept_range(q, self.odd)
+        self.targets = _coupon_targets(q) if self.coupon else even_targets(*ends, IDENTIFIED)
+        size = np.abs(force)
         if weighting is None:
-            self.scale = np.full(len(q), max(noise, NOISE_FLOOR * float(np.ptp(recording.force))))
+            self.scale = np.full(len(q), max(noise, NOISE_FLOOR * float(np.ptp(force))))
         elif weighting == "absolute":
             self.scale = np.full(len(q), float(size.max()))
         else:
@@ -226,9 +230,8 @@ class Channel(FitChannel):
     @override
     def stretches(self) -> tuple[float, ...]:
         mode = modes()[self.recording.mode]
-        if not self.coupon or mode.needs_compressibility:
-            return ()
-        return tuple(map(float, mode.stretch(self.recording.displacement)))
+        used = self.coupon and not mode.needs_compressibility
+        return tuple(map(float, mode.stretch(self.recording.displacement))) if used else ()
 
     @override
     def extent(self, temperature: float | None) -> Extent:
@@ -270,8 +273,7 @@ class SweptChannel(Channel):
         branch: str = "",
     ) -> None:
         # The noise of the displacement is converted by the mean stiffness.
-        of_displacement = recording.noise_of_motion
-        noise = float(np.hypot(recording.force_noise, of_displacement))
+        noise = float(np.hypot(recording.force_noise, recording.noise_of_motion))
         super().__init__(recording, model, noise, weighting, faulty, branch)
         # Solved curves by parameter values and names of the derivatives.
         self._solved: dict[tuple[object, ...], ChannelForces] = {}
@@ -280,10 +282,7 @@ class SweptChannel(Channel):
     def solve(
         self, parameters: Mapping[str, float], names: Sequence[str], limit: StepLimit | None = None
     ) -> ChannelForces:
-        # The model has no parameters of effects that do not act on this channel.
-        constants = {k: v for k, v in parameters.items() if k in self.model.constants}
-        self.model.set_parameters(constants)
-        key = (*constants.items(), *names)
+        key = (*self._set_constants(parameters).items(), *names)
         if key not in self._solved:
             if len(self._solved) == CACHED:
                 self._solved.pop(next(iter(self._solved)))
@@ -297,21 +296,16 @@ class SweptChannel(Channel):
             if not self.coupon and solver.q in (self.targets[0], self.targets[-1]) and solver.q != 0.0:
                 ends.append(principal_stretches(self.model).reshape(-1, 3))
 
-        history = sweep(
-            self.model, self.targets, sensitivity=tuple(names), observer=at_the_end, failure_limit=limit.steps
-        )
+        names, most = tuple(names), limit.steps
+        history = sweep(self.model, self.targets, sensitivity=names, observer=at_the_end, failure_limit=most)
         limit.learn(history)
-        none = np.zeros((len(history.force), 0))
-        return ChannelForces(
-            history.displacement,
-            history.force,
-            none if history.sensitivity is None else history.sensitivity,
-            None if self.coupon else isochoric_sample(self.model.comm, ends),
-        )
+        q, force, slope = history.displacement, history.force, history.sensitivity
+        states = None if self.coupon else isochoric_sample(self.model.comm, ends)
+        return ChannelForces(q, force, np.zeros((len(force), 0)) if slope is None else slope, states)
 
     @override
     def local_slopes(self, parameters: Mapping[str, float]) -> tuple[Array, Cells]:
-        self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
+        self._set_constants(parameters)
         return local_slopes(self.model, self.recording.displacement, self.odd)
 
     @override
@@ -379,12 +373,12 @@ class FollowedChannel(Channel):
     ) -> Array:
         if self.coupon:
             return np.zeros((0, 3))
-        self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
+        self._set_constants(parameters)
         return isochoric_sample(self.comm, self.simulation.stretches_at_ends(limit.given))
 
     @override
     def local_slopes(self, parameters: Mapping[str, float]) -> tuple[Array, Cells]:
-        self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
+        self._set_constants(parameters)
         slope, cells = self.simulation.local_slopes()
         return slope[self.recording.places], cells
 
@@ -413,10 +407,9 @@ def isochoric_sample(comm: MPI.Comm, stretches: Sequence[Array]) -> Array:
 
 def _coupon_targets(q: Array) -> Array:
     distinct = np.unique(q)
+    count = DENSE if len(distinct) > DENSE else DENSE // 3
     # The even points make a smooth curve from few samples, and steps that the march can take.
-    even = np.linspace(
-        min(0.0, distinct[0]), max(0.0, distinct[-1]), DENSE if len(distinct) > DENSE else DENSE // 3
-    )
+    even = np.linspace(min(0.0, distinct[0]), max(0.0, distinct[-1]), count)
     if len(distinct) > DENSE:
         return even
     # Points that nearly coincide would spoil the spline.

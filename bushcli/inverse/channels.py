@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -46,8 +47,7 @@ def curve_channel(
 ) -> Channel:
     """Return the channel of a recording: of the case's bushing, or of another shape. An effect may require its time."""
     shape, mode, mesh = shape or case.geometry, modes()[recording.mode], case.mesh.refinement
-    faulty = bad_samples(recording) if faulty is None else faulty
-    paths = {} if paths is None else paths
+    faulty, paths = bad_samples(recording) if faulty is None else faulty, {} if paths is None else paths
     simulation = simulation_of_recording(recording, case, shape, rubber, mesh, comm, prepared, paths)
     if simulation is None:
         return SweptChannel(recording, prepared(shape, mode, rubber, mesh, comm), weighting, faulty, branch)
@@ -58,17 +58,15 @@ def coupon_channels(
     case: Case, rubber: Rubber, weighting: Weighting, measured: RecordingCache | None = None
 ) -> list[Channel]:
     """Return the channels of the case's coupon tests; every rank of a parallel run solves these small models itself."""
-    shape, tables = shapes()["coupon"](), None if measured is None else measured.tables
+    coupon, tables = shapes()["coupon"](), None if measured is None else measured.tables
+    made = partial(
+        curve_channel, case=case, rubber=rubber, weighting=weighting, comm=MPI.COMM_SELF, shape=coupon
+    )
     channels = []
     for source in case.coupons:
         recording = read_recording(source, tables)
         branch, used = fitted_branch(source, recording)
-        faulty = bad_samples(recording) | ~used
-        channels.append(
-            curve_channel(
-                recording, case, rubber, weighting, MPI.COMM_SELF, shape=shape, faulty=faulty, branch=branch
-            )
-        )
+        channels.append(made(recording, faulty=bad_samples(recording) | ~used, branch=branch))
     return channels
 
 
@@ -86,9 +84,8 @@ def fitted_branch(source: Source, recording: Recording) -> tuple[str, NDArray[np
         return "", all_samples
     if np.count_nonzero(used) < FEWEST:
         what = f"has {count_of(np.count_nonzero(used), 'sample')} of {source.branch}"
-        raise InputError(
-            Problem(str(source.file), what, "", f'at least {FEWEST}; branch = "both" takes all samples')
-        )
+        expected = f'at least {FEWEST}; branch = "both" takes all samples'
+        raise InputError(Problem(str(source.file), what, "", expected))
     return source.branch or "loading", used
 
 
@@ -102,50 +99,35 @@ def bushing_channels(
 ) -> list[Channel]:
     """Return the channels of the case's recordings; `prepared` makes their finite-element models."""
     measured = RecordingCache() if measured is None else measured
-    paths: Paths = {}
-    channels = []
-    for source in case.recordings:
-        recording = measured.recording(source)
-        faulty = bad_samples(recording, measured.faults(recording))
-        channels.append(
-            curve_channel(
-                recording,
-                case,
-                rubber,
-                None,
-                comm,
-                prepared=prepared,
-                paths=paths,
-                corrected=corrected,
-                faulty=faulty,
-            )
-        )
-    return channels
+    made = partial(curve_channel, case=case, rubber=rubber, weighting=None, comm=comm, prepared=prepared)
+    recordings, paths = [measured.recording(source) for source in case.recordings], Paths()
+    return [
+        made(path, paths=paths, corrected=corrected, faulty=bad_samples(path, measured.faults(path)))
+        for path in recordings
+    ]
 
 
 def dynamic_channels(
     case: Case, rubber: Rubber, comm: MPI.Comm, tables: TableCache | None = None
 ) -> list[DynamicChannel]:
     """Return the channels of the bushing's tables of dynamic stiffness."""
-    read = dynamic_tables(case, tables)
-    if not read:
-        return []
-    # What few cases need is loaded where one needs it.
-    from bushcli.inverse.dynamic_channel import DynamicChannel
-    from bushcli.simulate.dynamic_tables import by_temperature
+    channels = []
+    for table in dynamic_tables(case, tables):
+        # What few cases need is loaded where one needs it.
+        from bushcli.inverse.dynamic_channel import DynamicChannel
+        from bushcli.simulate.dynamic_tables import by_temperature
 
-    return [
-        DynamicChannel(table.rows(rows), rubber, case, comm, temperature=temperature)
-        for table in read
-        for rows, temperature in by_temperature(case, table)
-    ]
+        for rows, temperature in by_temperature(case, table):
+            channels.append(DynamicChannel(table.rows(rows), rubber, case, comm, temperature=temperature))
+    return channels
 
 
 def dynamic_tables(case: Case, tables: TableCache | None = None) -> list[DynamicTable]:
     """Return the tables of dynamic stiffness of the bushing."""
-    sources = [source for source in case.dynamic if modes()[source.mode].specimen == "bushing"]
-    if not sources:
-        return []
-    from bushcli.recording.dynamic.read import read_dynamic
+    read = []
+    for source in case.dynamic:
+        if modes()[source.mode].specimen == "bushing":
+            from bushcli.recording.dynamic.read import read_dynamic
 
-    return [read_dynamic(source, tables) for source in sources]
+            read.append(read_dynamic(source, tables))
+    return read

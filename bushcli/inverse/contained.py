@@ -60,13 +60,9 @@ def removable_parts(task: Task, recordings: Sequence[Recording]) -> list[Contain
     """Return what can be taken out of a task's model, in the order in which it can be added again."""
     start = dict(zip(task.names, map(float, task.vectors()[0]), strict=True))
     times = [float(np.ptp(recording.time)) for recording in recordings if recording.time is not None]
-    scales = {
-        "duration": max(times, default=1.0),
-        "amplitude": max(
-            (float(np.abs(recording.displacement).max()) for recording in recordings), default=1.0
-        ),
-        "shear": float(task.law.shear_modulus(**task.material.parameters)),
-    }
+    travels = [float(np.abs(recording.displacement).max()) for recording in recordings]
+    shear = float(task.law.shear_modulus(**task.material.parameters))
+    scales = {"duration": max(times, default=1.0), "amplitude": max(travels, default=1.0), "shear": shear}
     parts: list[ContainedPart] = []
     terms = [p.name for p in task.law.parameters if p.optional and p.name in start]
     for number in dict.fromkeys(name[-1] for name in terms):
@@ -85,20 +81,17 @@ def removable_parts(task: Task, recordings: Sequence[Recording]) -> list[Contain
             # With all times held a spectrum is nearly linear in its moduli, which one search finds together.
             continue
         latest: dict[str, str] = {}
-        for branch in dict.fromkeys(p.branch if p.optional else "" for p in free.values()):
-            branch_parameters = {
-                name: p for name, p in free.items() if (p.branch if p.optional else "") == branch
-            }
-            absent = {name: p.off for name, p in branch_parameters.items() if p.off is not None}
-            grid = {
-                name: tuple(dict.fromkeys((start[name], *_grid(p, scales, task.period(active)))))
-                for name, p in branch_parameters.items()
-                if p.off is None
-            }
-            earlier = {name: latest[p.stem] for name, p in branch_parameters.items() if p.stem in latest}
-            latest |= {p.stem: name for name, p in branch_parameters.items()}
+        branches: dict[str, dict[str, EffectParameter]] = {}
+        for name, p in free.items():
+            branches.setdefault(p.branch if p.optional else "", {})[name] = p
+        for branch in branches.values():
+            absent = {name: p.off for name, p in branch.items() if p.off is not None}
+            grids = {n: _grid(p, scales, task.period(active)) for n, p in branch.items() if p.off is None}
+            grid = {name: tuple(dict.fromkeys((start[name], *values))) for name, values in grids.items()}
+            earlier = {name: latest[p.stem] for name, p in branch.items() if p.stem in latest}
+            latest |= {p.stem: name for name, p in branch.items()}
             if absent:
-                parts.append(ContainedPart(tuple(branch_parameters), absent, grid, active.name, earlier))
+                parts.append(ContainedPart(tuple(branch), absent, grid, active.name, earlier))
     return parts
 
 
@@ -119,9 +112,8 @@ class Contained(LeastSquaresProblem):
         self.free = np.array([name in free for name in whole.names])
         held = {n: float(v) for n, v, f in zip(whole.names, point, self.free, strict=True) if not f}
         names = [name for name in whole.names if name in free]
-        super().__init__(
-            whole.channels, whole.law, names, whole.fixed | held, whole.bounds.of(self.free), whole.states
-        )
+        bounds, fixed = whole.bounds.of(self.free), whole.fixed | held
+        super().__init__(whole.channels, whole.law, names, fixed, bounds, whole.states)
         self.stopping, self.limits, self.evaluations = whole.stopping, whole.limits, whole.evaluations
 
     def all_of(self, x: Array) -> Array:
@@ -149,11 +141,8 @@ def from_contained(
     problem: LeastSquaresProblem, start: Array, loss: Loss = "linear", every: Sequence[ContainedPart] = ()
 ) -> Minimum:
     """Search from the smallest model on, one addition after the other."""
-    x, added, remaining = (
-        _switch_off(problem, problem.bounds.inside(start), every),
-        list[ContainedPart](),
-        list(every),
-    )
+    x, remaining = _switch_off(problem, problem.bounds.inside(start), every), list(every)
+    added: list[ContainedPart] = []
     free = [name for name in problem.names if not any(name in part.names for part in every)]
     amplitudes = {*problem.law.linear, *(name for part in every for name in part.off)}
     lowest = _search_free(problem, x, free, loss) if every else None
@@ -277,19 +266,16 @@ def _split(problem: LeastSquaresProblem, x: Array, part: ContainedPart) -> Array
         point[[index[before], index[name]]] *= (1.0, 1.0) if name in part.off else (APART, 1.0 / APART)
     apart, _ = problem.stiffness_shares(point)
     # Terms of the law halve its stiffness, not the modulus.
-    return problem.bounds.inside(
-        point * np.where(apart != 0.0, equal / np.where(apart != 0.0, apart, 1.0), 1.0)
-    )
+    ratio = np.divide(equal, apart, out=np.ones(len(x)), where=apart != 0.0)
+    return problem.bounds.inside(point * ratio)
 
 
 def _number_branches(
     problem: LeastSquaresProblem, every: Sequence[ContainedPart], start: Array, x: Array
 ) -> Array:
     """Return the parameters, shape (p,), with equal branches numbered in the order of their start values."""
-    index, absent = (
-        {name: i for i, name in enumerate(problem.names)},
-        {name for part in every for name in part.off},
-    )
+    index = {name: i for i, name in enumerate(problem.names)}
+    absent = {name for part in every for name in part.off}
     # Of each effect the columns of its branches: numbers of the same parameter, the first branch's first.
     columns: dict[str, dict[str, list[int]]] = {}
     for part in every:

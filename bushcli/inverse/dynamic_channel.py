@@ -59,31 +59,26 @@ class DynamicChannel(FitChannel):
     ) -> None:
         self.table, self._temperature = table, temperature
         check_preloads(case, table)
-        acting_effects = effects_on_channel(case.effects, table.name, table.mode, "dynamic", temperature)
-        self.active = tuple(active.with_start_values() for active in acting_effects)
+        acting = effects_on_channel(case.effects, table.name, table.mode, "dynamic", temperature)
+        self.active = tuple(active.with_start_values() for active in acting)
         by_force = bool((np.isnan(table.preload) & ~np.isnan(table.preload_force)).any())
-        problems: list[Problem] = []
         if stored is not None:
             self.active = tuple(active for active in self.active if _vibrates(active, by_force))
         else:
-            problems += effects_without_stiffness(case.path.name, table.name, self.active)
-        problems += self._unfit_rig(case.path.name, by_force)
-        if problems:
-            raise InputError(*problems)
-        features = features_of(in_state(self.active, unrelaxed=False))
-        self.model = prepared(
-            case.geometry, modes()[table.mode], rubber, case.mesh.refinement, comm, features
-        )
-        self._simulation = DynamicSimulation(
-            table, self.model, self.active, case.material.density, temperature, stored
-        )
+            problems = effects_without_stiffness(case.path.name, table.name, self.active)
+            problems += self._unfit_rig(case.path.name, by_force)
+            if problems:
+                raise InputError(*problems)
+        features, mesh = features_of(in_state(self.active, unrelaxed=False)), case.mesh.refinement
+        self.model = prepared(case.geometry, modes()[table.mode], rubber, mesh, comm, features)
+        density = case.material.density
+        self._simulation = DynamicSimulation(table, self.model, self.active, density, temperature, stored)
         # Rows of a recorded table that are faulty are left out by those who compare models.
         self.faults = () if stored is not None else table_faults(case.geometry, [table])
-        used = self._fitted_rows()
         self._turned = np.exp(-1j * table.loss_angle)
         self.measured = np.concatenate([table.stiffness, np.zeros(len(table))])
         errors, unknown = _errors(table)
-        self.scale = np.where(np.tile(used, 2), errors, np.inf)
+        self.scale = np.where(np.tile(self._fitted_rows(), 2), errors, np.inf)
         if unknown:
             remark = f"{unknown} of {len(table)} rows have no standard errors (columns storage_error and loss_error); "
             remark += f"{100 * MAGNITUDE:g} % of the stiffness and {np.degrees(ANGLE):g} degrees are assumed"
@@ -161,12 +156,8 @@ class DynamicChannel(FitChannel):
         # Effects of the rig are in the simulation.
         rubber = [active for active in self.active if active not in simulation.rig]
         doubtful = [doubt for curves in reduced.curves for curve in curves for doubt in doubts(curve)]
-        conditions = [
-            condition
-            for condition in left_out(self.table, "fitted")
-            if not simulation.uneven or condition.name != "amplitude_left_out"
-        ]
-        return [*conditions, *effects_left_out(self.name, rubber), *doubtful]
+        of_table = left_out(self.table, "fitted", simulation.uneven)
+        return [*of_table, *effects_left_out(self.name, rubber), *doubtful]
 
     def _unfit_rig(self, where: str, by_force: bool) -> Iterator[Problem]:
         """Yield why effects of the rig cannot be fitted to the table."""
@@ -174,14 +165,13 @@ class DynamicChannel(FitChannel):
             stops = active.effect.rig is not None and active.effect.rig.parallel is not None
             if has_slope(active) and not (stops and by_force):
                 continue
-            what, remedy = (
-                f"{self.name}: with {readable_name(active.name)} the stiffness depends on the amplitude",
-                "",
+            what = f"{self.name}: with {readable_name(active.name)} the stiffness depends on the amplitude"
+            expected = (
+                f'give the effect "{active.name}" channels = [...] without {self.name}, or leave it out'
             )
             if has_slope(active):
                 what = f"{self.name}: {readable_name(active.name)} carries an unknown share of a preload in N"
-                remedy = "give the preload in mm, or "
-            expected = f'{remedy}give the effect "{active.name}" channels = [...] without {self.name}, or leave it out'
+                expected = f"give the preload in mm, or {expected}"
             yield Problem(where, what, "", expected)
 
     def _fitted_rows(self) -> NDArray[np.bool_]:
@@ -193,12 +183,11 @@ class DynamicChannel(FitChannel):
         if has_amplitude.any() and not self._simulation.uneven:
             used &= ~(has_amplitude & (table.amplitude > SPREAD * np.nanmin(table.amplitude)))
         if not used.any():
-            what = f"{table.name}: none of its {len(table)} rows can be fitted"
-            raise InputError(
-                Problem(
-                    ", ".join(map(str, table.files)), what, "", "rows that belong to a curve over frequency"
-                )
+            where, what = (
+                ", ".join(map(str, table.files)),
+                f"{table.name}: none of its {len(table)} rows can be fitted",
             )
+            raise InputError(Problem(where, what, "", "rows that belong to a curve over frequency"))
         return used
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,24 +80,19 @@ class ReducedCurves:
                 continue
             if name not in self.names:
                 return None
-            scales = value * before > 0.0
-            steps[name] = (
-                (before * math.log(value / before), before / value) if scales else (value - before, 1.0)
-            )
+            steps[name] = value - before, 1.0
+            if value * before > 0.0:
+                steps[name] = before * math.log(value / before), before / value
         for model in (curve.model for group in self.curves for curve in group):
-            stiffness, slopes = (
-                model.stiffness(np.zeros(1), ()).real,
-                model.slopes_by_parameters(np.zeros(1), ()).real,
-            )
+            stiffness = model.stiffness(np.zeros(1), ()).real
+            slopes = model.slopes_by_parameters(np.zeros(1), ()).real
             factor = remainder = 0.0
             for i, (name, change) in enumerate(zip(model.changes.names, model.changes.matrices, strict=True)):
                 step = steps.get(name, (0.0, 1.0))[0]
                 # A factor on all moduli alone, as on those of the branches, is exact.
                 relative_change = step * float(np.trace(change.viscous) / np.trace(model.reduced.viscous))
-                factor, remainder = (
-                    factor + relative_change,
-                    remainder + abs(step * float((slopes[i] / stiffness)[0]) - relative_change),
-                )
+                factor += relative_change
+                remainder += abs(step * float((slopes[i] / stiffness)[0]) - relative_change)
             if abs(factor) > math.log(FACTOR) or remainder > BESIDE:
                 return None
         return replace(self, steps=steps)
@@ -129,9 +125,8 @@ class DynamicSimulation:
         amplitudes = table.amplitude[~np.isnan(table.amplitude)]
         #: Whether amplitude thins the rubber of the simulation.
         self.uneven = thinned_of(active) is not None and len(amplitudes) > 0
-        self._preloads = _preloads(
-            table, (float(amplitudes.min()), float(amplitudes.max())) if self.uneven else ()
-        )
+        ends = (float(amplitudes.min()), float(amplitudes.max())) if self.uneven else ()
+        self._preloads = _preloads(table, ends)
         self._known: Store = {} if stored is None else stored(model, self.uneven)
 
     def _relaxation(self, parameters: Mapping[str, float]) -> tuple[Branches, ThinnedSpectrum | None]:
@@ -159,29 +154,23 @@ class DynamicSimulation:
         else:
             moving = tuple(name for name in names if name in constants)
         key = tuple(constants.items())
-        curves_near = self._known.pop(key, None)
-        if curves_near is None and self._near:
-            updated = (neighbour.extrapolate(constants) for neighbour in self._known.values())
-            candidates = [
-                curves
-                for curves in updated
-                if curves is not None and self.error(curves, parameters) <= PROMISED
-            ]
-            if candidates:
-                return min(candidates, key=lambda curves: sum(abs(step) for step, _ in curves.steps.values()))
-        if (
-            curves_near is None
-            or not set(moving) <= set(curves_near.names)
-            or not self.error(curves_near, parameters) <= PROMISED
-        ):
+        known = self._known.pop(key, None)
+        if known is None and self._near:
+            shifted = (neighbour.extrapolate(constants) for neighbour in self._known.values())
+            near = [curves for curves in shifted if curves and self.error(curves, parameters) <= PROMISED]
+            if near:
+                return min(near, key=lambda curves: sum(abs(step) for step, _ in curves.steps.values()))
+        if known and not (set(moving) <= set(known.names) and self.error(known, parameters) <= PROMISED):
+            known = None
+        if known is None:
             self.model.set_parameters(constants)
             ends: list[Array] = []
             curves = [self._march(group.test, parameters, moving, limit, ends) for group in self._preloads]
-            curves_near = ReducedCurves(curves, isochoric_sample(self.model.comm, ends), moving, constants)
+            known = ReducedCurves(curves, isochoric_sample(self.model.comm, ends), moving, constants)
             if len(self._known) == CACHED:
                 self._known.pop(next(iter(self._known)))
-        self._known[key] = curves_near
-        return curves_near
+        self._known[key] = known
+        return known
 
     def _march(
         self,
@@ -192,12 +181,12 @@ class DynamicSimulation:
         ends: list[Array],
     ) -> list[DynamicCurve]:
         density = _density(parameters)
-        density = self._density if density is None else density
         branches, thinned = self._relaxation(parameters)
         if self._near:
             # Vectors for any relaxation that rows of these frequencies show.
             slow, fast = 0.5 / np.pi / self.table.frequency.min(), 0.5 / np.pi / self.table.frequency.max()
             branches = [*branches, (1.0, float(slow)), (1.0, float(fast))]
+        density = self._density if density is None else density
         vibrations = Vibrations(self.table.name, test, self.model, branches, density, thinned, names)
 
         def observe(solver: Equilibrium) -> None:
@@ -206,16 +195,12 @@ class DynamicSimulation:
             if len(vibrations.curves) > before:
                 ends.append(principal_stretches(self.model).reshape(-1, 3))
 
-        for program in vibrations.test.programs():
-            history = march(
-                self.model,
-                program,
-                drive=vibrations.drive,
-                progress=lambda *_: meet(self.model.comm),
-                observer=observe,
-                failure_limit=limit.steps,
-            )
-            limit.learn(history)
+        def report(*_: float) -> None:
+            meet(self.model.comm)
+
+        followed = partial(march, self.model, drive=vibrations.drive, progress=report, observer=observe)
+        for program in test.programs():
+            limit.learn(followed(program, failure_limit=limit.steps))
         if len(vibrations.curves) < len(test.preload):
             raise failure_at_start("a preload is unstable")
         return [vibrations.curves[i][0] for i in range(len(test.preload))]
@@ -234,15 +219,13 @@ class DynamicSimulation:
         for group, curves in zip(self._preloads, reduced.curves, strict=True):
             for number, curve in enumerate(curves):
                 rows = group.rows[group.number == number]
-                frequency, model = self.table.frequency[rows], curve.model
+                frequency, model, uneven = self.table.frequency[rows], curve.model, curve.uneven
                 force = np.zeros(len(all_names))
                 indices = [i for i, name in enumerate(model.changes.names) if name in all_names]
                 places = [all_names.index(model.changes.names[i]) for i in indices]
                 force[places] = model.changes.force[indices]
-                if curve.uneven is not None:
-                    part, derivatives = self._thinned_stiffness(
-                        curve, curve.uneven, rows, parameters, all_names
-                    )
+                if uneven is not None:
+                    part, derivatives = self._thinned_stiffness(curve, uneven, rows, parameters, all_names)
                 else:
                     part = model.stiffness(frequency, branches, density)
                     derivatives = np.zeros((len(rows), len(all_names)), dtype=np.complex128)
@@ -250,18 +233,16 @@ class DynamicSimulation:
                         by_constants = model.slopes_by_parameters(frequency, branches, density)
                         derivatives[:, places] = by_constants[indices].T
                         by_g, by_tau, by_density = model.slopes(frequency, branches, density)
-                        derivatives += (
-                            np.vstack([by_g, by_tau, DENSITY * by_density]).T @ derivatives_by_parameter
-                        )
+                        relaxing = np.vstack([by_g, by_tau, DENSITY * by_density])
+                        derivatives += relaxing.T @ derivatives_by_parameter
                 held = curve.force
                 if reduced.steps:
                     step, rate = np.array([reduced.steps.get(name, (0.0, 1.0)) for name in all_names]).T
                     held += float(sum(force * step))
                     rescaling = np.exp((derivatives / part[:, None]) @ step)
                     part, derivatives = part * rescaling, derivatives * rescaling[:, None] * rate
-                measured = measured_stiffness(
-                    rig, part, frequency, curve.preload, held, names, force[: len(names)]
-                )
+                force = force[: len(names)]
+                measured = measured_stiffness(rig, part, frequency, curve.preload, held, names, force)
                 value[rows] = measured.value
                 slope[rows] = measured.slope + measured.by_part[:, None] * derivatives[:, : len(names)]
         return value, slope
@@ -295,10 +276,10 @@ class DynamicSimulation:
                 step = THINNED_STEP * max(abs(parameters[name]), 1e-3)
                 more, less = (model({**parameters, name: parameters[name] + d}) for d in (step, -step))
                 if name == "density":
-                    ends = (shifted.balances(amplitude, table.frequency[rows]) for shifted in (more, less))
-                    slope[:, i] = [
-                        (a.stiffness - b.stiffness) / (2.0 * step) for a, b in zip(*ends, strict=True)
-                    ]
+                    ends = zip(
+                        *(m.balances(amplitude, table.frequency[rows]) for m in (more, less)), strict=True
+                    )
+                    slope[:, i] = [(a.stiffness - b.stiffness) / (2.0 * step) for a, b in ends]
                 else:
                     slope[:, i] = uneven_model.slope(balances, more, less) / (2.0 * step)
         return value, slope
@@ -346,12 +327,8 @@ def _preloads(table: DynamicTable, amplitude: tuple[float, ...] = ()) -> list[_P
         if len(rows):
             levels, number = np.unique(merged_preloads(values[rows]), return_inverse=True)
             frequency = np.unique(table.frequency[rows])
-            test = DynamicTest(
-                table.mode,
-                tuple(map(float, frequency[[0, -1]] if amplitude else frequency)),
-                tuple(map(float, levels)),
-                by_force=is_force,
-                amplitude=amplitude,
-            )
+            frequency = frequency[[0, -1]] if amplitude else frequency
+            asked = tuple(map(float, frequency)), tuple(map(float, levels))
+            test = DynamicTest(table.mode, *asked, by_force=is_force, amplitude=amplitude)
             groups.append(_Preloads(rows, number.ravel(), test))
     return groups

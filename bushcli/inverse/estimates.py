@@ -78,16 +78,12 @@ def material(task: Task, problem: LeastSquaresProblem, x: Array) -> Material:
 
 def end_points(task: Task, minima: Sequence[Minimum]) -> tuple[EndPoint, ...]:
     """Return where each search began and ended, the one with the smallest misfit first."""
-    named = [
-        EndPoint(
-            dict(zip(task.names, map(float, m.start), strict=True)),
-            dict(zip(task.names, map(float, m.x), strict=True)),
-            m.cost,
-            m.message,
-        )
-        for m in minima
-    ]
-    return tuple(sorted(named, key=lambda end: end.cost))
+
+    def named(x: Array) -> dict[str, float]:
+        return dict(zip(task.names, map(float, x), strict=True))
+
+    ends = [EndPoint(named(m.start), named(m.x), m.cost, m.message) for m in minima]
+    return tuple(sorted(ends, key=lambda end: end.cost))
 
 
 def compared_curves(
@@ -134,11 +130,10 @@ def compared_tables(
             conditions += channel.conditions(problem.parameters(x))
         except NotConverged:
             continue
+        started = None
         if before and fitted:
-            table = replace(
-                table, started=channel.simulated_stiffness(before[problem.channels.index(channel)])
-            )
-        tables.append(replace(table, held_out=not fitted))
+            started = channel.simulated_stiffness(before[problem.channels.index(channel)])
+        tables.append(replace(table, started=started, held_out=not fitted))
     return tuple(tables), tuple(conditions)
 
 
@@ -155,15 +150,11 @@ def _fitted_curve(
         rms = rms_percent(force[used] - measured, measured)
         return Curve(recording.mode, recording.displacement, force, recording.time), rms
 
-    fitted, rms = curve(answer)
-    start_curve, first_rms = curve(started) if started is not None else (None, float("nan"))
     return FittedCurve(
-        name=channel.name,
-        recording=recording,
-        fitted=fitted,
-        rms_percent=rms,
-        started=start_curve,
-        started_percent=first_rms,
+        channel.name,
+        recording,
+        *curve(answer),
+        *(curve(started) if started is not None else (None, float("nan"))),
         noise_percent=100 * channel.noise / float(np.ptp(measured)),
         held_out=held_out,
         smooth=channel.curve(answer),

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -61,54 +62,37 @@ def in_file_units(fit: Fit) -> Fit:
     rotational = _rotational_parameters(fit)
     if not rotational:
         return fit
+
+    def numbers(name: str, inside: Iterable[float]) -> list[float]:
+        return [_value(float(value), rotational.get(name)) for value in inside]
+
+    def estimate(name: str, inside: Estimate) -> Estimate:
+        value, std, lower, upper = numbers(name, (inside.value, inside.std, inside.lower, inside.upper))
+        changed = replace(inside, value=value, std=std, lower=lower, upper=upper)
+        if inside.interval is None:
+            return changed
+        low, high = numbers(name, inside.interval)
+        return replace(changed, interval=(low, high))
+
+    values = partial(values_in_file_units, rotational=rotational)
     return replace(
         fit,
-        parameters={
-            name: _estimate(estimate, rotational.get(name)) for name, estimate in fit.parameters.items()
-        },
-        profiles=tuple(
-            replace(p, values=np.array([_value(float(v), rotational.get(p.name)) for v in p.values]))
-            for p in fit.profiles
-        ),
-        evaluations=tuple(
-            replace(e, parameters=values_in_file_units(e.parameters, rotational)) for e in fit.evaluations
-        ),
+        parameters={name: estimate(name, inside) for name, inside in fit.parameters.items()},
+        profiles=tuple(replace(p, values=np.array(numbers(p.name, p.values))) for p in fit.profiles),
+        evaluations=tuple(replace(e, parameters=values(e.parameters)) for e in fit.evaluations),
         end_points=tuple(
-            replace(
-                e,
-                start=values_in_file_units(e.start, rotational),
-                parameters=values_in_file_units(e.parameters, rotational),
-            )
-            for e in fit.end_points
+            replace(e, start=values(e.start), parameters=values(e.parameters)) for e in fit.end_points
         ),
     )
 
 
 def _rotational_parameters(fit: Fit) -> dict[str, EffectParameter]:
     channels = [(curve.name, curve.recording.mode) for curve in fit.curves]
-    return parameters_in_degrees(
-        fit.effects, [*channels, *((compared.table.name, compared.table.mode) for compared in fit.tables)]
-    )
+    channels += [(compared.table.name, compared.table.mode) for compared in fit.tables]
+    return parameters_in_degrees(fit.effects, channels)
 
 
 def _value(inside: float, parameter: EffectParameter | None) -> float:
-    return (
-        inside
-        if parameter is None or not math.isfinite(inside)
-        else case_file_number(parameter, inside, rotational=True)
-    )
-
-
-def _estimate(estimate: Estimate, parameter: EffectParameter | None) -> Estimate:
-    ends = estimate.interval and (
-        _value(estimate.interval[0], parameter),
-        _value(estimate.interval[1], parameter),
-    )
-    return replace(
-        estimate,
-        value=_value(estimate.value, parameter),
-        std=_value(estimate.std, parameter),
-        lower=_value(estimate.lower, parameter),
-        upper=_value(estimate.upper, parameter),
-        interval=ends,
-    )
+    if parameter is None or not math.isfinite(inside):
+        return inside
+    return case_file_number(parameter, inside, rotational=True)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from itertools import starmap
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,7 +16,6 @@ from numpy.typing import NDArray
 from bushcli.case import Case
 from bushcli.case.typical import unusual_values
 from bushcli.curve.earlier import not_from_rest
-from bushcli.effects.active import ActiveEffect
 from bushcli.errors import InputError, Problem
 from bushcli.faults import DataFault, condition, find_faults
 from bushcli.inverse import certainty, starts
@@ -36,10 +36,9 @@ from bushcli.inverse.problem import LeastSquaresProblem, Progress
 from bushcli.inverse.profile import profiles_of
 from bushcli.inverse.result import Evaluation, Fit, Profile, Weighting
 from bushcli.inverse.task import Task, refuse_fixed
-from bushcli.inverse.verdict import conditions, history_not_saved, profiles_cut_short, start_replaced
-from bushcli.recording import Recording
+from bushcli.inverse.verdict import conditions, history_not_saved, start_replaced
 from bushcli.recording.table_cache import TableCache
-from bushcli.runtime.condition import Condition, history_damaged
+from bushcli.runtime.condition import CONTINUE, Condition, history_damaged
 from bushcli.runtime.executor import Pool
 from bushcli.runtime.interrupt import unwrapped_interrupts
 from bushcli.simulate.extent import outside_measured
@@ -93,7 +92,6 @@ def fit_coupons(
     InputError
         The case has no coupons, one cannot be read, or the start cannot be solved.
     """
-    # Effects that coupons have are those on the rubber that name them, or that have nothing else to act on.
     warm = {test.label: test.temperature for test in case.coupons if test.temperature is not None}
     elsewhere = bool(case.channels or case.dynamic or case.vibrations)
     names = {source.label for source in case.coupons}
@@ -103,18 +101,11 @@ def fit_coupons(
         if effect.effect.feature is not None
         and (not elsewhere if effect.channels is None else names & set(effect.channels))
     )
-    tests = [modes()[source.mode] for source in case.coupons]
-    volumetric = [mode for mode in tests if mode.needs_compressibility]
-    task = Task(
-        replace(case, effects=effects),
-        model or case.material.law,
-        "coupons",
-        fixed=fixed,
-        hold_out=hold_out,
-        weighting=weighting,
-        bulk_modulus=bool(volumetric),
-    )
-    if volumetric and len(volumetric) == len(tests):
+    case = replace(case, effects=effects)
+    volumetric = [modes()[source.mode].needs_compressibility for source in case.coupons]
+    task = Task(case, model or case.material.law, "coupons", fixed=fixed, hold_out=hold_out)
+    task = replace(task, weighting=weighting, bulk_modulus=any(volumetric))
+    if volumetric and all(volumetric):
         # They say nothing about the law, whose energy does not depend on the volume.
         task = replace(task, fixed=tuple(task.material.parameters))
     refuse_fixed([task])
@@ -176,14 +167,7 @@ def identify(
             raise
         cost, x = problem.best
         run.minima.append(Minimum(start, x, cost, 0, False, "interrupted"))
-    fit = run.result(interrupted, started)
-    if run.instead is not None:
-        fit = replace(fit, conditions=(*fit.conditions, start_replaced(run.values(run.instead), task)))
-    unlike_bushings = unusual_values(task.case, task.case.material, run.recordings)
-    # Data faults come first: they explain more of a poor fit than any condition found after them.
-    return replace(
-        fit, faults=run.faults, conditions=(*map(condition, run.faults), *fit.conditions, *unlike_bushings)
-    )
+    return run.result(interrupted, started)
 
 
 @dataclass
@@ -206,16 +190,12 @@ class _Searches:
     # Where the search began if the given start could not be solved, shape (parameters,).
     instead: Array | None = None
 
-    @property
-    def recordings(self) -> list[Recording]:
-        """All recordings, those of channels held out too."""
-        return [channel.recording for channel in self.curves]
-
     @cached_property
     def faults(self) -> tuple[DataFault, ...]:
         """Faults of the recordings, the fatal ones first."""
+        recordings = [channel.recording for channel in self.curves]
         of_tables = [fault for channel in self.dynamic for fault in channel.faults]
-        every = (*find_faults(self.task.case, self.recordings), *of_tables)
+        every = (*find_faults(self.task.case, recordings), *of_tables)
         return tuple(sorted(every, key=lambda fault: not fault.fatal))
 
     def check(self, told: Callable[[DataFault], None] | None) -> None:
@@ -223,86 +203,63 @@ class _Searches:
 
         That is a play in the rig that takes up the whole travel, and the influence of a temperature that they share.
         """
+        where = self.task.case.path.name
         for effect in self.task.effects:
-            self._check_temperatures(effect)
-        for recording in self.recordings:
+            acting = [active for channel in self.problem.channels for active in channel.active]
+            temperatures = {active.temperature for active in acting if active.name == effect.name}
+            free = [p for p in effect.parameters if not self.task.is_fixed(effect.full_name(p))]
+            if effect.effect.needs_temperature and free and len(temperatures) == 1:
+                what = f"the effect {effect.name} cannot be identified: all that is fitted was measured at "
+                what += f"{temperatures.pop():g} degrees C"
+                expected = (
+                    "recordings at another temperature; or give its parameters their values, and --fix "
+                )
+                raise InputError(Problem(where, what, "", expected + effect.name))
+        for recording in (channel.recording for channel in self.curves):
             check_play(self.task.case, recording.name, recording.mode, recording.displacement)
         if told is not None:
             for fault in self.faults:
                 told(fault)
 
-    def _check_temperatures(self, effect: ActiveEffect) -> None:
-        same_effect = [
-            active
-            for channel in self.problem.channels
-            for active in channel.active
-            if active.name == effect.name
-        ]
-        temperatures = {active.temperature for active in same_effect}
-        free = [p for p in effect.parameters if not self.task.is_fixed(effect.full_name(p))]
-        if effect.effect.needs_temperature and free and len(temperatures) == 1:
-            what = f"the effect {effect.name} cannot be identified: all that is fitted was measured at "
-            what += f"{temperatures.pop():g} degrees C"
-            expected = (
-                "recordings at another temperature; or give its parameters their values, and --fix "
-                + effect.name
-            )
-            raise InputError(Problem(self.task.case.path.name, what, "", expected))
-
-    def _held_out_beyond_range(self) -> tuple[Condition, ...]:
-        """Return conditions for held-out channels that lie outside the range of the fitted ones."""
-        case = self.task.case
+    def _held_out_beyond_range(self) -> Iterator[Condition]:
+        """Yield conditions for held-out channels that lie outside the range of the fitted ones."""
+        case, every = self.task.case, (*self.curves, *self.dynamic)
         warm = {source.label: source.temperature for source in (*case.recordings, *case.coupons)}
-        extents = {
-            channel: channel.extent(warm.get(channel.name)) for channel in (*self.curves, *self.dynamic)
-        }
-        fitted = [extents[channel] for channel in self.problem.channels]
-        return tuple(
-            condition
-            for channel, extent in extents.items()
-            if channel not in self.problem.channels
-            for condition in outside_measured(channel.name, extent, fitted, channel.active)
-        )
+        extents = {channel: channel.extent(warm.get(channel.name)) for channel in every}
+        fitted = [extents.pop(channel) for channel in self.problem.channels]
+        for channel, extent in extents.items():
+            yield from outside_measured(channel.name, extent, fitted, channel.active)
 
     def values(self, x: Array) -> dict[str, float]:
         """Return the values (parameters,) by name, in the units of the case file."""
-        return values_in_file_units(
-            dict(zip(self.task.names, map(float, x), strict=True)), self.task.rotational_parameters
-        )
+        inside = dict(zip(self.task.names, map(float, x), strict=True))
+        return values_in_file_units(inside, self.task.rotational_parameters)
 
     def unsolvable_problem(self) -> Problem:
         """Return why nothing can be fitted; the likely cause is a fatal fault of the data, if there is one."""
         fatal = next((fault for fault in self.faults if fault.fatal), None)
         values = ", ".join(f"{name} = {value:g}" for name, value in self.values(self.start).items())
-        where, what = (
-            self.task.case.path.name,
-            f"the curves cannot be simulated with {self.task.model}, from {values} ",
-        )
+        what = f"the curves cannot be simulated with {self.task.model}, from {values} "
         what += "or from the law's own start values"
+        remedy = "give other start values in [material.parameters]"
         if fatal is not None:
-            return Problem(where, f"{what}; {fatal.channel}: {fatal.where}", "", fatal.remedy)
-        return Problem(where, what, "", "give other start values in [material.parameters]")
+            what, remedy = f"{what}; {fatal.channel}: {fatal.where}", fatal.remedy
+        return Problem(self.task.case.path.name, what, "", remedy)
 
     def search(self) -> None:
         """Search from all starts. Raises `InputError` where the start cannot be solved at all."""
         task, problem = self.task, self.problem
-        every = removable_parts(
-            task, [channel.recording for channel in self.curves if channel in problem.channels]
-        )
-        first_start = first_minimum(problem, self.start, task.loss, partial(from_contained, every=every))
-        if first_start is None:
+        fitted = [channel.recording for channel in self.curves if channel in problem.channels]
+        searched = partial(from_contained, every=removable_parts(task, fitted))
+        first = first_minimum(problem, self.start, task.loss, searched)
+        if first is None:
             raise InputError(self.unsolvable_problem())
-        self.minima.append(first_start.minimum)
-        self.instead = first_start.instead
+        self.minima.append(first.minimum)
+        self.instead = first.instead
         states = {0: problem.states}
-        points = self._further_starts(first_start.initial)
-        limits = tuple(problem.limits)
-        assignments = [
-            starts.Assignment(
-                number, point, first_start.states, limits, first_start.minimum.cost, self.journal, self.resume
-            )
-            for number, point in enumerate(points, 1)
-        ]
+        points, limits = self._further_starts(first.initial), tuple(problem.limits)
+        known = first.states, limits, first.minimum.cost, self.journal, self.resume
+        assignments = [starts.Assignment(i, point, *known) for i, point in enumerate(points, 1)]
 
         def forward(evaluation: Evaluation) -> None:
             if self.progress is not None:
@@ -316,7 +273,7 @@ class _Searches:
                 self.minima.append(refined.minimum)
 
         starts.refine_start(task, problem.channels, assignments, done, forward, self.pool)
-        problem.begin_profiles(states[_index_of_lowest(self.minima)])
+        problem.begin_profiles(states[self._index_of_lowest()])
 
     def _further_starts(self, initial: Array) -> list[Array]:
         """Return further starts, found on a coarse mesh; none if only one start is requested."""
@@ -358,18 +315,15 @@ class _Searches:
     def result(self, interrupted: bool, started: float) -> Fit:
         """Return the best minimum as a fit, with its uncertainty."""
         task, problem = self.task, self.problem
-        best = self.minima[_index_of_lowest(self.minima)]
-        searched = problem.sweeps, problem.forward_solves, problem.failed_solves
+        sweeps, forward_solves, failed_solves = problem.sweeps, problem.forward_solves, problem.failed_solves
         # The intervals of a law that is fitted to wrong data would mean nothing.
         fatal = any(fault.fatal for fault in self.faults)
-        skipped = interrupted or fatal
-        best, profiles, cut = self._profile_best(best, skipped)
+        best, profiles, cut = self._profile_best(self.minima[self._index_of_lowest()], interrupted or fatal)
         rubber = material(task, problem, best.x)
         uncertainty = certainty.uncertainty(problem, best.x)
         parameters, correlation = estimates(task, problem, best.x, uncertainty, profiles)
-        tables, table_conditions = compared_tables(
-            problem, self.dynamic, best.x, self.start, uncertainty.deviations
-        )
+        deviations = uncertainty.deviations
+        tables, of_tables = compared_tables(problem, self.dynamic, best.x, self.start, deviations)
         singular, undetermined = certainty.directions(problem, best.x)
         fit = Fit(
             material=rubber,
@@ -378,10 +332,10 @@ class _Searches:
             curves=compared_curves(problem, self.curves, best.x, self.start),
             stability=coupon_limits(task.law, rubber.parameters),
             weighting=task.weighting,
-            forward_solves=searched[1],
-            sweeps=searched[0],
-            failed_solves=searched[2],
-            profile_sweeps=problem.sweeps - searched[0],
+            forward_solves=forward_solves,
+            sweeps=sweeps,
+            failed_solves=failed_solves,
+            profile_sweeps=problem.sweeps - sweeps,
             iterations=best.iterations,
             converged=best.converged and not interrupted,
             singular_values=singular,
@@ -395,24 +349,36 @@ class _Searches:
             profiles=tuple(profiles),
             leverage=certainty.leverage(problem, best.x),
             effects=tuple(effect.with_values(problem.parameters(best.x)) for effect in task.effects),
+            faults=self.faults,
             tables=tables,
         )
-        starts_loaded = ((channel.name, channel.before) for channel in self.curves)
-        doubts = conditions(fit, task, best, interrupted)
-        doubts += tuple(not_from_rest(name, before) for name, before in starts_loaded if before is not None)
-        doubts += table_conditions
+        return replace(fit, conditions=tuple(self._conditions(fit, best, interrupted, cut, of_tables)))
+
+    def _conditions(
+        self, fit: Fit, best: Minimum, interrupted: bool, cut: bool, of_tables: tuple[Condition, ...]
+    ) -> Iterator[Condition]:
+        """Yield all conditions of the fit; those of its tables are given."""
+        # Data faults come first: they explain more of a poor fit than any condition found after them.
+        yield from map(condition, self.faults)
+        if cut:
+            what = "stopped after the search, while profiles were computed: intervals are missing"
+            yield Condition("interrupted", what, CONTINUE)
+        loaded = [(channel.name, channel.before) for channel in self.curves if channel.before is not None]
+        doubts = [*conditions(fit, self.task, best, interrupted), *starmap(not_from_rest, loaded), *of_tables]
         doubts += self._held_out_beyond_range()
-        if fatal:
-            # What a fit to wrong data looks like would only distract from the fault.
-            doubts = tuple(doubt for doubt in doubts if doubt.name == "interrupted")
-        if problem.journal is not None and problem.journal.failure:
-            doubts += (history_not_saved(problem.journal.failure),)
-        if problem.journal is not None and problem.journal.damaged_entries:
-            doubts += (history_damaged(problem.journal.damaged_entries),)
-        return replace(fit, conditions=(profiles_cut_short(), *doubts) if cut else doubts)
+        # What a fit to wrong data looks like would only distract from the fault.
+        fatal = any(fault.fatal for fault in self.faults)
+        yield from (doubt for doubt in doubts if not fatal or doubt.name == "interrupted")
+        journal = self.problem.journal
+        if journal is not None and journal.failure:
+            yield history_not_saved(journal.failure)
+        if journal is not None and journal.damaged_entries:
+            yield history_damaged(journal.damaged_entries)
+        if self.instead is not None:
+            yield start_replaced(self.values(self.instead), self.task)
+        case = self.task.case
+        yield from unusual_values(case, case.material, [channel.recording for channel in self.curves])
 
-
-def _index_of_lowest(minima: Sequence[Minimum]) -> int:
-    """Return the index of the lowest cost; of equal costs, the first."""
-    costs = [m.cost if np.isfinite(m.cost) else np.inf for m in minima]
-    return int(np.argmin(costs))
+    def _index_of_lowest(self) -> int:
+        """Return the index of the lowest minimum; of equal ones, the first."""
+        return int(np.argmin([m.cost if np.isfinite(m.cost) else np.inf for m in self.minima]))

@@ -28,7 +28,6 @@ Array = NDArray[np.float64]
 RUN = "run.json"
 # Largest admissible size of that file, bytes: ours have some hundred.
 _LARGEST = 10_000
-_FIELDS = ("displacement", "force", "slope", "states")
 _DAMAGED = (ValueError, LookupError, TypeError, RecursionError, OSError)
 _WORK = "bushcli.inverse.journal.evaluation"
 
@@ -40,24 +39,16 @@ class AnswersCodec:
         """Return the arrays of the answers by channel and field."""
         arrays: dict[str, Any] = {"channels": np.array(len(answers))}
         for i, answer in enumerate(answers):
-            arrays |= {
-                f"{i}.{field}": getattr(answer, field)
-                for field in _FIELDS
-                if getattr(answer, field) is not None
-            }
+            arrays |= {f"{i}.{field}": value for field, value in vars(answer).items() if value is not None}
         return arrays
 
     def decode(self, arrays: dict[str, Any], question: tuple[Any, ...]) -> list[ChannelForces]:
         """Return the answers from their arrays."""
-        return [
-            ChannelForces(
-                arrays[f"{i}.displacement"],
-                arrays[f"{i}.force"],
-                arrays[f"{i}.slope"],
-                arrays.get(f"{i}.states"),
-            )
-            for i in range(int(arrays["channels"]))
-        ]
+        answers = []
+        for i in range(int(arrays["channels"])):
+            required = (arrays[f"{i}.{field}"] for field in ("displacement", "force", "slope"))
+            answers.append(ChannelForces(*required, arrays.get(f"{i}.states")))
+        return answers
 
 
 def open_journal(folder: Path, identity: Mapping[str, Any], resume: bool | None) -> Journal:
@@ -100,37 +91,31 @@ class Journal:
         self._known: dict[bytes, list[ChannelForces]] = {}
         self._write_index()
 
+    def _refusal(self, what: str, expected: str = "give another -o") -> InputError:
+        return InputError(Problem(str(self._index), what, "", expected))
+
     def _check(self) -> None:
         """Refuse evaluations of another run."""
         try:
             identity = identity_in(self._index)
         except _DAMAGED as error:
-            what = f"is damaged ({str(error)[:200]})"
             expected = "restore the file, or run without --resume, which begins a history of its own"
-            raise InputError(Problem(str(self._index), what, "", expected)) from None
+            raise self._refusal(f"is damaged ({str(error)[:200]})", expected) from None
         if identity != self.identity:
-            what = "was saved by a run of another case, law or options"
-            raise InputError(
-                Problem(
-                    str(self._index), what, "", "the case, law and options of that run; or leave --resume out"
-                )
-            )
+            expected = "the case, law and options of that run; or leave --resume out"
+            raise self._refusal("was saved by a run of another case, law or options", expected)
 
     def _write_index(self) -> None:
         text = json.dumps({"identity": self.identity, "contents": "evaluations of bushcli inverse"})
         try:
             if self._index.is_symlink():
-                what = "is a symbolic link, which is not followed"
-                raise InputError(Problem(str(self._index), what, "", "give another -o"))
+                raise self._refusal("is a symbolic link, which is not followed")
             # A file that was written here begins like this, even if it is damaged.
             if self._index.exists() and not read_bounded(self._index, _LARGEST).startswith(b'{"identity": '):
-                what = "exists already and was not written by an earlier run"
-                raise InputError(Problem(str(self._index), what, "", "give another -o"))
+                raise self._refusal("exists already and was not written by an earlier run")
             self._index.write_text(text + "\n", encoding="utf-8")
         except OSError as error:
-            raise InputError(
-                Problem(str(self._index), f"cannot be written: {error.strerror or error}")
-            ) from None
+            raise self._refusal(f"cannot be written: {error.strerror or error}", "") from None
 
     @property
     def failure(self) -> str:

@@ -83,16 +83,12 @@ class LeastSquaresProblem:
 
     Parameters
     ----------
-    channels
-        Channels that are fitted together.
-    law
-        Its stability is part of the problem.
-    names
+    channels, law
+        What is fitted together; the law's stability is part of the problem.
+    names, bounds
         Parameters that are identified, in the order of the vectors.
     fixed
         Parameters that keep their value.
-    bounds
-        Of the parameters that are identified.
     states : shape (n, 3)
         Principal stretches in which the law has to be stable; more may be watched later.
     journal
@@ -139,10 +135,10 @@ class LeastSquaresProblem:
 
         Parameters
         ----------
-        states : Array
-            Principal stretches, shape (n, 3).
-        best : Array | None
-            Best point so far, shape (parameters,), where the states may change its cost.
+        states : shape (n, 3)
+            Principal stretches.
+        best : shape (parameters,)
+            Best point so far, where the states may change its cost.
         """
         self.states = np.concatenate([self.states, states])
         if best is not None:
@@ -173,10 +169,9 @@ class LeastSquaresProblem:
 
         Parameters
         ----------
-        x : Array
-            Parameters, shape (parameters,), in the units of the law.
-        states : Array | None
-            Principal stretches, shape (n, 3); None for those that the problem watches.
+        x : shape (parameters,)
+        states : shape (n, 3)
+            Principal stretches; None for those that the problem watches.
         """
         return penalty(self._smallest_eigenvalues(x, self.states if states is None else states))
 
@@ -212,9 +207,7 @@ class LeastSquaresProblem:
     def forces(self, x: Array) -> list[tuple[Array, Array]] | None:
         """Force and derivatives at the samples of each channel; None where a march did not converge."""
         answers = self.answers(x)
-        if answers is None:
-            return None
-        return [channel.at_samples(answer) for channel, answer in zip(self.channels, answers, strict=True)]
+        return answers and [c.at_samples(answer) for c, answer in zip(self.channels, answers, strict=True)]
 
     def parameters(self, x: Array) -> dict[str, float]:
         """All parameters of the law and of effects by name, fixed ones included."""
@@ -231,9 +224,8 @@ class LeastSquaresProblem:
         They are zero for all parameters that the energy is not linear in.
         """
         free = [name in self.law.linear for name in self.names]
-        off = {
-            name: 0.0 if name in self.law.linear else value for name, value in self.law_parameters(x).items()
-        }
+        linear, parameters = self.law.linear, self.law_parameters(x)
+        off = {name: 0.0 if name in linear else value for name, value in parameters.items()}
         shares, slopes = np.zeros(len(x)), np.zeros((len(x), len(x)))
         for i in np.flatnonzero(free):
             alone = off | {self.names[i]: 1.0}
@@ -241,9 +233,8 @@ class LeastSquaresProblem:
             for j, name in enumerate(self.names):
                 if name in off and not free[j]:
                     # A complex step, which `shear_modulus` allows, is exact.
-                    slopes[i, j] = (
-                        np.imag(self.law.shear_modulus(**alone | {name: alone[name] + 1e-30j})) / 1e-30
-                    )
+                    stepped = self.law.shear_modulus(**alone | {name: alone[name] + 1e-30j})
+                    slopes[i, j] = np.imag(stepped) / 1e-30
         return shares, slopes
 
     # -- evaluation ----------------------------------------------------------------------------------------------
@@ -261,33 +252,30 @@ class LeastSquaresProblem:
         """Return the solved curves at parameters that have been evaluated already, otherwise None."""
         return self._known.get(_key(x))
 
-    def count_evaluations(
-        self, evaluations: Sequence[Evaluation], forward_solves: int, failed_solves: int
-    ) -> None:
+    def count_evaluations(self, evaluations: Sequence[Evaluation], solves: int, failed: int) -> None:
         """Add the evaluations of another start, numbered after the own ones.
 
         Parameters
         ----------
-        evaluations : Sequence[Evaluation]
-        forward_solves, failed_solves : int
+        evaluations
+        solves, failed
             Numbers of its solved curves, and of its evaluations that failed.
         """
         before = self.sweeps
         self.evaluations += [
             replace(evaluation, number=before + evaluation.number) for evaluation in evaluations
         ]
-        self.forward_solves += forward_solves
-        self.failed_solves += failed_solves
+        self.forward_solves += solves
+        self.failed_solves += failed
 
     def learn(self, x: Array, answers: list[ChannelForces]) -> None:
         """Take over solved curves from another problem with the same channels.
 
         Parameters
         ----------
-        x : Array
-            Parameters, shape (parameters,), in the units of the law.
-        answers : list[ChannelForces]
-            Solved curves, one for each channel.
+        x : shape (parameters,)
+        answers
+            One for each channel.
         """
         self._known.setdefault(_key(x), answers)
 
@@ -296,9 +284,8 @@ class LeastSquaresProblem:
 
         Parameters
         ----------
-        x : Array
-            Parameters, shape (parameters,), in the units of the law.
-        iteration : int
+        x : shape (parameters,)
+        iteration
             The optimiser's, which is recorded with a new evaluation.
         """
         key = _key(x)
@@ -329,9 +316,8 @@ class LeastSquaresProblem:
         best = bool(np.isfinite(cost) and (self.best is None or cost < self.best[0]))
         if best:
             self.best = (cost, x.copy())
-        evaluation = Evaluation(
-            self.sweeps + 1, self.parameters(x), cost, best, self._stage, self._start, iteration
-        )
+        number, values = self.sweeps + 1, self.parameters(x)
+        evaluation = Evaluation(number, values, cost, best, self._stage, self._start, iteration)
         self.evaluations.append(evaluation)
         if self.progress is not None:
             self.progress(evaluation)
@@ -363,14 +349,13 @@ def weighted_misfits(
 
 
 def differences(function: Callable[[Array], Array], x: Array) -> Array:
-    """Return the derivative of a cheap, smooth function at x by forward differences, shape (values, parameters).
+    """Return the derivative of a cheap, smooth function by forward differences, shape (values, parameters).
 
     Parameters
     ----------
-    function : callable
+    function
         Returns an array, shape (values,).
-    x : Array
-        Parameters, shape (parameters,), each in its unit.
+    x : shape (parameters,)
     """
     base, steps = function(x), 1e-6 * np.maximum(np.abs(x), 1e-3)
     if not len(x):
@@ -406,14 +391,8 @@ def penalty(smallest: Array) -> Array:
 
 def coupon_states(stretches: tuple[float, float]) -> Array:
     """Principal stretches, shape (n, 3), of the coupon modes within the stretches that matter."""
-    low, high = stretches
-    loaded = np.concatenate(
-        [
-            np.linspace(low, 1.0, STABILITY_STATES // 2, endpoint=False),
-            np.linspace(1.0, high, STABILITY_STATES // 2),
-        ]
-    )
-    logs = np.log(loaded)
+    (low, high), half = stretches, STABILITY_STATES // 2
+    logs = np.log([*np.linspace(low, 1.0, half, endpoint=False), *np.linspace(1.0, high, half)])
     states = []
     for first, second in paths().values():
         e = np.column_stack([first * logs, second * logs, -(first + second) * logs])

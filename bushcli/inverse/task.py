@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -26,8 +26,9 @@ from bushcli.inverse.local import Loss
 from bushcli.inverse.problem import LeastSquaresProblem, Progress, coupon_states
 from bushcli.inverse.result import Weighting
 from bushcli.recording.table_cache import TableCache
+from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.recording_cache import RecordingCache
-from cases.simulate import Prepare, Rubber, prepare
+from cases.simulate import Prepare, prepare
 from forms.law import Law, law, laws
 
 if TYPE_CHECKING:
@@ -104,14 +105,11 @@ class Task:
     @property
     def material(self) -> Material:
         """Law with start values."""
-        material = self.case.material
-        law = self.law
+        material, law = self.case.material, self.law
         same = material.law == law.name
         empty = replace(material, law=law.name, parameters={}, terms=material.terms if same else self.terms)
         names = material.parameter_names if same else empty.parameter_names
-        values = {name: law.parameter(name).start for name in names}
-        if same:
-            values |= material.parameters
+        values = {name: law.parameter(name).start for name in names} | (material.parameters if same else {})
         unknown = [name for name in self.start if name not in values]
         if unknown:
             what = f"{unknown[0]} is not a parameter of {law.name}"
@@ -138,11 +136,8 @@ class Task:
 
     def period(self, active: ActiveEffect) -> float | None:
         """Return the period (s) of the highest frequency of the tables that an effect changes; None without any."""
-        frequencies = [
-            f
-            for (name, mode), f in self._highest_frequencies.items()
-            if active.acts_on(name, mode, "dynamic")
-        ]
+        tables = self._highest_frequencies.items()
+        frequencies = [f for (name, mode), f in tables if active.acts_on(name, mode, "dynamic")]
         return 1.0 / max(frequencies) if frequencies else None
 
     @property
@@ -158,10 +153,8 @@ class Task:
     @property
     def rotational_parameters(self) -> dict[str, EffectParameter]:
         """Parameters of its effects that are in degrees in the case file."""
-        static = [(source.label, source.mode) for source in self.case.recordings]
-        return parameters_in_degrees(
-            self.effects, [*static, *((source.label, source.mode) for source in self.case.dynamic)]
-        )
+        sources = (*self.case.recordings, *self.case.dynamic)
+        return parameters_in_degrees(self.effects, [(source.label, source.mode) for source in sources])
 
     def is_fixed(self, name: str) -> bool:
         """Whether a parameter keeps its start value: it or its effect is named in `fixed`, or it changes the mesh."""
@@ -175,44 +168,31 @@ class Task:
     def names(self) -> tuple[str, ...]:
         """Parameters that are identified, in the order of the vectors: the law's, then those of effects."""
         free = [name for name in (*self.material.parameters, *self.effect_values) if not self.is_fixed(name)]
-        return (
-            *free,
-            *(("compliance",) if self.bulk_modulus else ()),
-            *(("density",) if self.density else ()),
-        )
+        free += ["compliance"] if self.bulk_modulus else []
+        return (*free, "density") if self.density else tuple(free)
 
     def vectors(self) -> tuple[Array, Bounds]:
         """Start, shape (parameters,), and bounds of the parameters that are identified."""
-        material, rows = self.material, []
-        ranges = {
-            active.full_name(p): (
-                active.values[p.name],
-                *p.fit_range(self.case.geometry, self.period(active))[1:],
-            )
-            for active in self.effects
-            for p in active.parameters
+        material, logarithmic = self.material, set()
+        compressibility = 1.0 / material.bulk_modulus if np.isfinite(material.bulk_modulus) else 1e-3
+        low, high = COMPLIANCE_OF_TEST if self.source == "coupons" else COMPLIANCE
+        # Start and bounds.
+        rows = {
+            "density": (material.density / DENSITY, *DENSITIES),
+            "compliance": (min(max(compressibility, low), high), low, high),
         }
-        spread = {
-            active.full_name(p)
-            for active in self.effects
-            for p in active.parameters
-            if p.off is None and p.lower >= 0.0 and p.prior is not None and p.prior.is_logarithmic
-        }
-        for name in self.names:
-            if name in ranges:
-                value, low, high = ranges[name]
-                rows.append((value, min(low, value), high))
-            elif name == "density":
-                rows.append((material.density / DENSITY, *DENSITIES))
-            elif name == "compliance":
-                compressibility = 1.0 / material.bulk_modulus if np.isfinite(material.bulk_modulus) else 1e-3
-                bounds = COMPLIANCE_OF_TEST if self.source == "coupons" else COMPLIANCE
-                rows.append((min(max(compressibility, bounds[0]), bounds[1]), *bounds))
-            else:
-                parameter = self.law.parameter(name)
-                rows.append((material.parameters[name], parameter.lower, parameter.upper))
-        start, lower, upper = np.array(rows, dtype=float).reshape(-1, 3).T
-        return start, Bounds(lower, upper, np.array([name in spread for name in self.names], dtype=bool))
+        for name, start in material.parameters.items():
+            rows[name] = (start, self.law.parameter(name).lower, self.law.parameter(name).upper)
+        for active, p in ((effect, p) for effect in self.effects for p in effect.parameters):
+            start = active.values[p.name]
+            _, low, high = p.fit_range(self.case.geometry, self.period(active))
+            rows[active.full_name(p)] = (start, min(low, start), high)
+            if p.off is None and p.lower >= 0.0 and p.prior is not None and p.prior.is_logarithmic:
+                logarithmic.add(active.full_name(p))
+        starts, lower, upper = np.array([rows[name] for name in self.names], dtype=float).reshape(-1, 3).T
+        return starts, Bounds(
+            lower, upper, np.array([name in logarithmic for name in self.names], dtype=bool)
+        )
 
     def channels(
         self,
@@ -231,7 +211,6 @@ class Task:
         comm : MPI.Comm
             Ranks that share each model, unless its surfaces can meet.
         prepared : Prepare
-            Makes the finite-element model of a channel.
         measured : RecordingCache, optional
             Cache of the recordings that the caller reads.
         corrected : Corrected, optional
@@ -242,55 +221,43 @@ class Task:
         InputError
             A file cannot be read, or nothing is left to fit.
         """
-        case = self._case(coarse)
-        material = self.material
-        bulk_modulus = material.bulk_modulus
-        if self.bulk_modulus and self.source == "coupons":
-            # An incompressible coupon could not be put to a volumetric test.
-            bulk_modulus = 1.0 / float(self.vectors()[0][-1])
-        rubber = Rubber(self.law, dict(material.parameters), bulk_modulus)
+        case, rubber = self._case(coarse), rubber_of(self.material)
         if self.source == "coupons":
             if not case.coupons:
                 what, expected = "there are no [[coupons]] to fit a law to", "[[coupons]] with mode and file"
                 if case.needs_fit:
                     what, expected = f"{what}, and no [material.parameters]", "one of both"
-                expected = case.expected_tables(
-                    f"{expected}; or `bushcli inverse`, which identifies the parameters from [[recordings]]"
-                )
-                raise InputError(Problem(str(case.path), what, "", expected))
-            all_channels = coupon_channels(case, rubber, self.weighting, measured)
+                expected += "; or `bushcli inverse`, which identifies the parameters from [[recordings]]"
+                raise InputError(Problem(str(case.path), what, "", case.expected_tables(expected)))
+            if self.bulk_modulus:
+                # An incompressible coupon could not be put to a volumetric test.
+                rubber = replace(rubber, bulk_modulus=1.0 / float(self.vectors()[0][-1]))
+            channels = coupon_channels(case, rubber, self.weighting, measured)
         else:
             if not case.recordings and not self._highest_frequencies:
                 what = "there are no [[recordings]] to identify a law from"
                 expected = case.expected_tables("[[recordings]] with mode and file")
                 raise InputError(Problem(str(case.path), what, "", expected))
-            if case.geometry.contact_surfaces:
-                # Contact is modelled in one process: each one identifies the law by itself.
-                comm = MPI.COMM_SELF
-            all_channels = bushing_channels(case, rubber, comm, prepared, measured, corrected)
-        channel_names = [
-            *(channel.name for channel in all_channels),
-            *(source.label for source in case.dynamic),
-        ]
+            channels = bushing_channels(case, rubber, self._sharing(comm), prepared, measured, corrected)
+        names = [*(channel.name for channel in channels), *(source.label for source in case.dynamic)]
         for name in self.hold_out:
-            if name not in channel_names:
+            if name not in names:
                 what = f'"{name}" is not a channel of this case'
-                raise InputError(
-                    Problem("--hold-out", what, nearest(name, channel_names), ", ".join(channel_names))
-                )
-        fitted = [channel for channel in all_channels if channel.name not in self.hold_out]
+                raise InputError(Problem("--hold-out", what, nearest(name, names), ", ".join(names)))
+        fitted = [channel for channel in channels if channel.name not in self.hold_out]
         if not fitted and not {name for name, _ in self._highest_frequencies} - set(self.hold_out):
-            raise InputError(Problem("--hold-out", "leaves no channel to fit", "", ", ".join(channel_names)))
-        return fitted, [channel for channel in all_channels if channel.name in self.hold_out]
+            raise InputError(Problem("--hold-out", "leaves no channel to fit", "", ", ".join(names)))
+        return fitted, [channel for channel in channels if channel.name in self.hold_out]
 
     def _case(self, coarse: bool) -> Case:
         """The case, with a coarse mesh if asked for."""
-        if not coarse:
-            return self.case
-        coarse_elements = self.case.geometry.coarse
-        return replace(
-            self.case, mesh=MeshOptions(coarse_elements.across, coarse_elements.along, coarse_elements.around)
-        )
+        elements = self.case.geometry.coarse
+        mesh = MeshOptions(elements.across, elements.along, elements.around)
+        return replace(self.case, mesh=mesh) if coarse else self.case
+
+    def _sharing(self, comm: MPI.Comm) -> MPI.Comm:
+        """Ranks that share a model. Contact is modelled in one process: each one then identifies the law by itself."""
+        return MPI.COMM_SELF if self.case.geometry.contact_surfaces else comm
 
     def problem(
         self,
@@ -304,14 +271,8 @@ class Task:
 
         Parameters
         ----------
-        coarse : bool
-            Use a coarse mesh.
-        journal : Journal | None
-            Where evaluations are saved, if at all.
-        progress : Progress | None
-            Called after each evaluation, unless None.
-        comm : MPI.Comm
-            Ranks that share each model.
+        coarse, comm, journal, progress
+            As in `channels` and `pose`.
         tables : TableCache, optional
             Cache of the binary files that the caller reads.
         """
@@ -322,10 +283,8 @@ class Task:
             expected = '[[recordings]] with kind = "dynamic"; or leave --density out'
             raise InputError(Problem("--density", what, "", expected))
         if self.source == "recordings":
-            if self.case.geometry.contact_surfaces:
-                comm = MPI.COMM_SELF
-            rubber = Rubber(self.law, dict(self.material.parameters), self.material.bulk_modulus)
-            dynamic = dynamic_channels(self._case(coarse), rubber, comm, tables)
+            rubber = rubber_of(self.material)
+            dynamic = dynamic_channels(self._case(coarse), rubber, self._sharing(comm), tables)
         fitted = [*curves, *(channel for channel in dynamic if channel.table.name not in self.hold_out)]
         return self.pose(fitted, journal, progress), [*curves, *predicted], dynamic
 
@@ -342,101 +301,41 @@ class Task:
 
         Parameters
         ----------
-        fitted : Sequence[FitChannel]
-            Channels that are fitted.
-        journal : Journal | None
-            Where evaluations are saved, if at all.
-        progress : Progress | None
-            Called after each evaluation, unless None.
+        fitted, journal, progress, start, limits
+            As `LeastSquaresProblem` has them.
         states : Array | None
             Principal stretches in which the law has to be stable, shape (n, 3); None for those that are typical.
-        start : int
-            Number of the start whose search it is.
-        limits : Sequence[StepLimit]
-            Failed steps after which marches are given up, by channel, as an earlier search left them.
         """
-        material = self.material
-        values = {**material.parameters, **self.effect_values}
+        values = {**self.material.parameters, **self.effect_values}
         fixed = {name: value for name, value in values.items() if self.is_fixed(name)}
         if states is None:
             stretches = [*STRETCHES, *(stretch for channel in fitted for stretch in channel.stretches)]
             states = coupon_states((min(stretches), max(stretches)))
+        bounds, law, names = self.vectors()[1], self.law, self.names
         return LeastSquaresProblem(
-            fitted,
-            self.law,
-            self.names,
-            fixed,
-            self.vectors()[1],
-            states,
-            journal,
-            progress,
-            start=start,
-            limits=limits,
+            fitted, law, names, fixed, bounds, states, journal, progress, start=start, limits=limits
         )
 
     def identity(self) -> dict[str, Any]:
         """Return the values that must be equal for a run to resume another one."""
-        options = {
-            key: getattr(self, key)
-            for key in (
-                "model",
-                "source",
-                "fixed",
-                "bulk_modulus",
-                "density",
-                "hold_out",
-                "weighting",
-                "loss",
-            )
-        }
-        return {
-            "case": case_json(self.case),
-            "start": dict(self.start),
-            "data": self.case.data_digest(),
-            **options,
-            "starts": self.starts,
-            "globally": self.globally,
-            "seed": self.seed,
-        }
+        digests = {"case": case_json(self.case), "start": dict(self.start), "data": self.case.data_digest()}
+        options = {option.name: getattr(self, option.name) for option in fields(self)}
+        without = {"case", "start", "workers", "terms", "tables"}
+        return digests | {name: value for name, value in options.items() if name not in without}
 
 
 def refuse_fixed(tasks: Sequence[Task]) -> None:
-    """Refuse to keep parameters that none of the tasks has, and to keep all parameters of one.
-
-    Parameters
-    ----------
-    tasks : sequence of Task
-        At least one, with the same `fixed`.
-
-    Raises
-    ------
-    InputError
-    """
-    parameter_names = dict.fromkeys(
-        name
-        for task in tasks
-        for name in (
-            *task.material.parameters,
-            *task.effect_values,
-            *(name.rstrip("0123456789") for name in task.effect_values),
-            *(active.name for active in task.effects),
-            *(active.effect.name for active in task.effects),
-        )
-    )
-    problems = [
-        Problem(
-            "--fix",
-            f"no law or effect of this identification has {name}",
-            nearest(name, parameter_names),
-            ", ".join(parameter_names),
-        )
-        for name in tasks[0].fixed
-        if name not in parameter_names
-    ]
-    problems += [
-        Problem("--fix", f"leaves no parameter of {task.model} to identify")
-        for task in tasks
-        if not problems and not task.names
-    ]
+    """Refuse to keep parameters that none of the tasks, which have the same `fixed`, has, and to keep all of one."""
+    names: dict[str, None] = {}
+    for task in tasks:
+        names |= dict.fromkeys([*task.material.parameters, *task.effect_values])
+        names |= dict.fromkeys(name.rstrip("0123456789") for name in task.effect_values)
+        names |= dict.fromkeys([active.name for active in task.effects])
+        names |= dict.fromkeys(active.effect.name for active in task.effects)
+    what, known = "no law or effect of this identification has", ", ".join(names)
+    unknown = [name for name in tasks[0].fixed if name not in names]
+    problems = [Problem("--fix", f"{what} {name}", nearest(name, names), known) for name in unknown]
+    empty = [task.model for task in tasks if not unknown and not task.names]
+    problems += [Problem("--fix", f"leaves no parameter of {model} to identify") for model in empty]
     if problems:
         raise InputError(*problems)

@@ -38,36 +38,19 @@ PREDICTED = 10.0
 _FAR = 2.0
 
 
-def profiles_cut_short() -> Condition:
-    """Return the condition that the search was complete, but the profiles were interrupted."""
-    return Condition(
-        "interrupted",
-        "stopped after the search, while profiles were computed: intervals are missing",
-        CONTINUE,
-    )
-
-
 def history_not_saved(reason: str) -> Condition:
     """Return the condition that the evaluations could not be saved."""
-    return Condition(
-        "history_not_kept",
-        f"the history could not be written: {reason}; the result is complete",
-        "free some space or choose another -o, so that the run can be continued",
-    )
+    what = f"the history could not be written: {reason}; the result is complete"
+    remedy = "free some space or choose another -o, so that the run can be continued"
+    return Condition("history_not_kept", what, remedy)
 
 
 def start_replaced(instead: Mapping[str, float], task: Task) -> Condition:
     """Return the condition that the start values were unstable or could not be solved, and were replaced."""
     listed = ", ".join(f"{name} = {value:.3g}" for name, value in instead.items())
-    return Condition(
-        "start_replaced",
-        "with the start values the law is unstable or could not be simulated; the search began with "
-        f"{listed}, scaled to the curves",
-        _instead(
-            task,
-            "nothing to do if the fit is good; otherwise give other start values in [material.parameters]",
-        ),
-    )
+    what = "with the start values the law is unstable or could not be simulated; the search began with "
+    remedy = "nothing to do if the fit is good; otherwise give other start values in [material.parameters]"
+    return Condition("start_replaced", f"{what}{listed}, scaled to the curves", _instead(task, remedy))
 
 
 def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[Condition, ...]:
@@ -124,9 +107,8 @@ class _Doubts:
         """How the search ended."""
         if interrupted:
             what = f"stopped after {count_of(self.fit.sweeps, 'evaluation')}; this is the best point so far"
-            yield Condition(
-                "interrupted", what, "run it again" if self.task.source == "coupons" else CONTINUE
-            )
+            remedy = "run it again" if self.task.source == "coupons" else CONTINUE
+            yield Condition("interrupted", what, remedy)
         elif self.best.beside_failure:
             what = "the search ended at parameters beyond which the model cannot be solved, although the misfit would "
             what += "fall further; the intervals come from profiles and end where the model can no longer be solved"
@@ -134,9 +116,8 @@ class _Doubts:
             yield Condition("beside_failure", what, _instead(self.task, *remedies))
         elif not self.fit.converged:
             remedy = _instead(self.task, "give start values in [material.parameters]")
-            yield Condition(
-                "not_converged", f"the search ended without a minimum: {self.fit.message}", remedy
-            )
+            what = f"the search ended without a minimum: {self.fit.message}"
+            yield Condition("not_converged", what, remedy)
 
     def start(self) -> Iterator[Condition]:
         """Whether the search stayed at a start that is no minimum."""
@@ -144,23 +125,18 @@ class _Doubts:
         relative_change = np.max(np.abs(best.x - best.start) / np.maximum(np.abs(best.start), 1e-12))
         stayed = relative_change <= STAYED and not best.stationary and self.fit.iterations <= 2
         if stayed and any(map(_misses_badly, self.fitted_curves)):
-            yield Condition(
-                "start_not_left",
-                "the search did not leave its start values, although the fit is poor",
-                _instead(self.task, "give other start values in [material.parameters]"),
-            )
+            what = "the search did not leave its start values, although the fit is poor"
+            remedy = _instead(self.task, "give other start values in [material.parameters]")
+            yield Condition("start_not_left", what, remedy)
 
     def poor_curves(self) -> Iterator[Condition]:
         """Recordings of a bushing that are missed by far."""
         poor = [curve for curve in self.fitted_curves if _misses_badly(curve) and curve.recording.source]
         poor = [curve for curve in poor if modes()[curve.recording.mode].specimen == "bushing"]
         if poor and self.fit.converged:
-            yield Condition(
-                "poor_fit",
-                f"the search found a minimum, but the curves are not reproduced: rms {_misfits(poor)}",
-                "`bushcli diagnose` finds which physics is missing, if any; else try another law (--model all) or more "
-                "starts (--starts 8)",
-            )
+            what = f"the search found a minimum, but the curves are not reproduced: rms {_misfits(poor)}"
+            remedy = "`bushcli diagnose` finds which physics is missing, if any; else try another law (--model all) or "
+            yield Condition("poor_fit", what, f"{remedy}more starts (--starts 8)")
 
     def poor_coupons(self) -> Iterator[Condition]:
         """Coupon tests that are missed by more than is accepted of a bushing that is predicted with the law."""
@@ -168,15 +144,12 @@ class _Doubts:
         poor = [curve for curve in self.fitted_curves if curve.rms_percent > accepted]
         if not poor or not self.fit.converged:
             return
-        remedy = (
+        remedy = 'fit one branch (branch = "loading" or "unloading"), which a law without memory can follow; '
+        remedy = remedy if any(curve.branch == "both" for curve in poor) else ""
+        remedy += (
             "try another law (--model), fit only the stretches that the bushing reaches (largest_stretch), "
         )
         remedy += "and see in `bushcli check` whether mode, columns and units are those of the test"
-        if any(curve.branch == "both" for curve in poor):
-            one_branch = (
-                'fit one branch (branch = "loading" or "unloading"), which a law without memory can follow; '
-            )
-            remedy = one_branch + remedy
         if all(modes()[curve.recording.mode].needs_compressibility for curve in poor):
             remedy = "the bulk modulus is constant in the model: leave out the largest pressures, or settling at the "
             remedy += "first ones, and see in `bushcli check` how columns and units were read"
@@ -186,12 +159,9 @@ class _Doubts:
 
     def misfits_above_noise(self) -> Iterator[Condition]:
         """Recordings that are reproduced closely, but not to within their noise."""
-        above = [
-            curve
-            for curve in self.fitted_curves
-            if not _misses_badly(curve)
-            and curve.rms_percent > ABOVE_NOISE * max(curve.noise_percent, 100 * NOISE_FLOOR)
-        ]
+        above = [curve for curve in self.fitted_curves if not _misses_badly(curve)]
+        floor = 100 * NOISE_FLOOR
+        above = [c for c in above if c.rms_percent > ABOVE_NOISE * max(c.noise_percent, floor)]
         if above and self.fit.converged and self.task.source == "recordings":
             what = "the curves are reproduced closely, but not to within their noise: rms "
             what += f"{_misfits(above)}. Something small is not in the model, and the standard errors and intervals "
@@ -206,30 +176,26 @@ class _Doubts:
         for fitted in self.fit.tables:
             name = fitted.table.name
             if not fitted.held_out and fitted.over_errors > ABOVE_NOISE:
+                what = f"{name}: the table is missed by {fitted.stiffness_percent:.2g} % and "
+                what += f"{fitted.loss_angle_deg:.2g} degrees (rms), its standard errors being {fitted.errors_in_words}"
                 ratio = float(np.median(fitted.table.stiffness / np.abs(fitted.simulated)))
-                remedy = f'add an effect of its rig ({rig}) with channels = ["{name}"], or a branch of '
-                remedy += "viscoelasticity: the plot of the table on the page shows where it is missed"
+                remedy = f'add an effect of its rig ({rig}) with channels = ["{name}"], or a branch of viscoelasticity'
+                remedy += ": the plot of the table on the page shows where it is missed"
                 if abs(np.log(ratio)) > np.log(_FAR):
                     far = f"its stiffness is {ratio:.2g} times the simulated one: check the units of its columns"
                     remedy = f"{far}; or {remedy}"
-                yield Condition(
-                    "table_above_errors",
-                    f"{name}: the table is missed by {fitted.stiffness_percent:.2g} % and "
-                    f"{fitted.loss_angle_deg:.2g} degrees (rms), its standard errors being {fitted.errors_in_words}",
-                    remedy,
-                )
+                yield Condition("table_above_errors", what, remedy)
 
     def bounds(self) -> Iterator[Condition]:
         """Parameters on their bounds."""
         for name, estimate in in_file_units(self.fit).parameters.items():
             # A compliance of zero is a valid result: by its curves the rubber is incompressible.
             if estimate.at_bound and not (name == "compliance" and estimate.value < estimate.upper / 2):
-                yield Condition(
-                    "at_bound",
-                    f"{name} = {estimate.value:g} lies on its bound ({estimate.lower:g} to {estimate.upper:g})",
+                what = f"{name} = {estimate.value:g} lies on its bound ({estimate.lower:g} to {estimate.upper:g})"
+                remedy = (
                     "the fit drives it to a value without physical meaning: choose another law, or check the "
-                    "dimensions",
                 )
+                yield Condition("at_bound", what, f"{remedy}dimensions")
 
     def coupon_modes(self) -> Iterator[Condition]:
         """Coupons of one mode, which do not determine a law that depends on more than I1."""
@@ -249,22 +215,15 @@ class _Doubts:
         for mode, (low, high) in self.fit.stability.items():
             used = [(modes()[c.recording.mode], c.recording.displacement) for c in self.fit.curves]
             # Simple shear reaches the states of a planar test.
-            stretches = [
-                test.stretch(q) for test, q in used if ("planar" if test.sheared else test.name) == mode
-            ]
-            if high < max((float(r.max()) for r in stretches), default=0.0):
-                yield Condition(
-                    "unstable_law",
-                    f"the fitted law is unstable in {mode} deformation beyond stretch {high:.3g}, inside the test's "
-                    "range",
-                    "choose another law, or leave out the part of the test that it cannot follow (largest_stretch)",
-                )
+            used = [(test, q) for test, q in used if ("planar" if test.sheared else test.name) == mode]
+            if high < max((float(test.stretch(q).max()) for test, q in used), default=0.0):
+                what = f"the fitted law is unstable in {mode} deformation beyond stretch {high:.3g}, inside the test's "
+                remedy = "choose another law, or leave out the part of the test that it cannot follow (largest_stretch)"
+                yield Condition("unstable_law", f"{what}range", remedy)
             elif high < USUAL_STRETCHES[1] or low > USUAL_STRETCHES[0]:
-                yield Condition(
-                    "unstable_outside_data",
-                    f"the fitted law is stable in {mode} deformation only between stretches {low:.3g} and {high:.3g}",
-                    "do not use it beyond these stretches; `bushcli direct` checks the states that the bushing reaches",
-                )
+                what = f"the fitted law is stable in {mode} deformation only between stretches {low:.3g} and {high:.3g}"
+                remedy = "do not use it beyond these stretches; `bushcli direct` checks the states that the bushing "
+                yield Condition("unstable_outside_data", what, f"{remedy}reaches")
 
     def bulk_modulus(self) -> Iterator[Condition]:
         """A bulk modulus that is too small beside the law."""
@@ -276,39 +235,34 @@ class _Doubts:
     def edge(self) -> Iterator[Condition]:
         """Whether the law's stability holds the parameters."""
         if self.best.at_edge:
-            yield Condition(
-                "at_stability_limit",
-                "the misfit would be lower with a law that is unstable in the strained rubber: the parameters are held "
-                "at the edge of stability, where standard errors are not valid and intervals are one-sided",
-                "add a recording to a larger displacement or with less noise, or use a law with fewer parameters",
-            )
+            what = "the misfit would be lower with a law that is unstable in the strained rubber: the parameters are "
+            what += "held at the edge of stability, where standard errors are not valid and intervals are one-sided"
+            remedy = "add a recording to a larger displacement or with less noise, or use a law with fewer parameters"
+            yield Condition("at_stability_limit", what, remedy)
 
     def undetermined_parameters(self) -> Iterator[Condition]:
         """Parameters that the curves do not determine."""
-        if self.task.source == "coupons":
-            remedy = (
-                "add a coupon test of another mode or of larger stretch, or use a law with fewer parameters"
-            )
-        else:
+        remedy = "add a coupon test of another mode or of larger stretch"
+        if self.task.source == "recordings":
             used = {curve.recording.mode for curve in self.fit.curves}
             held = [curve.name for curve in self.fit.curves if curve.held_out]
             # Translations first, then rotations.
             ordered = sorted(modes().values(), key=lambda mode: (mode.rotational, mode.name))
             single = [mode for mode in ordered if mode.specimen == "bushing" and mode.follow is None]
             other = [f" or in mode {mode.name}" for mode in single if mode.name not in used][:1]
-            remedy_of_held = f"fit {' and '.join(held)} as well, which was held out; " if held else ""
-            remedy = f"{remedy_of_held}a recording to a larger displacement{''.join(other)} would determine it; or "
-            remedy += "fix one of them (--fix), or use a law with fewer parameters"
+            remedy = f"fit {' and '.join(held)} as well, which was held out; " if held else ""
+            remedy += f"a recording to a larger displacement{''.join(other)} would determine it; or "
+            remedy += "fix one of them (--fix)"
         for combination in self.fit.undetermined:
-            yield Condition("undetermined", combination.text, remedy)
+            yield Condition("undetermined", combination.text, f"{remedy}, or use a law with fewer parameters")
         parameters = self.fit.material.parameters
         if self.task.source == "coupons" and {*parameters} <= {*self.task.fixed}:
             values = ", ".join(f"{name} = {value:g}" for name, value in parameters.items())
-            yield Condition(
-                "undetermined",
-                f"volumetric tests determine the bulk modulus alone; the law keeps its start values: {values}",
-                "add a coupon test that changes the shape of the rubber, such as a uniaxial one",
+            what = (
+                f"volumetric tests determine the bulk modulus alone; the law keeps its start values: {values}"
             )
+            remedy = "add a coupon test that changes the shape of the rubber, such as a uniaxial one"
+            yield Condition("undetermined", what, remedy)
 
     def delicate_parameters(self) -> Iterator[Condition]:
         """Parameters that an error of 1 % in the force of one channel would change by more than `DELICATE`."""
@@ -322,14 +276,12 @@ class _Doubts:
                     worst[name] = (change, channel)
         if worst and self.task.source != "coupons":
             listed = ", ".join(
-                f"{name} by {100 * change:+.0f} % ({channel})" for name, (change, channel) in worst.items()
+                f"{n} by {100 * change:+.0f} % ({channel})" for n, (change, channel) in worst.items()
             )
-            yield Condition(
-                "delicate",
-                f"a force 1 % larger in one channel would change {listed}; the standard errors account for noise alone",
-                "trust the curves more than these parameters; calibrate the load cell, refine the mesh (bushcli direct "
-                "--mesh-check), or record larger displacements",
-            )
+            what = f"a force 1 % larger in one channel would change {listed}; the standard errors account for noise "
+            remedy = "trust the curves more than these parameters; calibrate the load cell, refine the mesh (bushcli "
+            remedy += "direct --mesh-check), or record larger displacements"
+            yield Condition("delicate", f"{what}alone", remedy)
 
     def several_minima(self) -> Iterator[Condition]:
         """Another end that fits as well with other parameters."""
@@ -342,40 +294,37 @@ class _Doubts:
             }
             if apart and end.cost <= best.cost * (1 + EQUAL_COST):
                 listed = ", ".join(f"{name} {a:.4g} or {b:.4g}" for name, (a, b) in apart.items())
-                yield Condition(
-                    "several_minima",
+                what, remedy = (
                     f"distinct parameter sets fit equally well: {listed}",
-                    "add another recording, or use a law with fewer parameters; these curves cannot tell them apart",
+                    "add another recording, or use ",
                 )
+                remedy += "a law with fewer parameters; these curves cannot tell them apart"
+                yield Condition("several_minima", what, remedy)
                 return
 
     def predictions(self) -> Iterator[Condition]:
         """Channels held out that are not predicted."""
-        channel_names = {curve.name for curve in self.fit.curves} | {
-            table.table.name for table in self.fit.tables
-        }
+        names = [*(curve.name for curve in self.fit.curves), *(table.table.name for table in self.fit.tables)]
         for name in self.task.hold_out:
-            if name not in channel_names:
-                yield Condition(
-                    "held_out_not_predicted",
-                    f"{name}, which was held out, cannot be simulated with the identified parameters",
-                    "check whether the law is stable with them; use another law, or fit this channel too",
-                )
+            if name not in names:
+                what = f"{name}, which was held out, cannot be simulated with the identified parameters"
+                remedy = "check whether the law is stable with them; use another law, or fit this channel too"
+                yield Condition("held_out_not_predicted", what, remedy)
         for curve in self.fit.curves:
             if curve.held_out and curve.rms_percent > PREDICTED:
-                yield Condition(
-                    "held_out_not_predicted",
+                what = (
                     f"{curve.name}, which was held out, is predicted only to {curve.rms_percent:.2g} % rms "
-                    f"(noise {curve.noise_percent:.2g} %)",
-                    "fit it too, and see which channel the law then no longer describes: something differs between "
-                    "them",
                 )
+                what += f"(noise {curve.noise_percent:.2g} %)"
+                remedy = (
+                    "fit it too, and see which channel the law then no longer describes: something differs "
+                )
+                yield Condition("held_out_not_predicted", what, f"{remedy}between them")
 
     def failed_solves(self) -> Iterator[Condition]:
         """Many trials that could not be solved."""
         failed, sweeps = self.fit.failed_solves, self.fit.sweeps
         if failed > FAILED * sweeps:
             what = f"{failed} of {sweeps} trials could not be solved and made the search step back"
-            yield Condition(
-                "failed_solves", what, "give start values nearer to the answer in [material.parameters]"
-            )
+            remedy = "give start values nearer to the answer in [material.parameters]"
+            yield Condition("failed_solves", what, remedy)

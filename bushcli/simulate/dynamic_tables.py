@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from mpi4py import MPI
@@ -85,20 +86,17 @@ class ComparedTable:
         """Root mean square of the misfit over the standard errors of the rows; nan where there are none."""
         if self.errors is None:
             return float("nan")
-        deviations = (
-            np.abs(self.simulated) - self.table.stiffness,
-            np.angle(self.simulated) - self.table.loss_angle,
-        )
-        return float(np.sqrt(np.mean((np.array(deviations) / self.errors) ** 2)))
+        size = np.abs(self.simulated) - self.table.stiffness
+        angle = np.angle(self.simulated) - self.table.loss_angle
+        return float(np.sqrt(np.mean((np.array([size, angle]) / self.errors) ** 2)))
 
     @property
     def errors_in_words(self) -> str:
         """The root mean squares of the rows' standard errors: "1 % and 0.3 degrees"."""
         if self.errors is None:
             return ""
-        size, angle = np.sqrt(
-            np.mean((self.errors / [self.table.stiffness, np.ones(len(self.table))]) ** 2, axis=1)
-        )
+        relative = self.errors / [self.table.stiffness, np.ones(len(self.table))]
+        size, angle = np.sqrt(np.mean(relative**2, axis=1))
         return f"{100.0 * size:.2g} % and {np.degrees(angle):.2g} degrees"
 
 
@@ -136,16 +134,11 @@ def compare_tables(
         require_values(own, case.path.name)
         amplitudes = table.amplitude[~np.isnan(table.amplitude)]
         thinned = thinned_of(own) is not None and len(amplitudes) > 0
-        conditions += [
-            condition
-            for condition in left_out(table)
-            if not thinned or condition.name != "amplitude_left_out"
-        ]
+        conditions += left_out(table, "compared", thinned)
         # What the rig changes is applied to the stiffness of the part; what has none is said by `vibrate`.
         rig = tuple(active for active in own if active.effect.acts == "rig" and has_slope(active))
-        part = replace(
-            case, effects=tuple(replace(effect, channels=None) for effect in own if effect not in rig)
-        )
+        others = tuple(replace(effect, channels=None) for effect in own if effect not in rig)
+        part = replace(case, effects=others)
         preload, failed = _preloads(part, material, table, rig, comm)
         conditions += failed
         usable = ~np.isnan(preload)
@@ -154,13 +147,9 @@ def compare_tables(
         rows = table.rows(usable)
         ends = (float(amplitudes.min()), float(amplitudes.max())) if thinned else ()
         frequencies = np.unique(rows.frequency)
+        asked = tuple(frequencies[[0, -1]] if thinned else frequencies), tuple(np.unique(preload[usable]))
         test = DynamicTest(
-            table.mode,
-            tuple(frequencies[[0, -1]] if thinned else frequencies),
-            tuple(np.unique(preload[usable])),
-            amplitude=tuple(dict.fromkeys(ends)),
-            steps=_STEPS,
-            temperature=temperature,
+            table.mode, *asked, amplitude=tuple(dict.fromkeys(ends)), steps=_STEPS, temperature=temperature
         )
         response = vibrate(replace(part, vibrations=(test,)), material, progress=progress, comm=comm)
         conditions += response.conditions
@@ -190,30 +179,23 @@ def by_temperature(case: Case, table: DynamicTable) -> list[tuple[NDArray[np.int
 
     Parameters
     ----------
-    case : Case
-    table : DynamicTable
+    case, table
 
     Raises
     ------
     InputError
         A row has no temperature, nor has the case.
     """
-    heated = [
-        active
-        for active in effects_on_channel(case.effects, table.name, table.mode, "dynamic")
-        if active.effect.needs_temperature
-    ]
+    acting = effects_on_channel(case.effects, table.name, table.mode, "dynamic")
+    heated = [active.name for active in acting if active.effect.needs_temperature]
     if not heated:
         return [(np.arange(len(table)), None)]
     degrees = np.where(np.isnan(table.temperature), case.temperature or np.nan, table.temperature)
     if np.isnan(degrees).any():
         row = int(np.argmax(np.isnan(degrees)))
-        what = f"{table.name}: has no temperature, which the effect {heated[0].name} needs"
-        raise InputError(
-            Problem(
-                table.places[row], what, "", "write temperature = 23.0 (degrees C) in its entry, or a column"
-            )
-        )
+        what = f"{table.name}: has no temperature, which the effect {heated[0]} needs"
+        expected = "write temperature = 23.0 (degrees C) in its entry, or a column"
+        raise InputError(Problem(table.places[row], what, "", expected))
     return [(rows, float(np.mean(degrees[rows]))) for rows in temperature_levels(degrees)]
 
 
@@ -229,12 +211,7 @@ def check_preloads(case: Case, table: DynamicTable) -> None:
 
     Parameters
     ----------
-    case : Case
-    table : DynamicTable
-
-    Raises
-    ------
-    InputError
+    case, table
     """
     travel = np.abs(np.nan_to_num(table.preload))
     row = int(np.argmax(travel))
@@ -244,37 +221,34 @@ def check_preloads(case: Case, table: DynamicTable) -> None:
         raise InputError(Problem(table.places[row], finding.what, "", remedy))
 
 
-def left_out(table: DynamicTable, use: str = "compared") -> list[Condition]:
-    """Return what of a table a linear simulation at one temperature does not have.
+def left_out(table: DynamicTable, use: Literal["compared", "fitted"], thinned: bool) -> Iterator[Condition]:
+    """Yield what of a table a simulation lacks: its temperatures, and its amplitudes unless they thin the rubber.
 
     Parameters
     ----------
-    table : DynamicTable
-    use : {"compared", "fitted"}
+    table
+    use
         What is done with it: rows of larger amplitudes are compared, but not fitted.
+    thinned
+        Whether amplitude thins the rubber of the simulation.
     """
-    conditions = []
     amplitudes = table.amplitude[~np.isnan(table.amplitude)]
-    if len(amplitudes) and amplitudes.max() > SPREAD * amplitudes.min():
+    if len(amplitudes) and amplitudes.max() > SPREAD * amplitudes.min() and not thinned:
         what = f"{table.name}: the amplitudes differ {amplitudes.max() / amplitudes.min():.3g}-fold, "
         what += "and the simulation is that of small ones"
         remedy = "compare the rows of the smallest amplitude"
         if use == "fitted":
             what += f": rows beyond {SPREAD:g} times the smallest are left out"
             remedy = "nothing to do"
-        remedy += "; filled rubber is softer at larger ones"
-        conditions.append(Condition("amplitude_left_out", what, remedy))
+        yield Condition("amplitude_left_out", what, f"{remedy}; filled rubber is softer at larger ones")
     degrees = table.temperature[~np.isnan(table.temperature)]
     if len(degrees) and np.ptp(degrees) > 5.0:
         what = (
             f"{table.name}: the temperatures go from {degrees.min():.3g} to {degrees.max():.3g} degrees C, "
         )
+        remedy = "compare the rows" if use == "compared" else "give a table"
         what += "and the rubber of the simulation has one"
-        remedy = (
-            "compare the rows of one temperature" if use == "compared" else "give a table of one temperature"
-        )
-        conditions.append(Condition("temperature_left_out", what, remedy))
-    return conditions
+        yield Condition("temperature_left_out", what, f"{remedy} of one temperature")
 
 
 def _preloads(
@@ -284,24 +258,23 @@ def _preloads(
     displacement = np.where(np.isnan(table.preload) & np.isnan(table.preload_force), 0.0, table.preload)
     forces = np.where(np.isnan(displacement), table.preload_force, np.nan)
     preload, conditions = merged_preloads(displacement), []
-    levels, mode = merged_preloads(forces), modes()[table.mode]
+    levels, mode, mesh = merged_preloads(forces), modes()[table.mode], case.mesh.refinement
     features = features_of(in_state(case.effects, unrelaxed=False))
     for force in np.unique(levels[~np.isnan(levels)]):
         travel = 0.0
         if force:
             try:
                 # Where the force holds the bushing and what is beside it.
-                model = prepare(
-                    case.geometry, mode, rubber_of(material), case.mesh.refinement, comm, features
-                )
+                model = prepare(case.geometry, mode, rubber_of(material), mesh, comm, features)
                 history = march(model, path((0.0, float(force)), _STEPS), drive=with_all_beside(rig))
                 travel = float(history.displacement[-1])
             except NotConverged as failure:
-                unit = "N mm" if mode.rotational else "N"
-                what = f"{table.name}: the preload of {force:.4g} {unit} is not reached ({failure.reason})"
-                conditions.append(
-                    Condition("not_compared", what, "check the preload, the law and the dimensions")
+                unit, remedy = (
+                    "N mm" if mode.rotational else "N",
+                    "check the preload, the law and the dimensions",
                 )
+                what = f"{table.name}: the preload of {force:.4g} {unit} is not reached ({failure.reason})"
+                conditions.append(Condition("not_compared", what, remedy))
                 continue
         preload[levels == force] = travel
     return preload, conditions
