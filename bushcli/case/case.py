@@ -13,8 +13,7 @@ from typing import Any
 from bushcli.case.as_json import relative, source_json, twelve_digits
 from bushcli.case.dynamic import dynamic_source_json
 from bushcli.case.loads import DynamicTest, LoadCase
-from bushcli.case.tolerance import DEFAULT, Tolerance
-from bushcli.case.toleranced import Toleranced
+from bushcli.case.tolerance import DEFAULT, Tolerance, Toleranced
 from bushcli.case.unit import case_file_value
 from bushcli.effects.active import ActiveEffect
 from bushcli.recording.dynamic.source import DynamicSource

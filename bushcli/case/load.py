@@ -26,7 +26,7 @@ from bushcli.case.limits import (
 )
 from bushcli.case.override import Override, apply
 from bushcli.case.rebuild import found_case
-from bushcli.case.toleranced import nominal_tables
+from bushcli.case.tolerance import nominal_tables
 from bushcli.errors import CaseError, Problem, nearest
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.decode import text_of

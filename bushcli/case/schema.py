@@ -141,14 +141,17 @@ Delimiter = Literal[",", ";", "\t", " ", "|", "comma", "semicolon", "tab", "spac
 DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " ", "pipe": "|"}
 
 
+# The quantities by all their names.
+_DISPLACEMENT = AliasChoices("displacement", "rotation", "stretch", "strain")
+_FORCE = AliasChoices("force", "moment", "stress")
+
+
 class ColumnsTable(CaseTable):
     """``columns``: column by name or by number from 1."""
 
     time: ColumnKey | None = None
-    displacement: ColumnKey | None = Field(
-        default=None, validation_alias=AliasChoices("displacement", "rotation", "stretch", "strain")
-    )
-    force: ColumnKey | None = Field(default=None, validation_alias=AliasChoices("force", "moment", "stress"))
+    displacement: ColumnKey | None = Field(default=None, validation_alias=_DISPLACEMENT)
+    force: ColumnKey | None = Field(default=None, validation_alias=_FORCE)
     temperature: ColumnKey | None = None
 
 
@@ -156,10 +159,8 @@ class UnitsTable(CaseTable):
     """``units``: unit by quantity."""
 
     time: str | None = None
-    displacement: str | None = Field(
-        default=None, validation_alias=AliasChoices("displacement", "rotation", "stretch", "strain")
-    )
-    force: str | None = Field(default=None, validation_alias=AliasChoices("force", "moment", "stress"))
+    displacement: str | None = Field(default=None, validation_alias=_DISPLACEMENT)
+    force: str | None = Field(default=None, validation_alias=_FORCE)
     temperature: str | None = None
 
 

@@ -24,7 +24,7 @@ from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
     from bushcli.case import Case
-    from bushcli.case.toleranced import Toleranced
+    from bushcli.case.tolerance import Toleranced
     from bushcli.study.plan import Plan, Sampling
     from bushcli.study.task import StudyTask
 
@@ -312,7 +312,7 @@ def design(
 def _tolerances(case: Case, texts: tuple[str, ...]) -> dict[str, Toleranced]:
     """Return the tolerances of the case file and of ``--tolerance``, by key."""
     from bushcli.case import case_json
-    from bushcli.case.toleranced import Toleranced, toleranced_number
+    from bushcli.case.tolerance import Toleranced, toleranced_number
     from bushcli.study.answers import NoAnswer, number_at
 
     tolerances = dict(case.toleranced)

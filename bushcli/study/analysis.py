@@ -18,8 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.case.tolerance import DEFAULT
-from bushcli.case.toleranced import toleranced_number
+from bushcli.case.tolerance import DEFAULT, toleranced_number
 from bushcli.errors import InputError, Problem
 from bushcli.study.plan import Plan, problem
 from bushcli.study.rows import Rows

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.case.toleranced import Toleranced
+from bushcli.case.tolerance import Toleranced
 from bushcli.errors import InputError, Problem
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition

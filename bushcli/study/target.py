@@ -6,7 +6,7 @@ import math
 import re
 from dataclasses import dataclass, replace
 
-from bushcli.case.toleranced import toleranced_number
+from bushcli.case.tolerance import toleranced_number
 from bushcli.errors import InputError, Problem, nearest
 from cases.mode import modes
 

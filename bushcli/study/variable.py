@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.case.toleranced import Toleranced, toleranced_number
+from bushcli.case.tolerance import Toleranced, toleranced_number
 from bushcli.errors import InputError, Problem
 
 Array = NDArray[np.float64]

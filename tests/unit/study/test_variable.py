@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from bushcli.case.toleranced import Toleranced, nominal_tables, toleranced_number
+from bushcli.case.tolerance import Toleranced, nominal_tables, toleranced_number
 from bushcli.errors import InputError
 from bushcli.study.plan import LARGEST_LIST, from_list, plan
 from bushcli.study.variable import variable
