@@ -36,8 +36,8 @@ def folder(tmp_path: Path) -> Path:
 
 
 @pytest.mark.slow
-def test_a_part_is_meshed_shown_and_computed_from(cli: Cli, folder: Path) -> None:
-    done = cli("mesh", "kidney.step", "-o", "part", cwd=folder)
+def test_a_part_is_meshed_shown_and_computed_from(command_line: Cli, folder: Path) -> None:
+    done = command_line("mesh", "kidney.step", "-o", "part", cwd=folder)
     assert done.returncode == 0, done.stderr
     assert (
         "inner bond (found: the large coaxial faces nearest to the axis): 1 face, 2513.3 mm2" in done.stdout
@@ -46,26 +46,30 @@ def test_a_part_is_meshed_shown_and_computed_from(cli: Cli, folder: Path) -> Non
     assert (folder / "part" / "geometry.png").stat().st_size > 10_000
     written = (folder / "part" / "case.toml").read_text()
     assert 'file = "../kidney.step"' in written
-    checked = cli("check", "part/case.toml", cwd=folder)
+    checked = command_line("check", "part/case.toml", cwd=folder)
     assert checked.returncode == 0, checked.stderr
     assert "axis found" in checked.stdout
     # A file that somebody has edited is not overwritten.
     (folder / "part" / "case.toml").write_text(written.replace("C10 = 0.5", "C10 = 0.7"))
-    assert cli("mesh", "kidney.step", "-o", "part", cwd=folder).returncode == 0
+    assert command_line("mesh", "kidney.step", "-o", "part", cwd=folder).returncode == 0
     assert "C10 = 0.7" in (folder / "part" / "case.toml").read_text()
 
 
 @pytest.mark.slow
-def test_what_a_bond_rule_does_not_find_is_refused_with_a_picture(cli: Cli, folder: Path) -> None:
-    done = cli("mesh", "kidney.step", "-o", "part", "--set", "geometry.bonds.outer.radius=21", cwd=folder)
+def test_what_a_bond_rule_does_not_find_is_refused_with_a_picture(command_line: Cli, folder: Path) -> None:
+    done = command_line(
+        "mesh", "kidney.step", "-o", "part", "--set", "geometry.bonds.outer.radius=21", cwd=folder
+    )
     assert done.returncode == 2
     assert "geometry.bonds.outer: the rule (radius = 21.0) selects no face" in done.stderr
     assert (folder / "part" / "geometry.png").exists()
     assert not (folder / "part" / "case.toml").exists()
     # The picture is replaced by that of the next attempt, until there is a result, which keeps its own.
-    assert cli("mesh", "kidney.step", "-o", "part", cwd=folder).returncode == 0
+    assert command_line("mesh", "kidney.step", "-o", "part", cwd=folder).returncode == 0
     finished = {file: file.read_bytes() for file in (folder / "part").iterdir()}
-    done = cli("mesh", "kidney.step", "-o", "part", "--set", "geometry.bonds.outer.radius=21", cwd=folder)
+    done = command_line(
+        "mesh", "kidney.step", "-o", "part", "--set", "geometry.bonds.outer.radius=21", cwd=folder
+    )
     assert done.returncode == 2
     assert "see the picture part/refused-mesh/geometry.png" in done.stderr
     assert (folder / "part" / "refused-mesh" / "geometry.png").stat().st_size > 10_000
@@ -73,8 +77,8 @@ def test_what_a_bond_rule_does_not_find_is_refused_with_a_picture(cli: Cli, fold
 
 
 @pytest.mark.slow
-def test_a_drawing_is_computed(cli: Cli, folder: Path) -> None:
-    done = cli("direct", "case.toml", "-o", "out", "--json", "-q", cwd=folder)
+def test_a_drawing_is_computed(command_line: Cli, folder: Path) -> None:
+    done = command_line("direct", "case.toml", "-o", "out", "--json", "-q", cwd=folder)
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout)
     assert result["case"]["geometry"]["file"] == "part.dxf"
@@ -91,14 +95,14 @@ def test_a_drawing_is_computed(cli: Cli, folder: Path) -> None:
         ('effects=[{name="sleeve_compliance"}]', "only those that are drawn"),
     ],
 )
-def test_what_is_wrong_is_said(cli: Cli, folder: Path, change: str, said: str) -> None:
-    done = cli("check", "case.toml", "--set", change, cwd=folder)
+def test_what_is_wrong_is_said(command_line: Cli, folder: Path, change: str, said: str) -> None:
+    done = command_line("check", "case.toml", "--set", change, cwd=folder)
     assert done.returncode == 2
     assert said in done.stderr
 
 
 @pytest.mark.slow
-def test_an_empty_or_foreign_file_is_refused(cli: Cli, folder: Path) -> None:
+def test_an_empty_or_foreign_file_is_refused(command_line: Cli, folder: Path) -> None:
     for name, content in (
         ("empty.step", ""),
         ("foreign.step", "hello"),
@@ -106,7 +110,7 @@ def test_an_empty_or_foreign_file_is_refused(cli: Cli, folder: Path) -> None:
         ("empty.inp", ""),
     ):
         (folder / name).write_text(content)
-        done = cli("mesh", name, cwd=folder)
+        done = command_line("mesh", name, cwd=folder)
         assert done.returncode == 2, (name, done.stderr)
         assert done.stderr.startswith(f"error: {name}: "), done.stderr
         assert "Traceback" not in done.stderr
@@ -128,8 +132,8 @@ def test_an_empty_or_foreign_file_is_refused(cli: Cli, folder: Path) -> None:
         ),
     ],
 )
-def test_the_way_out_is_named(cli: Cli, folder: Path, command: tuple[str, ...], said: str) -> None:
+def test_the_way_out_is_named(command_line: Cli, folder: Path, command: tuple[str, ...], said: str) -> None:
     (folder / "part.stl").write_text("solid part\nfacet normal 0 0 1\nendsolid part\n")
-    done = cli(*command, cwd=folder)
+    done = command_line(*command, cwd=folder)
     assert done.returncode == 2
     assert said in done.stderr
