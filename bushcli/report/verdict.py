@@ -227,9 +227,8 @@ def _factor_text(single: SingleFactor) -> str:
     misfits = join_names([f"{percent(rms)} ({name})" for name, rms in single.rms_after.items()])
     factor, alone = f"{single.factor:.2f}", len(single.by_channel) == 1
     if single.explains:
-        gap = "the gap" if alone else "the gap in all channels"
-        explanation = f"would explain most of {gap}, leaving {misfits} rms: another batch of rubber?"
-        return f"A single factor of {factor} on the stiffness {explanation}"
+        gap = f"most of the gap{'' if alone else ' in all channels'}, leaving {misfits} rms"
+        return f"A single factor of {factor} on the stiffness would explain {gap}: another batch of rubber?"
     if alone:
         best = f"the best, {factor}, leaves {misfits} rms"
         return f"A single factor on the stiffness does not explain the gap: {best}."

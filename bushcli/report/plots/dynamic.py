@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.report.document import Panels, Plot, Region, Series
-from bushcli.report.plots.direct import SEPARATE, Array, around, capital, colour
+from bushcli.report.document import Array, Panels, Plot, Region, Series
+from bushcli.report.plots.direct import SEPARATE, around, capital, colour
 from bushcli.report.quantity import number, percent
 from bushcli.report.views import dynamic as words
 from bushcli.simulate.dynamic_tables import ComparedTable

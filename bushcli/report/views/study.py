@@ -159,13 +159,9 @@ def influence_table(study: Study) -> Table:
     return Table("Effect of each key alone", heads, tuple(rows), left=2)
 
 
-def _more(failure: Failure) -> list[str]:
-    return ["..."] if failure.count > len(failure.designs) else []
-
-
 _FAILURES: Columns[Failure] = (
     ("kind", lambda failure: failure.kind.replace("_", " ")),
     ("reason, of the first", lambda failure: failure.reason),
-    ("designs", lambda failure: ", ".join([*map(str, failure.designs), *_more(failure)])),
+    ("designs", lambda of: ", ".join([*map(str, of.designs), *["..."] * (of.count > len(of.designs))])),
     ("number", lambda failure: str(failure.count)),
 )

@@ -151,12 +151,12 @@ def _gain(diagnosis: Diagnosis) -> str:
             )
     if not parts:
         return ""
-    what = "With it" if len(diagnosis.effects) == 1 else "With them" if diagnosis.effects else ""
+    what = "with it" if len(diagnosis.effects) == 1 else "with them" if diagnosis.effects else ""
     if not what and diagnosis.material.law != diagnosis.plain.law:
-        what = f"With the {words.law_title(diagnosis.material.law)} law"
+        what = f"with the {words.law_title(diagnosis.material.law)} law"
     falls = all(channel.after_percent <= channel.before_percent for channel in diagnosis.measured_channels)
-    change = "the misfit falls" if falls else "the misfit changes"
-    return f"{what} {change}: {', '.join(parts)}." if what else f"{change.capitalize()}: {', '.join(parts)}."
+    text = f"{what} the misfit {'falls' if falls else 'changes'}: {', '.join(parts)}."
+    return words.as_sentences([text.strip()])[0]
 
 
 def _rivals(diagnosis: Diagnosis) -> str:

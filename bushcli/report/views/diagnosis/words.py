@@ -163,8 +163,10 @@ def missing_physics(diagnosis: Diagnosis) -> str:
         # It follows a colon, and a sentence must not have two.
         return " and ".join([*certain, group_text(group).replace(": ", "; ", 1)]) + possible + besides
     if certain:
-        rests = ", or with ".join(_first_few([candidate.text("nothing else") for candidate in parts]))
-        return f"{join_names(certain)}, with {rests}; these recordings cannot tell them apart"
+        rests = _first_few([candidate.text("nothing else") for candidate in parts])
+        return (
+            f"{join_names(certain)}, with {', or with '.join(rests)}; these recordings cannot tell them apart"
+        )
     # No effect is not missing: it is named as what else is possible.
     rests = _first_few([candidate.text() for candidate in sets if candidate.effects])
     besides = "".join(f"; not ruled out: {candidate.text()}" for candidate in sets if not candidate.effects)
