@@ -91,9 +91,8 @@ def curve_panels(channel: Simulated, misfit: Misfit | None, file: str) -> Panels
     if misfit is None or channel.recording is None:
         plot = Plot("curve", units.labels, series, bands=rest_lines(units), x=span, height=400.0)
         return Panels(f"{file}-curve", "curve", title, [[plot]], channel.name)
-    simulated, measured = (
-        number(units.stiffness(stiffness.secant)) for stiffness in (misfit.predicted, misfit.measured)
-    )
+    secants = (misfit.predicted.secant, misfit.measured.secant)
+    simulated, measured = (number(units.stiffness(secant)) for secant in secants)
     heading = f"secant stiffness: simulated {simulated}, measured {measured} {units.stiffness_unit}"
     accepted, labels = _tolerance_region(channel.recording, misfit, units), ("", units.force_label)
     plot = Plot("curve", labels, series, [accepted], rest_lines(units), x=span, heading=heading, height=370.0)

@@ -161,11 +161,9 @@ def _gain(diagnosis: Diagnosis) -> str:
 
 def _rivals(diagnosis: Diagnosis) -> str:
     """Return a sentence with the other sets of effects that are possible, with their probabilities."""
-    others = [candidate.text() for candidate in words.likely(diagnosis)[1:]]
+    others = words.first_few([candidate.text() for candidate in words.likely(diagnosis)[1:]], _SETS)
     if not others:
         return ""
-    if len(others) > _SETS:
-        others = [*others[: _SETS - 1], "others"]
     if diagnosis.verdict == "explained":
         return f"Not ruled out: {', '.join(others)}."
     return f"These recordings cannot tell {words.likely(diagnosis)[0].text()} from: {'; '.join(others)}."
