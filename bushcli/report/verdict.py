@@ -252,6 +252,6 @@ def faulty_data(faults: Sequence[DataFault]) -> str:
 def fault_lines(faults: Sequence[DataFault]) -> list[str]:
     """Return a line for each fault of the recordings: place and remedy; the fatal faults first."""
     return [
-        f"{of.channel}: {fault_kind(of)}, {of.where.rstrip('.')}. What to do: {of.remedy.rstrip('.')}"
-        for of in sorted(faults, key=lambda fault: not fault.fatal)
+        f"{fault.channel}: {fault_kind(fault)}, {fault.where.rstrip('.')}. What to do: {fault.remedy.rstrip('.')}"
+        for fault in sorted(faults, key=lambda fault: not fault.fatal)
     ]

@@ -173,10 +173,8 @@ def correlation_panels(fit: Fit) -> Panels:
     count = len(fit.parameters)
     regions, notes = [], []
     for (i, j), value in np.ndenumerate(fit.correlation):
-        known = math.isfinite(value)
-        regions.append(
-            Region("bar", "", [bar(i, j - 0.5, j + 0.5, 1.0)], value=float(value) if known else 0.0)
-        )
+        known, cell = math.isfinite(value), bar(i, j - 0.5, j + 0.5, 1.0)
+        regions.append(Region("bar", "", [cell], value=float(value) if known else 0.0))
         notes.append(Note(f"{value:+.2f}" if known else "-", (j, i), "middle"))
     names = list(enumerate(fit.parameters))
     size, title = (-0.5, count - 0.5), "Correlation of the errors"

@@ -74,11 +74,8 @@ def _opening(diagnosis: Diagnosis) -> str:
                 f"none of them is ruled out.{_so_far(diagnosis)}"
             )
         case "unexplained":
-            reason, *_ = (
-                *words.missing_lines(diagnosis),
-                f"Nothing {words.catalogue(diagnosis)} explains it",
-            )
-            return f"{origin}, leaves a misfit larger than the noise. {reason}."
+            reasons = [*words.missing_lines(diagnosis), f"Nothing {words.catalogue(diagnosis)} explains it"]
+            return f"{origin}, leaves a misfit larger than the noise. {reasons[0]}."
         case "faulty_data":
             return "A diagnosis is possible only after the data are corrected."
         case "missing_physics":

@@ -286,7 +286,9 @@ def searched_lines(diagnosis: Diagnosis) -> list[str]:
     ends = {"budget": ": the time limit was reached", "interrupted": ": the search was interrupted"}
     shift = f"fitting these too could shift {chance(searched.left)} of the probability"
     lines = [f"{fitted}; {shift}{ends.get(searched.ended, '')}"]
-    return lines + [f"Could not be solved from any start: {'; '.join(searched.lost)}"] * bool(searched.lost)
+    if searched.lost:
+        lines.append(f"Could not be solved from any start: {'; '.join(searched.lost)}")
+    return lines
 
 
 def relative_to(diagnosis: Diagnosis) -> str:
