@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -117,7 +117,7 @@ def export(
         write_file(run.output, content)
         for line in (f"wrote {run.output} for {writer.title}", *_remarks(order.bushing)):
             run.say(line)
-        entries = {"program": writer.name, "units": units.name, "file": str(run.output)}
+        entries: dict[str, Any] = {"program": writer.name, "units": units.name, "file": str(run.output)}
         if order.bushing.law is not None:
             entries["force_law"] = order.bushing.law.summary()
         run.emit(result_json("export", source.case, (), entries, run.timings()))

@@ -97,9 +97,8 @@ def _contact(shape: Shape) -> str:
     if not shape.contact_surfaces:
         return "not modelled (geometry.contact = false): surfaces that meet pass through each other"
     metal = shape.elastic_sleeves
-    surfaces = "between the free surfaces of the rubber" + (
-        f" and of {', '.join(map(_words, metal))}" if metal else ""
-    )
+    surfaces = "between the free surfaces of the rubber"
+    surfaces += f" and of {', '.join(map(_words, metal))}" if metal else ""
     if shape.contact_surfaces == "sleeves":
         surfaces += ", and the rigid sleeves beyond their bonds"
     elif shape.beyond:

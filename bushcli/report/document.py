@@ -250,19 +250,13 @@ def on(medium: Literal["page", "terminal"], sections: Iterable[Section]) -> list
     """Return the sections with the blocks that are written there; empty ones are left out."""
 
     def visible(blocks: Iterable[Block]) -> list[Block]:
-        shown = [
-            block
-            for block in blocks
-            if block.on in ("both", medium) and not (isinstance(block, Table) and not block.rows)
-        ]
+        filled = (block for block in blocks if not isinstance(block, Table) or block.rows)
+        shown = [block for block in filled if block.on in ("both", medium)]
         return shown if any(not (isinstance(block, Paragraph) and block.explains) for block in shown) else []
 
+    unfolds = medium == "page"
     filtered = [
-        replace(
-            section,
-            blocks=visible(section.blocks),
-            folded=visible(section.folded) if medium == "page" else (),
-        )
+        replace(section, blocks=visible(section.blocks), folded=visible(section.folded) if unfolds else ())
         for section in sections
         if section.on in ("both", medium)
     ]

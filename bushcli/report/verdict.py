@@ -237,15 +237,11 @@ def _factor_text(single: SingleFactor) -> str:
     misfits = join_names([f"{percent(rms)} ({name})" for name, rms in single.rms_after.items()])
     factor, alone = _factor(single.factor), len(single.by_channel) == 1
     if single.explains:
-        gap = "the gap" if alone else "the gap in all channels"
+        gap = f"most of the gap{'' if alone else ' in all channels'}, leaving {misfits} rms"
         # The shear moduli of two batches of one compound differ by less.
-        what = (
-            "another batch of rubber"
-            if 1.0 / _BATCHES < single.factor < _BATCHES
-            else "another rubber or unit"
-        )
-        explanation = f"would explain most of {gap}, leaving {misfits} rms: {what}?"
-        return f"A single factor of {factor} on the stiffness {explanation}"
+        is_batch = 1.0 / _BATCHES < single.factor < _BATCHES
+        what = "another batch of rubber" if is_batch else "another rubber or unit"
+        return f"A single factor of {factor} on the stiffness would explain {gap}: {what}?"
     if alone:
         best = f"the best, {factor}, leaves {misfits} rms"
         return f"A single factor on the stiffness does not explain the gap: {best}."
@@ -284,6 +280,6 @@ def doubt_lines(faults: Sequence[DataFault]) -> list[str]:
 def fault_lines(faults: Sequence[DataFault]) -> list[str]:
     """Return a line for each fault of the recordings: place and remedy; the fatal faults first."""
     return [
-        f"{of.channel}: {fault_kind(of)}, {of.where.rstrip('.')}. What to do: {of.remedy.rstrip('.')}"
-        for of in sorted(faults, key=lambda fault: not fault.fatal)
+        f"{fault.channel}: {fault_kind(fault)}, {fault.where.rstrip('.')}. What to do: {fault.remedy.rstrip('.')}"
+        for fault in sorted(faults, key=lambda fault: not fault.fatal)
     ]

@@ -9,21 +9,9 @@ from matplotlib.figure import Figure
 
 from bushcli.mismatch.maps import LocalMap
 from bushcli.report.document import Array
+from bushcli.report.drawing import projection
 from bushcli.report.drawing.looks import DIVERGING, GREY
 from bushcli.report.drawing.picture import body_axes, colour_bar, paint, section_axes, style, wrap
-from bushcli.report.drawing.projection import (
-    SECTION,
-    Layer,
-    Projection,
-    cut,
-    cut_view,
-    face_edges,
-    line_layer,
-    normals,
-    once,
-    outline,
-    shade,
-)
 from bushcli.report.plots.places import ring_cells
 from cases.stretches import Surface
 
@@ -64,13 +52,13 @@ def map_figure(local_map: LocalMap) -> Figure:
     if not local_map.helps_locally:
         fill[:, :3] = 1.0 - _FADED * (1.0 - fill[:, :3])
     if not flat:
-        fill[:, :3] *= shade(faces, view)[:, None]
+        fill[:, :3] *= projection.shade(faces, view)[:, None]
     ink = np.tile((0.25, 0.25, 0.25, 0.18), (len(fill), 1)) if flat else fill
     # The edges of a solid are a little nearer to the eye than the faces that they bound.
     near = view.depth(edges).mean(axis=1) + 0.02 * float(np.ptp(local_map.points))
     layers = [
-        Layer(faces, fill, ink, view.depth(faces).mean(axis=1), 0.3),
-        line_layer(edges, to_rgba(GREY[0]), near, 0.9),
+        projection.Layer(faces, fill, ink, view.depth(faces).mean(axis=1), 0.3),
+        projection.line_layer(edges, to_rgba(GREY[0]), near, 0.9),
     ]
     corners = view.project(faces).reshape(-1, 2)
     low, high = corners.min(axis=0), corners.max(axis=0)
@@ -94,14 +82,14 @@ def map_figure(local_map: LocalMap) -> Figure:
         return figure
 
 
-def _section(local_map: LocalMap) -> tuple[Projection, Array, Array, Array]:
+def _section(local_map: LocalMap) -> tuple[projection.Projection, Array, Array, Array]:
     """Return the faces of the half-plane and of its mirror image, as `_solid` does; without edges."""
     half = np.insert(local_map.points[ring_cells(local_map)[:, [0, 1, 2, -1]]], 1, 0.0, axis=-1)
     faces = np.concatenate([half, half * np.array([-1.0, 1.0, 1.0])])
-    return SECTION, faces, np.tile(local_map.factor, 2), np.empty((0, 2, 3))
+    return projection.SECTION, faces, np.tile(local_map.factor, 2), np.empty((0, 2, 3))
 
 
-def _solid(local_map: LocalMap) -> tuple[Projection, Array, Array, Array]:
+def _solid(local_map: LocalMap) -> tuple[projection.Projection, Array, Array, Array]:
     """Return a view, the faces (n, 4, 3) that it shows, their values, and the sharp edges (m, 2, 3) of the body.
 
     A whole body is cut open in a plane beside y = 0.
@@ -114,24 +102,26 @@ def _solid(local_map: LocalMap) -> tuple[Projection, Array, Array, Array]:
     outside = index[count == 1]
     shapes, values = local_map.points[faces[outside][:, [0, 1, 2, -1]]], local_map.factor[owner[outside]]
     outward = shapes.mean(axis=1) - local_map.points[cells[owner[outside]]].mean(axis=1)
-    outward = normals(shapes) * np.sign(np.einsum("ij,ij->i", normals(shapes), outward))[:, None]
+    normal = projection.normals(shapes)
+    outward = normal * np.sign(np.einsum("ij,ij->i", normal, outward))[:, None]
     reach = float(np.abs(local_map.points[:, 1]).max())
     if local_map.points[:, 1].min() < -0.1 * reach and local_map.points[:, 1].max() > 0.1 * reach:
         # Nodes lie in y = 0: a plane through them would cut no cell.
         y, distance = np.eye(3)[1], 1.234e-4 * reach
         triangles = np.concatenate([shapes[:, [0, 1, 2]], shapes[:, [0, 2, 3]]])
-        half, of = cut(triangles, y, distance, above=True)
+        half, of = projection.cut(triangles, y, distance, above=True)
         simplices = local_map.points[cells[:, tetrahedra].reshape(-1, 4)]
-        section, of_cell = cut(simplices, y, distance, above=False)
+        section, of_cell = projection.cut(simplices, y, distance, above=False)
         shapes = np.concatenate([half[:, [0, 1, 2, 2]], section])
         cut_values = np.repeat(local_map.factor, len(tetrahedra))[of_cell]
         values = np.concatenate([np.tile(values, 2)[of], cut_values])
         outward = np.concatenate([np.tile(outward, (2, 1))[of], np.tile(-y, (len(section), 1))])
-    view = cut_view(shapes)
+    view = projection.cut_view(shapes)
     # The body is closed: what is turned away from the eye cannot be seen, and would be drawn over its edges.
     visible = np.flatnonzero(outward @ view.towards > 0.0)
     shapes, values = shapes[visible], values[visible]
     whole = np.ones(len(visible), dtype=bool)
-    sharp = once(face_edges(shapes)[outline(Surface(shapes, shapes, shapes[..., 0], whole, 0.0))])
+    edged = projection.outline(Surface(shapes, shapes, shapes[..., 0], whole, 0.0))
+    sharp = projection.once(projection.face_edges(shapes)[edged])
     sharp = sharp[(sharp[:, 0] != sharp[:, 1]).any(axis=1)]  # the last corner of a triangle stands twice
     return view, shapes, values, sharp

@@ -54,11 +54,9 @@ def direct_pictures(result: DirectResult, names: Mapping[str, str]) -> Iterator[
         if channel.surface is None:
             continue
         units, at, file = quantities(channel.mode), channel.surface.displacement, names[channel.name]
-        reached = f"{at:.3g} s"
-        if not channel.in_time:
-            value = f"{float(f'{units.at(at):.3g}'):g}"
-            reached = f"{value} {units.displacement_unit}" if units.displacement_unit else f"stretch {value}"
-        title = f"{capital(channel.name)}: deformed at {reached}"
+        value = f"{float(f'{units.at(at):.3g}'):g}"
+        reached = f"{value} {units.displacement_unit}" if units.displacement_unit else f"stretch {value}"
+        title = f"{capital(channel.name)}: deformed at {f'{at:.3g} s' if channel.in_time else reached}"
         figure = deformed_figure(channel.surface, title)
         yield picture(f"{file}-deformed", "deformed", title, figure, channel.name)
         if any(_same(channel.surface, other) for other in meshes):

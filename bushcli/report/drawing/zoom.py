@@ -52,7 +52,8 @@ def figure(picture: Picture, heading: str = "") -> Markup:
     Lines are embedded as SVG, which stays sharp, shaded bodies as PNG, which is smaller. A title that is the heading
     of its section is left out.
     """
-    panels, image, rows, scale = picture.panels, "", [], ()
+    panels, image, rows = picture.panels, "", []
+    scale: tuple[str, ...] = ()
     if panels is None or panels.still:
         is_body = picture.kind in ("mesh", "deformed")
         form, data = ("png", picture.png) if is_body else ("svg+xml", picture.svg)

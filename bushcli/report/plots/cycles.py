@@ -11,8 +11,8 @@ import numpy as np
 from bushcli.curve.cycles import Uncertain
 from bushcli.curve.holds import Hold
 from bushcli.report.cycles import ChannelHistory, energy_unit, shown_values
-from bushcli.report.document import Panels, Plot, Region, Series, Stripe
-from bushcli.report.plots.direct import Array, box, capital, rest_lines
+from bushcli.report.document import Array, Panels, Plot, Region, Series, Stripe
+from bushcli.report.plots.direct import box, capital, rest_lines
 from bushcli.report.quantity import Quantities, number, percent, quantities
 
 # Largest number of holds that are drawn: those that relax most.
@@ -30,8 +30,8 @@ def history_panels(histories: Sequence[ChannelHistory], names: Mapping[str, str]
     panels = []
     for history in histories:
         panels.append(cycle_panels(history, names[history.name]))
-        if holds := drawn_holds(history):
-            panels.append(hold_panels(history, holds, names[history.name]))
+        if any(hold.duration is not None for hold, _, _ in history.holds):
+            panels.append(hold_panels(history, names[history.name]))
     return panels
 
 
@@ -126,17 +126,11 @@ def _by_cycle(
     return Plot(name, labels, series, x=span, bands=zero, heading=heading, width=450.0, x_names=names)
 
 
-def drawn_holds(history: ChannelHistory) -> list[tuple[Hold, Hold | None, Hold | None]]:
-    """Return the holds that are drawn, in their order: if there are many, those with the largest change of force."""
+def hold_panels(history: ChannelHistory, file: str) -> Panels:
+    """Return the force over the logarithm of the time since the start of the holds that relax most."""
     timed = [entry for entry in history.holds if entry[0].duration is not None]
     by_change = sorted(timed, key=lambda entry: -abs(entry[0].force_start.value - entry[0].force_end.value))
-    return [entry for entry in timed if entry in by_change[:_MOST]]
-
-
-def hold_panels(
-    history: ChannelHistory, holds: Sequence[tuple[Hold, Hold | None, Hold | None]], file: str
-) -> Panels:
-    """Return the force over the logarithm of the time since the start of each hold."""
+    holds = [entry for entry in timed if entry in by_change[:_MOST]]
     std, parts = 0.0, []
     for i, what in ((1, "recorded"), (2, "simulated")):
         # Of the hold at the largest force, because near zero force any share is large.

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis
 from bushcli.diagnosis.words import sentence
 from bushcli.mismatch.record import Mismatch
-from bushcli.report.document import Panels, Plot, Region, Series, Stripe
-from bushcli.report.plots.direct import SEPARATE, Array, capital, limits_around
+from bushcli.report.document import Array, Panels, Plot, Region, Series, Stripe
+from bushcli.report.plots.direct import SEPARATE, capital, limits_around
 from bushcli.report.plots.fit import force_limits
 from bushcli.report.quantity import channel_label, percent, quantities
 
@@ -79,7 +79,11 @@ def time_plot(diagnosis: Diagnosis, channel: DiagnosedChannel) -> Plot:
     """
     time = channel.recording.time
     x = np.asarray(np.arange(1.0, len(channel.before) + 1.0)) if time is None else time
-    before, after = (np.where(channel.faulty, np.nan, misfit) for misfit in misfit_percent(channel))
+    unit = 100.0 / force_range(channel)
+    before, after = (
+        np.where(channel.faulty, np.nan, unit * (simulated - channel.recording.force))
+        for simulated in (channel.before, channel.after)
+    )
     series = [Series("before", "plain law", x, before)]
     if differs_from_plain(channel):
         series.append(Series("after", BEST, x, after))
@@ -146,13 +150,6 @@ def _places(
         for i, mismatch in enumerate(diagnosis.location.mismatch, start=1)
         if mismatch.channel == channel.name
     ]
-
-
-def misfit_percent(channel: DiagnosedChannel) -> tuple[Array, Array]:
-    """Return simulated minus recorded force before and after, in percent of the recorded force range."""
-    force = channel.recording.force
-    unit = 100.0 / force_range(channel)
-    return unit * (channel.before - force), unit * (channel.after - force)
 
 
 def force_range(channel: DiagnosedChannel) -> float:

@@ -85,16 +85,14 @@ def curve_panels(channel: Simulated, misfit: Misfit | None, file: str) -> Panels
         series.append(Series("after", "", *states, "dots"))
     if channel.stopped:
         end = int(np.argmax(np.abs(channel.curve.displacement)))
-        series.append(
-            Series("stopped", "simulation stopped", *(values[[end]] for values in states), "crosses")
-        )
+        at, last = (values[[end]] for values in states)
+        series.append(Series("stopped", "simulation stopped", at, last, "crosses"))
     title, span = curve_title(channel, misfit), limits_around(np.concatenate([curve.x for curve in series]))
     if misfit is None or channel.recording is None:
         plot = Plot("curve", units.labels, series, bands=rest_lines(units), x=span, height=400.0)
         return Panels(f"{file}-curve", "curve", title, [[plot]], channel.name)
-    simulated, measured = (
-        number(units.stiffness(stiffness.secant)) for stiffness in (misfit.predicted, misfit.measured)
-    )
+    secants = (misfit.predicted.secant, misfit.measured.secant)
+    simulated, measured = (number(units.stiffness(secant)) for secant in secants)
     heading = f"secant stiffness: simulated {simulated}, measured {measured} {units.stiffness_unit}"
     accepted, labels = _tolerance_region(channel.recording, misfit, units), ("", units.force_label)
     plot = Plot("curve", labels, series, [accepted], rest_lines(units), x=span, heading=heading, height=370.0)
@@ -117,8 +115,8 @@ def difference_plot(
     """Return the difference of two curves in percent of the force range, with a band that lies inside the picture."""
     reach = 1.15 * max(band.y[1], float(np.abs(off.y).max()), 1e-3)
     labels, bands = (units.displacement_label, "difference [%]"), (band, *rest_lines(units))
-    limits = {"x": span, "y": (-reach, reach)}
-    return Plot("difference", labels, [off], (), bands, **limits, heading=heading, height=190.0)
+    limits = (-reach, reach)
+    return Plot("difference", labels, [off], (), bands, x=span, y=limits, heading=heading, height=190.0)
 
 
 def _tolerance_region(recording: Recording, misfit: Misfit, units: Quantities) -> Region:

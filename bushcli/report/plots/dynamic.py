@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.report.document import Panels, Plot, Region, Series
-from bushcli.report.plots.direct import SEPARATE, Array, around, capital, colour
+from bushcli.report.document import Array, Panels, Plot, Region, Series
+from bushcli.report.plots.direct import SEPARATE, around, capital, colour
 from bushcli.report.quantity import number, percent
 from bushcli.report.views import dynamic as words
 from bushcli.simulate.dynamic_tables import ComparedTable
@@ -26,9 +26,8 @@ _DENSE = 300
 
 def dynamic_panels(curves: Sequence[DynamicCurve], names: Mapping[str, str]) -> list[Panels]:
     """Return the plots of each load case, of which the names of the files are given; a preload has a colour."""
-    return [
-        dynamic_panel([curve for curve in curves if curve.name == name], file) for name, file in names.items()
-    ]
+    groups = {file: [curve for curve in curves if curve.name == name] for name, file in names.items()}
+    return [dynamic_panel(group, file) for file, group in groups.items()]
 
 
 def dynamic_panel(curves: Sequence[DynamicCurve], file: str) -> Panels:
@@ -52,9 +51,8 @@ def dynamic_panel(curves: Sequence[DynamicCurve], file: str) -> Panels:
                 series.append(Series(key, "", curve.frequency, dots, "dots"))
     first = curves[0]
     heading = f"{capital(words.title(first))}: {words.point_in_words(first)} and loss angle over frequency"
-    above = Plot(
-        "stiffness", ("", f"|K*| [{words.stiffness_unit(first.mode)}]"), drawn[0], log="x" if wide else ""
-    )
+    label = f"|K*| [{words.stiffness_unit(first.mode)}]"
+    above = Plot("stiffness", ("", label), drawn[0], log="x" if wide else "")
     below = Plot("angle", ("frequency [Hz]", "loss angle [deg]"), drawn[1], log=above.log)
     return Panels(f"{file}-dynamic", "dynamic", heading, [[above], [below]], first.name)
 

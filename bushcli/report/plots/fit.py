@@ -13,10 +13,9 @@ from bushcli.inverse import Estimate, Fit, FittedCurve, Profile
 from bushcli.inverse.file_units import parameter_unit
 from bushcli.inverse.profile import RISE_95
 from bushcli.inverse.result import NORMAL
-from bushcli.report.document import Note, Panels, Plot, Region, Series, Stripe
+from bushcli.report.document import Array, Note, Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.cycles import history_panels, in_rows
 from bushcli.report.plots.direct import (
-    Array,
     bar,
     capital,
     colour,
@@ -61,8 +60,8 @@ def coupon_plot(curve: FittedCurve, stable: tuple[float, float] | None, index: i
         # Where the law violates Drucker's postulate.
         bands = [Stripe("unstable", x=(a, b), label="law unstable") for a, b in ends if b > a]
     title = curve.name if curve.name == curve.recording.mode else f"{curve.name} ({curve.recording.mode})"
-    name, size = f"coupon-{index}", {"x": (left, right), "height": 340.0}
-    return Plot(name, units.labels, series, bands=bands, heading=title, **size)
+    name, span = f"coupon-{index}", (left, right)
+    return Plot(name, units.labels, series, bands=bands, x=span, heading=title, height=340.0)
 
 
 def inverse_panels(result: InverseResult, names: Mapping[str, str]) -> list[Panels]:
@@ -99,9 +98,9 @@ def fitted_panels(curve: FittedCurve, file: str) -> Panels:
     span = (float(q.min()) - reach, float(q.max()) + reach)
     series = [recorded_series(curve.recording, units)]
     limits = None
-    if curve.started is not None:
-        order = np.argsort(curve.started.displacement, kind="stable")
-        before = units.convert(curve.started.displacement[order]), curve.started.force[order]
+    if (started := curve.started) is not None:
+        order = np.argsort(started.displacement, kind="stable")
+        before = units.convert(started.displacement[order]), started.force[order]
         series.append(Series("before", f"before: {percent(curve.started_percent)} rms", *before))
         limits = force_limits(np.concatenate([curve.recording.force, curve.fitted.force]), before[1])
     label = "predicted (held out)" if curve.held_out else "after"
@@ -175,10 +174,8 @@ def correlation_panels(fit: Fit) -> Panels:
     count = len(fit.parameters)
     regions, notes = [], []
     for (i, j), value in np.ndenumerate(fit.correlation):
-        known = math.isfinite(value)
-        regions.append(
-            Region("bar", "", [bar(i, j - 0.5, j + 0.5, 1.0)], value=float(value) if known else 0.0)
-        )
+        known, cell = math.isfinite(value), bar(i, j - 0.5, j + 0.5, 1.0)
+        regions.append(Region("bar", "", [cell], value=float(value) if known else 0.0))
         notes.append(Note(f"{value:+.2f}" if known else "-", (j, i), "middle"))
     names = list(enumerate(fit.parameters))
     size, title = (-0.5, count - 0.5), "Correlation of the errors"
@@ -229,11 +226,12 @@ def profile_plot(fit: Fit, profile: Profile, estimate: Estimate) -> Plot:
         series.append(Series("left_out", "not solvable", profile.values[~good], edge, "crosses"))
     unit = parameter_unit(fit, profile.name)
     label = profile.name if unit == "1" else f"{profile.name} [{unit}]"
-    heading, labels = f"{profile.name}: no end within the profile", (label, "rise of chi square")
+    words = "no end within the profile"
     if estimate.interval is not None:
-        words = interval(*estimate.interval)
-        heading = f"{profile.name}: 95 % {'from ' * (' to ' in words)}{words}"
-    name, span = f"profile-{profile.name}", (-0.04 * top, top)
+        ends = interval(*estimate.interval)
+        words = f"95 % {'from ' * (' to ' in ends)}{ends}"
+    name, heading, span = f"profile-{profile.name}", f"{profile.name}: {words}", (-0.04 * top, top)
+    labels = (label, "rise of chi square")
     return Plot(name, labels, series, y=span, bands=bands, heading=heading, height=320.0)
 
 

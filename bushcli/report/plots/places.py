@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, NextTest
 from bushcli.mismatch.bins import KINDS, Bin
 from bushcli.mismatch.maps import LocalMap, MissingProfile
-from bushcli.report.document import Panels, Plot, Region, Series, Stripe
+from bushcli.report.document import Array, Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.cycles import in_rows
 from bushcli.report.plots.diagnosis import BEST, differs_from_plain, force_range
-from bushcli.report.plots.direct import Array, around, bar, capital
+from bushcli.report.plots.direct import around, bar, capital
 from bushcli.report.quantity import Quantities, quantities
 
 # Least end of the colour scale, in percent of the force range; a smaller one would show noise in full colours.

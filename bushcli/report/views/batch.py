@@ -70,9 +70,9 @@ def batch_document(batch: Batch) -> Document:
 def batch_headline(batch: Batch) -> str:
     """Return the result in one sentence."""
     scatter = ", ".join(
-        f"{of.mode} {_mean(of)} {unit} with a standard deviation of {percent(100.0 * of.scatter)}"
-        for of in batch.curves
-        for unit in [quantities(of.mode).stiffness_unit]
+        f"{curve.mode} {_mean(curve)} {unit} with a standard deviation of {percent(100.0 * curve.scatter)}"
+        for curve in batch.curves
+        for unit in [quantities(curve.mode).stiffness_unit]
     )
     names = [part.name for part in batch.outliers]
     outliers = f"outlier{'s' * (len(names) > 1)}: {join_names(names)}" if names else "no outliers"

@@ -60,6 +60,7 @@ def direct_document(result: DirectResult) -> Document:
     error = f"estimated error of the mesh, of the force range: {errors}" if errors else ""
     interpretation = [*paragraphs(shape.notes), measure_table(shape), figures("geometry")]
     stiffness = comparison_table(response, result.misfits) if result.misfits else stiffness_table(response)
+    solution = table_of(_SOLVED, response.channels, _SOLUTION)
     sections = [
         Section("Channels", [stiffness, *paragraphs([error], kind="note")]),
         Section(f"Simulated {'and recorded ' if result.misfits else ''}curves", [figures("curve")]),
@@ -69,7 +70,7 @@ def direct_document(result: DirectResult) -> Document:
         Section("Contact", [contact_table(response)]),
         Section("How the geometry file was interpreted", interpretation if shape.notes else [], on="page"),
         Section("Deformed shape at the largest displacement", [figures("deformed")]),
-        Section("Mesh and solution", [solution_table(response), figures("mesh")], on="page"),
+        Section("Mesh and solution", [solution, figures("mesh")], on="page"),
         compared_section(compared),
     ]
     return Document(
@@ -125,18 +126,13 @@ def comparison_table(response: Response, misfits: Mapping[str, Misfit]) -> Table
     return Table("Simulated against measured", (*heads, within), tuple(rows), left=2)
 
 
-def solution_table(response: Response) -> Table:
-    """Return the numbers of the solution of each channel."""
-    title = "How it was solved (*smallest and largest principal stretch at the elements' Gauss points)"
-    return table_of(title, response.channels, _SOLUTION)
-
-
 def steps_in_words(channel: Simulated) -> str:
     """Return the number of steps tried, and of those cut back."""
     rejected = sum(not attempt.accepted for attempt in channel.attempts)
     return str(len(channel.attempts)) + (f" ({rejected} cut back)" if rejected else "")
 
 
+_SOLVED = "How it was solved (*smallest and largest principal stretch at the elements' Gauss points)"
 _SOLUTION: Columns[Simulated] = (
     ("channel", lambda channel: channel.name),
     ("unknowns", lambda channel: str(channel.unknowns)),

@@ -43,6 +43,7 @@ def dynamic_document(result: DynamicResult) -> Document:
     response = result.response
     count = len({(curve.name, curve.preload) for curve in response.curves})
     tables = [frequency_table(curve) for curve in response.curves]
+    printed = [replace(table, on="terminal") for table in tables]
     headline = f"Dynamic stiffness about {count_of(count, 'preload')}"
     lines = [] if response.complete else ["Not every preload has a result: see the problems."]
     return Document(
@@ -53,13 +54,7 @@ def dynamic_document(result: DynamicResult) -> Document:
             *([] if result.fit is None else [fit_section(result.fit)]),
             Section("Dynamic stiffness and loss angle", [figures("dynamic")]),
             Section("Preloads", [table_of("", response.curves, _PRELOADS, left=3)]),
-            Section(
-                "Tables",
-                [replace(table, on="terminal") for table in tables],
-                "both",
-                "All frequencies",
-                tables,
-            ),
+            Section("Tables", printed, fold="All frequencies", folded=tables),
             Section("Solution", paragraphs([solution_line(response)], kind="note")),
         ],
         response.conditions,

@@ -73,9 +73,8 @@ def parameter_table(fit: Fit) -> Table:
     for name, estimate in fit.parameters.items():
         unit = parameter_unit(fit, name)
         bounds = f"{number(estimate.lower)} to {number(estimate.upper)}{' (at bound)' if estimate.at_bound else ''}"
-        rows.append(
-            (name, number(estimate.value, 4), number(estimate.std, 2), "-" if unit == "1" else unit, bounds)
-        )
+        values = (number(estimate.value, 4), number(estimate.std, 2))
+        rows.append((name, *values, "-" if unit == "1" else unit, bounds))
     return Table(f"Law {fit.material.law}", ("parameter", "value", "std", "unit", "bounds"), tuple(rows))
 
 

@@ -16,6 +16,7 @@ from bushcli.inverse.result import POOR
 from bushcli.inverse.verdict import ABOVE_NOISE, POOR_FIT, POOR_NOISE, PREDICTED
 from bushcli.report.conditions import conditions
 from bushcli.report.document import (
+    Block,
     Columns,
     Document,
     Row,
@@ -56,7 +57,7 @@ def inverse_document(result: InverseResult) -> Document:
     """Return the document of identified laws; all but the ranking describes the best of them."""
     fits, best = result.fits, result.best_fit
     verdict = answer(best)
-    laws = [model_table(fits), note(_RANKING), figures("ranking")] if len(fits) > 1 else []
+    laws: list[Block] = [model_table(fits), note(_RANKING), figures("ranking")] if len(fits) > 1 else []
     sections = [
         Section("Laws compared", laws),
         Section(f"Parameters identified from {curves_of(best)}", [estimate_table(best), note(_ERRORS)]),
@@ -110,7 +111,7 @@ def answer(fit: Fit) -> Verdict:
         met, tone = f"The search did not converge; {so_far}", "bad"
     elif all(is_met(curve) for curve in fitted):
         met, tone = f"{subject} reproduced to within {noise} ({misfits})", "good"
-    elif any(is_poor(curve) for curve in fitted):
+    elif any(c.rms_percent > max(POOR_FIT, POOR_NOISE * np.nan_to_num(c.noise_percent)) for c in fitted):
         met, tone = f"{subject} not reproduced ({details})", "bad"
     else:
         met, tone = f"{subject} reproduced closely, not to within {noise} ({details})", "plain"
@@ -144,13 +145,6 @@ def _with_tables(fit: Fit, met: str, tone: Tone) -> tuple[str, Tone]:
 def is_met(curve: FittedCurve) -> bool:
     """Whether the noise explains the misfit."""
     return bool(curve.rms_percent <= MET * max(np.nan_to_num(curve.noise_percent), 100 * NOISE_FLOOR))
-
-
-def is_poor(curve: FittedCurve) -> bool:
-    """Whether the misfit is so large that the law does not describe the curve."""
-    return curve.rms_percent > POOR_FIT and curve.rms_percent > POOR_NOISE * np.nan_to_num(
-        curve.noise_percent
-    )
 
 
 def is_uncertain(estimate: Estimate) -> bool:
@@ -210,14 +204,10 @@ def search_lines(fit: Fit) -> list[str]:
     """Return a line on how the result was found."""
     failed = f" ({fit.failed_solves} failed)" if fit.failed_solves else ""
     starts = f", {len(fit.end_points)} starts" if len(fit.end_points) > 1 else ""
-    after = (
-        f"{'converged' if fit.converged else 'not converged'} after {count_of(fit.iterations, 'iteration')}"
-    )
-    return [
-        f"{fit.method}: {after}{starts}, {count_of(fit.sweeps, 'evaluation')}{failed}, "
-        f"{count_of(fit.forward_solves, 'simulation')} of one channel, {fit.seconds:.1f} s"
-        + (f" ({fit.message.rstrip('.').replace('`', '')})" if fit.message and not fit.converged else "")
-    ]
+    end = f"{'converged' if fit.converged else 'not converged'} after {count_of(fit.iterations, 'iteration')}{starts}"
+    calls = f"{count_of(fit.sweeps, 'evaluation')}{failed}, {count_of(fit.forward_solves, 'simulation')} of one channel"
+    why = f" ({fit.message.rstrip('.').replace('`', '')})" if fit.message and not fit.converged else ""
+    return [f"{fit.method}: {end}, {calls}, {fit.seconds:.1f} s{why}"]
 
 
 def estimate_table(fit: Fit) -> Table:

@@ -109,22 +109,21 @@ def lines(study: Study) -> list[str]:
 
 def answer_table(study: Study) -> Table:
     """Return the statistics of each answer, with the share within its limits."""
-    limited = any(summary.limits for summary in study.summaries.values())
-    heads: Row = ("answer", "", "designs", "mean", "std", "5 %", "median", "95 %")
-    heads += ("limits", "within", "95 % interval") if limited else ()
+    of_limits = ("limits", "within", "95 % interval")
     units = {answer.name: answer.unit for answer in study.task.answers}
     rows: list[Row] = []
     for name, summary in study.summaries.items():
-        row: Row = (name, units[name], str(summary.count), number(summary.mean, 4), number(summary.std, 3))
-        ends = (summary.limits.low, summary.limits.high) if summary.limits else ()
-        row += tuple(number(value, 4, ends) for value in summary.quantiles)
-        if limited and summary.limits is not None:
-            low, high = map(share_percent, summary.limits.interval)
+        row = (name, units[name], str(summary.count), number(summary.mean, 4), number(summary.std, 3))
+        ends: tuple[float, ...] = ()
+        shares = ("-", "-", "-")
+        if (limits := summary.limits) is not None:
+            ends, (low, high) = (limits.low, limits.high), map(share_percent, limits.interval)
             # As they were given: a rounded limit could be on the other side of a value.
             given = "{:.10g} to {:.10g}".format(*ends)
-            row += (given, share_percent(summary.limits.share), f"{low.removesuffix(' %')} to {high}")
-        rows.append(row if len(row) == len(heads) else (*row, "-", "-", "-"))
-    return Table("Answers", heads, tuple(rows), left=2)
+            shares = (given, share_percent(limits.share), f"{low.removesuffix(' %')} to {high}")
+        rows.append((*row, *(number(value, 4, ends) for value in summary.quantiles), *shares))
+    heads = ("answer", "", "designs", "mean", "std", "5 %", "median", "95 %", *of_limits)
+    return Table("Answers", heads, tuple(rows), left=2).without_empty(*of_limits)
 
 
 def worst_table(study: Study) -> Table:
@@ -160,13 +159,9 @@ def influence_table(study: Study) -> Table:
     return Table("Effect of each key alone", heads, tuple(rows), left=2)
 
 
-def _more(failure: Failure) -> list[str]:
-    return ["..."] if failure.count > len(failure.designs) else []
-
-
 _FAILURES: Columns[Failure] = (
     ("kind", lambda failure: failure.kind.replace("_", " ")),
     ("reason, of the first", lambda failure: failure.reason),
-    ("designs", lambda failure: ", ".join([*map(str, failure.designs), *_more(failure)])),
+    ("designs", lambda of: ", ".join([*map(str, of.designs), *["..."] * (of.count > len(of.designs))])),
     ("number", lambda failure: str(failure.count)),
 )

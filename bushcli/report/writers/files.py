@@ -18,17 +18,7 @@ from typing import TYPE_CHECKING, Any
 from bushcli.case import case_json
 from bushcli.case.identified import IDENTIFIED, IDENTIFYING, identified_case
 from bushcli.recording import write_curve_csv
-from bushcli.report.writers import tables
-from bushcli.report.writers.folder import (
-    CLAIMED,
-    RESULT,
-    Content,
-    check_folder,
-    claimed_files,
-    earlier_result,
-    refuse_others,
-    write_files,
-)
+from bushcli.report.writers import folder, tables
 from bushcli.runtime.names import file_names
 from bushcli.runtime.store import code_revision
 
@@ -75,7 +65,9 @@ class Files:
     """What is written of a result, besides result.json."""
 
     case: Case | None  # its files are never replaced
-    contents: Mapping[str, Content] = field(default_factory=dict)  # by file name: numbers, written first
+    contents: Mapping[str, folder.Content] = field(
+        default_factory=dict
+    )  # by file name: numbers, written first
     fields: Sequence[str] = ()  # files that were written while the command calculated
     pictures: Callable[[], Iterable[Panels | Picture]] | None = None  # and plots to be drawn as pictures
     has_page: bool = True
@@ -103,7 +95,7 @@ def write(
         Everything is written but the pictures and the page.
     """
 
-    def draw() -> dict[str, Content]:
+    def draw() -> dict[str, folder.Content]:
         pictures = _report("drawing.results").pictures_of(files.pictures()) if files.pictures else ()
         written = picture_files(pictures)
         if files.has_page:
@@ -111,12 +103,14 @@ def write(
             written[REPORT] = page(document(), result, pictures, inputs_of(files.case))
         return written
 
-    contents: dict[str, Content] = {RESULT: result}
+    contents: dict[str, folder.Content] = {folder.RESULT: result}
     if files.case is not None and result["command"] in IDENTIFYING:
         carried = identified_case(files.case, result, directory)
         contents |= {IDENTIFIED: carried} if carried else {}
     draws = draw if files.pictures or files.has_page else None
-    return write_files(directory, {**contents, **files.contents}, inputs_of(files.case), files.fields, draws)
+    return folder.write_files(
+        directory, {**contents, **files.contents}, inputs_of(files.case), files.fields, draws
+    )
 
 
 def _report(module: str) -> Any:
@@ -164,7 +158,7 @@ def direct_files(result: results.DirectResult) -> Files:
     )
 
 
-def _table_files(compared: Iterable[ComparedTable], names: Mapping[str, str]) -> dict[str, Content]:
+def _table_files(compared: Iterable[ComparedTable], names: Mapping[str, str]) -> dict[str, folder.Content]:
     return {f"{names[table.table.name]}-table.csv": tables.compared_table(table) for table in compared}
 
 
@@ -280,11 +274,11 @@ def write_refused(directory: Path, error: GeometryError) -> tuple[Path, ...]:
     """
     if error.view is None:
         return ()
-    if earlier_result(directory) is not None:
+    if folder.earlier_result(directory) is not None:
         directory = directory / REFUSED
     pictures = picture_files([_report("drawing.results").geometry_picture(error.view, str(error), {})])
-    listing = json.dumps(sorted({*claimed_files(directory), *pictures}))
-    return write_files(directory, {CLAIMED: listing, **pictures}, [])[1:]
+    listing = json.dumps(sorted({*folder.claimed_files(directory), *pictures}))
+    return folder.write_files(directory, {folder.CLAIMED: listing, **pictures}, [])[1:]
 
 
 def write_starter_case(directory: Path, case: str) -> tuple[Path, ...]:
@@ -297,7 +291,7 @@ def write_starter_case(directory: Path, case: str) -> tuple[Path, ...]:
     case : str
         Text of the case file.
     """
-    return () if (directory / BEGINNING).exists() else write_files(directory, {BEGINNING: case}, [])
+    return () if (directory / BEGINNING).exists() else folder.write_files(directory, {BEGINNING: case}, [])
 
 
 def check_output(directory: Path, case: Case, command: str = "direct") -> None:
@@ -312,14 +306,14 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
     command : str
         Name of the command, from which the names of its files follow.
     """
-    check_folder(directory)
+    folder.check_folder(directory)
     channels = {
         "direct": [name for name, _ in case.channels],
         "dynamic": [vibration.label for vibration in case.vibrations],
         "fit": [source.label for source in case.coupons],
     }.get(command, [source.label for source in case.recordings])
     modes = dict.fromkeys(source.mode for source in case.specimens)
-    names = [RESULT, REPORT, *([IDENTIFIED] if command in IDENTIFYING else [])]
+    names = [folder.RESULT, REPORT, *([IDENTIFIED] if command in IDENTIFYING else [])]
     names += {
         "mesh": [file.name for file in directory.glob("mesh-*") if file.suffix in FIELDS],
         "batch": [PARTS, *(f"{mode}-{kind}.csv" for mode in modes for kind in ("mean", "band"))],
@@ -328,7 +322,7 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
     }.get(command, [])
     files = file_names(channels).values()
     names += [f"{name}{ending}" for name in files for ending in _CURVES.get(command, ())]
-    refuse_others(directory, names, inputs_of(case))
+    folder.refuse_others(directory, names, inputs_of(case))
 
 
 def inputs_of(case: Case | None) -> list[Path]:
@@ -354,7 +348,7 @@ def question_of(command: str, case: Case, options: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(data, sort_keys=True, default=str).encode()).hexdigest()[:32]
 
 
-def picture_files(pictures: Sequence[Picture]) -> dict[str, Content]:
+def picture_files(pictures: Sequence[Picture]) -> dict[str, folder.Content]:
     """Return each picture as a PNG and an SVG file."""
     return {
         f"{picture.name}.{form}": getattr(picture, form) for form in ("png", "svg") for picture in pictures

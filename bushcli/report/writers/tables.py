@@ -70,8 +70,8 @@ def dynamic_table(curves: Sequence[DynamicCurve]) -> str:
         K, preload = curve.stiffness, [units.at(curve.preload), curve.force]
         peak = [] if curve.amplitude is None else [units.per_internal * curve.amplitude]
         conditions = np.broadcast_to([*peak, *preload], (len(K), len(peak) + 2))
-        moduli = [abs(K), K.real, K.imag, np.degrees(np.angle(K))]
-        rows.append(np.column_stack([curve.frequency, conditions, *moduli]))
+        columns = [curve.frequency, conditions, abs(K), K.real, K.imag, np.degrees(np.angle(K))]
+        rows.append(np.column_stack(columns))
     return number_table(dict(zip(names, np.vstack(rows).T, strict=True)))
 
 

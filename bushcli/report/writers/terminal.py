@@ -71,11 +71,9 @@ def _groups(section: Section) -> list[Sequence[RenderableType]]:
     """Return what belongs together without an empty line between: text under its heading, a table with its notes."""
     first_block = section.blocks[0]
     # A table has a title of its own, and a note follows what is above it.
-    has_own = (
-        first_block.title
-        if isinstance(first_block, Table)
-        else isinstance(first_block, Paragraph) and first_block.kind == "note"
-    )
+    has_own = isinstance(first_block, Paragraph) and first_block.kind == "note"
+    if isinstance(first_block, Table):
+        has_own = bool(first_block.title)
     has_heading = bool(section.heading) and not has_own
     groups: list[list[RenderableType]] = [[Text(section.heading, "bold")] if has_heading else []]
     for block in section.blocks:

@@ -159,10 +159,11 @@ def search_section(diagnosis: Diagnosis) -> Section:
     """Return how many models were fitted, and what these recordings cannot show."""
     failed = f"{count_of(diagnosis.failed_solves, 'trial')} failed"
     solved = f"{count_of(diagnosis.forward_solves, 'simulation')} of one channel, {failed}, {diagnosis.seconds:.0f} s"
+    undetectable = tuple((title(name), why) for name, why in diagnosis.searched.untestable.items())
     blocks = [
         *sentences(words.searched_lines(diagnosis)),
         *sentences(untestable_lines(diagnosis), "terminal"),
-        untestable_table(diagnosis),
+        Table("Not detectable in these recordings", ("effect", "why"), undetectable, left=2, on="page"),
         *paragraphs([solved] if diagnosis.verdict != "faulty_data" else [], kind="note"),
     ]
     folded: list[Block] = [trial_table(diagnosis), note(_TRIALS)]
@@ -340,12 +341,6 @@ def trial_table(diagnosis: Diagnosis) -> Table:
         rows.append((str(i), name, trial.text, *evidence, number(trial.misfit), str(trial.solves)))
     heads = ("", "model", "remark", "predicted", "found", "misfit/noise", "simulations")
     return Table("Models in the order of the search (ln of evidence times odds)", heads, tuple(rows), left=3)
-
-
-def untestable_table(diagnosis: Diagnosis) -> Table:
-    """Return the effects that these recordings cannot show, with the reasons."""
-    rows = [(title(name), reason) for name, reason in diagnosis.searched.untestable.items()]
-    return Table("Not detectable in these recordings", ("effect", "why"), tuple(rows), left=2, on="page")
 
 
 def fault_table(diagnosis: Diagnosis) -> Table:

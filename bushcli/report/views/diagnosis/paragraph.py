@@ -74,11 +74,8 @@ def _opening(diagnosis: Diagnosis) -> str:
                 f"none of them is ruled out.{_so_far(diagnosis)}"
             )
         case "unexplained":
-            reason, *_ = (
-                *words.missing_lines(diagnosis),
-                f"Nothing {words.catalogue(diagnosis)} explains it",
-            )
-            return f"{origin}, leaves a misfit larger than the noise. {reason}."
+            reasons = [*words.missing_lines(diagnosis), f"Nothing {words.catalogue(diagnosis)} explains it"]
+            return f"{origin}, leaves a misfit larger than the noise. {reasons[0]}."
         case "faulty_data":
             return "A diagnosis is possible only after the data are corrected."
         case "missing_physics":
@@ -151,21 +148,19 @@ def _gain(diagnosis: Diagnosis) -> str:
             )
     if not parts:
         return ""
-    what = "With it" if len(diagnosis.effects) == 1 else "With them" if diagnosis.effects else ""
+    what = "with it" if len(diagnosis.effects) == 1 else "with them" if diagnosis.effects else ""
     if not what and diagnosis.material.law != diagnosis.plain.law:
-        what = f"With the {words.law_title(diagnosis.material.law)} law"
+        what = f"with the {words.law_title(diagnosis.material.law)} law"
     falls = all(channel.after_percent <= channel.before_percent for channel in diagnosis.measured_channels)
-    change = "the misfit falls" if falls else "the misfit changes"
-    return f"{what} {change}: {', '.join(parts)}." if what else f"{change.capitalize()}: {', '.join(parts)}."
+    text = f"{what} the misfit {'falls' if falls else 'changes'}: {', '.join(parts)}."
+    return words.as_sentences([text.strip()])[0]
 
 
 def _rivals(diagnosis: Diagnosis) -> str:
     """Return a sentence with the other sets of effects that are possible, with their probabilities."""
-    others = [candidate.text() for candidate in words.likely(diagnosis)[1:]]
+    others = words.first_few([candidate.text() for candidate in words.likely(diagnosis)[1:]], _SETS)
     if not others:
         return ""
-    if len(others) > _SETS:
-        others = [*others[: _SETS - 1], "others"]
     if diagnosis.verdict == "explained":
         return f"Not ruled out: {', '.join(others)}."
     return f"These recordings cannot tell {words.likely(diagnosis)[0].text()} from: {'; '.join(others)}."

@@ -163,18 +163,20 @@ def missing_physics(diagnosis: Diagnosis) -> str:
         # It follows a colon, and a sentence must not have two.
         return " and ".join([*certain, group_text(group).replace(": ", "; ", 1)]) + possible + besides
     if certain:
-        rests = ", or with ".join(_first_few([candidate.text("nothing else") for candidate in parts]))
-        return f"{join_names(certain)}, with {rests}; these recordings cannot tell them apart"
+        rests = first_few([candidate.text("nothing else") for candidate in parts])
+        return (
+            f"{join_names(certain)}, with {', or with '.join(rests)}; these recordings cannot tell them apart"
+        )
     # No effect is not missing: it is named as what else is possible.
-    rests = _first_few([candidate.text() for candidate in sets if candidate.effects])
+    rests = first_few([candidate.text() for candidate in sets if candidate.effects])
     besides = "".join(f"; not ruled out: {candidate.text()}" for candidate in sets if not candidate.effects)
     apart = "; these recordings cannot tell them apart" if len(rests) > 1 else ""
     return f"{', or '.join(rests)}{apart}{besides}"
 
 
-def _first_few(sets: list[str]) -> list[str]:
-    """Return what a headline has room for: the first sets, and a word for the others."""
-    return [*sets[: _SETS - 1], "others"] if len(sets) > _SETS else sets
+def first_few(sets: list[str], most: int = _SETS) -> list[str]:
+    """Return what there is room for: the first sets, and a word for the others."""
+    return [*sets[: most - 1], "others"] if len(sets) > most else sets
 
 
 def _differing_parts(diagnosis: Diagnosis) -> list[Likely]:
@@ -201,7 +203,7 @@ def _not_ruled_out(diagnosis: Diagnosis, without: Sequence[str] = ()) -> str:
     others = [
         candidate.text() for candidate in likely(diagnosis)[1:] if not set(candidate.effects) & set(without)
     ]
-    return f"; not ruled out: {', '.join(_first_few(others))}" if others else ""
+    return f"; not ruled out: {', '.join(first_few(others))}" if others else ""
 
 
 def tone(diagnosis: Diagnosis) -> Tone:
@@ -284,7 +286,9 @@ def searched_lines(diagnosis: Diagnosis) -> list[str]:
     ends = {"budget": ": the time limit was reached", "interrupted": ": the search was interrupted"}
     shift = f"fitting these too could shift {chance(searched.left)} of the probability"
     lines = [f"{fitted}; {shift}{ends.get(searched.ended, '')}"]
-    return lines + [f"Could not be solved from any start: {'; '.join(searched.lost)}"] * bool(searched.lost)
+    if searched.lost:
+        lines.append(f"Could not be solved from any start: {'; '.join(searched.lost)}")
+    return lines
 
 
 def relative_to(diagnosis: Diagnosis) -> str:
