@@ -24,10 +24,7 @@ Array = NDArray[np.float64]
 
 
 def search(
-    problem: LeastSquaresProblem,
-    start: Array,
-    loss: Loss = "linear",
-    ends: Ends | None = None,
+    problem: LeastSquaresProblem, start: Array, loss: Loss = "linear", ends: Ends | None = None
 ) -> Minimum:
     """Minimise the misfit from a start, within the bounds and where the law is stable in the states reached.
 
