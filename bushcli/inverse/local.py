@@ -206,9 +206,7 @@ def full_step(problem: LeastSquaresProblem, x: Array) -> tuple[Array, float]:
     Parameters
     ----------
     problem : LeastSquaresProblem
-        The least-squares problem.
-    x : Array
-        Parameters, shape (parameters,), in the units of the law.
+    x : shape (parameters,)
     """
     low, high = np.minimum(problem.bounds.lower - x, 0.0), np.maximum(problem.bounds.upper - x, 0.0)
     return bounded_step(problem.residual(x), problem.jacobian(x), low, high)
