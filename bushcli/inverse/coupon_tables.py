@@ -24,8 +24,6 @@ _FEWEST, _AMPLITUDES = 4, 5
 _KELVINS = 3.0
 #: Misfit of storage or loss, rms relative in %, from which a spectrum does not describe a table.
 _POOR = 10.0
-
-
 #: Shear strain sqrt(2 dev eps : dev eps) per unit of a coupon's strain.
 _SHEAR = {"uniaxial": np.sqrt(3.0), "equibiaxial": 2.0 * np.sqrt(3.0), "planar": 2.0}
 
@@ -82,12 +80,11 @@ def fit_tables(
                 linear &= values <= 1.1 * values[linear].min() + 1e-12
         table = table.rows(linear)
         count = len(np.unique(np.round(np.log(table.frequency), 2)))
-        if count < _FEWEST and swept:
-            continue
-        if count < _FEWEST:
+        if count < _FEWEST and not swept:
             what = f"{source.label}: {count} frequenc{'ies' if count > 1 else 'y'} at the smallest amplitude"
             remedy = f"a spectrum of relaxation times needs a sweep over at least {_FEWEST} frequencies"
             conditions.append(Condition("no_spectrum", what, remedy))
+        if count < _FEWEST:
             continue
         fit = fit_spectrum(table)
         if max(fit.storage_percent, fit.loss_percent) > _POOR:

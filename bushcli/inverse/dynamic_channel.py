@@ -104,12 +104,9 @@ class DynamicChannel(FitChannel):
         reduced = simulation.reduced_curves(parameters, names, StepLimit() if limit is None else limit)
         value, slope = simulation.stiffness(reduced, parameters, names)
         delayed, derivatives = value * self._turned, slope * self._turned[:, None]
-        return ChannelForces(
-            np.tile(simulation.travels(reduced), 2),
-            np.concatenate([delayed.real, delayed.imag]),
-            np.concatenate([derivatives.real, derivatives.imag]),
-            reduced.states,
-        )
+        force = np.concatenate([delayed.real, delayed.imag])
+        by_name = np.concatenate([derivatives.real, derivatives.imag])
+        return ChannelForces(np.tile(simulation.travels(reduced), 2), force, by_name, reduced.states)
 
     def at_samples(self, answer: ChannelForces) -> tuple[Array, Array]:
         """Return the rows (2 n,) and derivatives (2 n, parameters): those of the answer."""
@@ -130,13 +127,9 @@ class DynamicChannel(FitChannel):
         simulation, used = self._simulation, self.used_rows
         reduced = simulation.reduced_curves(parameters, names, StepLimit())
         simulated, slope = simulation.stiffness(reduced, parameters, names)
-        rows = ComparedTable(
-            self.table.rows(used),
-            simulated[used],
-            simulation.travels(reduced)[used],
-            simulation.error(reduced, parameters),
-            self.scale.reshape(2, -1)[:, used] / [np.ones(used.sum()), self.table.stiffness[used]],
-        )
+        table, preload = self.table.rows(used), simulation.travels(reduced)[used]
+        errors = self.scale.reshape(2, -1)[:, used] / [np.ones(used.sum()), table.stiffness]
+        rows = ComparedTable(table, simulated[used], preload, simulation.error(reduced, parameters), errors)
         if deviations is None:
             return rows
         # d ln K* = d ln |K*| + i d delta.

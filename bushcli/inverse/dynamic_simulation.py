@@ -241,8 +241,8 @@ class DynamicSimulation:
                     held += float(sum(force * step))
                     rescaling = np.exp((derivatives / part[:, None]) @ step)
                     part, derivatives = part * rescaling, derivatives * rescaling[:, None] * rate
-                force = force[: len(names)]
-                measured = measured_stiffness(rig, part, frequency, curve.preload, held, names, force)
+                state = curve.preload, held, names, force[: len(names)]
+                measured = measured_stiffness(rig, part, frequency, *state)
                 value[rows] = measured.value
                 slope[rows] = measured.slope + measured.by_part[:, None] * derivatives[:, : len(names)]
         return value, slope

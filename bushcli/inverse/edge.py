@@ -146,17 +146,11 @@ class LinearisedProblem:
             "fun": lambda s: self.stability(s)[0][1:],
             "jac": lambda s: self.stability(s)[1][1:],
         }
+        limits, options = list(zip(low, high, strict=True)), {"maxiter": 100, "ftol": 1e-9}
+        slsqp = {"method": "SLSQP", "jac": True, "bounds": limits, "constraints": margins, "options": options}
         with warnings.catch_warnings():
             # Steps onto a bound pass it by rounding; SciPy clips them.
             warnings.filterwarnings("ignore", "Values in x were outside bounds", RuntimeWarning)
-            end = minimize(
-                self.cost,
-                start,
-                jac=True,
-                bounds=list(zip(low, high, strict=True)),
-                constraints=margins,
-                method="SLSQP",
-                options={"maxiter": 100, "ftol": 1e-9},
-            )
+            end = minimize(self.cost, start, **slsqp)
         s = np.clip(end.x, low, high) if np.isfinite(end.x).all() else start
         return bounds.clip(self.x + s / self.norms), 2.0 * self.cost(s)[0]

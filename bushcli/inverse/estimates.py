@@ -150,11 +150,15 @@ def _fitted_curve(
         rms = rms_percent(force[used] - measured, measured)
         return Curve(recording.mode, recording.displacement, force, recording.time), rms
 
+    fitted, rms = curve(answer)
+    before, rms_before = curve(started) if started is not None else (None, float("nan"))
     return FittedCurve(
         channel.name,
         recording,
-        *curve(answer),
-        *(curve(started) if started is not None else (None, float("nan"))),
+        fitted,
+        rms,
+        started=before,
+        started_percent=rms_before,
         noise_percent=100 * channel.noise / float(np.ptp(measured)),
         held_out=held_out,
         smooth=channel.curve(answer),

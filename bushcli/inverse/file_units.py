@@ -27,16 +27,13 @@ def parameter_unit(fit: Fit, name: str) -> str:
     Parameters
     ----------
     fit : Fit
-        The identified law.
     name : str
         Full name of the parameter.
     """
-    if name in _OF_RUBBER:
-        return _OF_RUBBER[name]
     of_effects = {active.full_name(p): p for active in fit.effects for p in active.parameters}
     if name in of_effects:
         return case_file_unit(of_effects[name], name in _rotational_parameters(fit))
-    return law(fit.material.law).parameter(name).unit
+    return _OF_RUBBER.get(name) or law(fit.material.law).parameter(name).unit
 
 
 def values_in_file_units(

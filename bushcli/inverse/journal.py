@@ -46,8 +46,8 @@ class AnswersCodec:
         """Return the answers from their arrays."""
         answers = []
         for i in range(int(arrays["channels"])):
-            required = (arrays[f"{i}.{field}"] for field in ("displacement", "force", "slope"))
-            answers.append(ChannelForces(*required, arrays.get(f"{i}.states")))
+            q, force, slope = (arrays[f"{i}.{field}"] for field in ("displacement", "force", "slope"))
+            answers.append(ChannelForces(q, force, slope, arrays.get(f"{i}.states")))
         return answers
 
 

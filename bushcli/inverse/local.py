@@ -124,12 +124,9 @@ class Watched:
         self.best = min(self.best, (float(rows @ rows), x.copy()), key=lambda pair: pair[0])
         self._falling.append(self.best[0])
         evaluations, share = self.problem.stopping.valley
+        before = self._falling[-1 - evaluations] if len(self._falling) > evaluations else np.inf
         # A robust loss may fall while the sum of squares rises, so that a valley cannot be recognised here.
-        if (
-            self.squares
-            and len(self._falling) > evaluations
-            and self.best[0] > (1 - share) * self._falling[-1 - evaluations]
-        ):
+        if self.squares and self.best[0] > (1 - share) * before:
             raise FlatValley("the misfit no longer falls")
         return rows
 
@@ -188,19 +185,12 @@ def minimise(
     linear = loss == "linear"
     is_minimum = linear and predicted_decrease(problem, x) <= STATIONARY
     beside_failure = linear and watched.failed > 0 and not is_minimum
-    return Minimum(
-        start,
-        x,
-        problem.cost(x),
-        watched.iterations,
-        (ended or is_minimum) and not beside_failure,
-        message,
-        beside_failure,
-        bool(problem.instability(x).max(initial=0.0) > ACTIVE),
-        is_minimum and bool(np.all(np.abs(x - start) <= STAYED * np.maximum(np.abs(start), 1e-12))),
-        watched.rejected > 0,
-        watched.hopeless,
-    )
+    converged = (ended or is_minimum) and not beside_failure
+    at_edge = bool(problem.instability(x).max(initial=0.0) > ACTIVE)
+    stayed = bool(np.all(np.abs(x - start) <= STAYED * np.maximum(np.abs(start), 1e-12)))
+    ending = watched.iterations, converged, message, beside_failure, at_edge
+    rejected = watched.rejected > 0
+    return Minimum(start, x, problem.cost(x), *ending, is_minimum and stayed, rejected, watched.hopeless)
 
 
 def predicted_decrease(problem: LeastSquaresProblem, x: Array) -> float:
@@ -216,9 +206,7 @@ def full_step(problem: LeastSquaresProblem, x: Array) -> tuple[Array, float]:
     Parameters
     ----------
     problem : LeastSquaresProblem
-        The least-squares problem.
-    x : Array
-        Parameters, shape (parameters,), in the units of the law.
+    x : shape (parameters,)
     """
     low, high = np.minimum(problem.bounds.lower - x, 0.0), np.maximum(problem.bounds.upper - x, 0.0)
     return bounded_step(problem.residual(x), problem.jacobian(x), low, high)

@@ -24,10 +24,7 @@ Array = NDArray[np.float64]
 
 
 def search(
-    problem: LeastSquaresProblem,
-    start: Array,
-    loss: Loss = "linear",
-    ends: Ends | None = None,
+    problem: LeastSquaresProblem, start: Array, loss: Loss = "linear", ends: Ends | None = None
 ) -> Minimum:
     """Minimise the misfit from a start, within the bounds and where the law is stable in the states reached.
 
@@ -103,11 +100,10 @@ def first_minimum(
     Parameters
     ----------
     problem : LeastSquaresProblem
-        The least-squares problem.
-    start : Array
-        Where the search begins, shape (parameters,), in the units of the law.
+    start : shape (parameters,)
+        Where the search begins.
     loss : Loss
-        Loss function, as in `scipy.optimize.least_squares`.
+        As in `scipy.optimize.least_squares`.
     searched : callable
         Search from a solvable point, shape (parameters,): `search`, or `bushcli.inverse.contained.from_contained`.
     """

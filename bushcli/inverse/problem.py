@@ -207,7 +207,9 @@ class LeastSquaresProblem:
     def forces(self, x: Array) -> list[tuple[Array, Array]] | None:
         """Force and derivatives at the samples of each channel; None where a march did not converge."""
         answers = self.answers(x)
-        return answers and [c.at_samples(answer) for c, answer in zip(self.channels, answers, strict=True)]
+        if answers is None:
+            return None
+        return [channel.at_samples(answer) for channel, answer in zip(self.channels, answers, strict=True)]
 
     def parameters(self, x: Array) -> dict[str, float]:
         """All parameters of the law and of effects by name, fixed ones included."""
@@ -257,7 +259,7 @@ class LeastSquaresProblem:
 
         Parameters
         ----------
-        evaluations
+        evaluations : sequence of Evaluation
         solves, failed
             Numbers of its solved curves, and of its evaluations that failed.
         """

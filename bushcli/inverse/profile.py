@@ -97,10 +97,7 @@ def parameters_to_profile(problem: LeastSquaresProblem, best: Minimum, uncertain
 
 
 def profiles_of(
-    problem: LeastSquaresProblem,
-    best: Minimum,
-    uncertainty: Uncertainty,
-    profiles: dict[int, Profile],
+    problem: LeastSquaresProblem, best: Minimum, uncertainty: Uncertainty, profiles: dict[int, Profile]
 ) -> Array | None:
     """Compute the profiles that are needed, by index; return a better point than the best as soon as one is found.
 
@@ -114,11 +111,8 @@ def profiles_of(
             profiles[index], better = profile(problem, best.x, index, uncertainty)
             if better is not None:
                 return better
-        indices = [
-            index
-            for index in indices
-            if len(problem.states) > count and {"stability", "unsolvable"} & {*profiles[index].limits}
-        ]
+        ended = {"stability", "unsolvable"} if len(problem.states) > count else set()
+        indices = [index for index in indices if ended & {*profiles[index].limits}]
     return None
 
 
@@ -136,26 +130,17 @@ def profile(
     along = _Along(problem, x, index, unit)
     (below, down), (above, up) = (along.side(sign * spread) for sign in (-1.0, 1.0))
     points = [*reversed(below), _Point(float(x[index]), 0.0, x), *above]
-    result = Profile(
-        problem.names[index],
-        np.array([point.value for point in points]),
-        np.array([np.sign(point.root) * point.root**2 for point in points]),
-        (down, up),
-    )
+    values = np.array([point.value for point in points])
+    rise = np.array([np.sign(point.root) * point.root**2 for point in points])
     lowest = min(points, key=lambda point: point.root)
+    result = Profile(problem.names[index], values, rise, (down, up))
     return result, lowest.x if lowest.root < -BETTER else None
 
 
 class _Along:
     """The way outward along one parameter from the best point."""
 
-    def __init__(
-        self,
-        problem: LeastSquaresProblem,
-        x: Array,
-        index: int,
-        unit: float,
-    ) -> None:
+    def __init__(self, problem: LeastSquaresProblem, x: Array, index: int, unit: float) -> None:
         self.problem, self.x, self.index, self.unit = problem, x, index, unit
         self.best = problem.cost(x)
 

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -197,18 +198,17 @@ def fit_spectrum(table: DynamicTable, reference: float | None = None, lag: bool 
     for _ in range(2):
         weight = problem.weight(shifts)
         shifts, solved = problem.minimise(shifts, weight)
-    residual, errors = solved.residual.reshape(2, -1), problem.errors(shifts, solved)
-    positive = solved.values[1:] > 0.0
+    errors, (storage, loss) = problem.errors(shifts, solved), misfit_percent(solved.residual)
     return SpectrumFit(
-        spectrum=Spectrum(float(solved.values[0]), solved.values[1:][positive], solved.times[positive]),
+        spectrum=_spectrum(solved.values, solved.times),
         reference=float(temperatures[shown]),
         temperatures=temperatures,
         shifts=shifts[:-1] / np.log(10.0),
         shift_errors=errors[:-1] / np.log(10.0),
         lag=float(shifts[-1]),
         lag_error=float(errors[-1]),
-        storage_percent=100.0 * float(np.sqrt(np.mean(residual[0] ** 2))),
-        loss_percent=100.0 * float(np.sqrt(np.mean(residual[1] ** 2))),
+        storage_percent=storage,
+        loss_percent=loss,
         rows=len(table),
         spring_pot=problem.spring_pot(shifts),
     )
@@ -218,9 +218,19 @@ def relaxation_spectrum(time: Array, modulus: Array) -> Spectrum:
     """Return the spectrum of a relaxation test: moduli (n,) in MPa at times (n,) in s after the step."""
     times = _grid(np.asarray(1.0 / time, dtype=np.float64))
     design = np.column_stack([np.ones(len(time)), np.exp(-np.outer(time, 1.0 / times))]) / modulus[:, None]
-    _, values = _regularise(design, np.ones(len(time)), None)
+    return _spectrum(_regularise(design, None)[1], times)
+
+
+def _spectrum(values: Array, times: Array) -> Spectrum:
+    """Return the spectrum of values (k + 1,) >= 0 at times (k,), without the terms that are zero."""
     positive = values[1:] > 0.0
     return Spectrum(float(values[0]), values[1:][positive], times[positive])
+
+
+def misfit_percent(residual: Array) -> tuple[float, float]:
+    """Return the rms in % of relative misfits (2 n,): of storage, then of loss."""
+    storage, loss = 100.0 * np.sqrt(np.mean(residual.reshape(2, -1) ** 2, axis=1))
+    return float(storage), float(loss)
 
 
 def _steps(temperature: Array) -> tuple[NDArray[np.intp], Array]:
@@ -281,14 +291,13 @@ class _Problem:
 
     def weight(self, shifts: Array) -> float:
         """Return the weight of the penalty by cross-validation."""
-        design = self.design(shifts, _grid(self.reduced_frequencies(shifts)))
-        return _regularise(design, np.ones(len(design)), None)[0]
+        return _regularise(self.design(shifts, _grid(self.reduced_frequencies(shifts))), None)[0]
 
     def solve(self, shifts: Array, weight: float) -> _Solved:
         """Return the spectrum for given parameters."""
         times = _grid(self.reduced_frequencies(shifts))
         design = self.design(shifts, times)
-        _, values = _regularise(design, np.ones(len(design)), weight)
+        _, values = _regularise(design, weight)
         residual = design @ values - 1.0
         penalty = weight * _curvature(design) @ values
         return _Solved(times, values, residual, design, float(residual @ residual + penalty @ penalty))
@@ -323,10 +332,8 @@ class _Problem:
         if not self.free.any():
             return spread
         derivative = self._projected_derivative(shifts, solved)
-        degrees_of_freedom = max(
-            len(solved.residual) - np.count_nonzero(solved.values) - derivative.shape[1], 1
-        )
-        variance = float(solved.residual @ solved.residual) / degrees_of_freedom
+        values = np.count_nonzero(solved.values) + derivative.shape[1]
+        variance = float(solved.residual @ solved.residual) / max(len(solved.residual) - values, 1)
         inverse, _ = invert_information(derivative.T @ derivative)
         spread[self.free] = np.sqrt(np.maximum(variance * np.diag(inverse), 0.0))
         return spread
@@ -353,12 +360,10 @@ class _Problem:
 
     def overlapping_shifts(self, shown: int) -> Array:
         """Return first shifts (t,), natural logarithms: neighbouring sweeps overlap in ln E'."""
-        count = len(self.free) - 1
-        shifts = np.zeros(count)
-        for k in range(shown + 1, count):
-            shifts[k] = shifts[k - 1] + self._shift_between(k - 1, k)
-        for k in range(shown - 1, -1, -1):
-            shifts[k] = shifts[k + 1] + self._shift_between(k + 1, k)
+        shifts = np.zeros(len(self.free) - 1)
+        for sweeps in (range(shown, len(shifts)), range(shown, -1, -1)):
+            for neighbour, k in pairwise(sweeps):
+                shifts[k] = shifts[neighbour] + self._shift_between(neighbour, k)
         return shifts
 
     def _shift_between(self, first: int, other: int) -> float:
@@ -384,12 +389,12 @@ class _Problem:
             values, _ = nnls(design, np.ones(len(design)))
             return values, design @ values - 1.0
 
-        end = minimize_scalar(
-            lambda b: float(np.sum(fit_exponent(b)[1] ** 2)), bounds=(1e-3, 0.999), method="bounded"
-        )
-        values, residual = fit_exponent(float(end.x))
-        misfit = 100.0 * np.sqrt(np.mean(residual.reshape(2, -1) ** 2, axis=1))
-        return SpringPot(float(values[0]), float(values[1]), float(end.x), float(misfit[0]), float(misfit[1]))
+        def misfit(exponent: float) -> float:
+            return float(np.sum(fit_exponent(exponent)[1] ** 2))
+
+        exponent = float(minimize_scalar(misfit, bounds=(1e-3, 0.999), method="bounded").x)
+        values, residual = fit_exponent(exponent)
+        return SpringPot(float(values[0]), float(values[1]), exponent, *misfit_percent(residual))
 
 
 def _curvature(design: Array) -> Array:
@@ -399,8 +404,10 @@ def _curvature(design: Array) -> Array:
     return scale * np.diff(np.eye(count + 1)[1:], 2, axis=0) if count > 2 else np.zeros((0, count + 1))
 
 
-def _regularise(design: Array, target: Array, weight: float | None) -> tuple[float, Array]:
+def _regularise(design: Array, weight: float | None) -> tuple[float, Array]:
     """Return the weight of the penalty and the values (k + 1,) >= 0; the weight by cross-validation where it is None.
+
+    The design (n, k + 1) is relative to what was measured.
 
     Generalised cross-validation (Golub, Heath and Wahba 1979, doi:10.1080/00401706.1979.10489751), with the degrees of
     freedom of the terms that are not zero.
@@ -408,22 +415,16 @@ def _regularise(design: Array, target: Array, weight: float | None) -> tuple[flo
     from scipy.optimize import nnls
 
     rows = _curvature(design)
-    best: tuple[float, float, Array] | None = None
+    target = np.concatenate([np.ones(len(design)), np.zeros(len(rows))])
+    trials = []
     for trial_weight in _WEIGHTS if weight is None else [weight]:
         penalised = np.vstack([design, trial_weight * rows])
-        values, _ = nnls(
-            penalised, np.concatenate([target, np.zeros(len(rows))]), maxiter=100 * design.shape[1]
-        )
-        if weight is not None:
-            return float(trial_weight), values
-        active = values > 0.0
-        residual = design @ values - target
-        normal = penalised[:, active].T @ penalised[:, active]
-        free = float(
-            np.trace(np.linalg.lstsq(normal, design[:, active].T @ design[:, active], rcond=None)[0])
-        )
-        score = float(residual @ residual) / max(1.0 - free / len(target), 1e-3) ** 2
-        if best is None or score < best[0]:
-            best = score, float(trial_weight), values
-    assert best is not None
-    return best[1], best[2]
+        values, _ = nnls(penalised, target, maxiter=100 * design.shape[1])
+        residual, active = design @ values - 1.0, values > 0.0
+        free = 0.0
+        if weight is None:
+            normal, inner = (part[:, active].T @ part[:, active] for part in (penalised, design))
+            free = float(np.trace(np.linalg.lstsq(normal, inner, rcond=None)[0]))
+        score = float(residual @ residual) / max(1.0 - free / len(design), 1e-3) ** 2
+        trials.append((score, float(trial_weight), values))
+    return min(trials, key=lambda trial: trial[0])[1:]

@@ -73,9 +73,8 @@ def own_start(problem: LeastSquaresProblem, start: Array) -> Array:
     Parameters
     ----------
     problem : LeastSquaresProblem
-        The least-squares problem.
-    start : Array
-        Values of the parameters that are not the law's, shape (parameters,).
+    start : shape (parameters,)
+        Values of the parameters that are not the law's.
     """
     values = {parameter.name: parameter.start for parameter in problem.law.parameters}
     return np.array([values.get(name, value) for name, value in zip(problem.names, start, strict=True)])
@@ -113,9 +112,7 @@ def fit_scale(problem: LeastSquaresProblem, trial: Array) -> Array:
     Parameters
     ----------
     problem : LeastSquaresProblem
-        The least-squares problem.
-    trial : Array
-        Parameters, shape (parameters,), in the units of the law.
+    trial : shape (parameters,)
     """
     free = linear_parameters(problem)
     forces = problem.forces(trial)
@@ -125,18 +122,16 @@ def fit_scale(problem: LeastSquaresProblem, trial: Array) -> Array:
     force = np.concatenate([f * w for (f, _), w in zip(forces, weights, strict=True)])
     wanted = np.concatenate([c.measured * w for c, w in zip(problem.channels, weights, strict=True)])
     factor = float(force @ wanted / (force @ force))
-    points = []
-    if factor > 0:
-        points.append(np.where(free, trial * factor, trial))
+    points = [np.where(free, trial * factor, trial)] if factor > 0 else []
     if all(channel.coupon for channel in problem.channels):
         slope = np.concatenate([s[:, free] * w[:, None] for (_, s), w in zip(forces, weights, strict=True)])
         best = trial.copy()
         best[free], _ = bounded_step(-wanted, slope, problem.bounds.lower[free], problem.bounds.upper[free])
         points.append(best)
-    candidates = [problem.bounds.inside(point) for point in points]
-    costs = [problem.cost(point) for point in candidates]
+    points = [problem.bounds.inside(point) for point in points]
+    costs = [problem.cost(point) for point in points]
     reached = [(cost, i) for i, cost in enumerate(costs) if np.isfinite(cost)]
-    return candidates[min(reached)[1]] if reached else trial
+    return points[min(reached)[1]] if reached else trial
 
 
 def fit_sizes(problem: LeastSquaresProblem, x: Array, enough: float = ENOUGH) -> Array:
@@ -150,9 +145,8 @@ def fit_sizes(problem: LeastSquaresProblem, x: Array, enough: float = ENOUGH) ->
     Parameters
     ----------
     problem : LeastSquaresProblem
-        The least-squares problem.
-    x : Array
-        Solvable parameters, shape (parameters,), in the units of the law.
+    x : shape (parameters,)
+        Solvable parameters.
     enough : float
         Share of the sum of squares; a step that promises less is not made, and none after a shortened one that gains
         less.
@@ -162,8 +156,8 @@ def fit_sizes(problem: LeastSquaresProblem, x: Array, enough: float = ENOUGH) ->
         # Relative changes of the stiffness, and changes of the effects.
         ways = np.column_stack([np.where(free, x, 0.0), np.eye(len(x))[:, effects]])
         value = problem.residual(x)
-        low = np.concatenate([[-MOST], (problem.bounds.lower - x)[effects]])
-        high = np.concatenate([[MOST], (problem.bounds.upper - x)[effects]])
+        low = np.array([-MOST, *(problem.bounds.lower - x)[effects]])
+        high = np.array([MOST, *(problem.bounds.upper - x)[effects]])
         change, remaining = bounded_step(value, problem.jacobian(x) @ ways, low, high)
         before = float(value @ value)
         if before - remaining <= enough * before:

@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -180,14 +181,8 @@ def refine(
         cost, x = problem.best or (float("nan"), initial)
         ended = Minimum(initial, x, cost, 0, False, str(reason) or INTERRUPTED)
     answers = problem.answers(ended.x) if np.isfinite(ended.cost) else None
-    return Refined(
-        ended,
-        problem.states,
-        answers,
-        tuple(problem.evaluations),
-        problem.forward_solves,
-        problem.failed_solves,
-    )
+    counts = tuple(problem.evaluations), problem.forward_solves, problem.failed_solves
+    return Refined(ended, problem.states, answers, *counts)
 
 
 def is_outperformed(costs: Sequence[float], reference: float) -> bool:
@@ -223,10 +218,8 @@ class ProblemCache:
 def coarse_costs(task: Task, tables: TableCache, pool: Pool | None = None) -> Iterator[Costs]:
     """Give a function for the costs of many parameter sets on the coarse mesh, by the task's workers or by a pool."""
     with nullcontext(pool) if pool is not None else processes(task.workers) as workers:
-        cache = ProblemCache(tables)
-        yield lambda points: [
-            float(cost) for cost in _answers_in_order(workers, cache, _cost_in_worker, task, points)
-        ]
+        work = partial(_answers_in_order, workers, ProblemCache(tables), _cost_in_worker, task)
+        yield lambda points: list(map(float, work(points)))
 
 
 def refine_start(
@@ -255,22 +248,16 @@ def refine_start(
     with processes(min(task.workers, len(assignments))) as started, TemporaryDirectory() as folder:
         # Ctrl-C does not reach the processes: a file tells them to end with the best so far.
         stop, work = Path(folder) / "stop", with_cache(_refine_in_worker, cache, in_process=False)
-        futures = [
-            started.executor.submit(work, task, i, assignment, stop)
-            for i, assignment in enumerate(assignments)
-        ]
-        unfinished = list(futures)
+        submit = started.executor.submit
+        unfinished = [submit(work, task, i, assignment, stop) for i, assignment in enumerate(assignments)]
         try:
             while unfinished:
                 _hand_over(unfinished[0].result(), done, progress)
                 unfinished.pop(0)
         except KeyboardInterrupt:
             stop.touch()
-            for future in unfinished:
-                future.cancel()
-            for future in unfinished:
-                if not future.cancelled():
-                    _hand_over(future.result(), done, progress)
+            for future in [future for future in unfinished if not future.cancel()]:
+                _hand_over(future.result(), done, progress)
             raise
 
 

@@ -51,12 +51,10 @@ class TableChannel(FitChannel):
             conditions = (part.preload, part.preload_force, part.frequency, part.amplitude)
             name = (table.name, temperature, *(values.tobytes().hex() for values in conditions))
 
-            def store_of_body(
-                model: FiniteElementModel, uneven: bool, name: tuple[object, ...] = name
-            ) -> Store:
+            def stored(model: FiniteElementModel, uneven: bool, name: tuple[object, ...] = name) -> Store:
                 return stores(model, (*name, uneven))
 
-            channel = DynamicChannel(part, rubber, case, MPI.COMM_SELF, prepared, temperature, store_of_body)
+            channel = DynamicChannel(part, rubber, case, MPI.COMM_SELF, prepared, temperature, stored)
             self._parts.append((rows, channel))
         self.model, self.active = self._parts[0][1].model, self._parts[0][1].active
         self.measured, self.scale = recording.force, np.ones(len(recording.force))
@@ -83,12 +81,8 @@ class TableChannel(FitChannel):
             slope[rows] = (along + 1j * across) * turn[:, None]
             travel[rows] = answer.displacement[: len(rows)]
             states += [] if answer.states is None else [answer.states]
-        return ChannelForces(
-            np.tile(travel, 2),
-            self.recording.rows(value),
-            self.recording.rows(slope),
-            np.concatenate(states) if states else None,
-        )
+        curves = np.tile(travel, 2), self.recording.rows(value), self.recording.rows(slope)
+        return ChannelForces(*curves, np.concatenate(states) if states else None)
 
     @override
     def at_samples(self, answer: ChannelForces) -> tuple[Array, Array]:

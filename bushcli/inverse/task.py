@@ -109,7 +109,8 @@ class Task:
         same = material.law == law.name
         empty = replace(material, law=law.name, parameters={}, terms=material.terms if same else self.terms)
         names = material.parameter_names if same else empty.parameter_names
-        values = {name: law.parameter(name).start for name in names} | (material.parameters if same else {})
+        values = {name: law.parameter(name).start for name in names}
+        values |= material.parameters if same else {}
         unknown = [name for name in self.start if name not in values]
         if unknown:
             what = f"{unknown[0]} is not a parameter of {law.name}"
@@ -153,8 +154,9 @@ class Task:
     @property
     def rotational_parameters(self) -> dict[str, EffectParameter]:
         """Parameters of its effects that are in degrees in the case file."""
-        sources = (*self.case.recordings, *self.case.dynamic)
-        return parameters_in_degrees(self.effects, [(source.label, source.mode) for source in sources])
+        channels = [(source.label, source.mode) for source in self.case.recordings]
+        channels += [(source.label, source.mode) for source in self.case.dynamic]
+        return parameters_in_degrees(self.effects, channels)
 
     def is_fixed(self, name: str) -> bool:
         """Whether a parameter keeps its start value: it or its effect is named in `fixed`, or it changes the mesh."""

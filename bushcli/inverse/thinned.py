@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares, nnls
 
+from bushcli.inverse.spectrum import misfit_percent
 from bushcli.recording.dynamic.table import DynamicTable
 from cases.sine import ThinnedSpectrum
 from forms.branches.payne import spectrum
@@ -102,23 +103,13 @@ def fit_thinned(table: DynamicTable, shear: float) -> ThinnedFit:
         tau, decades, run, offset, exponent = map(float, np.exp(p[:5]))
         # In a period the clock runs 4 a c (a0 + a)^m on.
         path = run / pace / (4.0 * middle) / (middle * (1.0 + offset)) ** exponent
-        return {
-            "tau": tau / pace,
-            "decades": decades,
-            "slope": float(p[5]),
-            "path": path,
-            "offset": offset * middle,
-            "exponent": exponent,
-        }
+        of_spectrum = {"tau": tau / pace, "decades": decades, "slope": float(p[5])}
+        return of_spectrum | {"path": path, "offset": offset * middle, "exponent": exponent}
 
     def solved(p: Array) -> tuple[Array, Array]:
         s = _harmonics(constants(p), gamma, frequency)
-        design = np.column_stack(
-            [
-                np.concatenate([1.0 / table.storage, np.zeros(len(s))]),
-                np.concatenate([s.real / table.storage, s.imag / table.loss]),
-            ]
-        )
+        at_rest = np.concatenate([1.0 / table.storage, np.zeros(len(s))])
+        design = np.column_stack([at_rest, np.concatenate([s.real / table.storage, s.imag / table.loss])])
         values, _ = nnls(design, np.ones(len(design)))
         return values, design @ values - 1.0
 
@@ -128,16 +119,8 @@ def fit_thinned(table: DynamicTable, shear: float) -> ThinnedFit:
     ends = [least_squares(lambda p: solved(p)[1], p, bounds=(low, high), max_nfev=MOST) for p in starts]
     best = np.asarray(min(ends, key=lambda end: float(end.cost)).x)
     values, residual = solved(best)
-    misfit = 100.0 * np.sqrt(np.mean(residual.reshape(2, -1) ** 2, axis=1))
+    equilibrium, modulus = map(float, values)
     identified = constants(best)
-    g = {"g": float(values[1] / values[0] / _unit(identified)[0].sum()) if values[0] else np.inf}
-    return ThinnedFit(
-        float(np.mean(table.temperature)),
-        float(values[0]),
-        float(values[1]),
-        g | identified,
-        shear,
-        float(misfit[0]),
-        float(misfit[1]),
-        len(table),
-    )
+    g = {"g": float(modulus / equilibrium / _unit(identified)[0].sum()) if equilibrium else np.inf}
+    temperature, misfit = float(np.mean(table.temperature)), misfit_percent(residual)
+    return ThinnedFit(temperature, equilibrium, modulus, g | identified, shear, *misfit, len(table))

@@ -32,32 +32,23 @@ def check_material(case: Case, material: Material) -> None:
     ------
     InputError
     """
+    where = case.path.name
     if not material.parameters:
-        raise InputError(
-            Problem(
-                case.path.name,
-                "material.parameters are not given",
-                "",
-                "give them, or [[coupons]] to fit them to",
-            )
-        )
+        what, expected = "material.parameters are not given", "give them, or [[coupons]] to fit them to"
+        raise InputError(Problem(where, what, "", expected))
     for finding in moduli(material):
-        raise InputError(Problem(case.path.name, finding.what, "", finding.expected))
+        raise InputError(Problem(where, finding.what, "", finding.expected))
     # This import loads UFL, which a case whose law is still to be fitted does not need.
     from cases.stability import coupon_limits
 
-    model = law(material.law)
-    for mode, (low, high) in coupon_limits(model, dict(material.parameters)).items():
+    for mode, (low, high) in coupon_limits(law(material.law), dict(material.parameters)).items():
         if low > SMALL_STRAIN[0] or high < SMALL_STRAIN[1]:
-            raise InputError(
-                Problem(
-                    case.path.name,
-                    f"material.parameters make {material.law} unstable: in {mode} deformation it is stable only "
-                    f"between stretches {low:.3g} and {high:.3g}",
-                    "",
-                    f"stable at least between {SMALL_STRAIN[0]:g} and {SMALL_STRAIN[1]:g}",
-                )
+            what = (
+                f"material.parameters make {material.law} unstable: in {mode} deformation it is stable only "
             )
+            what += f"between stretches {low:.3g} and {high:.3g}"
+            expected = f"stable at least between {SMALL_STRAIN[0]:g} and {SMALL_STRAIN[1]:g}"
+            raise InputError(Problem(where, what, "", expected))
 
 
 def check_travel(case: Case, recordings: Sequence[Recording], faults: Sequence[DataFault]) -> None:
@@ -76,21 +67,13 @@ def check_travel(case: Case, recordings: Sequence[Recording], faults: Sequence[D
     InputError
     """
     remedies = {fault.channel: fault.remedy for fault in reversed(faults) if fault.fatal}
+    usual = "displacement in mm of the bushing in [geometry]; units = { displacement = ... } for another unit"
     gap = case.geometry.gap
     if gap is None:
         return
     for recording in recordings:
         furthest = float(np.abs(recording.displacement).max())
         if modes()[recording.mode].sideways * furthest >= gap:
-            raise InputError(
-                Problem(
-                    str(recording.source),
-                    f"goes to {furthest:.4g} mm, but the rubber is only {gap:.4g} mm thick",
-                    "",
-                    remedies.get(
-                        recording.name,
-                        "displacement in mm of the bushing in [geometry]; units = { displacement = ... } for another "
-                        "unit",
-                    ),
-                )
-            )
+            what = f"goes to {furthest:.4g} mm, but the rubber is only {gap:.4g} mm thick"
+            expected = remedies.get(recording.name, usual)
+            raise InputError(Problem(str(recording.source), what, "", expected))

@@ -93,30 +93,27 @@ class PreparedModels:
         dimension = 2 if mode.section is not None and shape.axisymmetric else 3
         mirrors = setting_for(mode, dimension).mirrors & shape.mirror_planes
         elements = elements_of(shape, dimension, mirrors, refinement)
-        metals = tuple(
-            (name, sleeve.youngs_modulus, sleeve.poissons_ratio)
-            for name, sleeve in shape.elastic_sleeves.items()
-        )
+        sleeves = shape.elastic_sleeves.items()
+        metals = tuple((name, metal.youngs_modulus, metal.poissons_ratio) for name, metal in sleeves)
         law = rubber.law.name, tuple(rubber.parameters)
         effects = tuple((item.name, tuple(item.values)) for item in features)
-        key = (elements or _Whole(shape), mode.name, law, metals, refinement, effects)
+        # A shape that is not structured cannot be morphed.
+        body = elements or f"{type(shape).name} {shape.model_dump_json()}"
+        key = (body, mode.name, law, metals, refinement, effects)
         prepared = self._models.get(key)
         if prepared is None:
             self.made += 1
-            prepared = self._models[key] = _MovableModel(
-                prepare(shape, mode, rubber, refinement, comm, features), refinement
-            )
+            model = prepare(shape, mode, rubber, refinement, comm, features)
+            self._models[key] = _MovableModel(model, refinement)
             if len(self._models) > CACHED_MODELS:
                 self._models.popitem(last=False)
-            return prepared.model
+            return model
         self._models.move_to_end(key)
         self.moved += 1
         if shape != prepared.model.mesh.shape and not prepared.move(shape):
             model = prepare(shape, mode, rubber, refinement, comm, features)
             prepared = self._models[key] = _MovableModel(model, refinement)
-        of_effects = {
-            f"{item.name}.{name}": value for item in features for name, value in item.values.items()
-        }
+        of_effects = {f"{item.name}.{name}": v for item in features for name, v in item.values.items()}
         prepared.model.set_parameters(dict(rubber.parameters) | of_effects, rubber.bulk_modulus)
         return prepared.model
 
@@ -133,20 +130,7 @@ class PreparedModels:
         """
         prepared = next(body for body in self._models.values() if body.model is model)
         mesh = model.mesh
-        elements = elements_of(shape, mesh.dimension, mesh.mirrors, refinement)
-        if elements is None or elements != elements_of(mesh.shape, mesh.dimension, mesh.mirrors, refinement):
-            return shape == mesh.shape
-        return shape == mesh.shape or prepared.move(shape)
-
-
-class _Whole:
-    """A shape that is not structured and cannot be morphed."""
-
-    def __init__(self, shape: Shape) -> None:
-        self._text = f"{type(shape).name} {shape.model_dump_json()}"
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Whole) and other._text == self._text
-
-    def __hash__(self) -> int:
-        return hash(self._text)
+        before, after = (
+            elements_of(s, mesh.dimension, mesh.mirrors, refinement) for s in (mesh.shape, shape)
+        )
+        return shape == mesh.shape or (after is not None and after == before and prepared.move(shape))

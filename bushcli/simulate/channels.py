@@ -84,46 +84,32 @@ class SimulatedChannel:
 
 def load_case_channel(case: Case, load: LoadCase, tables: TableCache) -> SimulatedChannel:
     """Return the channel of a load case."""
-    program = load.program(tables)
-    active = tuple(
-        effect.with_start_values() for effect in effects_on_channel(case.effects, load.label, load.mode)
-    )
-    drive = with_all_beside(active, program.time) if load.by_force else None
+    program, acting = load.program(tables), effects_on_channel(case.effects, load.label, load.mode)
+    beside = [effect.with_start_values() for effect in acting]
+    drive = with_all_beside(beside, program.time) if load.by_force else None
 
     def follow(model: FiniteElementModel, keep: bool, report: StepProgress) -> History:
         history = march(model, program, keep_states=keep, progress=report, drive=drive)
         return history if drive is None else drive.with_prescribed_force(history)
 
+    curve, six, temperature = (program, program.time, program.displacement), load.six, load.temperature
     return SimulatedChannel(
-        load.label,
-        load.mode,
-        follow,
-        program,
-        program.time,
-        program.displacement,
-        path=load.six,
-        temperature=load.temperature,
-        by_force=load.by_force,
+        load.label, load.mode, follow, *curve, path=six, temperature=temperature, by_force=load.by_force
     )
 
 
 def with_all_beside(active: Sequence[ActiveEffect], time: Array | None = None) -> PrescribedForce:
     """Return a prescribed force that the bushing carries together with all that stands beside it."""
-    parallel_effects = [
-        effect
-        for effect in active
-        if effect.effect.rig is not None and effect.effect.rig.parallel is not None
-    ]
-    if not parallel_effects:
-        return PrescribedForce()
+    in_rig = [effect for effect in active if effect.effect.rig is not None]
+    beside = [effect for effect in in_rig if effect.effect.rig and effect.effect.rig.parallel is not None]
     began = 0.0 if time is None else float(time[0])
 
     def force_on_all(q: float, force: float, time_of_state: float) -> float:
         displacement, reaction = (Signal(np.array([value]), np.zeros((1, 0))) for value in (q, force))
         elapsed = None if time is None else np.array([time_of_state - began])
-        return float(parallel(parallel_effects, displacement, reaction, (), elapsed).value[0])
+        return float(parallel(beside, displacement, reaction, (), elapsed).value[0])
 
-    return PrescribedForce(force_on_all)
+    return PrescribedForce(force_on_all) if beside else PrescribedForce()
 
 
 def recording_channel(case: Case, recording: Recording) -> SimulatedChannel:
@@ -141,16 +127,12 @@ def recording_channel(case: Case, recording: Recording) -> SimulatedChannel:
     six_path, record = None, recording.record
     if record.six is not None:
         six_path, program, _ = six_schedule(record.six.time, record.six.motion, record.six.free)
-    return SimulatedChannel(
-        recording.name,
-        recording.mode,
-        lambda model, keep, report: sweep(model, targets, keep_states=keep, progress=report),
-        program,
-        record.time,
-        record.displacement,
-        recording,
-        path=six_path,
-    )
+
+    def cover(model: FiniteElementModel, keep: bool, report: StepProgress) -> History:
+        return sweep(model, targets, keep_states=keep, progress=report)
+
+    curve = program, record.time, record.displacement
+    return SimulatedChannel(recording.name, recording.mode, cover, *curve, recording, six_path)
 
 
 def channels_to_simulate(
@@ -165,13 +147,13 @@ def channels_to_simulate(
     """
     recordings, faults = measured(case)
     if not recordings and not case.load_cases and not case.dynamic:
-        expected = case.expected_tables(
-            "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
-        )
-        raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
+        expected = "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
+        what, expected = "there is nothing to simulate", case.expected_tables(expected)
+        raise InputError(Problem(case.path.name, what, "", expected))
     check_travel(case, recordings, faults)
     channels = [load_case_channel(case, load, measured.tables) for load in case.load_cases]
     channels += [recording_channel(case, recording) for recording in recordings]
-    for channel in [channel for channel in channels if not channel.by_force]:
-        check_play(case, channel.name, channel.mode, channel.displacement)
+    for channel in channels:
+        if not channel.by_force:
+            check_play(case, channel.name, channel.mode, channel.displacement)
     return channels, faults

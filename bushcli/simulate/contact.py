@@ -53,13 +53,10 @@ def surfaces_that_met(model: FiniteElementModel, history: History) -> tuple[Surf
     met: dict[tuple[str, str], SurfaceContact] = {}
     for q, state in zip(history.displacement, history.states, strict=False):
         for touch in touches(contact, state):
-            earlier = met.get(touch.surfaces)
-            force, position = touch.force * model.multiplicity, float(q)
-            if earlier is None or force > earlier.force:
-                first_position = position if earlier is None else earlier.first
-                met[touch.surfaces] = SurfaceContact(
-                    touch.surfaces, first_position, force, position, touch.radius, touch.height
-                )
+            pair, force, at = touch.surfaces, touch.force * model.multiplicity, float(q)
+            if pair not in met or force > met[pair].force:
+                first = met[pair].first if pair in met else at
+                met[pair] = SurfaceContact(pair, first, force, at, touch.radius, touch.height)
     return tuple(met.values())
 
 
@@ -88,10 +85,5 @@ def not_shared(met: Mapping[str, Sequence[SurfaceContact]], comm: MPI.Comm) -> l
     names = ", ".join(name for name, touched in met.items() if touched)
     if comm.size == 1 or not names:
         return []
-    return [
-        Condition(
-            "not_shared",
-            f"surfaces meet ({names}), and contact is modelled in one process only: each process solved the whole mesh",
-            "nothing to do; mpirun saves no time here",
-        )
-    ]
+    what = f"surfaces meet ({names}), and contact is modelled in one process only: each process solved the whole mesh"
+    return [Condition("not_shared", what, "nothing to do; mpirun saves no time here")]

@@ -27,9 +27,9 @@ def curve_of(
     if channel.path is not None and recording is None:
         all_six = six_curve(history, channel.path)
         return all_six.curve, all_six
-    if answer is not None:
-        if recording is None:
-            return ExactCurve(mode, channel.displacement, answer.force, channel.time), None
+    if answer is not None and recording is None:
+        return ExactCurve(mode, channel.displacement, answer.force, channel.time), None
+    if answer is not None and recording is not None:
         return Curve(mode, recording.displacement, answer.force[recording.places], recording.time), None
     # The part that was reached, with at least two points even if the first step failed.
     q, force = history.displacement, history.force

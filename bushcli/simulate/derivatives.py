@@ -48,12 +48,7 @@ def elastic_curve(
     from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
 
     q = history.displacement
-    slope = np.zeros((len(q), len(names)))
-    for i, name in enumerate(names):
-        if name in inner:
-            assert history.sensitivity is not None
-            slope[:, i] = history.sensitivity[:, inner.index(name)]
-    values = np.column_stack([history.force, slope])
+    values = np.column_stack([history.force, columns(history.sensitivity, inner, names, len(q))])
     if symmetric:
         q, values = both_halves(q, values)
     spline = CubicSpline(q, values)
@@ -78,13 +73,8 @@ def extension_in_series(
         displacement, reaction = Signal(np.array([q]), rows[0]), Signal(np.array([force]), rows[1])
         total = rig.parallel(active, displacement, reaction, local, np.array([max(time - start, 0.0)]))
         springs = rig.extension(active, total, local)
-        slope = springs.slope[0]
-        return Extension(
-            float(springs.value[0]),
-            float(slope[0]),
-            float(slope[1]),
-            dict(zip(names, map(float, slope[2:]), strict=True)),
-        )
+        by_q, by_force, *by_name = map(float, springs.slope[0])
+        return Extension(float(springs.value[0]), by_q, by_force, dict(zip(names, by_name, strict=True)))
 
     return extension_at
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 from mpi4py import MPI
 
@@ -25,7 +26,6 @@ from bushcli.simulate.vibrations import PROMISED, DynamicCurve, Vibrations, bran
 from cases.history import Interrupted
 from cases.march import NotConverged, march
 from cases.mode import modes
-from cases.program import Program
 from cases.simulate import prepare
 
 
@@ -93,16 +93,15 @@ def vibrate(
     """
     material, where = material or case.material, case.path.name
     if not case.vibrations:
-        example = "frequency = [1, 10, 100]"
         expected = (
-            f"add a table [load_cases.dynamic] with {example} (and preload) to a load case without amplitude"
+            "add a table [load_cases.dynamic] with frequency = [1, 10, 100] (and preload) to a load case "
         )
+        expected += "without amplitude"
         raise InputError(Problem(where, "no load case has vibrations", "", expected))
     require_values(case.effects, where)
     problems: list[Problem] = []
     for test in case.vibrations:
-        active = effects_on_channel(case.effects, test.label, test.mode, "dynamic", test.temperature)
-        problems += effects_without_stiffness(where, test.label, active)
+        problems += effects_without_stiffness(where, test.label, _acting(case, test))
     if problems:
         raise InputError(*problems)
     check_material(case, material)
@@ -115,6 +114,10 @@ def vibrate(
             raise KeyboardInterrupt from stopped
         raise DynamicInterrupted(run.response(interrupted=True)) from stopped
     return run.response()
+
+
+def _acting(case: Case, test: DynamicTest) -> tuple[ActiveEffect, ...]:
+    return effects_on_channel(case.effects, test.label, test.mode, "dynamic", test.temperature)
 
 
 def is_in_vibrations(active: ActiveEffect) -> bool:
@@ -158,8 +161,7 @@ class _Run:
         self._case, self._material, self._comm, self._progress = case, material, comm, progress
         self.curves: list[DynamicCurve] = []
         self._conditions: list[Condition] = []
-        self._complete = True
-        self._seconds = {"static": 0.0, "dynamic": 0.0}
+        self._complete, self._seconds = True, {"static": 0.0, "dynamic": 0.0}
 
     def response(self, interrupted: bool = False) -> DynamicResponse:
         """Return the result so far."""
@@ -174,8 +176,7 @@ class _Run:
 
     def test(self, test: DynamicTest, tested: Sequence[Extent]) -> None:
         """Reach the preloads of a load case, and compute the stiffness about each."""
-        name = test.label
-        active = effects_on_channel(self._case.effects, name, test.mode, "dynamic", test.temperature)
+        name, active = test.label, _acting(self._case, test)
         self._conditions += outside_measured(name, of_test(test), tested, active)
         self._conditions += effects_left_out(name, active)
         features = features_of(in_state(active, unrelaxed=False))
@@ -183,9 +184,21 @@ class _Run:
         model = prepare(self._case.geometry, mode, rubber_of(self._material), mesh, self._comm, features)
         density, thinned = self._material.density, thinned_of(active)
         vibrations = Vibrations(name, test, model, branches_of(active), density, thinned)
+
+        def report(step: int, steps: int, newton: int, q: float) -> None:
+            meet(self._comm)
+            if self._progress is not None:
+                self._progress(name, step, steps, newton, q)
+
+        follow = partial(march, drive=vibrations.drive, progress=report, observer=vibrations.observe)
+        start = time.perf_counter()
         try:
             for program in test.programs():
-                self._march(vibrations, program)
+                try:
+                    follow(model, program)
+                except NotConverged as failure:
+                    self._complete = False
+                    self._conditions.append(_not_reached(name, test, failure))
         finally:
             # Also of a march that was interrupted.
             self.curves += [curve for i in sorted(vibrations.curves) for curve in vibrations.curves[i]]
@@ -195,45 +208,17 @@ class _Run:
                 remedy = "set a smaller preload, or a law that is stable there; the part buckles, or would jump to "
                 self._conditions.append(Condition("unstable_preload", what, f"{remedy}another state"))
             self._seconds["dynamic"] += vibrations.seconds
-            self._seconds["static"] -= vibrations.seconds
-
-    def _march(self, vibrations: Vibrations, program: Program) -> None:
-        def report(step: int, steps: int, newton: int, q: float) -> None:
-            meet(self._comm)
-            if self._progress is not None:
-                self._progress(vibrations.name, step, steps, newton, q)
-
-        start = time.perf_counter()
-        try:
-            march(
-                vibrations.model,
-                program,
-                drive=vibrations.drive,
-                progress=report,
-                observer=vibrations.observe,
-            )
-        except NotConverged as failure:
-            self._complete = False
-            self._conditions.append(_not_reached(vibrations.name, vibrations.test, failure))
-        finally:
-            self._seconds["static"] += time.perf_counter() - start
+            self._seconds["static"] += time.perf_counter() - start - vibrations.seconds
 
 
 def _not_reached(name: str, test: DynamicTest, failure: NotConverged) -> Condition:
-    if failure.largest is None:
-        what = f"the preload {test.place(failure.target)} was not reached: no equilibrium beyond "
-        what += f"{test.place(failure.last)} ({failure.reason})"
-    else:
-        q, force = failure.largest
-        unit = "N mm" if modes()[test.mode].rotational else "N"
-        what = (
-            f"a preload was not reached: the largest force found is {force:.4g} {unit} at {test.place(q)} "
-            f"({failure.reason})"
-        )
-    what = f"{name}: {what}; preloads up to there have their results"
-    return Condition(
-        "preload_not_reached", what, "set a smaller preload (in mm or N), more steps or a coarser mesh"
-    )
+    what = f"the preload {test.place(failure.target)} was not reached: no equilibrium beyond {test.place(failure.last)}"
+    if failure.largest is not None:
+        (q, force), unit = failure.largest, "N mm" if modes()[test.mode].rotational else "N"
+        what = f"a preload was not reached: the largest force found is {force:.4g} {unit} at {test.place(q)}"
+    what = f"{name}: {what} ({failure.reason}); preloads up to there have their results"
+    remedy = "set a smaller preload (in mm or N), more steps or a coarser mesh"
+    return Condition("preload_not_reached", what, remedy)
 
 
 def effects_left_out(name: str, active: Sequence[ActiveEffect]) -> list[Condition]:
@@ -247,17 +232,14 @@ def effects_left_out(name: str, active: Sequence[ActiveEffect]) -> list[Conditio
         Effects that act on it.
     """
     conditions = []
-    sliding = [effect for effect in active if effect.effect.slides]
+    sliding = " and ".join(readable_name(effect.name) for effect in active if effect.effect.slides)
     if sliding:
-        names = " and ".join(readable_name(effect.name) for effect in sliding)
-        what = f"{name}: {names} is left out: its stiffness depends on the amplitude"
-        conditions.append(
-            Condition("effect_left_out", what, "add a vibration in time to compare: bushcli direct")
-        )
-    rig = [effect for effect in active if effect.effect.acts == "rig"]
+        what = f"{name}: {sliding} is left out: its stiffness depends on the amplitude"
+        remedy = "add a vibration in time to compare: bushcli direct"
+        conditions.append(Condition("effect_left_out", what, remedy))
+    rig = " and ".join(readable_name(effect.name) for effect in active if effect.effect.acts == "rig")
     if rig:
-        names = " and ".join(readable_name(effect.name) for effect in rig)
-        what = f"{name}: the stiffness is that of the part, without {names} of the rig"
+        what = f"{name}: the stiffness is that of the part, without {rig} of the rig"
         remedy = "nothing to do, unless the part is compared with a rig's table: `bushcli direct` compares, with all "
         remedy += "effects of the rig but free play"
         conditions.append(Condition("effect_left_out", what, remedy))
@@ -275,9 +257,8 @@ def doubts(curve: DynamicCurve) -> list[Condition]:
         surfaces = ", ".join(f"{a} and {b}" for a, b in curve.touching)
         what = (
             f"{curve.name} at {curve.test.place(curve.preload)}: {surfaces} touch under the preload, and the "
-            "vibration neither opens nor closes the contact"
         )
-        conditions.append(
-            Condition("contact_frozen", what, "holds for amplitudes that leave the contact as it is")
-        )
+        what += "vibration neither opens nor closes the contact"
+        remedy = "holds for amplitudes that leave the contact as it is"
+        conditions.append(Condition("contact_frozen", what, remedy))
     return conditions

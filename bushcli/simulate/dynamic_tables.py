@@ -126,7 +126,8 @@ def compare_tables(
         A preload is beyond what the bushing's shape admits, the rubber has no viscous branch, or an effect has no
         dynamic stiffness.
     """
-    compared, conditions = [], []
+    compared: list[ComparedTable] = []
+    conditions: list[Condition] = []
     parts = [(table.rows(rows), warm) for table in tables for rows, warm in by_temperature(case, table)]
     for table, temperature in parts:
         check_preloads(case, table)
@@ -179,7 +180,8 @@ def by_temperature(case: Case, table: DynamicTable) -> list[tuple[NDArray[np.int
 
     Parameters
     ----------
-    case, table
+    case : Case
+    table : DynamicTable
 
     Raises
     ------
@@ -211,7 +213,8 @@ def check_preloads(case: Case, table: DynamicTable) -> None:
 
     Parameters
     ----------
-    case, table
+    case : Case
+    table : DynamicTable
     """
     travel = np.abs(np.nan_to_num(table.preload))
     row = int(np.argmax(travel))
@@ -226,7 +229,7 @@ def left_out(table: DynamicTable, use: Literal["compared", "fitted"], thinned: b
 
     Parameters
     ----------
-    table
+    table : DynamicTable
     use
         What is done with it: rows of larger amplitudes are compared, but not fitted.
     thinned

@@ -78,13 +78,8 @@ def of_table(table: DynamicTable) -> Extent:
     def distinct_values(values: Array) -> tuple[float, ...]:
         return tuple(map(float, np.unique(values[~np.isnan(values)])))
 
-    return Extent(
-        table.mode,
-        distinct_values(table.temperature),
-        (),
-        distinct_values(table.frequency),
-        distinct_values(table.amplitude),
-    )
+    temperatures, frequencies = distinct_values(table.temperature), distinct_values(table.frequency)
+    return Extent(table.mode, temperatures, (), frequencies, distinct_values(table.amplitude))
 
 
 def of_test(test: DynamicTest) -> Extent:
@@ -97,9 +92,7 @@ def of_test(test: DynamicTest) -> Extent:
 def tested_temperatures(case: Case) -> list[Extent]:
     """Return the temperatures of the tests of a case, whose files are not read."""
     sources = (*case.recordings, *case.coupons)
-    return [
-        Extent(source.mode, (source.temperature,)) for source in sources if source.temperature is not None
-    ]
+    return [Extent(test.mode, (test.temperature,)) for test in sources if test.temperature is not None]
 
 
 def outside_measured(
@@ -128,11 +121,8 @@ def outside_measured(
     if not beyond:
         return []
     what = f"{name} is predicted outside of what was measured: {'; '.join(beyond)}"
-    return [
-        Condition(
-            "outside_measured", what, "a test there would show whether it holds; do not rely on it before"
-        )
-    ]
+    remedy = "a test there would show whether it holds; do not rely on it before"
+    return [Condition("outside_measured", what, remedy)]
 
 
 def _excesses(extent: Extent, known: Sequence[Extent]) -> Iterator[str]:

@@ -48,8 +48,6 @@ class Meshed:
 def meshes(case: Case, directory: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> tuple[Meshed, ...]:
     """Build every mesh that the load cases and recordings of a case need, and write each as XDMF.
 
-    A case without either gets the meshes of all bushing modes.
-
     Parameters
     ----------
     case : Case
@@ -62,15 +60,12 @@ def meshes(case: Case, directory: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> tupl
     loads: tuple[Load, ...] = (*case.load_cases, *case.vibrations)
     simulated = {load.mode: load.simulated_mode for load in loads}
     simulated |= {source.mode: modes()[source.mode] for source in case.recordings}
-    specimen = case.geometry.specimen
-    bushing_modes = {
-        name: mode for name, mode in modes().items() if mode.specimen == specimen and not mode.follow
-    }
+    shape = case.geometry
+    every = {name: m for name, m in modes().items() if m.specimen == shape.specimen and not m.follow}
     modes_by_mesh: dict[tuple[int, Mirrors], list[str]] = {}
-    planes = case.geometry.mirror_planes
-    for name, mode in sorted((simulated or bushing_modes).items()):
-        dimension = 2 if mode.section is not None and case.geometry.axisymmetric else 3
-        mirrors = setting_for(mode, dimension).mirrors & planes
+    for name, mode in sorted((simulated or every).items()):
+        dimension = 2 if mode.section is not None and shape.axisymmetric else 3
+        mirrors = setting_for(mode, dimension).mirrors & shape.mirror_planes
         modes_by_mesh.setdefault((dimension, mirrors), []).append(name)
     if comm.rank == 0:
         directory.mkdir(parents=True, exist_ok=True)
@@ -84,20 +79,16 @@ def meshes(case: Case, directory: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> tupl
         try:
             write_mesh(mesh, file)
         except (OSError, RuntimeError) as error:  # HDF5 raises the second on a full disk
-            raise InputError(
-                Problem(str(file), f"cannot be written: {error}", "", "give another -o")
-            ) from None
+            what = f"cannot be written: {error}"
+            raise InputError(Problem(str(file), what, "", "give another -o")) from None
         topology, counts = mesh.mesh.topology, []
-        for tags, tag_of_name, dim in (
-            (mesh.facets, mesh.boundary, dimension - 1),
-            (mesh.cells, mesh.region, dimension),
-        ):
+        boundaries, regions = (mesh.facets, mesh.boundary), (mesh.cells, mesh.region)
+        for dim, (tags, tag_of_name) in ((dimension - 1, boundaries), (dimension, regions)):
             owned = topology.index_map(dim).size_local
-            local_counts = {key: int((tags.find(tag) < owned).sum()) for key, tag in tag_of_name.items()}
-            counts.append({key: int(comm.allreduce(count)) for key, count in local_counts.items()})
+            of_rank = {key: int((tags.find(tag) < owned).sum()) for key, tag in tag_of_name.items()}
+            counts.append({key: int(comm.allreduce(count)) for key, count in of_rank.items()})
         cells, nodes = topology.index_map(dimension).size_global, mesh.mesh.geometry.index_map().size_global
-        boundaries, regions = counts
-        built.append(
-            Meshed(name, tuple(served), dimension, cells, nodes, boundaries, regions, mesh_surface(mesh))
-        )
+        facets_of, cells_of = counts
+        body = name, tuple(served), dimension, cells, nodes
+        built.append(Meshed(*body, facets_of, cells_of, mesh_surface(mesh)))
     return tuple(built)

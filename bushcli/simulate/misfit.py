@@ -107,34 +107,22 @@ def misfit(channel: Simulated, tolerance: Tolerance = DEFAULT) -> Misfit:
     recording = channel.recording
     if recording is None:
         raise ValueError(f"channel {channel.name} has no recording")
-    if channel.along:
-        return _misfit_of(
-            channel,
-            Curve(recording.mode, recording.displacement, recording.force, recording.time),
-            channel.curve.force,
-            1.0,
-            tolerance,
-        )
-    backbone = channel.curve.backbone()
-    slack = 0.01 * float(np.ptp(recording.displacement))
-    low, high = backbone.displacement[0] - slack, backbone.displacement[-1] + slack
-    in_range = (recording.displacement >= low) & (recording.displacement <= high)
-    if np.count_nonzero(in_range) < 3:
-        raise ValueError(f"channel {channel.name}: the simulation ended before the recording's third sample")
-    time = None if recording.time is None else recording.time[in_range]
-    followed = Curve(recording.mode, recording.displacement[in_range], recording.force[in_range], time)
-    # The tolerance of `at` is a share of the simulated range, which may be much shorter than the recorded
-    # one.
-    simulated = backbone.at(
-        followed.displacement, tolerance=slack / float(np.ptp(backbone.displacement)) * 1.001
-    )
-    return _misfit_of(channel, followed, simulated, float(np.mean(in_range)), tolerance)
-
-
-def _misfit_of(
-    channel: Simulated, curve: Curve, simulated: Array, compared: float, tolerance: Tolerance
-) -> Misfit:
-    assert channel.recording is not None
+    curve, compared = Curve(recording.mode, recording.displacement, recording.force, recording.time), 1.0
+    simulated = channel.curve.force
+    if not channel.along:
+        backbone = channel.curve.backbone()
+        slack = 0.01 * float(np.ptp(curve.displacement))
+        low, high = backbone.displacement[0] - slack, backbone.displacement[-1] + slack
+        in_range = (curve.displacement >= low) & (curve.displacement <= high)
+        if np.count_nonzero(in_range) < 3:
+            raise ValueError(
+                f"channel {channel.name}: the simulation ended before the recording's third sample"
+            )
+        time = None if curve.time is None else curve.time[in_range]
+        curve = Curve(curve.mode, curve.displacement[in_range], curve.force[in_range], time)
+        # The tolerance of `at` is a share of the simulated range, which may be much shorter than the recorded one.
+        tolerated = slack / float(np.ptp(backbone.displacement)) * 1.001
+        simulated, compared = backbone.at(curve.displacement, tolerance=tolerated), float(np.mean(in_range))
     difference = simulated - curve.force
     force_range = float(np.ptp(curve.force))
     return Misfit(
@@ -145,7 +133,7 @@ def _misfit_of(
         force_range=force_range,
         rms_percent=rms_percent(difference, curve.force),
         peak_percent=peak_percent(difference, curve.force),
-        noise_percent=100 * channel.recording.force_noise / force_range,
+        noise_percent=100 * recording.force_noise / force_range,
         measured=stiffness(curve),
         predicted=stiffness(Curve(curve.mode, curve.displacement, simulated, curve.time)),
         compared=compared,

@@ -18,7 +18,6 @@ from bushcli.case.typical import unusual_values
 from bushcli.effects.active import effects_on_channel, in_state, require_time, state_in_words
 from bushcli.effects.assembly import features_of
 from bushcli.effects.rig import NoEquilibrium
-from bushcli.faults import DataFault
 from bushcli.faults import condition as fault_condition
 from bushcli.runtime.interrupt import meet
 from bushcli.runtime.names import file_names
@@ -111,45 +110,22 @@ def predict(
     kept = kept or PredictionCache()
     channels, faults = channels_to_simulate(case, kept.measured)
     check_state(channels, stiffness_at)
-    rubber = rubber_of(material)
-    run = _Prediction(
-        case, rubber, mesh_check, fields, progress, comm, kept, pictures, stiffness, stiffness_at, unrelaxed
-    )
+    wanted = pictures, stiffness, stiffness_at, unrelaxed
+    run = _Prediction(case, rubber_of(material), mesh_check, fields, progress, comm, kept, *wanted)
     run = run.shared_by(processes_sharing_mesh(case, comm))
     simulated, interrupted = run.simulate_all(channels)
-    return _response(case, material, channels, simulated, faults, comm, interrupted)
-
-
-def _response(
-    case: Case,
-    material: Material,
-    channels: Sequence[SimulatedChannel],
-    simulated: tuple[Simulated, ...],
-    faults: tuple[DataFault, ...],
-    comm: MPI.Comm,
-    interrupted: bool,
-) -> Response:
-    """Return simulated channels with their conditions; raise them as an interruption if they are not all."""
-    unshared = not_shared({channel.name: channel.touched for channel in simulated}, comm)
-    doubts = [condition for channel in simulated for condition in conditions(case, channel)]
-    tested = [
-        *tested_temperatures(case),
-        *(_extent(channel) for channel in channels if channel.recording is not None),
-    ]
-    for channel in channels:
-        if channel.recording is None and channel.by_travel:
+    doubts = [*known_from_hardness(material), *map(fault_condition, faults)]
+    doubts += not_shared({channel.name: channel.touched for channel in simulated}, comm)
+    doubts += [condition for channel in simulated for condition in conditions(case, channel)]
+    tested = tested_temperatures(case)
+    tested += [_extent(channel) for channel in channels if channel.recording is not None]
+    by_travel = [channel for channel in channels if channel.by_travel]
+    for channel in by_travel:
+        if channel.recording is None:
             active = effects_on_channel(case.effects, channel.name, channel.mode)
             doubts += outside_measured(channel.name, _extent(channel), tested, active)
-    doubts += unusual_values(
-        case, material, (channel for channel in channels if channel.path is None and not channel.by_force)
-    )
-    response = Response(
-        case,
-        material,
-        simulated,
-        (*known_from_hardness(material), *map(fault_condition, faults), *unshared, *doubts),
-        faults,
-    )
+    doubts += unusual_values(case, material, by_travel)
+    response = Response(case, material, simulated, tuple(doubts), faults)
     if interrupted:
         raise PredictionInterrupted(response)
     return response
@@ -248,7 +224,7 @@ class _Prediction:
             for channel in channels:
                 responses.append(self.simulate(channel))
                 if responses[-1].stopped == Interrupted.reason:
-                    return tuple(responses), True
+                    raise KeyboardInterrupt
         except KeyboardInterrupt:
             if not responses:
                 raise
@@ -346,18 +322,8 @@ class _Prediction:
             return None
         if channel.time is None:
             require_time(active, channel.name, channel.mode, case.path.name)
-        return Simulation(
-            case.geometry,
-            modes()[channel.mode],
-            self.rubber,
-            refinement,
-            active,
-            channel.time,
-            channel.displacement,
-            None,
-            self.comm,
-            prepared,
-        )
+        body = case.geometry, modes()[channel.mode], self.rubber, refinement
+        return Simulation(*body, active, channel.time, channel.displacement, None, self.comm, prepared)
 
     def _mesh_error(self, channel: SimulatedChannel, history: History, answer: Answer | None) -> float:
         """Return the error of the mesh, estimated with a finer one, percent of the force range; inf if that fails."""

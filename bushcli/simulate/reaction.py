@@ -48,20 +48,15 @@ class PathSimulation:
         self.recorded = recorded
         self.active = tuple(effect.with_start_values() for effect in active)
         self.plan(1.0)
-        self.model: FiniteElementModel = prepared(
-            shape, mode_of("path", self.six), rubber, refinement, comm, features_of(self.active)
-        )
+        mode, features = mode_of("path", self.six), features_of(self.active)
+        self.model: FiniteElementModel = prepared(shape, mode, rubber, refinement, comm, features)
         self._last: tuple[object, History] | None = None
 
     def plan(self, fineness: float, tolerance: float = TOLERANCE) -> None:
         """Choose the steps along the path, and the tolerance of its march: `FollowedPath.plan`."""
-        self.fineness, self._tolerance = fineness, tolerance
-        six, self.program, self.steps = six_schedule(
-            self.recorded.time, self.recorded.motion, self.recorded.free, fineness
-        )
+        self.fineness, self._tolerance, path = fineness, tolerance, self.recorded
         # The path itself does not depend on the steps.
-        if fineness == 1.0 or not hasattr(self, "six"):
-            self.six = six
+        self.six, self.program, self.steps = six_schedule(path.time, path.motion, path.free, fineness)
 
     def march(
         self,
@@ -79,10 +74,9 @@ class PathSimulation:
         """
         values = tuple(float(constant.value) for constant in self.model.constants.values())
         key = (values, self.fineness, tuple(names))
-        stored = self._last
-        repeated = stored is not None and stored[0] == key and observer is None
-        if repeated and stored is not None and (stored[1].states is not None or not keep_states):
-            return stored[1]
+        known = self._last[1] if self._last is not None and self._last[0] == key else None
+        if known is not None and observer is None and (known.states is not None or not keep_states):
+            return known
         history = march(
             self.model,
             self.program,
@@ -215,28 +209,13 @@ def simulation_of_recording(
         # The channels of a path share one march.
         key = (recording.six.name, refinement)
         if key not in paths:
-            on_it = [
-                active.at(active.temperatures.get(recording.name))
-                for active in case.effects
-                if active.effect.feature is not None
-                and active.effect.acts_on("path")
-                and (active.channels is None or recording.name in active.channels)
-            ]
+            on_it = [item for item in case.effects if item.acts_on(recording.name, "path", None)]
+            on_it = [item for item in on_it if item.effect.feature is not None]
+            on_it = [item.at(item.temperatures.get(recording.name)) for item in on_it]
             paths[key] = PathSimulation(shape, rubber, refinement, on_it, recording.six, comm, prepared)
         return Reaction(paths[key], recording.six.number, active)
     if not active:
         return None
-    return Simulation(
-        shape,
-        modes()[recording.mode],
-        rubber,
-        refinement,
-        active,
-        record.time,
-        record.displacement,
-        record.displacement_noise,
-        comm,
-        prepared,
-        earlier(record),
-        record.temperature,
-    )
+    body = shape, modes()[recording.mode], rubber, refinement
+    samples = record.time, record.displacement, record.displacement_noise
+    return Simulation(*body, active, *samples, comm, prepared, earlier(record), record.temperature)

@@ -230,12 +230,9 @@ def conditions(case: Case, channel: Simulated) -> list[Condition]:
         remedy = "free some space and run again, or use another -o; --no-fields leaves fields out"
         conditions.append(Condition("fields_not_written", what, remedy))
     if channel.mesh_error is not None and channel.mesh_error > 1.0:
-        what = f"{channel.name}: a mesh {FINER:g} times as fine in each direction "
-        what += (
-            f"suggests an error of {channel.mesh_error:.2g} % of the force range"
-            if np.isfinite(channel.mesh_error)
-            else "does not get as far"
-        )
+        suggested = f"suggests an error of {channel.mesh_error:.2g} % of the force range"
+        suggested = suggested if np.isfinite(channel.mesh_error) else "does not get as far"
+        what = f"{channel.name}: a mesh {FINER:g} times as fine in each direction {suggested}"
         remedy = "raise mesh.elements_across, elements_along and elements_around"
         conditions.append(Condition("coarse_mesh", what, remedy))
     conditions += _left_out(case, channel)
@@ -246,44 +243,34 @@ def conditions(case: Case, channel: Simulated) -> list[Condition]:
 
 def _left_out(case: Case, channel: Simulated) -> list[Condition]:
     """Return which effects a result lacks because they act on the curve of a single motion."""
-    acting = [
-        active
-        for active in case.effects
-        if active.acts_on(channel.name, channel.mode) and active.effect.feature is None
-    ]
-    if channel.by_force:
-        # The force acts on the bushing itself.
-        rigs = [
-            active
-            for active in acting
-            if active.effect.rig is not None and active.effect.rig.parallel is None
-        ]
-        if not rigs:
-            return []
-        names = " and ".join(readable_name(active.name) for active in rigs)
-        what = f"{channel.name}: its force is prescribed at the bushing, whose curve is without {names}"
-        remedy = "prescribe the travel where the curve that the rig would log is wanted"
-        return [Condition("effect_left_out", what, remedy)]
+    acting = [active for active in case.effects if active.acts_on(channel.name, channel.mode)]
+    acting = [active for active in acting if active.effect.feature is None]
     results = ["its stiffness matrices"] if channel.stiffness else []
     results += ["its reactions"] if channel.in_time and channel.recording is None else []
-    if not acting or not results:
-        return []
+    if channel.by_force:
+        acting = [active for active in acting if active.effect.rig and active.effect.rig.parallel is None]
     names = " and ".join(readable_name(active.name) for active in acting)
-    act = "they act" if len(acting) > 1 else "it acts"
-    what = (
-        f"{channel.name}: {' and '.join(results)} are those without {names}: {act} on the curve of one motion"
-    )
-    remedy = "simulate the motions one by one (modes axial, radial, torsional, conical), or change the law's parameters"
+    if not acting or not (channel.by_force or results):
+        return []
+    if channel.by_force:
+        # The force acts on the bushing itself.
+        what = f"{channel.name}: its force is prescribed at the bushing, whose curve is without {names}"
+        remedy = "prescribe the travel where the curve that the rig would log is wanted"
+    else:
+        act = f"{'they act' if len(acting) > 1 else 'it acts'} on the curve of one motion"
+        what = f"{channel.name}: {' and '.join(results)} are those without {names}: {act}"
+        remedy = (
+            "simulate the motions one by one (modes axial, radial, torsional, conical), or change the law's "
+        )
+        remedy += "parameters"
     return [Condition("effect_left_out", what, remedy)]
 
 
 def _of_the_assembly(channel: Simulated) -> list[Condition]:
     """Return a condition if the assembled part exerts a force at rest, which a rig would have zeroed."""
-    q, force = channel.curve.displacement, channel.curve.force
-    stiffness = channel.curve.initial_stiffness()
-    if channel.in_time or q[0] != 0.0 or not abs(stiffness) > 0.0:
-        return []
-    if abs(force[0]) <= AT_REST * float(np.ptp(force)):
+    q, force, stiffness = channel.curve.displacement, channel.curve.force, channel.curve.initial_stiffness()
+    small = abs(force[0]) <= AT_REST * float(np.ptp(force))
+    if channel.in_time or q[0] != 0.0 or not abs(stiffness) > 0.0 or small:
         return []
     rotational = modes()[channel.mode].rotational
     unit, kind, factor = ("deg", "N mm", 180.0 / np.pi) if rotational else ("mm", "N", 1.0)
@@ -296,29 +283,25 @@ def _of_the_assembly(channel: Simulated) -> list[Condition]:
     from bushcli.effects.effect import effects  # here: few parts are loaded before they move
 
     zero, rig = next(
-        (effect, effect.rig) for effect in effects().values() if effect.rig is not None and effect.rig.zero
+        (item, item.rig) for item in effects().values() if item.rig is not None and item.rig.zero
     )
     shift = next(p.name for p in zero.amplitudes if p.unit == "mm" and p.name != rig.zero)
-    return [
-        Condition(
-            "force_at_rest",
-            f"{channel.name}: the assembled part is asymmetric and exerts {force[0]:.4g} {kind} before it is loaded; "
-            f"without load its inner sleeve would settle at about {free:.3g} {unit}",
-            f"if the rig was set to zero on the free part, add the effect {zero.name} with {shift} = {-free:.3g}",
-        )
-    ]
+    what = f"{channel.name}: the assembled part is asymmetric and exerts {force[0]:.4g} {kind} before it is loaded; "
+    what += f"without load its inner sleeve would settle at about {free:.3g} {unit}"
+    remedy = (
+        f"if the rig was set to zero on the free part, add the effect {zero.name} with {shift} = {-free:.3g}"
+    )
+    return [Condition("force_at_rest", what, remedy)]
 
 
 def _of_the_march(channel: Simulated, folded: str, assembly: str) -> list[Condition]:
     """Return how far the march went, and how far its elements can be trusted."""
-    conditions = []
-    strained = channel.strained
+    conditions, strained = [], channel.strained
     unit, factor = ("deg", 180.0 / np.pi) if modes()[channel.mode].rotational else ("mm", 1.0)
-    if channel.in_time:
-        unit, factor = "s of the path", 1.0
+    unit, factor = ("s of the path", 1.0) if channel.in_time else (unit, factor)
+    reached = f"{channel.reach * factor:.4g} {unit} on the way to {channel.target * factor:.4g} {unit}"
     if channel.stopped == Interrupted.reason:
-        what = f"{channel.name}: interrupted at {channel.reach * factor:.4g} {unit} on the way to "
-        what += f"{channel.target * factor:.4g} {unit}; the curve ends there"
+        what = f"{channel.name}: interrupted at {reached}; the curve ends there"
         conditions.append(Condition("interrupted", what, "run it again"))
     elif channel.stopped and channel.largest is not None:
         q, force = channel.largest
@@ -336,26 +319,18 @@ def _of_the_march(channel: Simulated, folded: str, assembly: str) -> list[Condit
             remedy = f"prescribe less, set more steps, or {remedy}"
         conditions.append(Condition("not_converged", what, remedy))
     elif channel.stopped:
-        conditions.append(
-            Condition(
-                "not_converged",
-                f"{channel.name}: no equilibrium beyond {channel.reach * factor:.4g} {unit} on the way to "
-                f"{channel.target * factor:.4g} {unit} ({channel.stopped}); the curve ends there",
-                "set a smaller displacement, more steps or a coarser mesh" + folded,
-            )
-        )
+        what = f"{channel.name}: no equilibrium beyond {reached} ({channel.stopped}); the curve ends there"
+        remedy = f"set a smaller displacement, more steps or a coarser mesh{folded}"
+        conditions.append(Condition("not_converged", what, remedy))
     if strained.distorted is not None:
         where = f"at {abs(strained.distorted) * factor:.4g} {unit}"
         if assembly and abs(strained.distorted) < AT_ONCE * abs(channel.target):
             where, folded = f"{where}, after the assembly ({assembly}),", ""
-        conditions.append(
-            Condition(
-                "distorted_elements",
-                f"{channel.name}: {where} some rubber elements are "
-                f"distorted (volume ratios of {strained.volumes[0]:.2g} to {strained.volumes[1]:.2g} on the whole "
-                "curve); "
-                "from there on, or somewhat before, the force depends on the mesh",
-                "compare with a finer mesh (--mesh-check)" + folded,
-            )
+        what = f"{channel.name}: {where} some rubber elements are distorted (volume ratios of "
+        what += (
+            f"{strained.volumes[0]:.2g} to {strained.volumes[1]:.2g} on the whole curve); from there on, or "
         )
+        what += "somewhat before, the force depends on the mesh"
+        remedy = f"compare with a finer mesh (--mesh-check){folded}"
+        conditions.append(Condition("distorted_elements", what, remedy))
     return conditions

@@ -215,8 +215,8 @@ def _schedule_of_legs(
                 grown = np.geomspace(FIRST_HOLD, 1.0 + FIRST_HOLD, count + 1) - FIRST_HOLD
                 leg_times = part[0] + (part[-1] - part[0]) * grown[1:]
             start = len(nodes) - 1
-            nodes += [float(value) for value in leg_times]
-            stops += [float(value) for value in np.interp(leg_times, t, q)]
+            nodes += map(float, leg_times)
+            stops += map(float, np.interp(leg_times, t, q))
             legs.append(Leg(start, len(nodes) - 1, hold))
         amplitude = max(amplitude, float(np.abs(q).max()))
         first = last + 1
@@ -227,12 +227,7 @@ def _cut(t: Array, q: Array, amplitude: float, apart: float) -> list[tuple[float
     """Cut a leg where it passes the largest earlier displacement, beyond which softened rubber is stiffer."""
     end = float(q[-1])
     before = np.copysign(amplitude, end)
-    if (
-        amplitude <= apart
-        or abs(end) - amplitude <= apart
-        or abs(before - q[0]) <= apart
-        or q[0] * end > before * end
-    ):
+    if min(amplitude, abs(end) - amplitude, abs(before - q[0])) <= apart or q[0] * end > before * end:
         return [(float(t[0]), float(t[-1]))]
     order = np.argsort(q)
     knee = float(np.interp(before, q[order], t[order]))
@@ -257,19 +252,6 @@ def _leg_times(t: Array, q: Array, span: float, fineness: float) -> Array:
     return np.asarray(times)
 
 
-def still_motions(motion: Array, time: Array | None) -> NDArray[np.bool_]:
-    """Return which motions (6,) stand still apart from noise."""
-    at_rest = np.ones(6, dtype=bool)
-    for k in range(6):
-        span = float(np.ptp(motion[:, k]))
-        at_rest[k] = span < 1e-9 or span < MOVES * _noise(motion[:, k], time)
-    return at_rest
-
-
-def _noise(motion: Array, time: Array | None) -> float:
-    return displacement_noise(motion, time) if len(motion) >= FEW else 0.0
-
-
 def six_schedule(
     time: Array | None, motion: Array, free: tuple[int, ...], fineness: float = 1.0
 ) -> tuple[SixPath, Program, Schedule]:
@@ -281,13 +263,13 @@ def six_schedule(
     clock = np.arange(len(motion), dtype=float) if time is None else np.asarray(time, dtype=float)
     # A motion that stands still is set to its mean, or zero if that is noise.
     values, tolerance = np.array(motion), np.ones(6)
-    for k, stands in enumerate(still_motions(motion, time)):
-        noise = _noise(motion[:, k], time)
-        if stands:
-            mean = float(motion[:, k].mean())
+    for k, column in enumerate(motion.T):
+        span, noise = float(np.ptp(column)), displacement_noise(column, time) if len(motion) >= FEW else 0.0
+        if span < 1e-9 or span < MOVES * noise:
+            mean = float(column.mean())
             values[:, k] = 0.0 if abs(mean) <= max(WITHIN * noise, 1e-9) else mean
         else:
-            tolerance[k] = max(WITHIN * noise, RESOLUTION * float(np.ptp(motion[:, k])))
+            tolerance[k] = max(WITHIN * noise, RESOLUTION * span)
     corners = _corners(clock, values / tolerance, 1.0)
     poses = _fitted_corners(clock, values, corners)
     poses[0] = np.where(np.abs(poses[0]) <= tolerance, 0.0, poses[0])

@@ -299,11 +299,9 @@ class Simulation(FollowedPath):
         temperature: Array | None = None,
     ) -> None:
         self.temperature = temperature
-        mean = None if temperature is None else float(np.mean(temperature))
-        self.active = tuple(
-            effect.with_start_values() if mean is None else effect.with_start_values().at(mean)
-            for effect in active
-        )
+        self.active = tuple(effect.with_start_values() for effect in active)
+        if temperature is not None:
+            self.active = tuple(effect.at(float(np.mean(temperature))) for effect in self.active)
         features = features_of(self.active)
         self.model = prepared(shape, mode, rubber, refinement, comm, features)
         self.time, self.displacement, self.noise = time, np.asarray(displacement, dtype=float), noise
@@ -385,17 +383,16 @@ class Simulation(FollowedPath):
         if not self.path_dependent:
             return local_slopes(self.model, self.displacement, self.odd)
         steps = self.steps
-        march = differentiate_march(
-            self.model, Program(steps.displacement, steps.time if steps.timed else None)
-        )
+        program = Program(steps.displacement, steps.time if steps.timed else None)
+        march = differentiate_march(self.model, program)
         return steps.interpolation(self._clock) @ march.slope, march.cells
 
     def _answer_by_sweep(
         self, active: Sequence[ActiveEffect], names: tuple[str, ...], options: _Options
     ) -> Answer:
-        before_test = [[0.0]] if rig.is_zeroed(active) else []
-        displacement = rig.bushing_path(active, np.concatenate([*before_test, self.path]), ()).value
-        low, high = swept_range(displacement, self.odd)
+        before_test = [0.0] if rig.is_zeroed(active) else []
+        travelled = np.concatenate([before_test, self.path])
+        low, high = swept_range(rig.bushing_path(active, travelled, ()).value, self.odd)
         if low == high:
             raise rig.NoEquilibrium(STANDS_STILL)
         inner = tuple(name for name in names if name in self.model.constants)
@@ -452,11 +449,9 @@ class Simulation(FollowedPath):
                 march, self.model, program, sensitivity=inner, path_rates=path_rates, drive=series
             )
             rates = tuple((name, rate.tobytes()) for name, rate in path_rates.items())
-            points = (
-                program.displacement.tobytes(),
-                None if program.time is None else program.time.tobytes(),
-            )
-            history = self._history(solve, (*points, inner, rates) if series is None else None, options)
+            clock = None if program.time is None else program.time.tobytes()
+            task = (program.displacement.tobytes(), clock, inner, rates)
+            history = self._history(solve, None if series is not None else task, options)
         q = Signal(history.displacement, columns(history.path_sensitivity, inner, names, len(history.force)))
         force = Signal(history.force, columns(history.sensitivity, inner, names, len(history.force)))
         if lead:

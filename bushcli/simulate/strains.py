@@ -69,9 +69,8 @@ def strains_over_march(model: FiniteElementModel, history: History, rubber: Rubb
         if distorted is None and (low[1] < 1.0 / DISTORTED or high[1] > DISTORTED):
             distorted = float(history.displacement[i])
     unstable, total = model.comm.allreduce(unstable), model.comm.allreduce(total)
-    return Strains(
-        (float(low[0]), float(high[0])), unstable / max(total, 1), (float(low[1]), float(high[1])), distorted
-    )
+    stretches, ratios = ((float(a), float(b)) for a, b in zip(low, high, strict=True))
+    return Strains(stretches, unstable / max(total, 1), ratios, distorted)
 
 
 def _everywhere(

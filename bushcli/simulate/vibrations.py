@@ -125,12 +125,8 @@ def thinned_of(effects: Sequence[ActiveEffect]) -> ThinnedSpectrum | None:
         if item.feature.thinned is not None:
             spectrum = item.feature.thinned(item.values)
             # In the time of the reference temperature: the path counts as at that.
-            return replace(
-                spectrum,
-                moduli=bonded * spectrum.moduli,
-                times=slower * spectrum.times,
-                path=slower * spectrum.path,
-            )
+            moduli, times, path = bonded * spectrum.moduli, slower * spectrum.times, slower * spectrum.path
+            return replace(spectrum, moduli=moduli, times=times, path=path)
     return None
 
 
@@ -218,14 +214,10 @@ class Vibrations:
             return [replace(small, amplitude=amplitude) for amplitude in test.amplitude]
         uneven = UnevenModel(basis, self._thinned, self._maxwell, number, test.transfer)
         # Where moduli differ most from point to point lies between: vectors for these amplitudes serve all others.
-        amplitudes = sorted(test.amplitude)
-        amplitudes = sorted({amplitudes[0], amplitudes[len(amplitudes) // 2], amplitudes[-1]})
-        ends = [
-            uneven.enrich(amplitude, f)
-            for amplitude in amplitudes
-            for f in sorted({frequency.min(), frequency.max()})
-        ]
-        error = max(small.reduction_error, *ends)
+        rising = sorted(test.amplitude)
+        rising = sorted({rising[0], rising[len(rising) // 2], rising[-1]})
+        limits = sorted({frequency.min(), frequency.max()})
+        error = max(small.reduction_error, *(uneven.enrich(a, f) for a in rising for f in limits))
         if self._names:
             # Over the vectors that were added.
             slopes = changes(basis, solver, self._names, self.drive)
