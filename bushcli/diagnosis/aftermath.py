@@ -49,20 +49,10 @@ class Extras:
         cache: ModelCache,
         maps: bool,
     ) -> None:
-        """Compute the doubts about amplitudes, the proposed test and the maps.
+        """Compute the doubts about amplitudes, the proposed test and, if `maps`, the maps of the bushing.
 
-        Parameters
-        ----------
-        search : Search
-            If it has not looked at most models, the rivals are not known, and no test is proposed.
-        plain : Fitted
-            The plain law.
-        models : sequence of WeighedModel
-            The most probable one first.
-        crew : Workers
-        cache : ModelCache
-        maps : bool
-            Whether to make maps of the bushing.
+        The most probable of `models` is the first. If the search has not looked at most models, the rivals are not
+        known, and no test is proposed.
         """
         problem, notify = search.problem, search.progress
         try:
@@ -110,16 +100,7 @@ def _maps(problem: CommonData, plain: Fitted, cache: ModelCache, notify: Progres
 def calibrated_curves(
     cache: ModelCache, case: Case, plain: Fitted, compared: Sequence[Compared]
 ) -> tuple[Compared, ...]:
-    """Return the recorded curves without the errors of their common factors, in which the misfit is located.
-
-    Parameters
-    ----------
-    cache : ModelCache
-    case : Case
-        Without effects.
-    plain : Fitted
-    compared : sequence of Compared
-    """
+    """Return the recorded curves without the errors of their common factors, in which the misfit is located."""
     channels = cache.channels(plain.model.task(case))
     return tuple(
         calibrate(curve, factor_of(channel))
@@ -129,13 +110,7 @@ def calibrated_curves(
 
 
 def share_left(best: WeighedModel, plain: State) -> float:
-    """Return the share of the plain law's squared misfit above the noise that a model leaves, 0 to 1.
-
-    Parameters
-    ----------
-    best : WeighedModel
-    plain : State
-    """
+    """Return the share of the plain law's squared misfit above the noise that a model leaves, 0 to 1."""
     before, after = (float(np.sum(np.maximum(s.evidence.left.excess, 0.0))) for s in (plain, best.state))
     return min(1.0, after / before) if before > 0.0 else 0.0
 
@@ -143,18 +118,7 @@ def share_left(best: WeighedModel, plain: State) -> float:
 def before_and_after(
     cache: ModelCache, question: Question, problem: CommonData, plain: Fitted, best: WeighedModel
 ) -> tuple[tuple[DiagnosedChannel, ...], tuple[DiagnosedTable, ...]]:
-    """Return recordings and tables beside the plain law and the most probable model; those held out are predicted.
-
-    Parameters
-    ----------
-    cache : ModelCache
-    question : Question
-    problem : CommonData
-    plain : Fitted
-        The plain law.
-    best : WeighedModel
-        The most probable model.
-    """
+    """Return recordings and tables beside the plain law and the most probable model; those held out are predicted."""
     fitted: Mapping[str, int] = {recording.name: i for i, recording in enumerate(problem.recordings)}
     predicted = {}
     outside = replace(

@@ -29,14 +29,7 @@ _FACTORS = {"peak": 0.5, "double": 2.0}
 def amplitude_faults(search: Search, crew: Workers) -> tuple[DataFault, ...]:
     """Return tables whose amplitudes are probably others than were read, each with its probability.
 
-    Only where rubber that amplitude thins is in the answer, and there is time left.
-
-    Parameters
-    ----------
-    search : Search
-        Which has ended.
-    crew : Workers
-        Runs the fits.
+    Only where rubber that amplitude thins is in the answer of the search, which has ended, and there is time left.
     """
     problem = search.problem
     thinned = [

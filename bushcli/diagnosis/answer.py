@@ -45,15 +45,7 @@ MEMORY, SWELLS = 6.0, 2.5
 
 
 def verdict(best: WeighedModel, plain: Model) -> Verdict:
-    """Return the verdict that the most probable model implies.
-
-    Parameters
-    ----------
-    best : WeighedModel
-        The most probable model.
-    plain : Model
-        The plain law.
-    """
+    """Return the verdict that the most probable model implies, beside the plain law."""
     if best.unknown:
         return "unexplained"
     if best.state.model.effects:
@@ -64,14 +56,7 @@ def verdict(best: WeighedModel, plain: Model) -> Verdict:
 
 
 def ranked_models(models: Sequence[WeighedModel], search: Search) -> tuple[RankedModel, ...]:
-    """Return all models that the report shows: the one of the verdict, then the others, the most probable first.
-
-    Parameters
-    ----------
-    models : sequence of WeighedModel
-        The most probable one first.
-    search : Search
-    """
+    """Return the models that the report shows: the first, which gave the verdict, then the others by probability."""
     base = search.plain.evidence.log
     best, *others = models
     return tuple(
@@ -97,20 +82,9 @@ def ranked_models(models: Sequence[WeighedModel], search: Search) -> tuple[Ranke
 def diagnosed_channel(
     recording: Recording, before: Array, after: Array, sigma: float, used: NDArray[np.bool_], held_out: bool
 ) -> DiagnosedChannel:
-    """Return a recording with its simulations by the plain law and by the most probable model.
+    """Return a recording (n samples) with its simulations by the plain law and by the most probable model.
 
-    Parameters
-    ----------
-    recording : Recording
-    before : (n,) array
-        Force of the plain law, N or N mm.
-    after : (n,) array
-        Force of the most probable model, N or N mm.
-    sigma : float
-        Standard deviation of the noise, N or N mm.
-    used : (n,) array of bool
-        Samples that count.
-    held_out : bool
+    `sigma` is the standard deviation of the noise, in the unit of the force; the samples `used` count.
     """
 
     def percent(force: Array) -> float:
@@ -134,16 +108,7 @@ def diagnosed_channel(
 
 
 def form_error(best: WeighedModel, plain: State, compared: Sequence[Compared]) -> FormError:
-    """Return the form error assumed for the most probable model; with unknown physics the size of that.
-
-    Parameters
-    ----------
-    best : WeighedModel
-        The most probable model.
-    plain : State
-        The plain law.
-    compared : sequence of Compared
-    """
+    """Return the form error assumed for the most probable model; with unknown physics the size of that."""
     likelihood, judged = plain.problem.likelihood, best.state.evidence.judgement
     if best.unknown:
         return _unknown_force(compared, likelihood.features)
@@ -182,17 +147,7 @@ def _unknown_force(compared: Sequence[Compared], features: Sequence[Features]) -
 def search_extent(
     search: Search, ended: Ended, undetected: Mapping[str, str], probability: Mapping[str, float]
 ) -> SearchExtent:
-    """Return the extent of the search.
-
-    Parameters
-    ----------
-    search : Search
-    ended : Ended
-    undetected : mapping of str to str
-        Effects that may be there unnoticed, and why.
-    probability : mapping of str to float
-        Of each effect, dimensionless from 0 to 1: what is probable is not unnoticed.
-    """
+    """Return the extent of the search; an undetected effect that is probable (0 to 1) is not unnoticed."""
     unnoticed = {name: why for name, why in undetected.items() if probability.get(name, 0.0) < SMALL}
     return SearchExtent(
         ended == "nothing left",
@@ -211,18 +166,7 @@ def doubts(
     problem: CommonData,
     extent: SearchExtent,
 ) -> list[Condition]:
-    """Return what is doubtful about a diagnosis, as conditions with a remedy.
-
-    Parameters
-    ----------
-    case : Case
-    channels : sequence of DiagnosedChannel
-    best : WeighedModel
-        The most probable model.
-    problem : CommonData
-    extent : SearchExtent
-        Extent of the search.
-    """
+    """Return what is doubtful about a diagnosis, as conditions with a remedy."""
     conditions = []
     if case.effects:
         names = ", ".join(readable_name(effect.name) for effect in case.effects)

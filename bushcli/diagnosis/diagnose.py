@@ -153,20 +153,7 @@ def _calculate(
     maps: bool,
     notify: Progress,
 ) -> tuple[_Outcome, Extras]:
-    """Return what the search finds, and the next test and the maps.
-
-    Parameters
-    ----------
-    question : Question
-    crew : Workers
-    cache : ModelCache
-    uniform : bool
-        All effects have the same prior odds.
-    deadline : float
-        Reading of `time.perf_counter` at which the search ends.
-    maps : bool
-    notify : callable
-    """
+    """Return what the search finds, and the next test and the maps; it ends at `deadline` of `time.perf_counter`."""
     notify("fit", question.plain.law, "the plain law")
     rough = _fit_before_noise(question, crew)
     problem, state = pose_problem(question.bare, rough, question.recordings, question.used, crew, cache)
@@ -305,12 +292,7 @@ def _with_notes(diagnosis: Diagnosis, store: Store | None, start: float, notify:
 def _open_store(journal: Path | None, resume: bool | None, notify: Progress) -> Store | None:
     """Open the folder of results, and say whether those of an earlier run are used, replaced, or missing.
 
-    Parameters
-    ----------
-    journal : Path or None
-    resume : bool or None
-        None as True, without a word if there are none.
-    notify : callable
+    To resume is as True with None, but without a word if there are none.
     """
     if journal is None:
         return None

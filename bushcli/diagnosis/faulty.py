@@ -20,13 +20,6 @@ def refusal(question: Question, seconds: float) -> Diagnosis:
 
     The channels have their recordings and NaN in place of simulated forces. A law from coupons has its parameters, one
     that would be fitted to the recordings has none.
-
-    Parameters
-    ----------
-    question : Question
-        With a fault that is fatal.
-    seconds : float
-        Spent so far, s.
     """
     fitted = question.plain.fixed
     law = question.material if fitted else replace(question.material, parameters={})

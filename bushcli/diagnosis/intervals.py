@@ -79,13 +79,7 @@ class Component:
 
 
 def interval(components: Sequence[Component]) -> tuple[float, float]:
-    """Return the 95 % interval of the mean of several posteriors.
-
-    Parameters
-    ----------
-    components : sequence of Component
-        One at least; their weights need not add up to one.
-    """
+    """Return the 95 % interval of the mean of several posteriors; their weights need not add up to one."""
     total = sum(component.weight for component in components)
     seen = [component for component in components if component.weight > SEEN * total] or list(components)
     total = sum(component.weight for component in seen)
@@ -111,18 +105,10 @@ def interval(components: Sequence[Component]) -> tuple[float, float]:
 def components(
     parameter: str, models: Sequence[WeighedModel], law: str = "", effect: str = ""
 ) -> list[Component]:
-    """Return the posterior of a fitted parameter in every model that has it.
+    """Return the posterior of a fitted parameter in every model that has it; the most probable model is the first.
 
-    Parameters
-    ----------
-    parameter : str
-        Its name in the law, or in the effect of the first model.
-    models : sequence of WeighedModel
-        The most probable one first.
-    law : str
-        Name of the law, if the parameter is one of a law.
-    effect : str
-        Identity of the effect otherwise: the gain error of one channel is not that of another.
+    The parameter has its name in the law `law`, or in the effect of identity `effect`: the gain error of one channel is
+    not that of another.
     """
     posterior = []
     active = next((own for own in models[0].state.fitted.model.effects if own.identity == effect), None)
@@ -169,14 +155,8 @@ def scanned_interval(
 ) -> tuple[float, float]:
     """Return the 95 % interval of a value that is scanned because it changes the mesh.
 
-    Each value of the scan represents the range up to the geometric means with its neighbours.
-
-    Parameters
-    ----------
-    active : ActiveEffect
-        The effect, with the value of the most probable model.
-    parameter : EffectParameter
-    models : sequence of WeighedModel
+    Each value of the scan represents the range up to the geometric means with its neighbours; `active` has the value of
+    the most probable model.
     """
     name, share = active.full_name(parameter), _shares(active, parameter, models)
     points = sorted({*map(float, parameter.scan), *share, float(active.values[parameter.name])})

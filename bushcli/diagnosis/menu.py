@@ -75,14 +75,8 @@ def menu(
 ) -> tuple[Proposal, ...]:
     """Return the candidates for the next recording.
 
-    Parameters
-    ----------
-    amplitudes : mapping
-        Mode -> largest displacement that may be proposed, mm or rad, for every mode that can be tested.
-    rate : mapping
-        Mode -> an ordinary rate, mm/s or rad/s.
-    mounted : sequence of str
-        Modes that have been recorded, which need no remounting.
+    `amplitudes` and `rate` give the largest displacement that may be proposed (mm or rad) and an ordinary rate (mm/s or
+    rad/s) for every mode that can be tested; those that are `mounted` have been recorded and need no remounting.
     """
     proposals: list[Proposal] = []
     for channel, a in amplitudes.items():
@@ -111,15 +105,7 @@ def menu(
 def _plans(
     a: float, v: float
 ) -> tuple[tuple[str, tuple[float, ...], tuple[float, ...], tuple[float, ...]], ...]:
-    """Return programs: a name, the points on the way, the rate of each way, and the hold at each point.
-
-    Parameters
-    ----------
-    a : float
-        Largest displacement, mm or rad.
-    v : float
-        An ordinary rate, mm/s or rad/s.
-    """
+    """Return programs to `a` (mm or rad) at a rate `v`: name, points, rate of each way, and hold at each point."""
     slow, fast = v / 10.0, v * 10.0
     minute, long = 60.0, 600.0
     return (

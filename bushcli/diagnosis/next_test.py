@@ -90,16 +90,7 @@ class ExpectedCurve:
 def next_test(
     problem: CommonData, rivals: Sequence[WeighedModel], workers: Workers, notify: Progress
 ) -> NextTest | None:
-    """Return the recording with the largest expected gain of information per minute; None where none is worth it.
-
-    Parameters
-    ----------
-    problem : CommonData
-    rivals : sequence of WeighedModel
-    workers : Workers
-    notify : callable
-        Called with the stage, its subject, and a text about it.
-    """
+    """Return the recording with the largest expected gain of information per minute; None where none is worth it."""
     chosen, weights = _rival_sets(rivals)
     if len(chosen) < 2:
         return None
@@ -192,14 +183,7 @@ def expected_curve(
 ) -> ExpectedCurve | None:
     """Return the curve that a rival predicts for a recording; None where it cannot be solved.
 
-    Parameters
-    ----------
-    cache : ModelCache
-    case : Case
-    model : Model
-    known : tuple
-        Names of the parameters, and a square root of their posterior covariance, shape (p, p).
-    proposal : Proposal
+    `known` has the names of the parameters and a square root of their posterior covariance, shape (p, p).
     """
     whole, law_alone = (
         _simulation(cache, case, variant, proposal) for variant in (model, replace(model, effects=()))
@@ -249,14 +233,7 @@ def _simulation(cache: ModelCache, case: Case, model: Model, proposal: Proposal)
 
 
 def distance(right: ExpectedCurve, other: ExpectedCurve, sigma: float) -> float:
-    """Return the Bhattacharyya distance of two predictions with their uncertainty.
-
-    Parameters
-    ----------
-    right, other : ExpectedCurve
-    sigma : float
-        Standard deviation of the noise, N or N mm.
-    """
+    """Return the Bhattacharyya distance of two predictions with their uncertainty; `sigma` of the noise, N or N mm."""
     difference = (right.force - other.force) / sigma
     spread = np.hstack([right.spread, other.spread]) / sigma
     signal = float(np.sum((right.force / sigma) ** 2))

@@ -167,10 +167,6 @@ def run_with_shown(search: Search) -> Ended:
     """Search, then fit the models that the report shows; return why it ended.
 
     Such a fit may predict further models, which may matter: then the search goes on.
-
-    Parameters
-    ----------
-    search : Search
     """
     ended, tried = search.run(), set[Key]()
     while ended == "nothing left" and time.perf_counter() < search.deadline:
@@ -188,13 +184,7 @@ def unfitted_model(models: Sequence[WeighedModel], tried: Collection[Key] = ()) 
     """Return the most probable model of a set of effects that the report shows, and of which no model is fitted.
 
     Where errors of form resemble an effect, the model without it may have been abandoned by its fit, or never fitted.
-    How large such an error is, is known to first order only until then.
-
-    Parameters
-    ----------
-    models : sequence of WeighedModel
-    tried : collection of Key
-        Models that are not returned.
+    How large such an error is, is known to first order only until then. Those `tried` are not returned.
     """
     kind = _kind(models)
     sets: dict[tuple[str, ...], list[WeighedModel]] = {}
@@ -232,15 +222,7 @@ def _kind(models: Sequence[WeighedModel]) -> str:
 
 
 def probabilities(models: Sequence[WeighedModel], considered: Sequence[str]) -> dict[str, float]:
-    """Probability of each considered effect, of a law freed from the coupons, of the unknown effect, and of nothing.
-
-    Parameters
-    ----------
-    models : sequence of WeighedModel
-        The most probable one first.
-    considered : sequence of str
-        Names of the effects.
-    """
+    """Probability of each considered effect, of a law freed from the coupons, of the unknown effect, and of nothing."""
     free = (FREE_LAW,) if any(model.freed for model in models) else ()
     probability = {
         name: sum(model.probability for model in models if name in model.names)
@@ -269,13 +251,6 @@ def groups(models: Sequence[WeighedModel], probability: Mapping[str, float]) -> 
 
     Two effects belong together if two models of the credible set differ only in which of the two they have, and if
     each is probable enough to be named, or the two reach the probability of the credible set only together.
-
-    Parameters
-    ----------
-    models : sequence of WeighedModel
-        The most probable one first.
-    probability : mapping of str to float
-        Probability of each effect, 0 to 1.
     """
     held, chosen = 0.0, []
     for model in models:

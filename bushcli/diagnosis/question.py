@@ -97,16 +97,8 @@ def question(
 ) -> Question:
     """Read the recordings, find their faults, and choose the law to begin with.
 
-    Parameters
-    ----------
-    case : Case
-    model : str or None
-        Law to begin with; the case's where None.
-    effects : sequence of str or None
-        Names of the effects to be considered; all where None.
-    hold_out : sequence of str
-        Names of channels that are left out of fits and evidence.
-    tables : TableCache
+    `model` is that law, the case's where None; `effects` are to be considered, all where None; the channels `hold_out`
+    are left out of fits and evidence.
 
     Raises
     ------
@@ -239,21 +231,7 @@ def pose_problem(
     """Return the likelihood, and the plain law fitted under it.
 
     What the plain law leaves is what effects may explain. Its first fit begins with the error that `first_plain_fit`
-    assumed, its second one with the misfit of the first.
-
-    Parameters
-    ----------
-    case : Case
-        Without effects.
-    plain : Fitted
-        The plain law as `selection.plain.first_plain_fit` fitted it.
-    recordings : tuple of Recording
-    used : tuple of array of bool, shape (n,) each
-        Samples that count.
-    crew : Workers
-        Runs the fits.
-    cache : ModelCache
-        Of this process.
+    assumed for `plain`, its second one with the misfit of the first.
     """
     noises = tuple(noise_model(recording, m) for recording, m in zip(recordings, used, strict=True))
     features = all_features(cache, case, plain.model, used, noises)

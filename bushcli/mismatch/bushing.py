@@ -160,14 +160,7 @@ class Combined:
         return Gains(left(0.0), left(self.uniform), left(self.beside + self.field.change))
 
     def map(self, gains: Gains, scale: float) -> LocalMap:
-        """The map, in numbers and words, of rubber whose stiffness has already been multiplied by `scale`.
-
-        Parameters
-        ----------
-        gains : Gains
-        scale : float
-            Factor by which the stiffness has been multiplied, dimensionless.
-        """
+        """The map, in numbers and words, of rubber whose stiffness has already been multiplied by `scale`."""
         total = gains.before or 1.0
         helps = self.field.p < LEVEL and gains.uniform - gains.local > MATTERS * total
         texts = [self._gains(gains, scale, helps), self._place() if helps else "", self._part()]

@@ -15,15 +15,7 @@ Array = NDArray[np.float64]
 def onto(cells: Cells, mirrors: Mirrors, host: Cells, cut: Mirrors) -> Array:
     """Matrix (cells, host's cells): the mean of a field on the host over each cell and its mirror images.
 
-    Parameters
-    ----------
-    cells : Cells
-    mirrors : frozenset of {"x", "y", "z"}
-        Planes at which their mesh is cut.
-    host : Cells
-        On which the field is known.
-    cut : frozenset of {"x", "y", "z"}
-        Planes at which the mesh of the host is cut.
+    The meshes of the cells and of the host are cut at the planes `mirrors` and `cut`.
     """
     flat = host.points.shape[1] == 2
     own, other = (_place_of(c, flat, mirrors | cut) for c in (cells, host))

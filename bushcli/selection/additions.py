@@ -63,14 +63,6 @@ def relaxing_models(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> It
     No rubber is without loss, so that a law alone is too far from any table for its neighbours to be judged beside it:
     one branch of relaxation and more, whose times divide the range that tables show. Temperature and amplitude change a
     table as much, where it has several; how relaxation depends on the amplitude is refined, too.
-
-    Parameters
-    ----------
-    fits : Fits
-    plain : Model
-        The law alone.
-    catalogue : sequence of Effect
-        To be considered.
     """
     case, recordings, shear = fits.problem.case, fits.problem.recordings, fits.derivatives.shear
     vibrating = [recording for recording in recordings if isinstance(recording, RecordedTable)]

@@ -53,18 +53,7 @@ FEWEST = 2
 class _Closest(LeastSquaresProblem):
     """The misfit as an identification weighs it, and the priors of effects.
 
-    Parameters
-    ----------
-    plain : LeastSquaresProblem
-        The same channels and parameters.
-    recordings : sequence of Recording
-        Of the channels.
-    used : sequence of (n,) array of bool
-        Samples that count, by channel.
-    known : mapping of str to ParameterPrior
-        Priors of the parameters that have one.
-    start : shape (p,)
-        Solvable; the misfit that it leaves is the unit of the priors.
+    Channels and parameters are those of `plain`; the misfit that `start` (p,) leaves is the unit of the priors.
     """
 
     def __init__(
@@ -188,12 +177,7 @@ def _size(state: State) -> float:
 
 
 def predicts_better(state: State, other: State) -> bool:
-    """Whether a model predicts the parts of the recordings that are held out better than another one.
-
-    Parameters
-    ----------
-    state, other : State
-    """
+    """Whether a model predicts the parts of the recordings that are held out better than another one."""
     gain = held_out_misfits(other) - held_out_misfits(state)
     if len(gain) < FEWEST:
         return False
@@ -204,11 +188,6 @@ def held_out_misfits(state: State) -> Array:
     """Return the sum of squares (parts,) of the misfit of each part of the recordings, predicted from the others.
 
     The parameters that fit the others follow to first order, within a factor of two.
-
-    Parameters
-    ----------
-    state : State
-        A model at its closest.
     """
     misfits = _misfits(state)
     r, J = (np.concatenate(rows) for rows in zip(*misfits, strict=True))

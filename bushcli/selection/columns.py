@@ -81,15 +81,8 @@ def trials(
 ) -> tuple[list[Candidate], str]:
     """Return the variants of an effect to try beside a model; if there are none, the reason.
 
-    Parameters
-    ----------
-    case : Case
-    model : Model
-    effect : Effect
-    recordings : sequence of Recording
-    shear : float
-        Shear modulus (MPa) from which grids of stresses and energies follow: one for all models, so that derivatives
-        are reused.
+    Grids of stresses and energies follow from the shear modulus `shear` (MPa): one for all models, so that derivatives
+    are reused.
     """
     acting = [recording for recording in recordings if effect.acts_on(recording.mode, recording.kind)]
     if not acting:
@@ -294,13 +287,7 @@ def _is_taken(parameter: EffectParameter, value: float, present: ActiveEffect | 
 
 
 def shear_modulus(model: Model, case: Case) -> float:
-    """Initial shear modulus of a model's law, MPa.
-
-    Parameters
-    ----------
-    model : Model
-    case : Case
-    """
+    """Initial shear modulus of a model's law, MPa."""
     return float(model.task(case).law.shear_modulus(**model.start))
 
 
@@ -310,15 +297,8 @@ def shear_modulus(model: Model, case: Case) -> float:
 def columns(cache: ModelCache, case: Case, base: Model, candidates: Sequence[Candidate]) -> tuple[Array, ...]:
     """Derivative of each channel's force by k amplitudes, (points, n, k) each; NaN where it cannot be solved.
 
-    Parameters
-    ----------
-    cache : ModelCache
-    case : Case
-    base : Model
-        With its best-fitting values.
-    candidates : sequence of Candidate
-        One effect at points of its grid that differ in parameters of one body: one task, because what they share is
-        then solved once.
+    `base` has its best-fitting values. The candidates are one effect at points of its grid that differ in parameters of
+    one body: one task, because what they share is then solved once.
     """
     points = [_columns(cache, case, base, candidate) for candidate in candidates]
     return tuple(np.array(channel) for channel in zip(*points, strict=True))
@@ -385,12 +365,6 @@ def effects_beside(case: Case, model: Model, trial: Candidate) -> tuple[ActiveEf
     log its force late. One that only scales the force, or adds to it, changes the derivatives by no more than that
     factor, and so does any of a dynamic rig alone, about one preload. Effects of the rig, one branch more of an effect,
     and the temperature, which changes what others do, are tried beside all effects of the model.
-
-    Parameters
-    ----------
-    case : Case
-    model : Model
-    trial : Candidate
     """
     others = tuple(active for active in model.effects if active.identity != trial.active.identity)
     if trial.effect.acts == "rig" or len(others) < len(model.effects) or trial.effect.needs_temperature:

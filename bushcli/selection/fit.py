@@ -313,16 +313,7 @@ def _search_from(problem: Posterior, initial: Array, rule: StoppingRule) -> _End
 
 
 def with_fitted_values(model: Model, problem: LeastSquaresProblem, x: Array, converged: bool) -> Fitted:
-    """Return a model with its best-fitting values.
-
-    Parameters
-    ----------
-    model : Model
-    problem : LeastSquaresProblem
-    x : (p,) array
-        Values of its parameters, each in its unit.
-    converged : bool
-    """
+    """Return a model with its best-fitting values `x` (p,)."""
     forces = problem.forces(x)
     assert forces is not None
     values = dict(zip(problem.names, map(float, x), strict=True))

@@ -109,7 +109,7 @@ class ModelCache:
                 if anchor is None or model.mode.name not in modes:
                     return None
                 plain = replace(task, case=whole, start=anchor, fixed=tuple(anchor))
-                return self.mesh_corrections(plain, anchor)[channel]
+                return self._mesh_corrections(plain, anchor)[channel]
 
             recorded = self.recorded_tables(whole)
             known = replace(task, tables=tuple(recording.table for recording in recorded))
@@ -163,18 +163,11 @@ class ModelCache:
         """Return the reduced matrices of channels of a body."""
         return _entry(self._vibrating, STORES, canonical((id(model), name)), lambda: (model, {}))[1]
 
-    def mesh_corrections(self, plain: Task, anchor: Mapping[str, float]) -> dict[str, MeshCorrection]:
+    def _mesh_corrections(self, plain: Task, anchor: Mapping[str, float]) -> dict[str, MeshCorrection]:
         """Return the corrections of the force of a coarse mesh to the default one, by channel.
 
-        They are computed for the law alone. A coarse mesh is too stiff by a factor that hardly depends on the rubber's
-        memory; the difference that the factor leaves is added as it is.
-
-        Parameters
-        ----------
-        plain : Task
-            Of the law without effects.
-        anchor : mapping of str to float
-            Parameters of the law (MPa or dimensionless) at which both meshes are compared.
+        They are computed for the law alone, at its parameters `anchor`. A coarse mesh is too stiff by a factor that
+        hardly depends on the rubber's memory; the difference that the factor leaves is added as it is.
         """
 
         def made() -> dict[str, MeshCorrection]:

@@ -114,18 +114,14 @@ class State:
     def held_parameters(self, misfit: Array, slopes: Array) -> tuple[NDArray[np.bool_], Array]:
         """Return which parameters bounds hold at the first-order optimum, shape (p,), and the parameters there.
 
+        Where a bound holds a parameter, that is its value exactly; the others keep those of the fit.
+
         Parameters
         ----------
         misfit : array, shape (rows,)
             Weighted misfit and priors, in standard deviations.
         slopes : array, shape (rows, p)
             Their derivatives by the parameters, per unit of these.
-
-        Returns
-        -------
-        held : array of bool, shape (p,)
-        values : array, shape (p,)
-            Each in its parameter's unit: the bounds that hold parameters, exactly, and the fitted values of the others.
         """
         lower, upper = self.bounds.lower, self.bounds.upper
         low, high = lower - self.fitted.x, upper - self.fitted.x
@@ -165,11 +161,6 @@ class State:
         """The model without some of its effects, to first order: the curves change by the amplitudes' derivatives.
 
         The other parameters keep their values; `predict.Beside` adapts them.
-
-        Parameters
-        ----------
-        removed : sequence of str
-            Identities of the effects.
         """
         remaining = tuple(active for active in self.model.effects if active.identity not in removed)
         leaving = [active for active in self.model.effects if active.identity in removed]
