@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Literal
@@ -93,9 +93,7 @@ def posterior(search: Search) -> tuple[WeighedModel, ...]:
     error of form of the others, with the probability of that (`resemblance`).
     """
     models = _weighed_models(search)
-    sets: dict[tuple[str, ...], float] = {}
-    for model in models:
-        sets[model.effects] = sets.get(model.effects, 0.0) + model.probability
+    sets = _set_probabilities(models)
     # Models with the same effects and different laws stand together, because the effects are the answer.
     models.sort(
         key=lambda model: (
@@ -110,6 +108,14 @@ def posterior(search: Search) -> tuple[WeighedModel, ...]:
     fitted = [model for model in models if model.predicted is None]
     best = next((model for model in fitted if model.kind == kind), fitted[0]).effects
     return tuple(sorted(models, key=lambda model: model.effects != best))
+
+
+def _set_probabilities(models: Iterable[WeighedModel]) -> dict[tuple[str, ...], float]:
+    """Return the probability of each set of effects."""
+    sets: dict[tuple[str, ...], float] = {}
+    for model in models:
+        sets[model.effects] = sets.get(model.effects, 0.0) + model.probability
+    return sets
 
 
 def _weighed_models(search: Search) -> list[WeighedModel]:
@@ -187,23 +193,20 @@ def unfitted_model(models: Sequence[WeighedModel], tried: Collection[Key] = ()) 
     How large such an error is, is known to first order only until then. Those `tried` are not returned.
     """
     kind = _kind(models)
-    sets: dict[tuple[str, ...], list[WeighedModel]] = {}
-    for model in models:
-        sets.setdefault(model.effects, []).append(model)
-    total = {names: sum(model.probability for model in group) for names, group in sets.items()}
+    total = _set_probabilities(models)
     answer = max(
-        (names for names, group in sets.items() if group[0].kind == kind), key=lambda names: total[names]
+        (model.effects for model in models if model.kind == kind), key=lambda effects: total[effects]
     )
-    shown = [names for names in sorted(sets, key=lambda names: -total[names]) if total[names] >= MEMBER]
+    shown = [names for names in sorted(total, key=lambda names: -total[names]) if total[names] >= MEMBER]
     for names in (answer, *shown):
+        group = [model for model in models if model.effects == names]
         # A law without effects is fitted once more in any case, as `bushcli inverse` fits it.
-        fitted = [model.state for model in sets[names] if model.predicted is None]
+        fitted = [model.state for model in group if model.predicted is None]
         if any(state.fitted.converged or not state.model.effects for state in fitted):
             continue
-        best = max(sets[names], key=lambda model: model.probability)
+        best = max(group, key=lambda model: model.probability)
         if best.model.structure not in tried:
-            log = best.log_evidence
-            return Queued(best.model, best.state, log)
+            return Queued(best.model, best.state, best.log_evidence)
     return None
 
 
@@ -234,11 +237,10 @@ def probabilities(models: Sequence[WeighedModel], considered: Sequence[str]) -> 
 
 def credible_sets(models: Sequence[WeighedModel]) -> list[tuple[str, ...]]:
     """The fewest sets of effects that hold 95 % of the posterior together, the most probable first."""
-    sets: dict[tuple[str, ...], float] = {}
-    for model in models:
-        sets[model.effects] = sets.get(model.effects, 0.0) + model.probability
     credible, total = [], 0.0
-    for names, probability in sorted(sets.items(), key=lambda item: (-item[1], item[0])):
+    for names, probability in sorted(
+        _set_probabilities(models).items(), key=lambda item: (-item[1], item[0])
+    ):
         credible.append(names)
         total += probability
         if total >= CREDIBLE:

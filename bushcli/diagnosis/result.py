@@ -299,7 +299,7 @@ class NextTest:
     temperature: tuple[float, ...] = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Diagnosis:
     """Result of a diagnosis.
 
@@ -355,24 +355,24 @@ class Diagnosis:
     law_fixed: bool
     plain: Material
     material: Material
-    parameters: Mapping[str, Quantity]
-    effects: tuple[DiagnosedEffect, ...]
-    probability: Mapping[str, float]
-    models: tuple[RankedModel, ...]
-    rivals: tuple[tuple[str, ...], ...]
-    groups: tuple[Group, ...]
+    parameters: Mapping[str, Quantity] = field(default_factory=dict)
+    effects: tuple[DiagnosedEffect, ...] = ()
+    probability: Mapping[str, float] = field(default_factory=dict)
+    models: tuple[RankedModel, ...] = ()
+    rivals: tuple[tuple[str, ...], ...] = ()
+    groups: tuple[Group, ...] = ()
     form_error: FormError
-    missing: Missing | None
+    missing: Missing | None = None
     searched: SearchExtent
     channels: tuple[DiagnosedChannel, ...]
     location: Location
     remaining: Location
-    next_test: NextTest | None
-    maps: tuple[LocalMap, ...]
+    next_test: NextTest | None = None
+    maps: tuple[LocalMap, ...] = ()
     faults: tuple[DataFault, ...]
     conditions: tuple[Condition, ...]
-    forward_solves: int
-    failed_solves: int
+    forward_solves: int = 0
+    failed_solves: int = 0
     seconds: float
     uniform_odds: bool = False
     tables: tuple[DiagnosedTable, ...] = ()

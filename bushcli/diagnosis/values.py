@@ -96,10 +96,7 @@ def held_quantity(
     models: Sequence[WeighedModel],
 ) -> Quantity:
     """Return a parameter that a fit keeps fixed: a dimension of the mesh, or a choice."""
-    value = float(active.values[parameter.name])
-    choices: Sequence[str] = getattr(parameter, "choices", ())
-    word = choices[round(value)] if choices else ""
-    scales = None if known is None else known.prior.range(known.scales)
+    value, choices = float(active.values[parameter.name]), parameter.choices
     low, high = (value, value) if choices else scanned_interval(active, parameter, models)
     return Quantity(
         value,
@@ -108,12 +105,9 @@ def held_quantity(
         parameter.meaning,
         low,
         high,
-        {},
-        active.channels,
-        scales,
-        1.0,
-        "",
-        word,
+        channels=active.channels,
+        prior=None if known is None else known.prior.range(known.scales),
+        word=choices[round(value)] if choices else "",
     )
 
 
