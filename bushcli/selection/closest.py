@@ -88,17 +88,13 @@ class _Closest(LeastSquaresProblem):
         if forces is None:
             size = self.samples + len(self.states)
             return np.full(size, np.nan), np.full((size, len(x)), np.nan)
-        weights = _weights(self._recordings, self._used)
-        values = [
-            (force - recording.force) * w
-            for recording, w, (force, _) in zip(self._recordings, weights, forces, strict=True)
-        ]
-        slopes = [slope * w[:, None] for w, (_, slope) in zip(weights, forces, strict=True)]
+        simulated, jacobians = zip(*forces, strict=True)
+        misfits = _weighted(self._recordings, self._used, simulated, jacobians)
         value, slope = _prior_rows(self.names, x, self._known_values)
         unstable, steeper = self._stability(x)
         return (
-            np.concatenate([*values, self._unit * value, unstable]),
-            np.concatenate([*slopes, self._unit * slope, steeper]),
+            np.concatenate([*(r for r, _ in misfits), self._unit * value, unstable]),
+            np.concatenate([*(J for _, J in misfits), self._unit * slope, steeper]),
         )
 
 
@@ -221,20 +217,22 @@ def _parts(recordings: Sequence[Recording]) -> list[Mask]:
 
 def _misfits(state: State) -> list[tuple[Array, Array]]:
     """Weighted misfit (n,) and derivatives (n, p) of a model, by channel."""
-    weights = _weights(state.problem.recordings, state.problem.used)
-    rows = zip(state.problem.recordings, weights, state.fitted.simulated, state.fitted.jacobians, strict=True)
-    return [((force - recording.force) * w, slope * w[:, None]) for recording, w, force, slope in rows]
+    problem, fitted = state.problem, state.fitted
+    return _weighted(problem.recordings, problem.used, fitted.simulated, fitted.jacobians)
 
 
-def _weights(recordings: Sequence[Recording], used: Sequence[Mask]) -> list[Array]:
-    """Weights (n,) of the samples by channel: noise or the floor of the force range; each channel counts alike."""
-    weights = []
-    for recording, mask in zip(recordings, used, strict=True):
+def _weighted(
+    recordings: Sequence[Recording], used: Sequence[Mask], simulated: Sequence[Array], slopes: Sequence[Array]
+) -> list[tuple[Array, Array]]:
+    """Misfits and slopes over noise or the floor of the force range; each channel counts alike."""
+    rows = []
+    for recording, mask, force, slope in zip(recordings, used, simulated, slopes, strict=True):
         unit = 1.0
         if recording.kind == "static":
             unit = max(recording.force_noise, NOISE_FLOOR * float(np.ptp(recording.force[mask])))
-        weights.append(np.where(mask, 1.0 / (unit * np.sqrt(np.count_nonzero(mask))), 0.0))
-    return weights
+        w = np.where(mask, 1.0 / (unit * np.sqrt(np.count_nonzero(mask))), 0.0)
+        rows.append(((force - recording.force) * w, slope * w[:, None]))
+    return rows
 
 
 def _prior_rows(names: Sequence[str], x: Array, known: Mapping[str, ParameterPrior]) -> tuple[Array, Array]:

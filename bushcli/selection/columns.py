@@ -8,6 +8,7 @@ have no derivative there, are scanned on a small grid. An effect whose derivativ
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -89,8 +90,12 @@ def trials(
         return [], "it does not act on the recorded modes"
     if effect.needs_time and not any(recording.has_time for recording in acting):
         return [], "the recordings have no time"
-    if effect.needs_temperature and (reason := _same_temperature(case, recordings)):
-        return [], reason
+    if effect.needs_temperature:
+        degrees = np.concatenate(list(temperatures(case, recordings).values()))
+        if np.isnan(degrees).any():
+            return [], "a recording has no temperature"
+        if len(temperature_levels(degrees)) < 2:
+            return [], "the recordings have one temperature"
     if effect.needs_amplitudes and all(
         isinstance(recording, RecordedTable) and not recording.has_amplitudes for recording in acting
     ):
@@ -174,6 +179,7 @@ def _grid(
     shapes = [p for p in chosen if p.off is None]
     if not amplitudes:
         return []
+    before = {} if present is None else dict(present.values)
     sizes_of = {"shear": shear, "duration": scales["duration"], "amplitude": scales["travel"]}
 
     def values(parameter: EffectParameter) -> list[float]:
@@ -184,16 +190,16 @@ def _grid(
             return [float(np.mean(warm))]
         if not parameter.scan:
             return [parameter.start if parameter.prior is None else parameter.prior.median(scales)]
-        grid = parameter.grid(sizes_of)
-        if parameter.scale == "duration":
-            grid = _times(parameter, recordings)
-        return [v for v in grid if not _is_taken(parameter, v, present)]
+        grid = _times(parameter, recordings) if parameter.scale == "duration" else parameter.grid(sizes_of)
+        same = [] if present is None else [p.name for p in effect.parameters if p.stem == parameter.stem]
+        others = [before[name] for name in same if before.get(name, 0.0) > 0.0]
+        # A new branch near one that the effect has already would duplicate it.
+        return [v for v in grid if not any(0.5 < v / other < 2.0 for other in others)]
 
     degrees = temperatures(case, recordings) if effect.needs_temperature else {}
     warm = np.concatenate([*degrees.values(), np.zeros(0)])
     at = {name: float(np.mean(own)) for name, own in degrees.items()}
     candidates = []
-    before = {} if present is None else dict(present.values)
     for point in product(*(values(p) for p in shapes)):
         shape = dict(zip((p.name for p in shapes), point, strict=True))
         off = {p.name: float(p.off or 0.0) for p in amplitudes}
@@ -225,24 +231,13 @@ def temperatures(case: Case, recordings: Sequence[Recording]) -> dict[str, Array
     }
     degrees = {}
     for recording in recordings:
+        own = recording.temperature
         if isinstance(recording, RecordedTable):
             own = np.where(np.isnan(recording.table.temperature), of_case, recording.table.temperature)
-        else:
-            own = (
-                np.array([sources.get(recording.name, of_case)])
-                if recording.temperature is None
-                else recording.temperature
-            )
+        elif own is None:
+            own = np.array([sources.get(recording.name, of_case)])
         degrees[recording.name] = own
     return degrees
-
-
-def _same_temperature(case: Case, recordings: Sequence[Recording]) -> str:
-    """Return why recordings show no influence of the temperature; empty where they may."""
-    degrees = np.concatenate(list(temperatures(case, recordings).values()))
-    if np.isnan(degrees).any():
-        return "a recording has no temperature"
-    return "" if len(temperature_levels(degrees)) > 1 else "the recordings have one temperature"
 
 
 def _times(parameter: EffectParameter, recordings: Sequence[Recording]) -> list[float]:
@@ -277,15 +272,6 @@ def _parameters(
     return tuple(p for p in missing if p.branch == missing[0].branch)
 
 
-def _is_taken(parameter: EffectParameter, value: float, present: ActiveEffect | None) -> bool:
-    """Whether a branch of the effect already has nearly this value: the new one would duplicate it."""
-    if present is None:
-        return False
-    same = [p.name for p in present.effect.parameters if p.stem == parameter.stem]
-    others = [present.values[name] for name in same if name in present.values]
-    return any(0.5 < value / other < 2.0 for other in others if other > 0)
-
-
 def shear_modulus(model: Model, case: Case) -> float:
     """Initial shear modulus of a model's law, MPa."""
     return float(model.task(case).law.shear_modulus(**model.start))
@@ -315,33 +301,18 @@ def _columns(cache: ModelCache, case: Case, base: Model, trial: Candidate) -> li
     coarse: Coarse = "memory" if usual else "always"
     channels = cache.channels(model.task(case), HALF, coarse, tolerance=ESTIMATED)
     slopes: list[Array] = [np.zeros((len(channel.recording.force), len(names))) for channel in channels]
-    points = (model.values, _with_own_shape(model, case).values)
+    points, law = (model.values, _with_own_shape(model, case).values), () if base.fixed else tuple(base.start)
     for i, channel in enumerate(channels):
         recording = channel.recording
         if not trial.active.acts_on(recording.name, recording.mode, recording.kind):
             continue
-        slope = _first_solvable(channel, points, names, trial, case, () if base.fixed else tuple(base.start))
-        if slope is None:
+        for values in points:
+            with suppress(NotConverged, NoEquilibrium):
+                slopes[i] = _derivative(channel, values, names, trial, case, law)
+                break
+        else:
             return [np.full_like(slope, np.nan) for slope in slopes]
-        slopes[i] = slope
     return slopes
-
-
-def _first_solvable(
-    channel: AnyChannel,
-    points: Sequence[Mapping[str, float]],
-    names: Sequence[str],
-    trial: Candidate,
-    case: Case,
-    law: Sequence[str],
-) -> Array | None:
-    """Return the derivative at the first of several points that can be solved."""
-    for values in points:
-        try:
-            return _derivative(channel, values, names, trial, case, law)
-        except (NotConverged, NoEquilibrium):
-            continue
-    return None
 
 
 def _with_own_shape(model: Model, case: Case) -> Model:

@@ -147,15 +147,8 @@ class State:
     @cached_property
     def evidence(self) -> Evidence:
         """Evidence of the model."""
-        fitted = self.fitted
-        return Evidence(
-            self.problem.likelihood,
-            self.misfit,
-            self.slopes,
-            fitted.x,
-            self.parameter_priors,
-            self.off_values,
-        )
+        priors, off = self.parameter_priors, self.off_values
+        return Evidence(self.problem.likelihood, self.misfit, self.slopes, self.fitted.x, priors, off)
 
     def without(self, removed: Sequence[str]) -> State:
         """The model without some of its effects, to first order: the curves change by the amplitudes' derivatives.
@@ -174,12 +167,8 @@ class State:
             for p in old.parameters
         }
         names = self.fitted.names
-        change = np.array(
-            [
-                off - x if name in amplitudes else 0.0
-                for name, x, off in zip(names, self.fitted.x, self.off_values, strict=True)
-            ]
-        )
+        changes = zip(names, self.fitted.x, self.off_values, strict=True)
+        change = np.array([off - x if name in amplitudes else 0.0 for name, x, off in changes])
         keep = [i for i, name in enumerate(names) if name not in parameters]
         fitted = replace(
             self.fitted,
