@@ -164,18 +164,11 @@ def _cache() -> Examination:
     problems = []
     if broken := damaged_kernels(cache):
         names = ", ".join(file.name for file in broken[:3])
-        remedy = (
-            "nothing to do: they are compiled again when needed; check whether the disk is full or failing"
-        )
-        problems.append(
-            Condition(
-                "damaged_kernels",
-                f"{len(broken)} compiled forms are truncated or differ from their checksum, such as {names}",
-                remedy
-                if writable
-                else "they are not used, and cannot be compiled again in this folder (below)",
-            )
-        )
+        message = f"{len(broken)} compiled forms are truncated or differ from their checksum, such as {names}"
+        remedy = "they are not used, and cannot be compiled again in this folder (below)"
+        if writable:
+            remedy = "nothing to do: they are compiled again when needed; check whether the disk is full or failing"
+        problems.append(Condition("damaged_kernels", message, remedy))
     if not writable:
         problems.append(
             Condition(
