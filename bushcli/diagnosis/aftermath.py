@@ -82,10 +82,8 @@ def _maps(problem: CommonData, plain: Fitted, cache: ModelCache, notify: Progres
     curves = [i for i, recording in enumerate(problem.recordings) if recording.kind == "static"]
     if problem.case.geometry.specimen == "coupon" or not curves:
         return ()
-    channels, compared = (
-        cache.channels(plain.model.task(problem.case)),
-        problem.compared_recordings(plain.simulated),
-    )
+    channels = cache.channels(plain.model.task(problem.case))
+    compared = problem.compared_recordings(plain.simulated)
     # All recordings are of one bushing: together they can show a place that none of them shows alone.
     rubber_map = local_map(
         [channel for channel in channels if isinstance(channel, Channel)],
@@ -121,12 +119,11 @@ def before_and_after(
     """Return recordings and tables beside the plain law and the most probable model; those held out are predicted."""
     fitted: Mapping[str, int] = {recording.name: i for i, recording in enumerate(problem.recordings)}
     predicted = {}
+    case = question.case
     outside = replace(
         question.bare,
-        recordings=tuple(
-            recording for recording in question.case.recordings if recording.label not in fitted
-        ),
-        dynamic=tuple(table for table in question.case.dynamic if table.label not in fitted),
+        recordings=tuple(recording for recording in case.recordings if recording.label not in fitted),
+        dynamic=tuple(table for table in case.dynamic if table.label not in fitted),
     )
     if len(fitted) < len(question.whole):
         # An effect of a rig says nothing about the rig of another channel.
@@ -145,7 +142,8 @@ def before_and_after(
                 predicted[which, channel.name] = force
     channels, tables = [], []
     for recording in question.whole:
-        if recording.name in fitted:
+        held_out = recording.name not in fitted
+        if not held_out:
             i = fitted[recording.name]
             before, after = plain.simulated[i], best.state.fitted.simulated[i]
             used, sigma = problem.used[i], problem.noises[i].sigma
@@ -153,7 +151,6 @@ def before_and_after(
             before, after = predicted["before", recording.name], predicted["after", recording.name]
             used = ~masks(question.faults, recording)
             sigma = noise_model(recording, used).sigma
-        held_out = recording.name not in fitted
         if isinstance(recording, RecordedTable):
             tables.append(diagnosed_table(recording, before, after, used, held_out))
         else:

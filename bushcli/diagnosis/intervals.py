@@ -15,7 +15,7 @@ doi:10.1214/ss/1009212519.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -88,18 +88,13 @@ def interval(components: Sequence[Component]) -> tuple[float, float]:
     if not high > low:
         return low, high
 
-    def quantile(probability: float) -> float:
-        return float(
-            brentq(
-                lambda value: (
-                    sum(component.weight * component.below(value) for component in seen) / total - probability
-                ),
-                low,
-                high,
-            )
-        )
+    def below(value: float) -> float:
+        return sum(component.weight * component.below(value) for component in seen) / total
 
-    return quantile(TAIL), quantile(1.0 - TAIL)
+    lower, upper = (
+        float(brentq(lambda value, tail=tail: below(value) - tail, low, high)) for tail in (TAIL, 1.0 - TAIL)
+    )
+    return lower, upper
 
 
 def components(
@@ -113,14 +108,11 @@ def components(
     posterior = []
     active = next((own for own in models[0].state.fitted.model.effects if own.identity == effect), None)
     for model in models:
-        fitted = model.state.fitted
-        same = next((own for own in fitted.model.effects if own.identity == effect), None)
-        name = parameter
+        fitted, name = model.state.fitted, parameter
         if not law:
+            same = next((own for own in fitted.model.effects if own.identity == effect), None)
             name = "" if active is None or same is None else _counterpart(parameter, active, same)
-        if model.predicted is not None or name not in fitted.names:
-            continue
-        if law and fitted.model.law != law:
+        if model.predicted is not None or name not in fitted.names or law not in ("", fitted.model.law):
             continue
         known = model.state.priors.get(name)
         i = fitted.names.index(name)
@@ -158,11 +150,14 @@ def scanned_interval(
     Each value of the scan represents the range up to the geometric means with its neighbours; `active` has the value of
     the most probable model.
     """
-    name, share = active.full_name(parameter), _shares(active, parameter, models)
+    name, share = active.full_name(parameter), dict[float, float]()
+    for model in models:
+        value = model.model.values.get(name)
+        if value is not None:
+            share[float(value)] = share.get(float(value), 0.0) + model.probability
     points = sorted({*map(float, parameter.scan), *share, float(active.values[parameter.name])})
     if len(points) < 2:
-        value = float(active.values[parameter.name])
-        return value, value
+        return points[0], points[0]
     edges = [math.sqrt(a * b) for a, b in pairwise(points)]
     edges = [points[0] ** 2 / edges[0], *edges, points[-1] ** 2 / edges[-1]]
     total = sum(share.values())
@@ -179,15 +174,3 @@ def scanned_interval(
         return float(edges[-1])
 
     return quantile(TAIL), quantile(1.0 - TAIL)
-
-
-def _shares(
-    active: ActiveEffect, parameter: EffectParameter, models: Sequence[WeighedModel]
-) -> Mapping[float, float]:
-    """Probability of each value of a parameter over the models that have it."""
-    name, shares = active.full_name(parameter), dict[float, float]()
-    for model in models:
-        value = model.model.values.get(name)
-        if value is not None:
-            shares[float(value)] = shares.get(float(value), 0.0) + model.probability
-    return shares

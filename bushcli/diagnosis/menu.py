@@ -89,16 +89,7 @@ def menu(
             ways = zip(points[:-1], points[1:], rates, strict=True)
             seconds = sum(abs(end - start) / speed for start, end, speed in ways) + sum(holds)
             cost = SET_UP + extra + seconds / 60.0
-            proposals.append(
-                Proposal(
-                    f"{channel}, {text.format(a='the largest amplitude')}",
-                    channel,
-                    points,
-                    rates,
-                    holds,
-                    cost,
-                )
-            )
+            proposals.append(Proposal(f"{channel}, {text}", channel, points, rates, holds, cost))
     return tuple(sorted(proposals, key=lambda proposal: (proposal.cost, proposal.name)))
 
 
@@ -109,8 +100,8 @@ def _plans(
     slow, fast = v / 10.0, v * 10.0
     minute, long = 60.0, 600.0
     return (
-        ("once to {a} and back", (0.0, a, 0.0), (v, v), (0.0, 0.0, 0.0)),
-        ("once to {a} and back, ten times as fast", (0.0, a, 0.0), (fast, fast), (0.0, 0.0, 0.0)),
+        ("once to the largest amplitude and back", (0.0, a, 0.0), (v, v), (0.0, 0.0, 0.0)),
+        ("once to the largest amplitude and back, ten times as fast", (0.0, a, 0.0), (fast,) * 2, (0.0,) * 3),
         ("to both sides", (0.0, a, -a, 0.0), (v, v, v), (0.0,) * 4),
         ("twice to the same amplitude", (0.0, a, 0.0, a, 0.0), (v,) * 4, (0.0,) * 5),
         (

@@ -152,11 +152,7 @@ def _range(frequency: Array, unit: str) -> str:
 
 
 def expected_table(
-    cache: ModelCache,
-    case: Case,
-    model: Model,
-    known: tuple[tuple[str, ...], Array],
-    proposal: TableProposal,
+    cache: ModelCache, case: Case, model: Model, known: tuple[tuple[str, ...], Array], proposal: TableProposal
 ) -> ExpectedTable | None:
     """Return what a rival predicts of a table, `known` as for `expected_curve`; None if it cannot be solved."""
     names, root = known

@@ -89,11 +89,7 @@ class Question:
 
 
 def question(
-    case: Case,
-    model: str | None,
-    effects: Sequence[str] | None,
-    hold_out: Sequence[str],
-    tables: TableCache,
+    case: Case, model: str | None, effects: Sequence[str] | None, hold_out: Sequence[str], tables: TableCache
 ) -> Question:
     """Read the recordings, find their faults, and choose the law to begin with.
 
@@ -114,7 +110,13 @@ def question(
         for fault in table_faults(case.geometry, [recording.table for recording in vibrating])
     )
     plain, source, material = _plain_law(case, model, tables)
-    bare, recordings = _fitted_part(case, whole, hold_out)
+    bare = replace(
+        case,
+        effects=(),
+        recordings=tuple(source for source in case.recordings if source.label not in hold_out),
+        dynamic=tuple(source for source in case.dynamic if source.label not in hold_out),
+    )
+    recordings = tuple(recording for recording in whole if recording.name not in hold_out)
     used = tuple(~masks(faults, recording) for recording in recordings)
     requested, considered = None if effects is None else tuple(effects), _considered_effects(bare, effects)
     return Question(
@@ -123,11 +125,7 @@ def question(
 
 
 def _checked_recordings(
-    case: Case,
-    model: str | None,
-    only: Sequence[str] | None,
-    hold_out: Sequence[str],
-    tables: TableCache,
+    case: Case, model: str | None, only: Sequence[str] | None, hold_out: Sequence[str], tables: TableCache
 ) -> tuple[Recording, ...]:
     """Return the recordings of the case, after all names have been checked."""
     recordings = (
@@ -155,28 +153,14 @@ def _checked_recordings(
         if wrong:
             # The list of valid names is long, so that it is shown only once.
             lists = [""] * (len(wrong) - 1) + [", ".join(known)]
-            raise InputError(
-                *(
-                    Problem(option, f'"{name}" is not {kind}', nearest(name, known), expected)
-                    for name, expected in zip(wrong, lists, strict=True)
-                )
+            problems = (
+                Problem(option, f'"{name}" is not {kind}', nearest(name, known), expected)
+                for name, expected in zip(wrong, lists, strict=True)
             )
+            raise InputError(*problems)
     if hold_out and set(names) <= set(hold_out):
         raise InputError(Problem("--hold-out", "leaves no channel to diagnose", "", ", ".join(names)))
     return recordings
-
-
-def _fitted_part(
-    case: Case, recordings: Sequence[Recording], hold_out: Sequence[str]
-) -> tuple[Case, tuple[Recording, ...]]:
-    """Return the case without effects and held-out channels, and its recordings."""
-    bare = replace(
-        case,
-        effects=(),
-        recordings=tuple(source for source in case.recordings if source.label not in hold_out),
-        dynamic=tuple(source for source in case.dynamic if source.label not in hold_out),
-    )
-    return bare, tuple(recording for recording in recordings if recording.name not in hold_out)
 
 
 def _considered_effects(case: Case, only: Sequence[str] | None) -> list[Effect]:
@@ -206,17 +190,14 @@ def _plain_law(
     case: Case, name: str | None, tables: TableCache
 ) -> tuple[Model, Literal["recordings", "coupons"], Material]:
     """The law to begin with, where it comes from, and the case's material with that law."""
-    material = (
-        case.material
-        if name in (None, case.material.law)
-        else Material(str(name), case.material.bulk_modulus)
-    )
-    chosen = law(material.law)
+    material = case.material
+    if name not in (None, material.law):
+        material = Material(str(name), material.bulk_modulus)
     if case.coupons:
         fitted = fit_coupons(case, material.law, tables=tables).material
         return Model(material.law, dict(fitted.parameters), fixed=True, terms=fitted.terms), "coupons", fitted
-    names = material.parameter_names
-    start = {key: chosen.parameter(key).start for key in names} | dict(material.parameters)
+    chosen = law(material.law)
+    start = {key: chosen.parameter(key).start for key in material.parameter_names} | dict(material.parameters)
     return Model(material.law, start, terms=material.terms), "recordings", material
 
 

@@ -111,10 +111,8 @@ def _conditions(table: DynamicTable, missed: Array, unit: str) -> Iterator[tuple
         elif unit_of_values == "degrees C":
             groups = temperature_levels(values)
         else:
-            groups = [
-                np.flatnonzero(merged_preloads(values) == value)
-                for value in np.unique(merged_preloads(values))
-            ]
+            merged = merged_preloads(values)
+            groups = [np.flatnonzero(merged == value) for value in np.unique(merged)]
         groups = [rows for rows in groups if len(rows)]
         if len(groups) < 2 or np.ptp(values) == 0.0:
             continue

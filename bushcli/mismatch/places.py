@@ -63,11 +63,7 @@ def zones(cells: Cells, mirrors: Mirrors, shape: Shape) -> tuple[list[str], Arra
         if bonded
         else ("near the bore", "in the middle", "near the flank")
     )
-    rings = {
-        inside: across < 1 / 3,
-        between: (across >= 1 / 3) & (across <= 2 / 3),
-        outside: across > 2 / 3,
-    }
+    rings = {inside: across < 1 / 3, between: (across >= 1 / 3) & (across <= 2 / 3), outside: across > 2 / 3}
     if "z" in mirrors:
         parts = {"about mid-length": height < 0.5 * end, "towards the ends": height >= 0.5 * end}
     else:

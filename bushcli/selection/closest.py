@@ -65,13 +65,7 @@ class _Closest(LeastSquaresProblem):
         start: Array,
     ) -> None:
         super().__init__(
-            plain.channels,
-            plain.law,
-            plain.names,
-            plain.fixed,
-            plain.bounds,
-            plain.states,
-            stopping=STOPPING,
+            plain.channels, plain.law, plain.names, plain.fixed, plain.bounds, plain.states, stopping=STOPPING
         )
         self._recordings = recordings
         self._used, self._known_values, self._unit = used, known, 0.0

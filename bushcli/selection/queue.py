@@ -361,8 +361,8 @@ class Search:
         if state is self.plain and further > 1 and best < state.evidence.coarse + FAR:
             predictions += beside.pairs()
         for prediction in predictions:
-            more = len(prediction.model.identities) > len(state.model.identities)
-            silent = more and prediction.gain < FAINT
+            larger = len(prediction.model.identities) > len(state.model.identities)
+            silent = larger and prediction.gain < FAINT
             far = state is self.plain and len(prediction.model.effects) == 1 and prediction.reach > FAR
             slack = slack_of(BORROWED * prediction.reach if far else prediction.reach)
             self._queue(prediction, state, 0.0 if silent else slack, is_silent=silent)
