@@ -70,7 +70,6 @@ class RecordedProgram:
     ----------
     name : str
         Name of the load case, or of its mode.
-    mode : str
     time : shape (n,) or None
         s.
     displacement : shape (n,)

@@ -46,7 +46,6 @@ class Component:
         Probability of the model.
     value, std : float
         In the unit of the parameter.
-    is_logarithmic : bool
     """
 
     weight: float

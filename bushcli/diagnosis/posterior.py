@@ -37,11 +37,8 @@ class WeighedModel:
 
     Attributes
     ----------
-    state : State
     unknown : bool
         Whether the unknown effect acts beside the model's own.
-    probability : float
-    log_evidence : float
     freed : bool
         Whether the law is identified from the recordings although coupons give one.
     predicted : Model, optional

@@ -62,7 +62,6 @@ class Bin:
 
     Attributes
     ----------
-    channel : str
     branch : {"loading", "unloading", "hold"}
     side : {"positive", "negative"}
         Of the displacement.
@@ -72,7 +71,6 @@ class Bin:
         Slowest and fastest branch, mm/s or rad/s.
     displacement_from, displacement_to : float
         Absolute displacement, mm or rad.
-    samples : int
     mean : float
         Simulated minus recorded force, N, N mm or MPa.
     rms : float

@@ -146,9 +146,8 @@ def _choices(count: Array) -> tuple[list[Choice], Array]:
         if signs_of.any():
             key = (signs_of * signs_of[np.nonzero(signs_of)][0]).tobytes()
             distinct.setdefault(key, (choice, signs_of))
-    return [choice for choice, _ in distinct.values()], np.array(
-        [signs_of for _, signs_of in distinct.values()]
-    )
+    choices, signs = zip(*distinct.values(), strict=True)
+    return list(choices), np.array(signs)
 
 
 def _z(total: Array, count: Array, signs_of: Array) -> Array:

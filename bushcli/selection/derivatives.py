@@ -30,9 +30,6 @@ class Derivatives:
 
     Attributes
     ----------
-    problem : CommonData
-    workers : Workers
-    catalogue : sequence of Effect
     progress : callable
         Called with the stage, its subject, and a text about it.
     shear : float

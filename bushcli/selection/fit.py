@@ -221,7 +221,9 @@ def refine_mesh(cache: ModelCache, case: Case, fitted: Fitted) -> Fitted | None:
 
     Parameters
     ----------
-    cache, case, fitted : ModelCache, Case, Fitted
+    cache : ModelCache
+    case : Case
+    fitted : Fitted
     """
     forces = []
     for channel, before in zip(cache.channels(fitted.model.task(case)), fitted.simulated, strict=True):

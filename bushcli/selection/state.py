@@ -31,11 +31,8 @@ class CommonData:
     ----------
     case : Case
         Without effects.
-    recordings : tuple of Recording
-    noises : tuple of NoiseModel
     used : tuple of array of bool, shape (n,) each
         Samples that count.
-    likelihood : Likelihood
     """
 
     case: Case
