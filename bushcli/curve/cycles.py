@@ -155,9 +155,9 @@ def _cycle(part: Sequence[Segment], start: int, path: Curve, force: Array, noise
     work = sum(float(np.trapezoid(force[segment], path.displacement[segment])) for segment in loading)
     known = work > 0 and (closed or any(branch.kind == "unloading" for branch in part))
     stored = 0.0 if closed else 0.5 * float((force_loop[0] + force_loop[-1]) * (q_loop[-1] - q_loop[0]))
-    loss = (
-        Uncertain((energy.value - stored) / work, energy.std / work) if known else Uncertain(np.nan, np.nan)
-    )
+    loss = Uncertain(np.nan, np.nan)
+    if known:
+        loss = Uncertain((energy.value - stored) / work, energy.std / work)
     rate = None
     if path.time is not None:
         moving = [(max(b.start - 1, start), b.stop - 1) for b in part if b.kind != "hold"]

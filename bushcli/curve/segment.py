@@ -324,9 +324,8 @@ def _named_segments(pieces: list[tuple[int, int, bool]], q: Array, threshold: fl
             # A cycle ends where the next one begins: at rest, or at the turning point at which the file begins.
             if kind == ("unloading" if side else "loading") and turned:
                 cycle, turned = cycle + 1, False
-            turned = turned or (
-                end * side > 0 if side and kind == "loading" else not side and kind == "unloading"
-            )
+            turns = end * side > 0 if side and kind == "loading" else not side and kind == "unloading"
+            turned = turned or turns
             yield Segment(kind, first, last, cycle, direction)
 
 

@@ -186,10 +186,6 @@ def rows(expected: ExpectedTable, at: Complex, errors: tuple[float, float]) -> t
 
 def noise_of(problem: CommonData) -> tuple[float, float]:
     """Return the standard errors of ln |K*| and of the loss angle (rad), the means of the tables."""
-    all_errors = [
-        recording.errors.mean(axis=1)
-        for recording in problem.recordings
-        if isinstance(recording, RecordedTable)
-    ]
-    size, angle = np.mean(all_errors, axis=0)
+    tables = [recording for recording in problem.recordings if isinstance(recording, RecordedTable)]
+    size, angle = np.mean([table.errors.mean(axis=1) for table in tables], axis=0)
     return float(size), float(angle)

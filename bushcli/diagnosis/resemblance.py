@@ -120,7 +120,13 @@ def resemblances(
             sizes[largest] = replace(sizes[largest], own=max(sizes[largest].own, together))
             total = 0.0
             for name in removed:
-                beside = [effect for effect in left if _shares_channel(effect, active[name])]
+                # An error of form of one effect can resemble another in a channel that both have.
+                own = active[name].channels
+                beside = [
+                    effect
+                    for effect in left
+                    if own is None or effect.channels is None or not set(own).isdisjoint(effect.channels)
+                ]
                 if active[name].effect.has_memory and not any(effect.effect.has_memory for effect in beside):
                     total = -math.inf
                     break
@@ -146,13 +152,6 @@ def _fitted_size(state: State, left: Sequence[ActiveEffect], fits: Mapping[Key, 
         return 0.0
     more = fitted.evidence.left.excess.sum() - state.evidence.left.excess.sum()
     return math.sqrt(max(float(more), 0.0))
-
-
-def _shares_channel(active: ActiveEffect, other: ActiveEffect) -> bool:
-    """Whether two effects share a channel, where an error of form of one can resemble the other."""
-    if active.channels is None or other.channels is None:
-        return True
-    return not set(active.channels).isdisjoint(other.channels)
 
 
 def _odds(state: State, active: ActiveEffect, uniform: bool) -> float:

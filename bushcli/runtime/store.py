@@ -133,14 +133,12 @@ class Store:
     def __init__(self, folder: Path, codec: Codec, resume: bool = False) -> None:
         self.folder, self.codec = folder, codec
         if folder.is_symlink():
-            raise InputError(
-                Problem(str(folder), "is a symbolic link, which is not followed", "", "give another -o")
-            )
+            what = "is a symbolic link, which is not followed"
+            raise InputError(Problem(str(folder), what, "", "give another -o"))
         try:
             folder.mkdir(parents=True, exist_ok=True)
             results = [file for file in folder.iterdir() if _RESULT.fullmatch(file.name)]
-            parts = [file for file in folder.iterdir() if _PART.fullmatch(file.name)]
-            for file in parts:
+            for file in [file for file in folder.iterdir() if _PART.fullmatch(file.name)]:
                 file.unlink()
             # What is there and not used is known by its version, so that other processes see when it was replaced.
             self._unused = {} if resume else {file.name: _version(file) for file in results}

@@ -115,9 +115,8 @@ def trials(
         candidates += _grid(case, shear, effect, instance, instance.channels, group)
     known = {name for active in instances for name in active.channels or [r.name for r in acting]}
     for rig in _rigs(effect, acting):
-        if not effect.differs_from_law(
-            rig or [recording.name for recording in acting], everywhere, model.fixed
-        ):
+        own = rig or [recording.name for recording in acting]
+        if not effect.differs_from_law(own, everywhere, model.fixed):
             continue
         if not instances or (rig is not None and not known & set(rig)):
             group = [recording for recording in acting if rig is None or recording.name in rig]
@@ -131,9 +130,8 @@ def incompatibility(case: Case, names: Sequence[str]) -> str:
     """Return why the specimen cannot have these effects together; empty if it can."""
     known = list(dict.fromkeys(map(effect_name, names)))
     for name in known:
-        for reason, _ in reasons_against(
-            effects()[name], case.geometry, [other for other in known if other != name]
-        ):
+        others = [other for other in known if other != name]
+        for reason, _ in reasons_against(effects()[name], case.geometry, others):
             return f"{name}: {reason}"
     return ""
 
@@ -209,9 +207,8 @@ def _grid(
         used = [p for p in amplitudes if p in active.parameters]
         unit = scales["travel"] if used[0].scale else scales["thickness"]
         sizes: list[float | None] = [share * unit for share in used[0].sizes]
-        candidates += [
-            Candidate(active, tuple(p.name for p in used), shape, size) for size in sizes or [None]
-        ]
+        by = tuple(p.name for p in used)
+        candidates += [Candidate(active, by, shape, size) for size in sizes or [None]]
     return candidates
 
 
@@ -224,11 +221,8 @@ def temperatures(case: Case, recordings: Sequence[Recording]) -> dict[str, Array
     recordings : sequence of Recording
     """
     of_case = np.nan if case.temperature is None else case.temperature
-    sources = {
-        recording.label: recording.temperature
-        for recording in case.recordings
-        if recording.temperature is not None
-    }
+    given = {source.label: source.temperature for source in case.recordings}
+    sources = {name: value for name, value in given.items() if value is not None}
     degrees = {}
     for recording in recordings:
         own = recording.temperature
@@ -243,10 +237,8 @@ def temperatures(case: Case, recordings: Sequence[Recording]) -> dict[str, Array
 def _times(parameter: EffectParameter, recordings: Sequence[Recording]) -> list[float]:
     """Return the times of a grid: shares of the durations of paths, and as many as tables resolve."""
     times: list[float] = []
-    longest = max(
-        (recording.span[1] for recording in recordings if recording.kind == "static" and recording.has_time),
-        default=0.0,
-    )
+    paths = [recording for recording in recordings if recording.kind == "static" and recording.has_time]
+    longest = max((recording.span[1] for recording in paths), default=0.0)
     if longest:
         times += parameter.grid({"duration": longest})
     for fast, slow in (recording.times for recording in recordings if isinstance(recording, RecordedTable)):
@@ -264,11 +256,8 @@ def _parameters(
     """
     if present is None:
         return tuple(p for p in effect.parameters if not p.optional or p.motions & set(motions))
-    missing = [
-        p
-        for p in effect.parameters
-        if p.optional and p.searched and not p.motions and p.name not in present.values
-    ]
+    searched = [p for p in effect.parameters if p.optional and p.searched and not p.motions]
+    missing = [p for p in searched if p.name not in present.values]
     return tuple(p for p in missing if p.branch == missing[0].branch)
 
 

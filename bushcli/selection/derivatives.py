@@ -81,15 +81,10 @@ class Derivatives:
             )
             if any(np.any(slope) for slope in slopes):
                 additions.append(Addition(trial, slopes))
-        solved = {
-            trial.effect.name for name, trial in zip(names, candidates, strict=True) if self._columns[name]
-        }
-        reasons = {
-            trial.effect.name: "these recordings do not respond to it"
-            if trial.effect.name in solved
-            else NOT_SIMULATED
-            for trial in candidates
-        }
+        reasons = {trial.effect.name: NOT_SIMULATED for trial in candidates}
+        for name, trial in zip(names, candidates, strict=True):
+            if self._columns[name]:
+                reasons[trial.effect.name] = "these recordings do not respond to it"
         shown = []
         beside = Beside(state, ())
         for addition in additions:
