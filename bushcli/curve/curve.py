@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.curve.noise import median_deviation, noise_of_sparse
-from bushcli.curve.segment import Segment, displacement_noise, segment
+from bushcli.curve.segment import Segment, displacement_noise, per_sample, segment
 from cases.mode import modes
 
 Array = NDArray[np.float64]
@@ -182,9 +182,7 @@ class Curve:
             abscissa = q
         else:
             abscissa = np.arange(len(q), dtype=float)
-        groups = np.concatenate(
-            [np.full(branch.stop - branch.start, i) for i, branch in enumerate(self.branches)]
-        )
+        groups = per_sample(self.branches, range(len(self.branches)))
         return noise_of_sparse(self.force, abscissa, 4, groups)
 
     def part(self, start: int, stop: int) -> Curve:

@@ -123,24 +123,21 @@ def cycles_along(
         One entry per cycle of the path; None where the force is not known throughout the cycle, or nothing moves.
     """
     segments = path.branches if segments is None else segments
-    parts = [list(part) for _, part in groupby(enumerate(segments), lambda item: item[1].cycle)]
-    slack = TURN * path.displacement_noise
-    return tuple(
-        _cycle([branch for _, branch in part], departure(segments, part[0][0]), path, force, noise, slack)
-        if np.isfinite(force[departure(segments, part[0][0]) : part[-1][1].stop]).all()
-        and any(branch.kind != "hold" for _, branch in part)
-        else None
-        for part in parts
-    )
+    cycles: list[Cycle | None] = []
+    for _, group in groupby(enumerate(segments), lambda item: item[1].cycle):
+        numbers, part = zip(*group, strict=True)
+        start = departure(segments, numbers[0])
+        known = np.isfinite(force[start : part[-1].stop]).all()
+        moves = any(branch.kind != "hold" for branch in part)
+        cycles.append(_cycle(part, start, path, force, noise) if known and moves else None)
+    return tuple(cycles)
 
 
-def _cycle(
-    part: Sequence[Segment], start: int, path: Curve, force: Array, noise: Noise, slack: float
-) -> Cycle:
+def _cycle(part: Sequence[Segment], start: int, path: Curve, force: Array, noise: Noise) -> Cycle:
     """Return a cycle that starts from the sample `start`: the one before it, unless cycles between are left out."""
     end = part[-1].stop
     q = path.displacement[start:end]
-    near = max(slack, _CLOSED_SHARE * float(np.ptp(q)))
+    near = max(TURN * path.displacement_noise, _CLOSED_SHARE * float(np.ptp(q)))
     closed, q_loop, force_loop = _loop(path.displacement, force, start, end, near)
     if not closed:
         # The way back to rest, or to a preload, may follow the loop.
@@ -158,9 +155,9 @@ def _cycle(
     work = sum(float(np.trapezoid(force[segment], path.displacement[segment])) for segment in loading)
     known = work > 0 and (closed or any(branch.kind == "unloading" for branch in part))
     stored = 0.0 if closed else 0.5 * float((force_loop[0] + force_loop[-1]) * (q_loop[-1] - q_loop[0]))
-    loss = (
-        Uncertain((energy.value - stored) / work, energy.std / work) if known else Uncertain(np.nan, np.nan)
-    )
+    loss = Uncertain(np.nan, np.nan)
+    if known:
+        loss = Uncertain((energy.value - stored) / work, energy.std / work)
     rate = None
     if path.time is not None:
         moving = [(max(b.start - 1, start), b.stop - 1) for b in part if b.kind != "hold"]

@@ -70,7 +70,6 @@ class RecordedProgram:
     ----------
     name : str
         Name of the load case, or of its mode.
-    mode : str
     time : shape (n,) or None
         s.
     displacement : shape (n,)
@@ -191,12 +190,8 @@ class Recording(Curve):
                 if least <= sample + 1 <= len(numbers) - least
             ]
             for first, last in pairwise([0, *cuts, len(numbers)]):
-                start, stop, cycle = (
-                    branch.start + first,
-                    branch.start + last,
-                    int(numbers[(first + last) // 2]),
-                )
-                parts.append(replace(branch, start=start, stop=stop, cycle=cycle))
+                start, stop = branch.start + first, branch.start + last
+                parts.append(replace(branch, start=start, stop=stop, cycle=int(numbers[(first + last) // 2])))
         return tuple(parts)
 
     def with_cycle_numbers(

@@ -25,7 +25,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby, pairwise
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,6 +74,19 @@ class Segment:
     stop: int
     cycle: int
     direction: int
+
+
+def per_sample(segments: Sequence[Segment], values: Sequence[Any]) -> NDArray[Any]:
+    """Return the value of its segment for each sample.
+
+    Parameters
+    ----------
+    segments : sequence of Segment
+        Of all samples (n,).
+    values : sequence
+        One for each segment.
+    """
+    return np.repeat(values, [segment.stop - segment.start for segment in segments])
 
 
 def displacement_noise(displacement: Array, time: Array | None = None) -> float:
@@ -311,9 +324,8 @@ def _named_segments(pieces: list[tuple[int, int, bool]], q: Array, threshold: fl
             # A cycle ends where the next one begins: at rest, or at the turning point at which the file begins.
             if kind == ("unloading" if side else "loading") and turned:
                 cycle, turned = cycle + 1, False
-            turned = turned or (
-                end * side > 0 if side and kind == "loading" else not side and kind == "unloading"
-            )
+            turns = end * side > 0 if side and kind == "loading" else not side and kind == "unloading"
+            turned = turned or turns
             yield Segment(kind, first, last, cycle, direction)
 
 

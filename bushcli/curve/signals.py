@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from bushcli.curve.curve import Curve
 from bushcli.curve.recording import Recording
-from bushcli.curve.segment import Segment
+from bushcli.curve.segment import Segment, per_sample
 from bushcli.errors import Problem, RecordingError, count_of
 
 # Points of the cycles that are selected, as of a coupon: fewer are no curve.
@@ -55,10 +55,7 @@ def cycle_mask(recording: Curve, cycles: Iterable[int]) -> NDArray[np.bool_]:
         raise RecordingError(
             Problem(where, what, "", f"the recording has {last}; a cycle is a full reversal: 0, a, 0, -a, 0")
         )
-    mask = np.zeros(len(recording.displacement), dtype=bool)
-    for branch in segments:
-        mask[branch.start : branch.stop] = branch.cycle in wanted
-    return mask
+    return per_sample(segments, [branch.cycle in wanted for branch in segments])
 
 
 def on_branch(recording: Recording, kind: Literal["loading", "unloading"]) -> NDArray[np.bool_]:
@@ -67,14 +64,10 @@ def on_branch(recording: Recording, kind: Literal["loading", "unloading"]) -> ND
     Parameters
     ----------
     recording : Recording
-        The recording.
     kind : {"loading", "unloading"}
         Away from zero displacement, or towards it.
     """
-    mask = np.zeros(len(recording.displacement), dtype=bool)
-    for branch in recording.branches:
-        mask[branch.start : branch.stop] = branch.kind == kind
-    return mask
+    return per_sample(recording.branches, [branch.kind == kind for branch in recording.branches])
 
 
 def select_cycles(recording: Recording, cycles: Iterable[int]) -> Recording:
@@ -83,9 +76,8 @@ def select_cycles(recording: Recording, cycles: Iterable[int]) -> Recording:
     Parameters
     ----------
     recording : Recording
-        The recording.
-    cycles : Iterable[int]
-        Numbers of cycles, counted from 1.
+    cycles : iterable of int
+        Their numbers.
 
     Raises
     ------
@@ -97,21 +89,21 @@ def select_cycles(recording: Recording, cycles: Iterable[int]) -> Recording:
     # A cycle begins at the last sample of the one before it, where the motion passes zero: its work needs both ends.
     first = np.flatnonzero(mask[1:] & ~mask[:-1])
     mask[first] = True
+    what, force = "", recording.force[mask]
     if mask.sum() < _FEWEST or np.ptp(recording.displacement[mask]) == 0.0:
-        what = f"cycles {', '.join(map(str, cycles))} hold only {count_of(mask.sum(), 'point')}"
-        raise RecordingError(Problem(str(recording.source or recording.mode), what))
-    if np.ptp(recording.force[mask]) == 0.0:
-        what = f"cycles {', '.join(map(str, cycles))}: the force is {recording.force[mask][0]:g} throughout"
-        raise RecordingError(Problem(str(recording.source or recording.mode), what))
-    numbers = np.zeros(len(mask), dtype=np.int_)
-    for branch in recording.branches:
-        numbers[branch.start : branch.stop] = branch.cycle
+        what = f" hold only {count_of(mask.sum(), 'point')}"
+    elif np.ptp(force) == 0.0:
+        what = f": the force is {force[0]:g} throughout"
+    if what:
+        place = str(recording.source or recording.mode)
+        raise RecordingError(Problem(place, f"cycles {', '.join(map(str, cycles))}{what}"))
+    numbers = per_sample(recording.branches, [branch.cycle for branch in recording.branches])
     numbers[first] = numbers[first + 1]
     time = None if recording.time is None else recording.time[mask]
     return replace(
         recording,
         displacement=recording.displacement[mask],
-        force=recording.force[mask],
+        force=force,
         time=time,
         cycles=tuple(sorted(set(cycles))),
         numbers=numbers[mask],

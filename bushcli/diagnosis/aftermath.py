@@ -49,20 +49,10 @@ class Extras:
         cache: ModelCache,
         maps: bool,
     ) -> None:
-        """Compute the doubts about amplitudes, the proposed test and the maps.
+        """Compute the doubts about amplitudes, the proposed test and, if `maps`, the maps of the bushing.
 
-        Parameters
-        ----------
-        search : Search
-            If it has not looked at most models, the rivals are not known, and no test is proposed.
-        plain : Fitted
-            The plain law.
-        models : sequence of WeighedModel
-            The most probable one first.
-        crew : Workers
-        cache : ModelCache
-        maps : bool
-            Whether to make maps of the bushing.
+        The most probable of `models` is the first. If the search has not looked at most models, the rivals are not
+        known, and no test is proposed.
         """
         problem, notify = search.problem, search.progress
         try:
@@ -92,10 +82,8 @@ def _maps(problem: CommonData, plain: Fitted, cache: ModelCache, notify: Progres
     curves = [i for i, recording in enumerate(problem.recordings) if recording.kind == "static"]
     if problem.case.geometry.specimen == "coupon" or not curves:
         return ()
-    channels, compared = (
-        cache.channels(plain.model.task(problem.case)),
-        problem.compared_recordings(plain.simulated),
-    )
+    channels = cache.channels(plain.model.task(problem.case))
+    compared = problem.compared_recordings(plain.simulated)
     # All recordings are of one bushing: together they can show a place that none of them shows alone.
     rubber_map = local_map(
         [channel for channel in channels if isinstance(channel, Channel)],
@@ -110,16 +98,7 @@ def _maps(problem: CommonData, plain: Fitted, cache: ModelCache, notify: Progres
 def calibrated_curves(
     cache: ModelCache, case: Case, plain: Fitted, compared: Sequence[Compared]
 ) -> tuple[Compared, ...]:
-    """Return the recorded curves without the errors of their common factors, in which the misfit is located.
-
-    Parameters
-    ----------
-    cache : ModelCache
-    case : Case
-        Without effects.
-    plain : Fitted
-    compared : sequence of Compared
-    """
+    """Return the recorded curves without the errors of their common factors, in which the misfit is located."""
     channels = cache.channels(plain.model.task(case))
     return tuple(
         calibrate(curve, factor_of(channel))
@@ -129,13 +108,7 @@ def calibrated_curves(
 
 
 def share_left(best: WeighedModel, plain: State) -> float:
-    """Return the share of the plain law's squared misfit above the noise that a model leaves, 0 to 1.
-
-    Parameters
-    ----------
-    best : WeighedModel
-    plain : State
-    """
+    """Return the share of the plain law's squared misfit above the noise that a model leaves, 0 to 1."""
     before, after = (float(np.sum(np.maximum(s.evidence.left.excess, 0.0))) for s in (plain, best.state))
     return min(1.0, after / before) if before > 0.0 else 0.0
 
@@ -143,26 +116,14 @@ def share_left(best: WeighedModel, plain: State) -> float:
 def before_and_after(
     cache: ModelCache, question: Question, problem: CommonData, plain: Fitted, best: WeighedModel
 ) -> tuple[tuple[DiagnosedChannel, ...], tuple[DiagnosedTable, ...]]:
-    """Return recordings and tables beside the plain law and the most probable model; those held out are predicted.
-
-    Parameters
-    ----------
-    cache : ModelCache
-    question : Question
-    problem : CommonData
-    plain : Fitted
-        The plain law.
-    best : WeighedModel
-        The most probable model.
-    """
+    """Return recordings and tables beside the plain law and the most probable model; those held out are predicted."""
     fitted: Mapping[str, int] = {recording.name: i for i, recording in enumerate(problem.recordings)}
     predicted = {}
+    case = question.case
     outside = replace(
         question.bare,
-        recordings=tuple(
-            recording for recording in question.case.recordings if recording.label not in fitted
-        ),
-        dynamic=tuple(table for table in question.case.dynamic if table.label not in fitted),
+        recordings=tuple(recording for recording in case.recordings if recording.label not in fitted),
+        dynamic=tuple(table for table in case.dynamic if table.label not in fitted),
     )
     if len(fitted) < len(question.whole):
         # An effect of a rig says nothing about the rig of another channel.
@@ -181,7 +142,8 @@ def before_and_after(
                 predicted[which, channel.name] = force
     channels, tables = [], []
     for recording in question.whole:
-        if recording.name in fitted:
+        held_out = recording.name not in fitted
+        if not held_out:
             i = fitted[recording.name]
             before, after = plain.simulated[i], best.state.fitted.simulated[i]
             used, sigma = problem.used[i], problem.noises[i].sigma
@@ -189,7 +151,6 @@ def before_and_after(
             before, after = predicted["before", recording.name], predicted["after", recording.name]
             used = ~masks(question.faults, recording)
             sigma = noise_model(recording, used).sigma
-        held_out = recording.name not in fitted
         if isinstance(recording, RecordedTable):
             tables.append(diagnosed_table(recording, before, after, used, held_out))
         else:

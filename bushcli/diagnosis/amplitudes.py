@@ -29,14 +29,7 @@ _FACTORS = {"peak": 0.5, "double": 2.0}
 def amplitude_faults(search: Search, crew: Workers) -> tuple[DataFault, ...]:
     """Return tables whose amplitudes are probably others than were read, each with its probability.
 
-    Only where rubber that amplitude thins is in the answer, and there is time left.
-
-    Parameters
-    ----------
-    search : Search
-        Which has ended.
-    crew : Workers
-        Runs the fits.
+    Only where rubber that amplitude thins is in the answer of the search, which has ended, and there is time left.
     """
     problem = search.problem
     thinned = [
@@ -61,13 +54,11 @@ def amplitude_faults(search: Search, crew: Workers) -> tuple[DataFault, ...]:
     odds = np.array([WRONG / (1.0 - WRONG) * math.exp(min(log - own, 20.0)) for log in logs[1:]])
     probability = odds / (1.0 + odds.sum())
     faults = []
-    for table in dict.fromkeys(table.name for reading in readings for table in reading):
-        wrong = [any(one.name == table for one in reading) for reading in readings]
+    for table in {table.name: table for reading in readings for table in reading}.values():
+        wrong = [any(other.name == table.name for other in reading) for reading in readings]
         total = float(probability[wrong].sum())
         if total >= MENTIONED:
-            (recording,) = (one for one in problem.recordings if one.name == table)
-            assert isinstance(recording, RecordedTable)
-            faults.append(_fault(recording, total))
+            faults.append(_fault(table, total))
     return tuple(faults)
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,18 +12,15 @@ from bushcli.case import Case
 from bushcli.curve.earlier import earlier, not_from_rest
 from bushcli.curve.misfit import rms_percent
 from bushcli.diagnosis.posterior import SHOWN, WeighedModel
-from bushcli.diagnosis.result import (
-    SMALL,
-    DiagnosedChannel,
-    FormError,
-    RankedModel,
-    Verdict,
-)
+from bushcli.diagnosis.question import Question
+from bushcli.diagnosis.result import SMALL, DiagnosedChannel, Diagnosis, FormError, RankedModel, Verdict
 from bushcli.diagnosis.words import possible_shift
 from bushcli.effects.names import readable_name
+from bushcli.faults import masks
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.noise import Compared, noise_model
 from bushcli.mismatch.missing_force import describe_missing, missing_force
+from bushcli.mismatch.record import locate
 from bushcli.recording import Recording
 from bushcli.runtime.condition import Condition
 from bushcli.selection.model import Model
@@ -45,15 +43,7 @@ MEMORY, SWELLS = 6.0, 2.5
 
 
 def verdict(best: WeighedModel, plain: Model) -> Verdict:
-    """Return the verdict that the most probable model implies.
-
-    Parameters
-    ----------
-    best : WeighedModel
-        The most probable model.
-    plain : Model
-        The plain law.
-    """
+    """Return the verdict that the most probable model implies, beside the plain law."""
     if best.unknown:
         return "unexplained"
     if best.state.model.effects:
@@ -64,14 +54,7 @@ def verdict(best: WeighedModel, plain: Model) -> Verdict:
 
 
 def ranked_models(models: Sequence[WeighedModel], search: Search) -> tuple[RankedModel, ...]:
-    """Return all models that the report shows: the one of the verdict, then the others, the most probable first.
-
-    Parameters
-    ----------
-    models : sequence of WeighedModel
-        The most probable one first.
-    search : Search
-    """
+    """Return the models that the report shows: the first, which gave the verdict, then the others by probability."""
     base = search.plain.evidence.log
     best, *others = models
     return tuple(
@@ -97,20 +80,9 @@ def ranked_models(models: Sequence[WeighedModel], search: Search) -> tuple[Ranke
 def diagnosed_channel(
     recording: Recording, before: Array, after: Array, sigma: float, used: NDArray[np.bool_], held_out: bool
 ) -> DiagnosedChannel:
-    """Return a recording with its simulations by the plain law and by the most probable model.
+    """Return a recording (n samples) with its simulations by the plain law and by the most probable model.
 
-    Parameters
-    ----------
-    recording : Recording
-    before : (n,) array
-        Force of the plain law, N or N mm.
-    after : (n,) array
-        Force of the most probable model, N or N mm.
-    sigma : float
-        Standard deviation of the noise, N or N mm.
-    used : (n,) array of bool
-        Samples that count.
-    held_out : bool
+    `sigma` is the standard deviation of the noise, in the unit of the force; the samples `used` count.
     """
 
     def percent(force: Array) -> float:
@@ -134,16 +106,7 @@ def diagnosed_channel(
 
 
 def form_error(best: WeighedModel, plain: State, compared: Sequence[Compared]) -> FormError:
-    """Return the form error assumed for the most probable model; with unknown physics the size of that.
-
-    Parameters
-    ----------
-    best : WeighedModel
-        The most probable model.
-    plain : State
-        The plain law.
-    compared : sequence of Compared
-    """
+    """Return the form error assumed for the most probable model; with unknown physics the size of that."""
     likelihood, judged = plain.problem.likelihood, best.state.evidence.judgement
     if best.unknown:
         return _unknown_force(compared, likelihood.features)
@@ -176,23 +139,50 @@ def _unknown_force(compared: Sequence[Compared], features: Sequence[Features]) -
     return FormError(0.0, percent, min(1.0, max(0.0, explained / excess)) if excess > 0.0 else 1.0)
 
 
+def refusal(question: Question, seconds: float) -> Diagnosis:
+    """Return the verdict "faulty_data" with the faults and their remedies, without a simulation.
+
+    The channels have their recordings and NaN in place of simulated forces. A law from coupons has its parameters, one
+    that would be fitted to the recordings has none.
+    """
+    fitted = question.plain.fixed
+    law = question.material if fitted else replace(question.material, parameters={})
+    names = [recording.name for recording in question.recordings]
+    channels = []
+    for recording in question.whole:
+        if recording.kind == "static":
+            used = ~masks(question.faults, recording)
+            none = np.full(len(recording.force), np.nan)
+            sigma = noise_model(recording, used).sigma
+            channels.append(
+                diagnosed_channel(recording, none, none, sigma, used, recording.name not in names)
+            )
+    return Diagnosis(
+        case=question.case,
+        verdict="faulty_data",
+        asked=question.requested,
+        law_from=question.law_from,
+        law_fixed=fitted,
+        plain=law,
+        material=law,
+        form_error=FormError(np.nan, {}, np.nan),
+        searched=SearchExtent(False, 1.0, "faulty data", (), (), {}),
+        channels=tuple(channels),
+        location=locate(()),
+        remaining=locate(()),
+        faults=question.faults,
+        conditions=question.unusual,
+        seconds=seconds,
+    )
+
+
 # -- doubts --------------------------------------------------------------------------------------------------------
 
 
 def search_extent(
     search: Search, ended: Ended, undetected: Mapping[str, str], probability: Mapping[str, float]
 ) -> SearchExtent:
-    """Return the extent of the search.
-
-    Parameters
-    ----------
-    search : Search
-    ended : Ended
-    undetected : mapping of str to str
-        Effects that may be there unnoticed, and why.
-    probability : mapping of str to float
-        Of each effect, dimensionless from 0 to 1: what is probable is not unnoticed.
-    """
+    """Return the extent of the search; an undetected effect that is probable (0 to 1) is not unnoticed."""
     unnoticed = {name: why for name, why in undetected.items() if probability.get(name, 0.0) < SMALL}
     return SearchExtent(
         ended == "nothing left",
@@ -211,42 +201,34 @@ def doubts(
     problem: CommonData,
     extent: SearchExtent,
 ) -> list[Condition]:
-    """Return what is doubtful about a diagnosis, as conditions with a remedy.
+    """Return what is doubtful about a diagnosis, as conditions with a remedy."""
+    return [
+        *_recording_doubts(case, channels),
+        *_unrelaxed_start(best, problem),
+        *_long_memory(best, problem),
+        *_held_out(channels),
+        *_search_doubts(best, extent),
+    ]
 
-    Parameters
-    ----------
-    case : Case
-    channels : sequence of DiagnosedChannel
-    best : WeighedModel
-        The most probable model.
-    problem : CommonData
-    extent : SearchExtent
-        Extent of the search.
-    """
-    conditions = []
+
+def _recording_doubts(case: Case, channels: Sequence[DiagnosedChannel]) -> Iterator[Condition]:
+    """Yield doubts about the effects of the case and the noise of its recordings."""
     if case.effects:
         names = ", ".join(readable_name(effect.name) for effect in case.effects)
-        conditions.append(
-            Condition(
-                "effects_of_the_case",
-                f"the effects in the case file ({names}) are not used: a diagnosis begins with the law alone and "
-                "looks for these effects as for all others",
-                "nothing to do if the diagnosis finds them; bushcli inverse identifies the law together with them",
-            )
+        yield Condition(
+            "effects_of_the_case",
+            f"the effects in the case file ({names}) are not used: a diagnosis begins with the law alone and "
+            "looks for these effects as for all others",
+            "nothing to do if the diagnosis finds them; bushcli inverse identifies the law together with them",
         )
     loud = [channel for channel in channels if channel.noise_percent > LOUD]
     if loud:
         sizes = ", ".join(f"{channel.name} {channel.noise_percent:.0f} %" for channel in loud)
-        conditions.append(
-            Condition(
-                "loud_noise",
-                f"the noise is large compared with the force range ({sizes}): smaller deviations cannot be detected",
-                "record more samples on every branch, or reduce the noise (estimated from neighbouring samples)",
-            )
+        yield Condition(
+            "loud_noise",
+            f"the noise is large compared with the force range ({sizes}): smaller deviations cannot be detected",
+            "record more samples on every branch, or reduce the noise (estimated from neighbouring samples)",
         )
-    conditions += _unrelaxed_start(best, problem)
-    conditions += _long_memory(best, problem)
-    return [*conditions, *_held_out(channels), *_search_doubts(best, extent)]
 
 
 def _unrelaxed_start(best: WeighedModel, problem: CommonData) -> list[Condition]:
@@ -261,12 +243,11 @@ def _unrelaxed_start(best: WeighedModel, problem: CommonData) -> list[Condition]
     return [not_from_rest(name, before) for name, before in known if before is not None]
 
 
-def _long_memory(best: WeighedModel, problem: CommonData) -> list[Condition]:
-    """Return a doubt about noise that short windows of a recording do not show, and that the misfit alone suggests.
+def _long_memory(best: WeighedModel, problem: CommonData) -> Iterator[Condition]:
+    """Yield a doubt about noise that short windows of a recording do not show, and that the misfit alone suggests.
 
     Such noise and physics that changes slowly leave the same misfit along each branch.
     """
-    conditions = []
     for channel, used, smooth in zip(
         problem.compared_recordings(best.state.fitted.simulated),
         problem.used,
@@ -284,78 +265,62 @@ def _long_memory(best: WeighedModel, problem: CommonData) -> list[Condition]:
         if channel.recording.time is not None:
             memory += f" ({channel.noise.correlation_time * float(np.median(np.diff(channel.recording.time))):.2g} s)"
         like = "".join(f" ({text})" for text in describe_missing([channel], [smooth], 0.0, 0.0).text[:1])
-        conditions.append(
-            Condition(
-                "noise_with_memory",
-                f"{channel.name}: the misfit of the plain law is taken for noise of "
-                f"{percent * channel.noise.sigma:.2g} % of the force range that is correlated over {memory}; windows "
-                f"of some 24 samples show noise of {percent * before.sigma:.2g} %. Physics that changes slowly would "
-                f"leave the same misfit{like}",
-                "compare with the noise of the sensors at rest; if it is smaller, something slow is missing, and the "
-                "probabilities are those of a recording with this noise",
-            )
+        yield Condition(
+            "noise_with_memory",
+            f"{channel.name}: the misfit of the plain law is taken for noise of "
+            f"{percent * channel.noise.sigma:.2g} % of the force range that is correlated over {memory}; windows "
+            f"of some 24 samples show noise of {percent * before.sigma:.2g} %. Physics that changes slowly would "
+            f"leave the same misfit{like}",
+            "compare with the noise of the sensors at rest; if it is smaller, something slow is missing, and the "
+            "probabilities are those of a recording with this noise",
         )
-    return conditions
 
 
-def _held_out(channels: Sequence[DiagnosedChannel]) -> list[Condition]:
-    """Return a doubt about channels that took no part in the fits and that the most probable model misses."""
+def _held_out(channels: Sequence[DiagnosedChannel]) -> Iterator[Condition]:
+    """Yield a doubt about channels that took no part in the fits and that the most probable model misses."""
     missed = [
         channel
         for channel in channels
         if channel.held_out and channel.after_percent > max(MISSED, 3 * channel.noise_percent)
     ]
-    if not missed:
-        return []
-    sizes = ", ".join(
-        f"{channel.name} by {channel.after_percent:.2g} %, noise {channel.noise_percent:.2g} %"
-        for channel in missed
-    )
-    return [
-        Condition(
+    if missed:
+        sizes = ", ".join(
+            f"{channel.name} by {channel.after_percent:.2g} %, noise {channel.noise_percent:.2g} %"
+            for channel in missed
+        )
+        yield Condition(
             "held_out_missed",
             f"the most probable model misses what was held out ({sizes} of the force range)",
             "do not rely on the diagnosis for that channel: diagnose all channels together, without --hold-out",
         )
-    ]
 
 
-def _search_doubts(best: WeighedModel, extent: SearchExtent) -> list[Condition]:
-    """Return what is doubtful about the search."""
-    conditions = []
+def _search_doubts(best: WeighedModel, extent: SearchExtent) -> Iterator[Condition]:
+    """Yield what is doubtful about the search."""
     if not best.state.fitted.converged:
-        conditions.append(
-            Condition(
-                "not_converged",
-                "the fit of the most probable model ended before it had converged",
-                "give other start values in [material.parameters]",
-            )
+        yield Condition(
+            "not_converged",
+            "the fit of the most probable model ended before it had converged",
+            "give other start values in [material.parameters]",
         )
     if extent.not_simulated:
         names = ", ".join(readable_name(name) for name in extent.not_simulated)
-        conditions.append(
-            Condition(
-                "not_simulated",
-                f"the bushing cannot be simulated with {names}: nothing is known of these effects",
-                "do not take them as ruled out; check that [geometry] and the displacement have the right units and "
-                "that the bushing can travel so far",
-            )
+        yield Condition(
+            "not_simulated",
+            f"the bushing cannot be simulated with {names}: nothing is known of these effects",
+            "do not take them as ruled out; check that [geometry] and the displacement have the right units and "
+            "that the bushing can travel so far",
         )
     if extent.lost:
-        conditions.append(
-            Condition(
-                "models_lost",
-                f"{len(extent.lost)} models could not be solved from any start and have no probability: "
-                + "; ".join(extent.lost),
-                "do not take them as ruled out: the recordings exclude none of them",
-            )
+        yield Condition(
+            "models_lost",
+            f"{len(extent.lost)} models could not be solved from any start and have no probability: "
+            + "; ".join(extent.lost),
+            "do not take them as ruled out: the recordings exclude none of them",
         )
     if extent.ended == "budget":
-        conditions.append(
-            Condition(
-                "budget",
-                f"the time limit was reached: {possible_shift(extent.left)}",
-                "give a larger --budget; with -o DIR, --resume continues this run",
-            )
+        yield Condition(
+            "budget",
+            f"the time limit was reached: {possible_shift(extent.left)}",
+            "give a larger --budget; with -o DIR, --resume continues this run",
         )
-    return conditions

@@ -18,7 +18,6 @@ from typing import cast
 from bushcli.case import Case, Material
 from bushcli.diagnosis import answer, values
 from bushcli.diagnosis.aftermath import Extras, before_and_after, calibrated_curves, share_left
-from bushcli.diagnosis.faulty import refusal
 from bushcli.diagnosis.posterior import (
     WeighedModel,
     credible_sets,
@@ -53,29 +52,18 @@ from cases.interrupt import is_interrupt
 
 @dataclass(frozen=True)
 class _Outcome:
-    """Result of the search.
-
-    Attributes
-    ----------
-    search : Search
-    ended : Ended
-        Why the search ended.
-    models : tuple of WeighedModel
-        The most probable one first.
-    plain : Fitted
-        The plain law, fitted as accurately as by `bushcli inverse` unless the user stopped the calculation.
-    interrupted : list of Condition
-        What to report if the user stopped it.
-    unnoticed : dict of str to str
-        Effects that may be there unnoticed, and why.
-    """
+    """Result of the search, its most probable model first, and what follows from it."""
 
     search: Search
     ended: Ended
-    models: tuple[WeighedModel, ...]
-    plain: Fitted
-    interrupted: list[Condition]
+    # Effects that may be there unnoticed, and why.
     unnoticed: dict[str, str]
+    models: tuple[WeighedModel, ...]
+    # The plain law, fitted as accurately as by `bushcli inverse` unless the user stopped the calculation.
+    plain: Fitted
+    # What to report if the user stopped it.
+    interrupted: list[Condition]
+    extras: Extras
 
 
 def diagnose(
@@ -134,14 +122,12 @@ def diagnose(
     for fault in asked.faults:
         notify("data", fault.channel, fault.where)
     if asked.fatal:
-        return refusal(asked, time.perf_counter() - start)
-    store, deadline = (
-        _open_store(journal, resume, notify),
-        start + (float("inf") if budget is None else budget),
-    )
+        return answer.refusal(asked, time.perf_counter() - start)
+    store = _open_store(journal, resume, notify)
+    deadline = start + (float("inf") if budget is None else budget)
     with Workers(workers, store, executor, cache).open() as crew:
-        outcome, extras = _calculate(asked, crew, cache, uniform, deadline, maps, notify)
-    return _with_notes(_answer(asked, outcome, extras, cache), store, start, notify)
+        outcome = _calculate(asked, crew, cache, uniform, deadline, maps, notify)
+    return _with_notes(_answer(asked, outcome, cache), store, start, notify)
 
 
 def _calculate(
@@ -152,32 +138,22 @@ def _calculate(
     deadline: float,
     maps: bool,
     notify: Progress,
-) -> tuple[_Outcome, Extras]:
-    """Return what the search finds, and the next test and the maps.
-
-    Parameters
-    ----------
-    question : Question
-    crew : Workers
-    cache : ModelCache
-    uniform : bool
-        All effects have the same prior odds.
-    deadline : float
-        Reading of `time.perf_counter` at which the search ends.
-    maps : bool
-    notify : callable
-    """
+) -> _Outcome:
+    """Return the fitted models, the next test and the maps; no fit begins after `deadline` of `time.perf_counter`."""
     notify("fit", question.plain.law, "the plain law")
     rough = _fit_before_noise(question, crew)
     problem, state = pose_problem(question.bare, rough, question.recordings, question.used, crew, cache)
     search = Search(problem, crew, state, question.effects, uniform, deadline, notify)
     # Asked now: a second process has nothing else to do before the first effects are tried.
-    law_alone = _LawAlone(crew, search, question.plain)
-    outcome = _search(question, search, rough, law_alone)
-    extras = Extras()
-    if not outcome.interrupted:
-        extras.make(search, outcome.plain, outcome.models, crew, cache, maps)
-    return outcome, extras
+    law_alone = _LawAlone(search, question.plain)
+    ended, unnoticed, interrupted = _run(search)
+    models, plain, extras = posterior(search), rough, Extras()
+    if not interrupted:
+        best, plain, interrupted = _finish(models[0], rough, law_alone, search)
+        models = (best, *models[1:])
+    if not interrupted:
+        extras.make(search, plain, models, crew, cache, maps)
+    return _Outcome(search, ended, unnoticed, models, plain, interrupted, extras)
 
 
 def _fit_before_noise(question: Question, crew: Workers) -> Fitted:
@@ -196,24 +172,18 @@ def _fit_before_noise(question: Question, crew: Workers) -> Fitted:
 
 
 class _LawAlone:
-    """The plain law's fit as by `bushcli inverse`, which another process may do beside the search.
+    """The plain law's fit as by `bushcli inverse`, which another process may do beside the search."""
 
-    Parameters
-    ----------
-    crew : Workers
-    search : Search
-    chosen : Model
-        The plain law with its start values.
-    """
-
-    def __init__(self, crew: Workers, search: Search, chosen: Model) -> None:
-        self._crew, self._search, self.chosen = crew, search, chosen
+    def __init__(self, search: Search, chosen: Model) -> None:
+        self._search, self.chosen = search, chosen
         self._ask()
 
     def _ask(self) -> None:
         fitted = self._search.states.get(self.chosen.structure, self._search.plain).fitted
         self._known = dict(zip(fitted.names, map(float, fitted.x), strict=True))
-        self._answer = self._crew.ask(fit_plain, (self._search.problem.case, self.chosen, self._known))
+        self._answer = self._search.workers.ask(
+            fit_plain, (self._search.problem.case, self.chosen, self._known)
+        )
 
     def fit(self) -> Fitted | None:
         """Return the fit; it is done again where the search has found other values meanwhile."""
@@ -223,20 +193,10 @@ class _LawAlone:
         return cast("Fitted | None", self._answer())
 
 
-def _search(question: Question, search: Search, rough: Fitted, law_alone: _LawAlone) -> _Outcome:
-    """Search, and compute the posterior of the models."""
-    ended, unnoticed, interrupted = _run(search, search.workers)
-    models, plain = posterior(search), rough
-    if not interrupted:
-        best, plain, interrupted = _finish(models[0], rough, law_alone, search)
-        models = (best, *models[1:])
-    return _Outcome(search, ended, models, plain, interrupted, unnoticed)
-
-
-def _answer(question: Question, outcome: _Outcome, extras: Extras, cache: ModelCache) -> Diagnosis:
+def _answer(question: Question, outcome: _Outcome, cache: ModelCache) -> Diagnosis:
     """Return the result that follows from the posterior."""
     search, models, best, plain = outcome.search, outcome.models, outcome.models[0], outcome.plain
-    problem = search.problem
+    problem, extras = search.problem, outcome.extras
     before = problem.compared_recordings(plain.simulated)
     after = problem.compared_recordings(best.state.fitted.simulated)
     probability = probabilities(models, [effect.name for effect in question.effects])
@@ -293,24 +253,20 @@ def _answer(question: Question, outcome: _Outcome, extras: Extras, cache: ModelC
 def _with_notes(diagnosis: Diagnosis, store: Store | None, start: float, notify: Progress) -> Diagnosis:
     """Add the time spent, and what became of the saved results: how many were used, damaged, or cannot be saved."""
     conditions = list(diagnosis.conditions)
-    if store is not None and store.resumes:
-        notify("resume", store.folder.name, f"{len(store.used)} of {store.there} saved results were used")
-    if store is not None and store.damaged:
-        conditions.append(history_damaged(store.damaged))
-    if store is not None and (failure := store.failure()):
-        conditions.append(history_not_saved(failure))
+    if store is not None:
+        if store.resumes:
+            notify("resume", store.folder.name, f"{len(store.used)} of {store.there} saved results were used")
+        if store.damaged:
+            conditions.append(history_damaged(store.damaged))
+        if failure := store.failure():
+            conditions.append(history_not_saved(failure))
     return replace(diagnosis, conditions=tuple(conditions), seconds=time.perf_counter() - start)
 
 
 def _open_store(journal: Path | None, resume: bool | None, notify: Progress) -> Store | None:
     """Open the folder of results, and say whether those of an earlier run are used, replaced, or missing.
 
-    Parameters
-    ----------
-    journal : Path or None
-    resume : bool or None
-        None as True, without a word if there are none.
-    notify : callable
+    To resume is as True with None, but without a word if there are none.
     """
     if journal is None:
         return None
@@ -326,7 +282,7 @@ def _open_store(journal: Path | None, resume: bool | None, notify: Progress) -> 
     return store
 
 
-def _run(search: Search, crew: Workers) -> tuple[Ended, dict[str, str], list[Condition]]:
+def _run(search: Search) -> tuple[Ended, dict[str, str], list[Condition]]:
     """Run the search; return why it ended, effects that may be there unnoticed, a condition if it was interrupted."""
     unnoticed: dict[str, str] = {}
     try:
@@ -336,7 +292,7 @@ def _run(search: Search, crew: Workers) -> tuple[Ended, dict[str, str], list[Con
     except BaseException as error:
         if not is_interrupt(error) or not search.states:
             raise
-        crew.stop()
+        search.workers.stop()
         message = f"interrupted during the search: {possible_shift(search.share_left)}"
         return "interrupted", {}, [Condition("interrupted", message, CONTINUE)]
     return ended, unnoticed, []

@@ -15,7 +15,7 @@ doi:10.1214/ss/1009212519.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -46,7 +46,6 @@ class Component:
         Probability of the model.
     value, std : float
         In the unit of the parameter.
-    is_logarithmic : bool
     """
 
     weight: float
@@ -79,13 +78,7 @@ class Component:
 
 
 def interval(components: Sequence[Component]) -> tuple[float, float]:
-    """Return the 95 % interval of the mean of several posteriors.
-
-    Parameters
-    ----------
-    components : sequence of Component
-        One at least; their weights need not add up to one.
-    """
+    """Return the 95 % interval of the mean of several posteriors; their weights need not add up to one."""
     total = sum(component.weight for component in components)
     seen = [component for component in components if component.weight > SEEN * total] or list(components)
     total = sum(component.weight for component in seen)
@@ -94,47 +87,31 @@ def interval(components: Sequence[Component]) -> tuple[float, float]:
     if not high > low:
         return low, high
 
-    def quantile(probability: float) -> float:
-        return float(
-            brentq(
-                lambda value: (
-                    sum(component.weight * component.below(value) for component in seen) / total - probability
-                ),
-                low,
-                high,
-            )
-        )
+    def below(value: float) -> float:
+        return sum(component.weight * component.below(value) for component in seen) / total
 
-    return quantile(TAIL), quantile(1.0 - TAIL)
+    lower, upper = (
+        float(brentq(lambda value, tail=tail: below(value) - tail, low, high)) for tail in (TAIL, 1.0 - TAIL)
+    )
+    return lower, upper
 
 
 def components(
     parameter: str, models: Sequence[WeighedModel], law: str = "", effect: str = ""
 ) -> list[Component]:
-    """Return the posterior of a fitted parameter in every model that has it.
+    """Return the posterior of a fitted parameter in every model that has it; the most probable model is the first.
 
-    Parameters
-    ----------
-    parameter : str
-        Its name in the law, or in the effect of the first model.
-    models : sequence of WeighedModel
-        The most probable one first.
-    law : str
-        Name of the law, if the parameter is one of a law.
-    effect : str
-        Identity of the effect otherwise: the gain error of one channel is not that of another.
+    The parameter has its name in the law `law`, or in the effect of identity `effect`: the gain error of one channel is
+    not that of another.
     """
     posterior = []
     active = next((own for own in models[0].state.fitted.model.effects if own.identity == effect), None)
     for model in models:
-        fitted = model.state.fitted
-        same = next((own for own in fitted.model.effects if own.identity == effect), None)
-        name = parameter
+        fitted, name = model.state.fitted, parameter
         if not law:
+            same = next((own for own in fitted.model.effects if own.identity == effect), None)
             name = "" if active is None or same is None else _counterpart(parameter, active, same)
-        if model.predicted is not None or name not in fitted.names:
-            continue
-        if law and fitted.model.law != law:
+        if model.predicted is not None or name not in fitted.names or law not in ("", fitted.model.law):
             continue
         known = model.state.priors.get(name)
         i = fitted.names.index(name)
@@ -169,20 +146,17 @@ def scanned_interval(
 ) -> tuple[float, float]:
     """Return the 95 % interval of a value that is scanned because it changes the mesh.
 
-    Each value of the scan represents the range up to the geometric means with its neighbours.
-
-    Parameters
-    ----------
-    active : ActiveEffect
-        The effect, with the value of the most probable model.
-    parameter : EffectParameter
-    models : sequence of WeighedModel
+    Each value of the scan represents the range up to the geometric means with its neighbours; `active` has the value of
+    the most probable model.
     """
-    name, share = active.full_name(parameter), _shares(active, parameter, models)
+    name, share = active.full_name(parameter), dict[float, float]()
+    for model in models:
+        value = model.model.values.get(name)
+        if value is not None:
+            share[float(value)] = share.get(float(value), 0.0) + model.probability
     points = sorted({*map(float, parameter.scan), *share, float(active.values[parameter.name])})
     if len(points) < 2:
-        value = float(active.values[parameter.name])
-        return value, value
+        return points[0], points[0]
     edges = [math.sqrt(a * b) for a, b in pairwise(points)]
     edges = [points[0] ** 2 / edges[0], *edges, points[-1] ** 2 / edges[-1]]
     total = sum(share.values())
@@ -199,15 +173,3 @@ def scanned_interval(
         return float(edges[-1])
 
     return quantile(TAIL), quantile(1.0 - TAIL)
-
-
-def _shares(
-    active: ActiveEffect, parameter: EffectParameter, models: Sequence[WeighedModel]
-) -> Mapping[float, float]:
-    """Probability of each value of a parameter over the models that have it."""
-    name, shares = active.full_name(parameter), dict[float, float]()
-    for model in models:
-        value = model.model.values.get(name)
-        if value is not None:
-            shares[float(value)] = shares.get(float(value), 0.0) + model.probability
-    return shares

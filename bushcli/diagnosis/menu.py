@@ -75,14 +75,8 @@ def menu(
 ) -> tuple[Proposal, ...]:
     """Return the candidates for the next recording.
 
-    Parameters
-    ----------
-    amplitudes : mapping
-        Mode -> largest displacement that may be proposed, mm or rad, for every mode that can be tested.
-    rate : mapping
-        Mode -> an ordinary rate, mm/s or rad/s.
-    mounted : sequence of str
-        Modes that have been recorded, which need no remounting.
+    `amplitudes` and `rate` give the largest displacement that may be proposed (mm or rad) and an ordinary rate (mm/s or
+    rad/s) for every mode that can be tested; those that are `mounted` have been recorded and need no remounting.
     """
     proposals: list[Proposal] = []
     for channel, a in amplitudes.items():
@@ -95,36 +89,19 @@ def menu(
             ways = zip(points[:-1], points[1:], rates, strict=True)
             seconds = sum(abs(end - start) / speed for start, end, speed in ways) + sum(holds)
             cost = SET_UP + extra + seconds / 60.0
-            proposals.append(
-                Proposal(
-                    f"{channel}, {text.format(a='the largest amplitude')}",
-                    channel,
-                    points,
-                    rates,
-                    holds,
-                    cost,
-                )
-            )
+            proposals.append(Proposal(f"{channel}, {text}", channel, points, rates, holds, cost))
     return tuple(sorted(proposals, key=lambda proposal: (proposal.cost, proposal.name)))
 
 
 def _plans(
     a: float, v: float
 ) -> tuple[tuple[str, tuple[float, ...], tuple[float, ...], tuple[float, ...]], ...]:
-    """Return programs: a name, the points on the way, the rate of each way, and the hold at each point.
-
-    Parameters
-    ----------
-    a : float
-        Largest displacement, mm or rad.
-    v : float
-        An ordinary rate, mm/s or rad/s.
-    """
+    """Return programs to `a` (mm or rad) at a rate `v`: name, points, rate of each way, and hold at each point."""
     slow, fast = v / 10.0, v * 10.0
     minute, long = 60.0, 600.0
     return (
-        ("once to {a} and back", (0.0, a, 0.0), (v, v), (0.0, 0.0, 0.0)),
-        ("once to {a} and back, ten times as fast", (0.0, a, 0.0), (fast, fast), (0.0, 0.0, 0.0)),
+        ("once to the largest amplitude and back", (0.0, a, 0.0), (v, v), (0.0, 0.0, 0.0)),
+        ("once to the largest amplitude and back, ten times as fast", (0.0, a, 0.0), (fast,) * 2, (0.0,) * 3),
         ("to both sides", (0.0, a, -a, 0.0), (v, v, v), (0.0,) * 4),
         ("twice to the same amplitude", (0.0, a, 0.0, a, 0.0), (v,) * 4, (0.0,) * 5),
         (

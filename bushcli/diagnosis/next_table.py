@@ -152,23 +152,9 @@ def _range(frequency: Array, unit: str) -> str:
 
 
 def expected_table(
-    cache: ModelCache,
-    case: Case,
-    model: Model,
-    known: tuple[tuple[str, ...], Array],
-    proposal: TableProposal,
+    cache: ModelCache, case: Case, model: Model, known: tuple[tuple[str, ...], Array], proposal: TableProposal
 ) -> ExpectedTable | None:
-    """Return what a rival predicts of a table; None where it cannot be solved.
-
-    Parameters
-    ----------
-    cache : ModelCache
-    case : Case
-    model : Model
-    known : tuple
-        Names of the parameters, and a square root of their posterior covariance, shape (p, p).
-    proposal : TableProposal
-    """
+    """Return what a rival predicts of a table, `known` as for `expected_curve`; None if it cannot be solved."""
     names, root = known
     if proposal.table.name not in {table.label for table in case.dynamic}:
         # Another mode has a rig of its own, of which the recordings say nothing.
@@ -187,13 +173,8 @@ def expected_table(
 def rows(expected: ExpectedTable, at: Complex, errors: tuple[float, float]) -> tuple[Array, Array, Array]:
     """Return samples, their spread, and the part of them that formulas of effects may have wrong, over the noise.
 
-    Parameters
-    ----------
-    expected : ExpectedTable
-    at : shape (n,)
-        K* of one of the rivals, to which all are relative.
-    errors : (float, float)
-        Standard errors of ln |K*| and of the loss angle, rad.
+    All are relative to K* `at` (n,) of one rival; `errors` are the standard errors of ln |K*| and of the loss angle,
+    rad.
     """
 
     def over(values: Complex) -> Array:
@@ -205,10 +186,6 @@ def rows(expected: ExpectedTable, at: Complex, errors: tuple[float, float]) -> t
 
 def noise_of(problem: CommonData) -> tuple[float, float]:
     """Return the standard errors of ln |K*| and of the loss angle (rad), the means of the tables."""
-    all_errors = [
-        recording.errors.mean(axis=1)
-        for recording in problem.recordings
-        if isinstance(recording, RecordedTable)
-    ]
-    size, angle = np.mean(all_errors, axis=0)
+    tables = [recording for recording in problem.recordings if isinstance(recording, RecordedTable)]
+    size, angle = np.mean([table.errors.mean(axis=1) for table in tables], axis=0)
     return float(size), float(angle)

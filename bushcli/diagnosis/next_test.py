@@ -90,16 +90,7 @@ class ExpectedCurve:
 def next_test(
     problem: CommonData, rivals: Sequence[WeighedModel], workers: Workers, notify: Progress
 ) -> NextTest | None:
-    """Return the recording with the largest expected gain of information per minute; None where none is worth it.
-
-    Parameters
-    ----------
-    problem : CommonData
-    rivals : sequence of WeighedModel
-    workers : Workers
-    notify : callable
-        Called with the stage, its subject, and a text about it.
-    """
+    """Return the recording with the largest expected gain of information per minute; None where none is worth it."""
     chosen, weights = _rival_sets(rivals)
     if len(chosen) < 2:
         return None
@@ -184,22 +175,11 @@ def _spread(model: WeighedModel) -> tuple[tuple[str, ...], Array]:
 
 
 def expected_curve(
-    cache: ModelCache,
-    case: Case,
-    model: Model,
-    known: tuple[tuple[str, ...], Array],
-    proposal: Proposal,
+    cache: ModelCache, case: Case, model: Model, known: tuple[tuple[str, ...], Array], proposal: Proposal
 ) -> ExpectedCurve | None:
     """Return the curve that a rival predicts for a recording; None where it cannot be solved.
 
-    Parameters
-    ----------
-    cache : ModelCache
-    case : Case
-    model : Model
-    known : tuple
-        Names of the parameters, and a square root of their posterior covariance, shape (p, p).
-    proposal : Proposal
+    `known` has the names of the parameters and a square root of their posterior covariance, shape (p, p).
     """
     whole, law_alone = (
         _simulation(cache, case, variant, proposal) for variant in (model, replace(model, effects=()))
@@ -225,13 +205,10 @@ def _simulation(cache: ModelCache, case: Case, model: Model, proposal: Proposal)
     # A recording of this mode is made on the same rig as the present recordings of it. Another mode has a rig of its
     # own, with another load cell, of which the recordings say nothing.
     labels = [recording.label for recording in case.recordings if recording.mode == proposal.channel]
-    effects = (
-        model.effects if labels else [active for active in model.effects if not active.effect.of_channel]
-    )
-    names = labels or [proposal.channel]
+    effects = [active for active in model.effects if labels or not active.effect.of_channel]
     acting_effects = {
         active.identity: active
-        for name in names
+        for name in labels or [proposal.channel]
         for active in effects_on_channel(effects, name, proposal.channel)
     }
     return Simulation(
@@ -249,14 +226,7 @@ def _simulation(cache: ModelCache, case: Case, model: Model, proposal: Proposal)
 
 
 def distance(right: ExpectedCurve, other: ExpectedCurve, sigma: float) -> float:
-    """Return the Bhattacharyya distance of two predictions with their uncertainty.
-
-    Parameters
-    ----------
-    right, other : ExpectedCurve
-    sigma : float
-        Standard deviation of the noise, N or N mm.
-    """
+    """Return the Bhattacharyya distance of two predictions with their uncertainty; `sigma` of the noise, N or N mm."""
     difference = (right.force - other.force) / sigma
     spread = np.hstack([right.spread, other.spread]) / sigma
     signal = float(np.sum((right.force / sigma) ** 2))
@@ -312,41 +282,25 @@ def _test(
 ) -> NextTest:
     names = [(_name(a, phrase), _name(b, phrase)) for a, b in pairs]
     separates = tuple((_name(a, readable_name), _name(b, readable_name)) for a, b in pairs)
+    rates: tuple[float, ...] = ()
+    holds: tuple[float, ...] = ()
+    levels: list[tuple[float, ...]] = []
     if isinstance(proposal, TableProposal):
         table = proposal.table
-        levels = [
+        points, *levels = (
             tuple(map(float, np.unique(values[np.isfinite(values)])))
             for values in (table.preload, table.frequency, table.amplitude, table.temperature)
-        ]
-        text = f"a table of dynamic stiffness: {proposal.text}{_gains(proposal.cost, names)}"
-        return NextTest(
-            proposal.name,
-            proposal.channel,
-            levels[0],
-            (),
-            (),
-            proposal.cost,
-            bits,
-            possible,
-            separates,
-            text,
-            *levels[1:],
         )
-    return NextTest(
-        name=proposal.name,
-        channel=proposal.channel,
-        points=proposal.points,
-        rates=proposal.rates,
-        holds=proposal.holds,
-        minutes=proposal.cost,
-        information=bits,
-        possible=possible,
-        separates=separates,
-        text=_words(proposal, names),
-    )
+        text = f"a table of dynamic stiffness: {proposal.text}"
+    else:
+        points, rates, holds = proposal.points, proposal.rates, proposal.holds
+        text = _words(proposal)
+    cost, name, channel = proposal.cost, proposal.name, proposal.channel
+    text += _gains(cost, names)
+    return NextTest(name, channel, points, rates, holds, cost, bits, possible, separates, text, *levels)
 
 
-def _words(proposal: Proposal, pairs: Sequence[tuple[str, str]]) -> str:
+def _words(proposal: Proposal) -> str:
     mode = modes()[proposal.channel]
     unit, factor = (" deg", 180.0 / np.pi) if mode.rotational else (" mm", 1.0)
     if mode.specimen == "coupon":
@@ -358,17 +312,14 @@ def _words(proposal: Proposal, pairs: Sequence[tuple[str, str]]) -> str:
     text = f"{proposal.channel} through {points}{unit} at {' and '.join(f'{v:g}' for v in rates)}{speed}"
     if holds:
         text += f", holding for {' and '.join(f'{h:g}' for h in holds)} s"
-    return f"{text}{_gains(proposal.cost, pairs)}"
+    return text
 
 
 def _gains(cost: float, pairs: Sequence[tuple[str, str]]) -> str:
     """Return the cost of a test and what it would distinguish, for the end of a sentence."""
-    gain = "; ".join(f"{a} from {b}" for a, b in pairs)
-    gain = (
-        f"it would distinguish {gain}"
-        if gain
-        else "it would not settle the question, but is the most informative of the possible tests"
-    )
+    gain = "it would not settle the question, but is the most informative of the possible tests"
+    if pairs:
+        gain = f"it would distinguish {'; '.join(f'{a} from {b}' for a, b in pairs)}"
     return f" (about {cost:.0f} minutes with the set-up of the rig); {gain}."
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Literal
@@ -37,11 +37,8 @@ class WeighedModel:
 
     Attributes
     ----------
-    state : State
     unknown : bool
         Whether the unknown effect acts beside the model's own.
-    probability : float
-    log_evidence : float
     freed : bool
         Whether the law is identified from the recordings although coupons give one.
     predicted : Model, optional
@@ -93,9 +90,7 @@ def posterior(search: Search) -> tuple[WeighedModel, ...]:
     error of form of the others, with the probability of that (`resemblance`).
     """
     models = _weighed_models(search)
-    sets: dict[tuple[str, ...], float] = {}
-    for model in models:
-        sets[model.effects] = sets.get(model.effects, 0.0) + model.probability
+    sets = _set_probabilities(models)
     # Models with the same effects and different laws stand together, because the effects are the answer.
     models.sort(
         key=lambda model: (
@@ -110,6 +105,14 @@ def posterior(search: Search) -> tuple[WeighedModel, ...]:
     fitted = [model for model in models if model.predicted is None]
     best = next((model for model in fitted if model.kind == kind), fitted[0]).effects
     return tuple(sorted(models, key=lambda model: model.effects != best))
+
+
+def _set_probabilities(models: Iterable[WeighedModel]) -> dict[tuple[str, ...], float]:
+    """Return the probability of each set of effects."""
+    sets: dict[tuple[str, ...], float] = {}
+    for model in models:
+        sets[model.effects] = sets.get(model.effects, 0.0) + model.probability
+    return sets
 
 
 def _weighed_models(search: Search) -> list[WeighedModel]:
@@ -167,10 +170,6 @@ def run_with_shown(search: Search) -> Ended:
     """Search, then fit the models that the report shows; return why it ended.
 
     Such a fit may predict further models, which may matter: then the search goes on.
-
-    Parameters
-    ----------
-    search : Search
     """
     ended, tried = search.run(), set[Key]()
     while ended == "nothing left" and time.perf_counter() < search.deadline:
@@ -188,32 +187,23 @@ def unfitted_model(models: Sequence[WeighedModel], tried: Collection[Key] = ()) 
     """Return the most probable model of a set of effects that the report shows, and of which no model is fitted.
 
     Where errors of form resemble an effect, the model without it may have been abandoned by its fit, or never fitted.
-    How large such an error is, is known to first order only until then.
-
-    Parameters
-    ----------
-    models : sequence of WeighedModel
-    tried : collection of Key
-        Models that are not returned.
+    How large such an error is, is known to first order only until then. Those `tried` are not returned.
     """
     kind = _kind(models)
-    sets: dict[tuple[str, ...], list[WeighedModel]] = {}
-    for model in models:
-        sets.setdefault(model.effects, []).append(model)
-    total = {names: sum(model.probability for model in group) for names, group in sets.items()}
+    total = _set_probabilities(models)
     answer = max(
-        (names for names, group in sets.items() if group[0].kind == kind), key=lambda names: total[names]
+        (model.effects for model in models if model.kind == kind), key=lambda effects: total[effects]
     )
-    shown = [names for names in sorted(sets, key=lambda names: -total[names]) if total[names] >= MEMBER]
+    shown = [names for names in sorted(total, key=lambda names: -total[names]) if total[names] >= MEMBER]
     for names in (answer, *shown):
+        group = [model for model in models if model.effects == names]
         # A law without effects is fitted once more in any case, as `bushcli inverse` fits it.
-        fitted = [model.state for model in sets[names] if model.predicted is None]
+        fitted = [model.state for model in group if model.predicted is None]
         if any(state.fitted.converged or not state.model.effects for state in fitted):
             continue
-        best = max(sets[names], key=lambda model: model.probability)
+        best = max(group, key=lambda model: model.probability)
         if best.model.structure not in tried:
-            log = best.log_evidence
-            return Queued(best.model, best.state, log)
+            return Queued(best.model, best.state, best.log_evidence)
     return None
 
 
@@ -232,15 +222,7 @@ def _kind(models: Sequence[WeighedModel]) -> str:
 
 
 def probabilities(models: Sequence[WeighedModel], considered: Sequence[str]) -> dict[str, float]:
-    """Probability of each considered effect, of a law freed from the coupons, of the unknown effect, and of nothing.
-
-    Parameters
-    ----------
-    models : sequence of WeighedModel
-        The most probable one first.
-    considered : sequence of str
-        Names of the effects.
-    """
+    """Probability of each considered effect, of a law freed from the coupons, of the unknown effect, and of nothing."""
     free = (FREE_LAW,) if any(model.freed for model in models) else ()
     probability = {
         name: sum(model.probability for model in models if name in model.names)
@@ -252,11 +234,10 @@ def probabilities(models: Sequence[WeighedModel], considered: Sequence[str]) -> 
 
 def credible_sets(models: Sequence[WeighedModel]) -> list[tuple[str, ...]]:
     """The fewest sets of effects that hold 95 % of the posterior together, the most probable first."""
-    sets: dict[tuple[str, ...], float] = {}
-    for model in models:
-        sets[model.effects] = sets.get(model.effects, 0.0) + model.probability
     credible, total = [], 0.0
-    for names, probability in sorted(sets.items(), key=lambda item: (-item[1], item[0])):
+    for names, probability in sorted(
+        _set_probabilities(models).items(), key=lambda item: (-item[1], item[0])
+    ):
         credible.append(names)
         total += probability
         if total >= CREDIBLE:
@@ -269,13 +250,6 @@ def groups(models: Sequence[WeighedModel], probability: Mapping[str, float]) -> 
 
     Two effects belong together if two models of the credible set differ only in which of the two they have, and if
     each is probable enough to be named, or the two reach the probability of the credible set only together.
-
-    Parameters
-    ----------
-    models : sequence of WeighedModel
-        The most probable one first.
-    probability : mapping of str to float
-        Probability of each effect, 0 to 1.
     """
     held, chosen = 0.0, []
     for model in models:

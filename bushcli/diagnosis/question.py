@@ -89,24 +89,12 @@ class Question:
 
 
 def question(
-    case: Case,
-    model: str | None,
-    effects: Sequence[str] | None,
-    hold_out: Sequence[str],
-    tables: TableCache,
+    case: Case, model: str | None, effects: Sequence[str] | None, hold_out: Sequence[str], tables: TableCache
 ) -> Question:
     """Read the recordings, find their faults, and choose the law to begin with.
 
-    Parameters
-    ----------
-    case : Case
-    model : str or None
-        Law to begin with; the case's where None.
-    effects : sequence of str or None
-        Names of the effects to be considered; all where None.
-    hold_out : sequence of str
-        Names of channels that are left out of fits and evidence.
-    tables : TableCache
+    `model` is that law, the case's where None; `effects` are to be considered, all where None; the channels `hold_out`
+    are left out of fits and evidence.
 
     Raises
     ------
@@ -122,7 +110,13 @@ def question(
         for fault in table_faults(case.geometry, [recording.table for recording in vibrating])
     )
     plain, source, material = _plain_law(case, model, tables)
-    bare, recordings = _fitted_part(case, whole, hold_out)
+    bare = replace(
+        case,
+        effects=(),
+        recordings=tuple(source for source in case.recordings if source.label not in hold_out),
+        dynamic=tuple(source for source in case.dynamic if source.label not in hold_out),
+    )
+    recordings = tuple(recording for recording in whole if recording.name not in hold_out)
     used = tuple(~masks(faults, recording) for recording in recordings)
     requested, considered = None if effects is None else tuple(effects), _considered_effects(bare, effects)
     return Question(
@@ -131,11 +125,7 @@ def question(
 
 
 def _checked_recordings(
-    case: Case,
-    model: str | None,
-    only: Sequence[str] | None,
-    hold_out: Sequence[str],
-    tables: TableCache,
+    case: Case, model: str | None, only: Sequence[str] | None, hold_out: Sequence[str], tables: TableCache
 ) -> tuple[Recording, ...]:
     """Return the recordings of the case, after all names have been checked."""
     recordings = (
@@ -163,28 +153,14 @@ def _checked_recordings(
         if wrong:
             # The list of valid names is long, so that it is shown only once.
             lists = [""] * (len(wrong) - 1) + [", ".join(known)]
-            raise InputError(
-                *(
-                    Problem(option, f'"{name}" is not {kind}', nearest(name, known), expected)
-                    for name, expected in zip(wrong, lists, strict=True)
-                )
+            problems = (
+                Problem(option, f'"{name}" is not {kind}', nearest(name, known), expected)
+                for name, expected in zip(wrong, lists, strict=True)
             )
+            raise InputError(*problems)
     if hold_out and set(names) <= set(hold_out):
         raise InputError(Problem("--hold-out", "leaves no channel to diagnose", "", ", ".join(names)))
     return recordings
-
-
-def _fitted_part(
-    case: Case, recordings: Sequence[Recording], hold_out: Sequence[str]
-) -> tuple[Case, tuple[Recording, ...]]:
-    """Return the case without effects and held-out channels, and its recordings."""
-    bare = replace(
-        case,
-        effects=(),
-        recordings=tuple(source for source in case.recordings if source.label not in hold_out),
-        dynamic=tuple(source for source in case.dynamic if source.label not in hold_out),
-    )
-    return bare, tuple(recording for recording in recordings if recording.name not in hold_out)
 
 
 def _considered_effects(case: Case, only: Sequence[str] | None) -> list[Effect]:
@@ -214,17 +190,14 @@ def _plain_law(
     case: Case, name: str | None, tables: TableCache
 ) -> tuple[Model, Literal["recordings", "coupons"], Material]:
     """The law to begin with, where it comes from, and the case's material with that law."""
-    material = (
-        case.material
-        if name in (None, case.material.law)
-        else Material(str(name), case.material.bulk_modulus)
-    )
-    chosen = law(material.law)
+    material = case.material
+    if name not in (None, material.law):
+        material = Material(str(name), material.bulk_modulus)
     if case.coupons:
         fitted = fit_coupons(case, material.law, tables=tables).material
         return Model(material.law, dict(fitted.parameters), fixed=True, terms=fitted.terms), "coupons", fitted
-    names = material.parameter_names
-    start = {key: chosen.parameter(key).start for key in names} | dict(material.parameters)
+    chosen = law(material.law)
+    start = {key: chosen.parameter(key).start for key in material.parameter_names} | dict(material.parameters)
     return Model(material.law, start, terms=material.terms), "recordings", material
 
 
@@ -239,21 +212,7 @@ def pose_problem(
     """Return the likelihood, and the plain law fitted under it.
 
     What the plain law leaves is what effects may explain. Its first fit begins with the error that `first_plain_fit`
-    assumed, its second one with the misfit of the first.
-
-    Parameters
-    ----------
-    case : Case
-        Without effects.
-    plain : Fitted
-        The plain law as `selection.plain.first_plain_fit` fitted it.
-    recordings : tuple of Recording
-    used : tuple of array of bool, shape (n,) each
-        Samples that count.
-    crew : Workers
-        Runs the fits.
-    cache : ModelCache
-        Of this process.
+    assumed for `plain`, its second one with the misfit of the first.
     """
     noises = tuple(noise_model(recording, m) for recording, m in zip(recordings, used, strict=True))
     features = all_features(cache, case, plain.model, used, noises)

@@ -66,15 +66,7 @@ class Size:
 
     @classmethod
     def of(cls, state: State, active: ActiveEffect, removed: Sequence[ActiveEffect]) -> Size:
-        """Return the size of an effect of a model, to first order in its amplitudes.
-
-        Parameters
-        ----------
-        state : State
-        active : ActiveEffect
-        removed : sequence of ActiveEffect
-            Effects that are not left, of which it may be one.
-        """
+        """Return the size of an effect of a model, to first order in its amplitudes; those `removed` are not left."""
         parameters = {effect.full_name(p) for effect in (active, *removed) for p in effect.parameters}
         off = {active.full_name(p): float(p.off or 0.0) for p in active.effect.amplitudes}
         names, slopes = state.fitted.names, np.vstack(state.slopes)
@@ -87,16 +79,10 @@ class Size:
         return cls(float(np.linalg.norm(change)), float(np.linalg.norm(own)))
 
     def relative_to(self, others: Sequence[Size], explained: float, form: float = 1.0) -> float:
-        """Return the size relative to the effects beside which it is.
+        """Return the size relative to the effects beside which it is, one at least.
 
-        Parameters
-        ----------
-        others : sequence of Size
-            At least one.
-        explained : float
-            Root of the sum of squares of the features that all effects explain, in units of the noise, times `form`.
-        form : float
-            Error of form over that in recordings along a path.
+        `explained` is the root of the sum of squares of the features that all effects explain, in units of the noise,
+        times `form`: the error of form over that in recordings along a path.
         """
         most = form * max(other.whole for other in others)
         return min(self.own / max(explained, 1e-300), self.whole / max(most, 1e-300))
@@ -106,15 +92,6 @@ def resemblances(
     state: State, uniform: bool = False, fits: Mapping[Key, State] | None = None
 ) -> Iterator[tuple[tuple[str, ...], float]]:
     """Yield sets of effects of a model, each with how probable it is that errors of form resemble them.
-
-    Parameters
-    ----------
-    state : State
-        The fitted model.
-    uniform : bool
-        Whether all effects have the same prior odds.
-    fits : dict of Key to State, optional
-        Fitted models.
 
     Yields
     ------
@@ -143,7 +120,13 @@ def resemblances(
             sizes[largest] = replace(sizes[largest], own=max(sizes[largest].own, together))
             total = 0.0
             for name in removed:
-                beside = [effect for effect in left if _shares_channel(effect, active[name])]
+                # An error of form of one effect can resemble another in a channel that both have.
+                own = active[name].channels
+                beside = [
+                    effect
+                    for effect in left
+                    if own is None or effect.channels is None or not set(own).isdisjoint(effect.channels)
+                ]
                 if active[name].effect.has_memory and not any(effect.effect.has_memory for effect in beside):
                     total = -math.inf
                     break
@@ -169,13 +152,6 @@ def _fitted_size(state: State, left: Sequence[ActiveEffect], fits: Mapping[Key, 
         return 0.0
     more = fitted.evidence.left.excess.sum() - state.evidence.left.excess.sum()
     return math.sqrt(max(float(more), 0.0))
-
-
-def _shares_channel(active: ActiveEffect, other: ActiveEffect) -> bool:
-    """Whether two effects share a channel, where an error of form of one can resemble the other."""
-    if active.channels is None or other.channels is None:
-        return True
-    return not set(active.channels).isdisjoint(other.channels)
 
 
 def _odds(state: State, active: ActiveEffect, uniform: bool) -> float:
@@ -217,15 +193,7 @@ def _leading_amplitude(state: State, active: ActiveEffect) -> EffectParameter:
 
 
 def _log_density(size: float, median: float, spread: float, most: float = math.inf) -> float:
-    """Logarithm of a log-normal density, of the logarithm of the size, cut off at `most` medians.
-
-    Parameters
-    ----------
-    size, median : float
-    spread : float
-        Standard deviation of the logarithm.
-    most : float
-    """
+    """Logarithm of a log-normal density, of the logarithm of the size, cut off at `most` medians."""
     if not 0.0 < size < most * median:
         return -math.inf
     z = math.log(size / median) / spread

@@ -37,7 +37,6 @@ class Quantity:
     ----------
     value, std : float
         Most probable value and standard deviation of the posterior, in `unit` (N, mm, MPa, s, rad, 1).
-    unit, meaning : str
     lower, upper : float
         95 % interval of the posterior.
     derived : mapping
@@ -48,7 +47,6 @@ class Quantity:
         95 % interval of the prior, of the absolute value where both signs are possible; None for a law's parameter.
     prior_tail : float
         Prior probability of a value at least as far out: small if few bushings have such a value.
-    prior_source : str
     word : str
         Value of a choice in words ("outer_top").
     with_form_error : float, optional
@@ -117,11 +115,9 @@ class RankedModel:
 
     Attributes
     ----------
-    law : str
     effects : tuple of str
         Their names, with the rig if they belong to one ("offset@radial"); then "free_law" if the law is identified
         although coupons give one; "unknown" last if the model has the unknown effect.
-    probability : float
     log_evidence : float
         Natural logarithm, less that of the plain law alone.
     misfit : float, optional
@@ -149,7 +145,6 @@ class Group:
     ----------
     name : str
         What they have in common: "dissipation"; empty where there is no word for it.
-    effects : tuple of str
     probability : float
         That at least one of them is present.
     text : str
@@ -187,8 +182,6 @@ class DiagnosedChannel:
 
     Attributes
     ----------
-    name, mode : str
-    recording : Recording
     before, after : shape (n,)
         Simulated force at the samples with the plain law and with the most probable model.
     before_percent, after_percent, noise_percent : float
@@ -265,21 +258,18 @@ class NextTest:
 
     Attributes
     ----------
-    name, channel : str
     points : tuple of float
         Displacements that the path goes through, mm or rad.
     rates : tuple of float
         From each point to the next, mm/s or rad/s.
     holds : tuple of float
         At each point, s.
-    minutes : float
     information : float
         Expected gain of information about which model is right, bit.
     possible : float
         Largest possible gain: the entropy of the rivals' probabilities, bit.
     separates : tuple of (str, str)
         Pairs of rivals that it would distinguish, each a name or names joined by " + "; may be empty.
-    text : str
     frequency, amplitude, temperature : tuple of float
         Of a table of dynamic stiffness, Hz, mm or rad, degrees C: `points` are its preloads. Empty for a path.
     """
@@ -299,7 +289,7 @@ class NextTest:
     temperature: tuple[float, ...] = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Diagnosis:
     """Result of a diagnosis.
 
@@ -329,11 +319,8 @@ class Diagnosis:
     rivals
         The fewest sets of effects that hold 95 % of the posterior together, by the names of their effects, the most
         probable first; without the set of the first model, and empty if that holds 95 % alone.
-    groups
-    form_error
     missing
         The smooth part of the most probable model's misfit; None if the verdict is "explained".
-    searched
     location
         Where in the record the plain law misses the recordings.
     remaining
@@ -355,24 +342,24 @@ class Diagnosis:
     law_fixed: bool
     plain: Material
     material: Material
-    parameters: Mapping[str, Quantity]
-    effects: tuple[DiagnosedEffect, ...]
-    probability: Mapping[str, float]
-    models: tuple[RankedModel, ...]
-    rivals: tuple[tuple[str, ...], ...]
-    groups: tuple[Group, ...]
+    parameters: Mapping[str, Quantity] = field(default_factory=dict)
+    effects: tuple[DiagnosedEffect, ...] = ()
+    probability: Mapping[str, float] = field(default_factory=dict)
+    models: tuple[RankedModel, ...] = ()
+    rivals: tuple[tuple[str, ...], ...] = ()
+    groups: tuple[Group, ...] = ()
     form_error: FormError
-    missing: Missing | None
+    missing: Missing | None = None
     searched: SearchExtent
     channels: tuple[DiagnosedChannel, ...]
     location: Location
     remaining: Location
-    next_test: NextTest | None
-    maps: tuple[LocalMap, ...]
+    next_test: NextTest | None = None
+    maps: tuple[LocalMap, ...] = ()
     faults: tuple[DataFault, ...]
     conditions: tuple[Condition, ...]
-    forward_solves: int
-    failed_solves: int
+    forward_solves: int = 0
+    failed_solves: int = 0
     seconds: float
     uniform_odds: bool = False
     tables: tuple[DiagnosedTable, ...] = ()

@@ -25,15 +25,7 @@ IMPLAUSIBLE = 1e-3
 
 
 def quantities(models: Sequence[WeighedModel], material: Material) -> dict[str, Quantity]:
-    """Every identified parameter of the most probable model by its full name, with its 95 % interval and its prior.
-
-    Parameters
-    ----------
-    models : sequence of WeighedModel
-        The most probable one first; the interval is over all models that have the parameter.
-    material : Material
-        The case's; an effect may add to one of its values.
-    """
+    """Every identified parameter of the first model by its full name, with its 95 % interval over all and its prior."""
     state, searched = models[0].state, models[0].searched
     fitted = state.fitted
     before = {} if searched is None or searched is state else searched.fitted.values
@@ -103,20 +95,8 @@ def held_quantity(
     known: ParameterPrior | None,
     models: Sequence[WeighedModel],
 ) -> Quantity:
-    """Return a parameter that a fit keeps fixed: a dimension of the mesh, or a choice.
-
-    Parameters
-    ----------
-    active : ActiveEffect
-    parameter : EffectParameter
-    known : ParameterPrior or None
-        Its prior.
-    models : sequence of WeighedModel
-    """
-    value = float(active.values[parameter.name])
-    choices: Sequence[str] = getattr(parameter, "choices", ())
-    word = choices[round(value)] if choices else ""
-    scales = None if known is None else known.prior.range(known.scales)
+    """Return a parameter that a fit keeps fixed: a dimension of the mesh, or a choice."""
+    value, choices = float(active.values[parameter.name]), parameter.choices
     low, high = (value, value) if choices else scanned_interval(active, parameter, models)
     return Quantity(
         value,
@@ -125,28 +105,16 @@ def held_quantity(
         parameter.meaning,
         low,
         high,
-        {},
-        active.channels,
-        scales,
-        1.0,
-        "",
-        word,
+        channels=active.channels,
+        prior=None if known is None else known.prior.range(known.scales),
+        word=choices[round(value)] if choices else "",
     )
 
 
 def diagnosed_effects(
     models: Sequence[WeighedModel], search: Search, material: Material
 ) -> tuple[DiagnosedEffect, ...]:
-    """The effects of the most probable model, the most probable first.
-
-    Parameters
-    ----------
-    models : sequence of WeighedModel
-        The most probable one first.
-    search : Search
-    material : Material
-        The case's.
-    """
+    """The effects of the most probable model, the most probable first."""
     state, effects = models[0].state, []
     values = quantities(models, material)
     for active in state.model.effects:

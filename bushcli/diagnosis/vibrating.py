@@ -26,18 +26,7 @@ BANDS = 4
 def diagnosed_table(
     recording: RecordedTable, before: Array, after: Array, used: NDArray[np.bool_], held_out: bool
 ) -> DiagnosedTable:
-    """Return a table with its simulations by the plain law and by the most probable model.
-
-    Parameters
-    ----------
-    recording : RecordedTable
-        n rows.
-    before, after : (2 n,) array
-        Samples of the plain law and of the most probable model.
-    used : (2 n,) array of bool
-        Samples that count.
-    held_out : bool
-    """
+    """Return a table (n rows, 2 n samples) with its simulations by the plain law and by the most probable model."""
     rows = used[: len(recording.table)]
     table, errors = recording.table.rows(rows), recording.errors[:, rows]
     measured = table.storage + 1j * table.loss
@@ -69,14 +58,7 @@ def diagnosed_table(
 def _places(table: DynamicTable, ratio: NDArray[np.complex128], errors: Array) -> Iterator[str]:
     """Yield a sentence for |K*| and for the loss angle, where a simulation misses them by more than noise.
 
-    Parameters
-    ----------
-    table : DynamicTable
-        n rows.
-    ratio : shape (n,)
-        Simulated over measured K*.
-    errors : shape (2, n)
-        Standard errors of ln |K*| and of the loss angle, rad.
+    `ratio` (n,) is the simulated over the measured K*, `errors` (2, n) are those of ln |K*| and of the loss angle, rad.
     """
     if not np.isfinite(ratio).all():
         yield f"{table.name}: cannot be simulated"
@@ -129,10 +111,8 @@ def _conditions(table: DynamicTable, missed: Array, unit: str) -> Iterator[tuple
         elif unit_of_values == "degrees C":
             groups = temperature_levels(values)
         else:
-            groups = [
-                np.flatnonzero(merged_preloads(values) == value)
-                for value in np.unique(merged_preloads(values))
-            ]
+            merged = merged_preloads(values)
+            groups = [np.flatnonzero(merged == value) for value in np.unique(merged)]
         groups = [rows for rows in groups if len(rows)]
         if len(groups) < 2 or np.ptp(values) == 0.0:
             continue

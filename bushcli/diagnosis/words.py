@@ -25,9 +25,8 @@ def sentence(mismatch: Mismatch, channels: int = 1) -> str:
     """
     percent = 100 * min(mismatch.share, 1.0)
     share = f"{f'{percent:.0f}' if percent >= 1 else 'less than 1'} % of the misfit above the noise is"
-    where = " ".join(part for part in (_branch(mismatch), _displacement(mismatch), _cycles(mismatch)) if part)
-    rate = _rate(mismatch)
-    where = f"{where} {rate}".strip()
+    parts = _branch(mismatch), _displacement(mismatch), _cycles(mismatch), _rate(mismatch)
+    where = " ".join(filter(None, parts))
     channel = f" in the {mismatch.channel} channel" if channels > 1 else ""
     if not where:
         return f"{share} spread over the whole recording{channel}: the simulation is {_size(mismatch)}"
@@ -74,9 +73,8 @@ def _branch(mismatch: Mismatch) -> str:
 
 
 def _displacement(mismatch: Mismatch) -> str:
-    unit, _ = _units(mismatch)
+    unit, _, scale = _units(mismatch)
     coupon = modes()[mismatch.mode].specimen == "coupon"
-    scale = 180 / math.pi if _rotational(mismatch) else 1.0
     low, high = f"{scale * mismatch.displacement_from:.3g}", f"{scale * mismatch.displacement_to:.3g}"
     # A strain has no unit that would say what the number is.
     of, of_both, kind = ("a strain of ", "strains of ", "strain") if coupon else ("", "", "displacement")
@@ -103,22 +101,18 @@ def _cycles(mismatch: Mismatch) -> str:
 def _rate(mismatch: Mismatch) -> str:
     if mismatch.rate is None:
         return ""
-    unit = _units(mismatch)[0]
-    scale = 180 / math.pi if _rotational(mismatch) else 1.0
+    unit, _, scale = _units(mismatch)
     low, high = (f"{scale * value:.2g}" for value in mismatch.rate)
     per_second = f"{unit}/s" if unit else " 1/s"
     return f"at {low}{per_second}" if low == high else f"at {low} to {high}{per_second}"
 
 
-def _rotational(mismatch: Mismatch) -> bool:
-    return modes()[mismatch.mode].rotational
-
-
-def _units(mismatch: Mismatch) -> tuple[str, str]:
-    """Units of displacement (with a space before it) and force; angles are in degrees, because a person reads them."""
-    if modes()[mismatch.mode].specimen == "coupon":
-        return "", "MPa"
-    return (" degrees", "N mm") if _rotational(mismatch) else (" mm", "N")
+def _units(mismatch: Mismatch) -> tuple[str, str, float]:
+    """Units of displacement (with a space before it) and force, and a factor: a person reads angles in degrees."""
+    mode = modes()[mismatch.mode]
+    if mode.specimen == "coupon":
+        return "", "MPa", 1.0
+    return (" degrees", "N mm", 180 / math.pi) if mode.rotational else (" mm", "N", 1.0)
 
 
 def _digits(value: float) -> str:

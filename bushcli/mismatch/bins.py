@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import f, t
 
-from bushcli.curve.segment import Segment
+from bushcli.curve.segment import Segment, per_sample
 from bushcli.likelihood.noise import Compared
 from bushcli.recording import Recording, departure
 from cases.mode import modes
@@ -62,7 +62,6 @@ class Bin:
 
     Attributes
     ----------
-    channel : str
     branch : {"loading", "unloading", "hold"}
     side : {"positive", "negative"}
         Of the displacement.
@@ -72,7 +71,6 @@ class Bin:
         Slowest and fastest branch, mm/s or rad/s.
     displacement_from, displacement_to : float
         Absolute displacement, mm or rad.
-    samples : int
     mean : float
         Simulated minus recorded force, N, N mm or MPa.
     rms : float
@@ -112,13 +110,9 @@ def bins(recording: Recording) -> Bins:
     step = float(choices[np.argmin(np.abs(np.log(choices / step)))])
     # A remainder beyond the last full band belongs to it if it is small.
     edges = np.append(np.arange(0.0, largest / unit - 0.3 * step, step) * unit, largest)
-    cycle = np.empty(n, dtype=int)
-    kind = np.empty(n, dtype=int)
-    rate = np.empty(n, dtype=int)
     classes, rates = _rates(segments, recording)
-    for branch, its_class in zip(segments, classes, strict=True):
-        cut = slice(branch.start, branch.stop)
-        cycle[cut], kind[cut], rate[cut] = branch.cycle, KINDS.index(branch.kind), its_class
+    rate, cycle = per_sample(segments, classes), per_sample(segments, [branch.cycle for branch in segments])
+    kind = per_sample(segments, [KINDS.index(branch.kind) for branch in segments])
     numbers = np.unique(cycle).tolist()
     cuts = np.unique(np.linspace(0, len(numbers), min(len(numbers), _CYCLES) + 1).round().astype(int))
     groups = tuple((numbers[a], numbers[b - 1]) for a, b in pairwise(cuts))

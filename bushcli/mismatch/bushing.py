@@ -113,13 +113,10 @@ def local_map(
         factor = 1.0 + combined.uniform
         scale *= factor
         parameters |= {name: factor * value for name, value in parameters.items() if name in linear}
+        forces = [c.at_samples(c.solve(parameters, c.model.law.linear[:1]))[0] for c in channels]
         compared = [
             replace(of_channel, simulated=np.where(of_channel.known, force, np.nan))
-            for force, of_channel in zip(
-                (c.at_samples(c.solve(parameters, c.model.law.linear[:1]))[0] for c in channels),
-                compared,
-                strict=True,
-            )
+            for force, of_channel in zip(forces, compared, strict=True)
         ]
     return combined.map(replace(combined.gains, before=before), scale)
 
@@ -160,17 +157,15 @@ class Combined:
         return Gains(left(0.0), left(self.uniform), left(self.beside + self.field.change))
 
     def map(self, gains: Gains, scale: float) -> LocalMap:
-        """The map, in numbers and words, of rubber whose stiffness has already been multiplied by `scale`.
-
-        Parameters
-        ----------
-        gains : Gains
-        scale : float
-            Factor by which the stiffness has been multiplied, dimensionless.
-        """
+        """The map, in numbers and words, of rubber whose stiffness has already been multiplied by `scale`."""
         total = gains.before or 1.0
         helps = self.field.p < LEVEL and gains.uniform - gains.local > MATTERS * total
-        texts = [self._gains(gains, scale, helps), self._place() if helps else "", self._part()]
+        planes = " and ".join(f"{plane} = 0" for plane in sorted(self.mirrors))
+        texts = [self._gains(gains, scale, helps), self._place() if helps else ""]
+        if planes:
+            texts.append(
+                f"The mesh is cut at {planes}: the other half is its mirror image and cannot be distinguished from it."
+            )
         return LocalMap(
             channels=tuple(self.names),
             points=self.cells.points,
@@ -183,9 +178,8 @@ class Combined:
         )
 
     def _gains(self, gains: Gains, scale: float, helps: bool) -> str:
-        everywhere, somewhere = (
-            _percent(1.0 - left / (gains.before or 1.0)) for left in (gains.uniform, gains.local)
-        )
+        before = gains.before or 1.0
+        everywhere, somewhere = (_percent(1.0 - left / before) for left in (gains.uniform, gains.local))
         whole = scale * (1.0 + self.uniform)
         factor = f" ({whole:.3g} on all rubber)" if abs(whole - 1.0) > 1e-3 else ""
         if helps:
@@ -226,12 +220,6 @@ class Combined:
                 f"{', '.join(said[1:])}."
             )
         return f"To first order the rubber would be {said[0]}."
-
-    def _part(self) -> str:
-        if not self.mirrors:
-            return ""
-        planes = " and ".join(f"{plane} = 0" for plane in sorted(self.mirrors))
-        return f"The mesh is cut at {planes}: the other half is its mirror image and cannot be distinguished from it."
 
 
 # -- words -----------------------------------------------------------------------------------------------------------

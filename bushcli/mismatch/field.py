@@ -57,14 +57,7 @@ class Field:
 
 
 def covariance(cells: Cells, length: float) -> Array:
-    """Prior covariance (m, m) of a smooth field whose mean variance is 1.
-
-    Parameters
-    ----------
-    cells : Cells
-    length
-        Distance over which the field varies, mm.
-    """
+    """Prior covariance (m, m) of a smooth field whose mean variance is 1 and that varies over `length`, mm."""
     sharing = 2 ** (cells.points.shape[1] - 1)
     neighbours: dict[tuple[int, int], int] = {}
     of_point: dict[int, list[int]] = {}
@@ -103,15 +96,7 @@ def _without_uniform_factor(linear: Linearised, slope: Array) -> tuple[Array, Ar
 
 
 def uniform(linear: Linearised, slope: Array, change: Array | float = 0.0) -> float:
-    """The best uniform change of stiffness, beside a change (m,) by cell; 0 if the fitted parameters include it.
-
-    Parameters
-    ----------
-    linear : Linearised
-    slope : (n, m) array
-        As in `estimate`.
-    change : shape (m,)
-    """
+    """The best uniform change of stiffness, beside a change (m,) by cell; 0 if the fitted parameters include it."""
     raw = slope.sum(axis=1)
     whole = linear.left(raw)
     power = float(whole @ whole)
@@ -124,14 +109,8 @@ def uniform(linear: Linearised, slope: Array, change: Array | float = 0.0) -> fl
 def estimate(linear: Linearised, slope: Array, prior: Array) -> Field:
     """Estimate the field, and test whether it is needed.
 
-    Parameters
-    ----------
-    linear : Linearised
-        Weighted misfit, and the changes that the fitted parameters can make.
-    slope : shape (n, m)
-        Weighted derivatives by the cells' factors.
-    prior : shape (m, m)
-        From `covariance`.
+    `linear` has the weighted misfit and the changes that the fitted parameters can make, `slope` (n, m) the weighted
+    derivatives by the cells' factors, and `prior` (m, m) is from `covariance`.
     """
     rest, columns = _without_uniform_factor(linear, slope)
     root = np.linalg.cholesky(prior)
@@ -188,16 +167,7 @@ class Zones:
 
 
 def estimate_zones(linear: Linearised, slope: Array, zones: Array) -> Zones:
-    """Change one zone at a time.
-
-    Parameters
-    ----------
-    linear : Linearised
-    slope : (n, m) array
-        As in `estimate`.
-    zones : shape (m, k)
-        1 where a cell belongs to the zone, else 0.
-    """
+    """Change one zone at a time; `zones` (m, k) is 1 where a cell belongs to the zone, else 0."""
     rest, columns = _without_uniform_factor(linear, slope)
     columns = columns @ zones
     power = np.sum(columns**2, axis=0)

@@ -18,7 +18,6 @@ class MissingProfile:
 
     Attributes
     ----------
-    channel : str
     along : {"displacement", "time", "cycle", "rate"}
     branch : str
         "loading", "unloading", "hold", or empty for all.
@@ -48,7 +47,6 @@ class Missing:
         Share of the plain law's squared misfit above the noise that the most probable model leaves.
     force : mapping of str to array
         By channel, the posterior mean (n,) of recorded less simulated force at the samples, in the recording's unit.
-    profiles : tuple of MissingProfile
     text : tuple of str
         Sentences, the most telling first: "the force falls with time, whatever the displacement".
     """
@@ -66,7 +64,6 @@ class LocalMap:
 
     Attributes
     ----------
-    channels : tuple of str
     points : shape (n, 2) or (n, 3)
         Corners of the cells, mm: (R, Z) of the half-plane, or x, y, z.
     cells : shape (m, 3), (m, 4) or (m, 8)
@@ -78,7 +75,6 @@ class LocalMap:
         parameters have been adapted.
     helps_locally : bool
         Whether a local change helps significantly more than a uniform one.
-    text : str
     """
 
     channels: tuple[str, ...]

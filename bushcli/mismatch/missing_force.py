@@ -6,13 +6,13 @@ branch. Its averages along the path show what the missing physics does; sentence
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from typing import Any, Literal
+from collections.abc import Iterator, Sequence
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.curve.segment import Segment
+from bushcli.curve.segment import per_sample
 from bushcli.likelihood.calibration import UNREMARKABLE
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.noise import Compared
@@ -121,13 +121,10 @@ def _profiles(channel: Compared, mean: Array) -> list[MissingProfile]:
         return [MissingProfile(channel.name, along, branch, x, value, std)]
 
     profiles: list[MissingProfile] = []
-    by_kind: dict[str, list[Segment]] = {}
-    for branch in recording.branches:
-        by_kind.setdefault(branch.kind, []).append(branch)
-    for kind, some in by_kind.items():
-        index = np.concatenate([np.arange(b.start, b.stop) for b in some])
-        if kind != "hold":
-            profiles += profile("displacement", kind, _bins(recording.displacement, index, POINTS))
+    kinds = per_sample(recording.branches, [branch.kind for branch in recording.branches])
+    for kind in dict.fromkeys(branch.kind for branch in recording.branches if branch.kind != "hold"):
+        bins = _bins(recording.displacement, np.flatnonzero(kinds == kind), POINTS)
+        profiles += profile("displacement", kind, bins)
     everything = np.arange(len(recording.force))
     if recording.time is not None:
         profiles += profile("time", "", _bins(recording.time, everything, TIMES))
@@ -158,9 +155,6 @@ def _bins(x: Array, index: Index, count: int) -> list[tuple[float, Index]]:
 # -- in words ------------------------------------------------------------------------------------------------------
 
 
-Words = Callable[[Any], str]
-
-
 def _sentences(channel: Compared, mean: Array, several: bool) -> list[tuple[float, str]]:
     """Sentences, each with the share of the missing force's square that it describes, weighted by its size."""
     recording = channel.recording
@@ -174,17 +168,10 @@ def _sentences(channel: Compared, mean: Array, several: bool) -> list[tuple[floa
         return []
     sentences, best = [], 0.0
     elastic, is_even = _elastic(recording, mean)
-    for basis, words, timed in _descriptions(recording):
-        whole_share, coefficients = _least_squares(basis, mean)
-        share = whole_share
-        if basis.shape[1] > 1:
-            # A sentence says something about the last coefficient, which has to describe more than those before it.
-            if share < _least_squares(basis[:, :-1], mean)[0] + PRICE:
-                continue
-            share -= PRICE
+    for whole_share, share, text, timed in _descriptions(recording, mean):
         # Where it follows the displacement as well, nothing shows that it depends on time.
         if share > SAYS and not (timed and elastic >= share):
-            sentences.append((share * size, at + words(coefficients)))
+            sentences.append((share * size, at + text))
             best = max(best, whole_share)
     share, text = max(_variations(recording, mean))
     if share > max(BY_CYCLE, elastic, best + PRICE):
@@ -219,54 +206,43 @@ def _least_squares(basis: Array, mean: Array) -> tuple[float, Array]:
     return 1.0 - float(rest @ rest) / float(mean @ mean), size
 
 
-def _descriptions(recording: Recording) -> Iterator[tuple[Array, Words, bool]]:
-    """Yield possible shapes of a missing force: columns (n, k), words for their coefficients (k,), whether timed."""
+def _descriptions(recording: Recording, mean: Array) -> Iterator[tuple[float, float, str, bool]]:
+    """Yield shapes of a missing force: its described share, that less a price, in words, whether it depends on time."""
     force, span, n = recording.force, float(np.ptp(recording.force)), len(recording.force)
     seconds = np.arange(float(n)) if recording.time is None else recording.time
     clock: Array = np.asarray((seconds - seconds[0]) / np.ptp(seconds))
     loading, cycle = _passes(recording)
-
-    def factor_sentence(a: Any) -> str:
-        return constant_factor(float(a[0]), recording.mode)
-
-    def growth_sentence(a: Any) -> str:
-        sense = "grows" if a[0] > 0 else "falls"
-        return f"the force {sense} with time, whatever the displacement: by {abs(100 * a[0]):.1f} % until the end"
-
-    def drift_sentence(a: Any) -> str:
-        return f"the zero of the force drifts by {100 * a[0] / span:+.1f} % of the range"
-
-    def loop_sentence(a: Any) -> str:
-        size = f"{abs(200 * a[0] / span):.1f} % of the range"
-        if a[0] > 0:
-            return f"the recorded loop is wider than the simulated one by {size}"
-        return (
+    share, (a,) = _least_squares(force[:, None], mean)
+    yield share, share, constant_factor(float(a), recording.mode), False
+    share, (a,) = _least_squares((clock * force)[:, None], mean)
+    sense = f"{'grows' if a > 0 else 'falls'} with time, whatever the displacement"
+    yield share, share, f"the force {sense}: by {abs(100 * a):.1f} % until the end", True
+    share, (a,) = _least_squares(clock[:, None], mean)
+    yield share, share, f"the zero of the force drifts by {100 * a / span:+.1f} % of the range", True
+    share, (a,) = _least_squares(loading[:, None], mean)
+    size = f"{abs(200 * a / span):.1f} % of the range"
+    text = f"the recorded loop is wider than the simulated one by {size}"
+    if not a > 0:
+        text = (
             f"the force is larger on unloading than on loading, by {size}, compared with the simulation: a delay or "
             "play in the rig, or a simulated loop that is too wide"
         )
-
-    yield force[:, None], factor_sentence, False
-    yield np.asarray((clock * force)[:, None]), growth_sentence, True
-    yield np.asarray(clock[:, None]), drift_sentence, True
-    yield np.asarray(loading[:, None]), loop_sentence, False
+    yield share, share, text, False
+    whole, _ = _least_squares(force[:, None], mean)
     for first in sorted(set(cycle))[1:]:
-
-        def step(a: Any, first: float = first) -> str:
-            sense = "larger" if a[1] > 0 else "smaller"
-            return f"from cycle {first:.0f} on the recorded force is {sense} by {abs(100 * a[1]):.1f} %"
-
-        yield np.column_stack([force, np.where(cycle >= first, force, 0.0)]), step, True
+        share, (_, a) = _least_squares(np.column_stack([force, np.where(cycle >= first, force, 0.0)]), mean)
+        # A sentence says something about the last coefficient, which has to describe more than that before it.
+        if share >= whole + PRICE:
+            sense = f"{'larger' if a > 0 else 'smaller'} by {abs(100 * a):.1f} %"
+            yield share, share - PRICE, f"from cycle {first:.0f} on the recorded force is {sense}", True
 
 
 def _passes(recording: Recording) -> tuple[Array, Array]:
     """Sense of the motion (n,): the sign of q away from zero, its opposite towards zero, 0 in holds; and the cycle."""
-    loading, cycle = np.zeros(len(recording.force)), np.zeros(len(recording.force))
-    for branch in recording.branches:
-        inside = slice(branch.start, branch.stop)
-        sign = {"loading": 1.0, "unloading": -1.0}.get(branch.kind, 0.0)
-        loading[inside] = sign * np.sign(recording.displacement[inside])
-        cycle[inside] = branch.cycle
-    return loading, cycle
+    branches = recording.branches
+    signs = [{"loading": 1.0, "unloading": -1.0}.get(branch.kind, 0.0) for branch in branches]
+    loading = per_sample(branches, signs) * np.sign(recording.displacement)
+    return loading, per_sample(branches, [float(branch.cycle) for branch in branches])
 
 
 def _variations(recording: Recording, mean: Array) -> list[tuple[float, str]]:

@@ -15,15 +15,7 @@ Array = NDArray[np.float64]
 def onto(cells: Cells, mirrors: Mirrors, host: Cells, cut: Mirrors) -> Array:
     """Matrix (cells, host's cells): the mean of a field on the host over each cell and its mirror images.
 
-    Parameters
-    ----------
-    cells : Cells
-    mirrors : frozenset of {"x", "y", "z"}
-        Planes at which their mesh is cut.
-    host : Cells
-        On which the field is known.
-    cut : frozenset of {"x", "y", "z"}
-        Planes at which the mesh of the host is cut.
+    The meshes of the cells and of the host are cut at the planes `mirrors` and `cut`.
     """
     flat = host.points.shape[1] == 2
     own, other = (_place_of(c, flat, mirrors | cut) for c in (cells, host))
@@ -71,11 +63,7 @@ def zones(cells: Cells, mirrors: Mirrors, shape: Shape) -> tuple[list[str], Arra
         if bonded
         else ("near the bore", "in the middle", "near the flank")
     )
-    rings = {
-        inside: across < 1 / 3,
-        between: (across >= 1 / 3) & (across <= 2 / 3),
-        outside: across > 2 / 3,
-    }
+    rings = {inside: across < 1 / 3, between: (across >= 1 / 3) & (across <= 2 / 3), outside: across > 2 / 3}
     if "z" in mirrors:
         parts = {"about mid-length": height < 0.5 * end, "towards the ends": height >= 0.5 * end}
     else:

@@ -44,7 +44,6 @@ class Mismatch:
 
     Attributes
     ----------
-    channel, mode : str
     cycle : (int, int)
         First and last.
     branch : str
@@ -118,14 +117,11 @@ class Location:
 def locate(channels: Sequence[Compared]) -> Location:
     """Return where the misfit of all channels is."""
     grids = [bins(channel.recording) for channel in channels]
-    tested = [
-        tested_bin
-        for channel, grid in zip(channels, grids, strict=True)
-        for tested_bin in bin_tests(channel, grid)
-    ]
     excess = sum(_excess(channel, channel.known) for channel in channels)
+    tested: list[Bin] = []
     mismatches: list[Mismatch] = []
     for channel, grid in zip(channels, grids, strict=True):
+        tested += bin_tests(channel, grid)
         mismatches += _mismatches(channel, grid, excess, len(channels))
     mismatches.sort(key=lambda mismatch: -mismatch.share)
     count = max(sum(int(channel.known.sum()) for channel in channels), 1)

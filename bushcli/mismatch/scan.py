@@ -83,12 +83,8 @@ class Box:
 def strongest_box(total: Array, count: Array) -> Box | None:
     """Return the box with the largest |z|, or one nearly as good with a shorter description; None for an empty grid.
 
-    Parameters
-    ----------
-    total : (rates, branches, 2, cycles, bands) array
-        Sums of the weighted misfit, with unit variance per sample (noise of n samples adds up to sqrt(n)).
-    count : array of the same shape
-        Numbers of samples.
+    Sums of the weighted misfit and numbers of samples have shape (rates, branches, 2, cycles, bands); noise of n
+    samples adds up to sqrt(n).
     """
     boxes: list[Box] = []
     if not count.any():
@@ -109,16 +105,9 @@ def strongest_box(total: Array, count: Array) -> Box | None:
 
 
 def false_alarm(z: float, count: Array, freedom: float) -> float:
-    """Return the probability that noise alone causes a box with |z| or more somewhere in a grid.
+    """Return the probability that noise alone causes a box with |z| or more somewhere in a grid of `count` samples.
 
-    Parameters
-    ----------
-    z : float
-        Dimensionless.
-    count : (rates, branches, 2, cycles, bands) array
-        Number of samples.
-    freedom : float
-        Degrees of freedom of the noise's variance, so that z is a Student variable; inf if the variance is known.
+    `freedom` is that of the noise's variance, so that z is a Student variable; inf if the variance is known.
     """
     place, scale = _null(count.shape, count.astype(np.int64).tobytes())
     if not np.isfinite(freedom):
@@ -157,9 +146,8 @@ def _choices(count: Array) -> tuple[list[Choice], Array]:
         if signs_of.any():
             key = (signs_of * signs_of[np.nonzero(signs_of)][0]).tobytes()
             distinct.setdefault(key, (choice, signs_of))
-    return [choice for choice, _ in distinct.values()], np.array(
-        [signs_of for _, signs_of in distinct.values()]
-    )
+    choices, signs = zip(*distinct.values(), strict=True)
+    return list(choices), np.array(signs)
 
 
 def _z(total: Array, count: Array, signs_of: Array) -> Array:

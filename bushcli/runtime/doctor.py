@@ -60,9 +60,8 @@ def examine() -> Examination:
             facts[name] = _version(modules[name])
         except (ImportError, OSError) as error:  # OSError: a shared library of it is missing
             facts[name] = "missing"
-            problems.append(
-                Condition(f"no_{name}", f"{name} ({purpose}) cannot be imported: {error}", _SET_UP)
-            )
+            message = f"{name} ({purpose}) cannot be imported: {error}"
+            problems.append(Condition(f"no_{name}", message, _SET_UP))
     problems += untried_dolfinx(_version(modules["dolfinx"])) if "dolfinx" in modules else ()
     for part in (_blas(modules), _mpi(modules), _compiler(), _cache(), _threads()):
         facts |= part.facts
@@ -165,26 +164,16 @@ def _cache() -> Examination:
     problems = []
     if broken := damaged_kernels(cache):
         names = ", ".join(file.name for file in broken[:3])
-        remedy = (
-            "nothing to do: they are compiled again when needed; check whether the disk is full or failing"
-        )
-        problems.append(
-            Condition(
-                "damaged_kernels",
-                f"{len(broken)} compiled forms are truncated or differ from their checksum, such as {names}",
-                remedy
-                if writable
-                else "they are not used, and cannot be compiled again in this folder (below)",
-            )
-        )
+        message = f"{len(broken)} compiled forms are truncated or differ from their checksum, such as {names}"
+        remedy = "they are not used, and cannot be compiled again in this folder (below)"
+        if writable:
+            remedy = "nothing to do: they are compiled again when needed; check whether the disk is full or failing"
+        problems.append(Condition("damaged_kernels", message, remedy))
     if not writable:
-        problems.append(
-            Condition(
-                "cache_not_writable",
-                f"compiled forms cannot be saved: {existing} is {'not writable' if existing.is_dir() else 'a file'}",
-                "make it writable, or choose another folder with BUSHCLI_CACHE=/path",
-            )
-        )
+        what = "not writable" if existing.is_dir() else "a file"
+        remedy = "make it writable, or choose another folder with BUSHCLI_CACHE=/path"
+        message = f"compiled forms cannot be saved: {existing} is {what}"
+        problems.append(Condition("cache_not_writable", message, remedy))
     return Examination(facts, tuple(problems))
 
 

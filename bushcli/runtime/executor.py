@@ -217,9 +217,8 @@ def dask(address: str) -> Iterator[Pool]:
     place = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
     client: Any = None
     try:
-        client = _connect(
-            lambda: distributed.Client(**place, timeout=TIMEOUT, set_as_default=False, name="bushcli")
-        )
+        settings = {**place, "timeout": TIMEOUT, "set_as_default": False, "name": "bushcli"}
+        client = _connect(lambda: distributed.Client(**settings))
         workers = len(client.sync(client.scheduler.ncores, callback_timeout=TIMEOUT))
     except (OSError, ValueError, TypeError, TimeoutError) as error:
         _close(client, 1.0)
@@ -229,10 +228,8 @@ def dask(address: str) -> Iterator[Pool]:
     watched = None
     try:
         if not workers:
-            what = f"{address} has no workers"
-            raise InputError(
-                Problem("--scheduler", what, "", f"start some: dask worker {address} --nthreads 1")
-            )
+            wanted = f"start some: dask worker {address} --nthreads 1"
+            raise InputError(Problem("--scheduler", f"{address} has no workers", "", wanted))
         # Equal arguments must not share an answer: it may be a file that has been deleted since.
         watched = _Watched(client, client.get_executor(pure=False), address)
         yield Pool(watched, workers)

@@ -80,6 +80,13 @@ def _version(file: Path) -> tuple[int, int]:
     return status.st_ino, status.st_mtime_ns
 
 
+def _write_to_disk(file: Path, content: bytes) -> None:
+    with file.open("wb") as out:
+        out.write(content)
+        out.flush()
+        os.fsync(out.fileno())
+
+
 class Codec(Protocol):
     """How the answers of one kind of work are written as arrays; an object that can be pickled, for other processes."""
 
@@ -126,14 +133,12 @@ class Store:
     def __init__(self, folder: Path, codec: Codec, resume: bool = False) -> None:
         self.folder, self.codec = folder, codec
         if folder.is_symlink():
-            raise InputError(
-                Problem(str(folder), "is a symbolic link, which is not followed", "", "give another -o")
-            )
+            what = "is a symbolic link, which is not followed"
+            raise InputError(Problem(str(folder), what, "", "give another -o"))
         try:
             folder.mkdir(parents=True, exist_ok=True)
             results = [file for file in folder.iterdir() if _RESULT.fullmatch(file.name)]
-            parts = [file for file in folder.iterdir() if _PART.fullmatch(file.name)]
-            for file in parts:
+            for file in [file for file in folder.iterdir() if _PART.fullmatch(file.name)]:
                 file.unlink()
             # What is there and not used is known by its version, so that other processes see when it was replaced.
             self._unused = {} if resume else {file.name: _version(file) for file in results}
@@ -206,10 +211,7 @@ class Store:
         np.savez(content, **self.codec.encode(answer))
         fresh = file.with_suffix(f".{os.getpid()}.part")
         try:
-            with fresh.open("wb") as out:
-                out.write(content.getvalue())
-                out.flush()
-                os.fsync(out.fileno())
+            _write_to_disk(fresh, content.getvalue())
             fresh.replace(file)
         except OSError:
             # `failure` reports this at the end of the run; the code here may run in another process.
@@ -220,10 +222,7 @@ class Store:
         """Return why answers cannot be saved in the folder at present; empty if they can."""
         probe = self.folder / f"probe.{os.getpid()}.part"
         try:
-            with probe.open("wb") as out:
-                out.write(bytes(_PROBE))
-                out.flush()
-                os.fsync(out.fileno())
+            _write_to_disk(probe, bytes(_PROBE))
         except OSError as error:
             return error.strerror or str(error)
         finally:

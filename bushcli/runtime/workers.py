@@ -125,10 +125,7 @@ class Workers:
         answers: list[Any] = [None] * len(questions)
         waiting = []
         for i, question in enumerate(questions):
-            file = self._file(work, question)
-            stored, answer = (
-                (False, None) if file is None or self.store is None else self.store.read(file, question)
-            )
+            file, stored, answer = self._saved(work, question)
             if not stored and self._executor is None and i > 0 and time.perf_counter() > deadline:
                 continue
             if stored or self._executor is None:
@@ -153,10 +150,7 @@ class Workers:
         """
         if self._executor is None:
             return lambda: self.run(work, [question])[0]
-        file = self._file(work, question)
-        stored, answer = (
-            (False, None) if file is None or self.store is None else self.store.read(file, question)
-        )
+        file, stored, answer = self._saved(work, question)
         bound = with_cache(work, self._cache, in_process=False)
         return (lambda: answer) if stored else self._submit(self._executor, file, bound, question).result
 
@@ -176,10 +170,12 @@ class Workers:
             future.add_done_callback(save)
         return future
 
-    def _file(self, work: Work, question: tuple[Any, ...]) -> Path | None:
+    def _saved(self, work: Work, question: tuple[Any, ...]) -> tuple[Path | None, bool, Any]:
+        """Return the file of an answer that is saved, whether it is there, and the answer."""
         if self.store is None or work.__qualname__ not in SAVED:
-            return None
-        return self.store.file(f"{work.__module__}.{work.__qualname__}", question)
+            return None, False, None
+        file = self.store.file(f"{work.__module__}.{work.__qualname__}", question)
+        return file, *self.store.read(file, question)
 
 
 def _answer(store: Store | None, file: Path | None, work: Work, question: tuple[Any, ...]) -> Any:

@@ -63,23 +63,13 @@ def relaxing_models(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> It
     No rubber is without loss, so that a law alone is too far from any table for its neighbours to be judged beside it:
     one branch of relaxation and more, whose times divide the range that tables show. Temperature and amplitude change a
     table as much, where it has several; how relaxation depends on the amplitude is refined, too.
-
-    Parameters
-    ----------
-    fits : Fits
-    plain : Model
-        The law alone.
-    catalogue : sequence of Effect
-        To be considered.
     """
     case, recordings, shear = fits.problem.case, fits.problem.recordings, fits.derivatives.shear
     vibrating = [recording for recording in recordings if isinstance(recording, RecordedTable)]
     if not vibrating:
         return
-    fast, slow = (
-        min(recording.times[0] for recording in vibrating),
-        max(recording.times[1] for recording in vibrating),
-    )
+    fast = min(recording.times[0] for recording in vibrating)
+    slow = max(recording.times[1] for recording in vibrating)
     maxwell, model = effect_in_force_law("maxwell"), replace(plain, anchor=plain.start)
     for count in range(1, maxwell.branches + 1) if maxwell in catalogue else ():
         own = np.geomspace(slow, fast, count + 2)[1:-1]
@@ -102,9 +92,8 @@ def relaxing_models(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> It
                 (active,) = fits.states[model.structure].model.effects
         relaxed.append(model)
     for warm in (effect for effect in catalogue if effect.needs_temperature):
-        for beside in (
-            fits.states[model.structure].model for model in relaxed if model.structure in fits.states
-        ):
+        solved = (fits.states[model.structure] for model in relaxed if model.structure in fits.states)
+        for beside in (state.model for state in solved):
             for trial in trials(case, beside, warm, recordings, shear)[0]:
                 start = {name: warm.parameter(name).start for name in trial.amplitudes}
                 active = replace(trial.active, values=dict(trial.active.values) | start)

@@ -53,18 +53,7 @@ FEWEST = 2
 class _Closest(LeastSquaresProblem):
     """The misfit as an identification weighs it, and the priors of effects.
 
-    Parameters
-    ----------
-    plain : LeastSquaresProblem
-        The same channels and parameters.
-    recordings : sequence of Recording
-        Of the channels.
-    used : sequence of (n,) array of bool
-        Samples that count, by channel.
-    known : mapping of str to ParameterPrior
-        Priors of the parameters that have one.
-    start : shape (p,)
-        Solvable; the misfit that it leaves is the unit of the priors.
+    Channels and parameters are those of `plain`; the misfit that `start` (p,) leaves is the unit of the priors.
     """
 
     def __init__(
@@ -76,13 +65,7 @@ class _Closest(LeastSquaresProblem):
         start: Array,
     ) -> None:
         super().__init__(
-            plain.channels,
-            plain.law,
-            plain.names,
-            plain.fixed,
-            plain.bounds,
-            plain.states,
-            stopping=STOPPING,
+            plain.channels, plain.law, plain.names, plain.fixed, plain.bounds, plain.states, stopping=STOPPING
         )
         self._recordings = recordings
         self._used, self._known_values, self._unit = used, known, 0.0
@@ -99,17 +82,13 @@ class _Closest(LeastSquaresProblem):
         if forces is None:
             size = self.samples + len(self.states)
             return np.full(size, np.nan), np.full((size, len(x)), np.nan)
-        weights = _weights(self._recordings, self._used)
-        values = [
-            (force - recording.force) * w
-            for recording, w, (force, _) in zip(self._recordings, weights, forces, strict=True)
-        ]
-        slopes = [slope * w[:, None] for w, (_, slope) in zip(weights, forces, strict=True)]
+        simulated, jacobians = zip(*forces, strict=True)
+        misfits = _weighted(self._recordings, self._used, simulated, jacobians)
         value, slope = _prior_rows(self.names, x, self._known_values)
         unstable, steeper = self._stability(x)
         return (
-            np.concatenate([*values, self._unit * value, unstable]),
-            np.concatenate([*slopes, self._unit * slope, steeper]),
+            np.concatenate([*(r for r, _ in misfits), self._unit * value, unstable]),
+            np.concatenate([*(J for _, J in misfits), self._unit * slope, steeper]),
         )
 
 
@@ -188,12 +167,7 @@ def _size(state: State) -> float:
 
 
 def predicts_better(state: State, other: State) -> bool:
-    """Whether a model predicts the parts of the recordings that are held out better than another one.
-
-    Parameters
-    ----------
-    state, other : State
-    """
+    """Whether a model predicts the parts of the recordings that are held out better than another one."""
     gain = held_out_misfits(other) - held_out_misfits(state)
     if len(gain) < FEWEST:
         return False
@@ -204,11 +178,6 @@ def held_out_misfits(state: State) -> Array:
     """Return the sum of squares (parts,) of the misfit of each part of the recordings, predicted from the others.
 
     The parameters that fit the others follow to first order, within a factor of two.
-
-    Parameters
-    ----------
-    state : State
-        A model at its closest.
     """
     misfits = _misfits(state)
     r, J = (np.concatenate(rows) for rows in zip(*misfits, strict=True))
@@ -242,20 +211,22 @@ def _parts(recordings: Sequence[Recording]) -> list[Mask]:
 
 def _misfits(state: State) -> list[tuple[Array, Array]]:
     """Weighted misfit (n,) and derivatives (n, p) of a model, by channel."""
-    weights = _weights(state.problem.recordings, state.problem.used)
-    rows = zip(state.problem.recordings, weights, state.fitted.simulated, state.fitted.jacobians, strict=True)
-    return [((force - recording.force) * w, slope * w[:, None]) for recording, w, force, slope in rows]
+    problem, fitted = state.problem, state.fitted
+    return _weighted(problem.recordings, problem.used, fitted.simulated, fitted.jacobians)
 
 
-def _weights(recordings: Sequence[Recording], used: Sequence[Mask]) -> list[Array]:
-    """Weights (n,) of the samples by channel: noise or the floor of the force range; each channel counts alike."""
-    weights = []
-    for recording, mask in zip(recordings, used, strict=True):
+def _weighted(
+    recordings: Sequence[Recording], used: Sequence[Mask], simulated: Sequence[Array], slopes: Sequence[Array]
+) -> list[tuple[Array, Array]]:
+    """Misfits and slopes over noise or the floor of the force range; each channel counts alike."""
+    rows = []
+    for recording, mask, force, slope in zip(recordings, used, simulated, slopes, strict=True):
         unit = 1.0
         if recording.kind == "static":
             unit = max(recording.force_noise, NOISE_FLOOR * float(np.ptp(recording.force[mask])))
-        weights.append(np.where(mask, 1.0 / (unit * np.sqrt(np.count_nonzero(mask))), 0.0))
-    return weights
+        w = np.where(mask, 1.0 / (unit * np.sqrt(np.count_nonzero(mask))), 0.0)
+        rows.append(((force - recording.force) * w, slope * w[:, None]))
+    return rows
 
 
 def _prior_rows(names: Sequence[str], x: Array, known: Mapping[str, ParameterPrior]) -> tuple[Array, Array]:

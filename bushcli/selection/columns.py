@@ -8,6 +8,7 @@ have no derivative there, are scanned on a small grid. An effect whose derivativ
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -81,23 +82,20 @@ def trials(
 ) -> tuple[list[Candidate], str]:
     """Return the variants of an effect to try beside a model; if there are none, the reason.
 
-    Parameters
-    ----------
-    case : Case
-    model : Model
-    effect : Effect
-    recordings : sequence of Recording
-    shear : float
-        Shear modulus (MPa) from which grids of stresses and energies follow: one for all models, so that derivatives
-        are reused.
+    Grids of stresses and energies follow from the shear modulus `shear` (MPa): one for all models, so that derivatives
+    are reused.
     """
     acting = [recording for recording in recordings if effect.acts_on(recording.mode, recording.kind)]
     if not acting:
         return [], "it does not act on the recorded modes"
     if effect.needs_time and not any(recording.has_time for recording in acting):
         return [], "the recordings have no time"
-    if effect.needs_temperature and (reason := _same_temperature(case, recordings)):
-        return [], reason
+    if effect.needs_temperature:
+        degrees = np.concatenate(list(temperatures(case, recordings).values()))
+        if np.isnan(degrees).any():
+            return [], "a recording has no temperature"
+        if len(temperature_levels(degrees)) < 2:
+            return [], "the recordings have one temperature"
     if effect.needs_amplitudes and all(
         isinstance(recording, RecordedTable) and not recording.has_amplitudes for recording in acting
     ):
@@ -117,9 +115,8 @@ def trials(
         candidates += _grid(case, shear, effect, instance, instance.channels, group)
     known = {name for active in instances for name in active.channels or [r.name for r in acting]}
     for rig in _rigs(effect, acting):
-        if not effect.differs_from_law(
-            rig or [recording.name for recording in acting], everywhere, model.fixed
-        ):
+        own = rig or [recording.name for recording in acting]
+        if not effect.differs_from_law(own, everywhere, model.fixed):
             continue
         if not instances or (rig is not None and not known & set(rig)):
             group = [recording for recording in acting if rig is None or recording.name in rig]
@@ -133,9 +130,8 @@ def incompatibility(case: Case, names: Sequence[str]) -> str:
     """Return why the specimen cannot have these effects together; empty if it can."""
     known = list(dict.fromkeys(map(effect_name, names)))
     for name in known:
-        for reason, _ in reasons_against(
-            effects()[name], case.geometry, [other for other in known if other != name]
-        ):
+        others = [other for other in known if other != name]
+        for reason, _ in reasons_against(effects()[name], case.geometry, others):
             return f"{name}: {reason}"
     return ""
 
@@ -181,6 +177,7 @@ def _grid(
     shapes = [p for p in chosen if p.off is None]
     if not amplitudes:
         return []
+    before = {} if present is None else dict(present.values)
     sizes_of = {"shear": shear, "duration": scales["duration"], "amplitude": scales["travel"]}
 
     def values(parameter: EffectParameter) -> list[float]:
@@ -191,16 +188,16 @@ def _grid(
             return [float(np.mean(warm))]
         if not parameter.scan:
             return [parameter.start if parameter.prior is None else parameter.prior.median(scales)]
-        grid = parameter.grid(sizes_of)
-        if parameter.scale == "duration":
-            grid = _times(parameter, recordings)
-        return [v for v in grid if not _is_taken(parameter, v, present)]
+        grid = _times(parameter, recordings) if parameter.scale == "duration" else parameter.grid(sizes_of)
+        same = [] if present is None else [p.name for p in effect.parameters if p.stem == parameter.stem]
+        others = [before[name] for name in same if before.get(name, 0.0) > 0.0]
+        # A new branch near one that the effect has already would duplicate it.
+        return [v for v in grid if not any(0.5 < v / other < 2.0 for other in others)]
 
     degrees = temperatures(case, recordings) if effect.needs_temperature else {}
     warm = np.concatenate([*degrees.values(), np.zeros(0)])
     at = {name: float(np.mean(own)) for name, own in degrees.items()}
     candidates = []
-    before = {} if present is None else dict(present.values)
     for point in product(*(values(p) for p in shapes)):
         shape = dict(zip((p.name for p in shapes), point, strict=True))
         off = {p.name: float(p.off or 0.0) for p in amplitudes}
@@ -210,9 +207,8 @@ def _grid(
         used = [p for p in amplitudes if p in active.parameters]
         unit = scales["travel"] if used[0].scale else scales["thickness"]
         sizes: list[float | None] = [share * unit for share in used[0].sizes]
-        candidates += [
-            Candidate(active, tuple(p.name for p in used), shape, size) for size in sizes or [None]
-        ]
+        by = tuple(p.name for p in used)
+        candidates += [Candidate(active, by, shape, size) for size in sizes or [None]]
     return candidates
 
 
@@ -225,40 +221,24 @@ def temperatures(case: Case, recordings: Sequence[Recording]) -> dict[str, Array
     recordings : sequence of Recording
     """
     of_case = np.nan if case.temperature is None else case.temperature
-    sources = {
-        recording.label: recording.temperature
-        for recording in case.recordings
-        if recording.temperature is not None
-    }
+    given = {source.label: source.temperature for source in case.recordings}
+    sources = {name: value for name, value in given.items() if value is not None}
     degrees = {}
     for recording in recordings:
+        own = recording.temperature
         if isinstance(recording, RecordedTable):
             own = np.where(np.isnan(recording.table.temperature), of_case, recording.table.temperature)
-        else:
-            own = (
-                np.array([sources.get(recording.name, of_case)])
-                if recording.temperature is None
-                else recording.temperature
-            )
+        elif own is None:
+            own = np.array([sources.get(recording.name, of_case)])
         degrees[recording.name] = own
     return degrees
-
-
-def _same_temperature(case: Case, recordings: Sequence[Recording]) -> str:
-    """Return why recordings show no influence of the temperature; empty where they may."""
-    degrees = np.concatenate(list(temperatures(case, recordings).values()))
-    if np.isnan(degrees).any():
-        return "a recording has no temperature"
-    return "" if len(temperature_levels(degrees)) > 1 else "the recordings have one temperature"
 
 
 def _times(parameter: EffectParameter, recordings: Sequence[Recording]) -> list[float]:
     """Return the times of a grid: shares of the durations of paths, and as many as tables resolve."""
     times: list[float] = []
-    longest = max(
-        (recording.span[1] for recording in recordings if recording.kind == "static" and recording.has_time),
-        default=0.0,
-    )
+    paths = [recording for recording in recordings if recording.kind == "static" and recording.has_time]
+    longest = max((recording.span[1] for recording in paths), default=0.0)
     if longest:
         times += parameter.grid({"duration": longest})
     for fast, slow in (recording.times for recording in recordings if isinstance(recording, RecordedTable)):
@@ -276,31 +256,13 @@ def _parameters(
     """
     if present is None:
         return tuple(p for p in effect.parameters if not p.optional or p.motions & set(motions))
-    missing = [
-        p
-        for p in effect.parameters
-        if p.optional and p.searched and not p.motions and p.name not in present.values
-    ]
+    searched = [p for p in effect.parameters if p.optional and p.searched and not p.motions]
+    missing = [p for p in searched if p.name not in present.values]
     return tuple(p for p in missing if p.branch == missing[0].branch)
 
 
-def _is_taken(parameter: EffectParameter, value: float, present: ActiveEffect | None) -> bool:
-    """Whether a branch of the effect already has nearly this value: the new one would duplicate it."""
-    if present is None:
-        return False
-    same = [p.name for p in present.effect.parameters if p.stem == parameter.stem]
-    others = [present.values[name] for name in same if name in present.values]
-    return any(0.5 < value / other < 2.0 for other in others if other > 0)
-
-
 def shear_modulus(model: Model, case: Case) -> float:
-    """Initial shear modulus of a model's law, MPa.
-
-    Parameters
-    ----------
-    model : Model
-    case : Case
-    """
+    """Initial shear modulus of a model's law, MPa."""
     return float(model.task(case).law.shear_modulus(**model.start))
 
 
@@ -310,15 +272,8 @@ def shear_modulus(model: Model, case: Case) -> float:
 def columns(cache: ModelCache, case: Case, base: Model, candidates: Sequence[Candidate]) -> tuple[Array, ...]:
     """Derivative of each channel's force by k amplitudes, (points, n, k) each; NaN where it cannot be solved.
 
-    Parameters
-    ----------
-    cache : ModelCache
-    case : Case
-    base : Model
-        With its best-fitting values.
-    candidates : sequence of Candidate
-        One effect at points of its grid that differ in parameters of one body: one task, because what they share is
-        then solved once.
+    `base` has its best-fitting values. The candidates are one effect at points of its grid that differ in parameters of
+    one body: one task, because what they share is then solved once.
     """
     points = [_columns(cache, case, base, candidate) for candidate in candidates]
     return tuple(np.array(channel) for channel in zip(*points, strict=True))
@@ -335,33 +290,18 @@ def _columns(cache: ModelCache, case: Case, base: Model, trial: Candidate) -> li
     coarse: Coarse = "memory" if usual else "always"
     channels = cache.channels(model.task(case), HALF, coarse, tolerance=ESTIMATED)
     slopes: list[Array] = [np.zeros((len(channel.recording.force), len(names))) for channel in channels]
-    points = (model.values, _with_own_shape(model, case).values)
+    points, law = (model.values, _with_own_shape(model, case).values), () if base.fixed else tuple(base.start)
     for i, channel in enumerate(channels):
         recording = channel.recording
         if not trial.active.acts_on(recording.name, recording.mode, recording.kind):
             continue
-        slope = _first_solvable(channel, points, names, trial, case, () if base.fixed else tuple(base.start))
-        if slope is None:
+        for values in points:
+            with suppress(NotConverged, NoEquilibrium):
+                slopes[i] = _derivative(channel, values, names, trial, case, law)
+                break
+        else:
             return [np.full_like(slope, np.nan) for slope in slopes]
-        slopes[i] = slope
     return slopes
-
-
-def _first_solvable(
-    channel: AnyChannel,
-    points: Sequence[Mapping[str, float]],
-    names: Sequence[str],
-    trial: Candidate,
-    case: Case,
-    law: Sequence[str],
-) -> Array | None:
-    """Return the derivative at the first of several points that can be solved."""
-    for values in points:
-        try:
-            return _derivative(channel, values, names, trial, case, law)
-        except (NotConverged, NoEquilibrium):
-            continue
-    return None
 
 
 def _with_own_shape(model: Model, case: Case) -> Model:
@@ -385,12 +325,6 @@ def effects_beside(case: Case, model: Model, trial: Candidate) -> tuple[ActiveEf
     log its force late. One that only scales the force, or adds to it, changes the derivatives by no more than that
     factor, and so does any of a dynamic rig alone, about one preload. Effects of the rig, one branch more of an effect,
     and the temperature, which changes what others do, are tried beside all effects of the model.
-
-    Parameters
-    ----------
-    case : Case
-    model : Model
-    trial : Candidate
     """
     others = tuple(active for active in model.effects if active.identity != trial.active.identity)
     if trial.effect.acts == "rig" or len(others) < len(model.effects) or trial.effect.needs_temperature:

@@ -30,9 +30,6 @@ class Derivatives:
 
     Attributes
     ----------
-    problem : CommonData
-    workers : Workers
-    catalogue : sequence of Effect
     progress : callable
         Called with the stage, its subject, and a text about it.
     shear : float
@@ -84,18 +81,14 @@ class Derivatives:
             )
             if any(np.any(slope) for slope in slopes):
                 additions.append(Addition(trial, slopes))
-        solved = {
-            trial.effect.name for name, trial in zip(names, candidates, strict=True) if self._columns[name]
-        }
-        reasons = {
-            trial.effect.name: "these recordings do not respond to it"
-            if trial.effect.name in solved
-            else NOT_SIMULATED
-            for trial in candidates
-        }
+        reasons = {trial.effect.name: NOT_SIMULATED for trial in candidates}
+        for name, trial in zip(names, candidates, strict=True):
+            if self._columns[name]:
+                reasons[trial.effect.name] = "these recordings do not respond to it"
         shown = []
+        beside = Beside(state, ())
         for addition in additions:
-            size, own = Beside(state, ()).changes(addition)
+            size, own = beside.changes(addition)
             if np.max(own / np.where(size > 0.0, size, 1.0)) < OWN:
                 reasons[addition.trial.effect.name] = (
                     "the parameters of the law have the same influence on these recordings"
@@ -103,22 +96,19 @@ class Derivatives:
             else:
                 shown.append(addition)
         if is_plain:
-            names_ = {addition.trial.effect.name for addition in shown}
-            self.untestable |= {name: reason for name, reason in reasons.items() if name not in names_}
+            for addition in shown:
+                reasons.pop(addition.trial.effect.name, None)
+            self.untestable |= reasons
         return shown
 
     def _solve(self, state: State, candidates: Mapping[Name, Candidate]) -> None:
         """Calculate the derivatives of trials that are not known yet."""
         parts = self._parts(candidates)
-        new = {
-            name: trial
-            for name, trial in candidates.items()
-            if name not in self._columns and name not in parts
-        }
-
         # One task for all points that share a body; first those that take longest, so that no worker waits at the end.
         groups: dict[tuple[object, ...], dict[Name, Candidate]] = {}
-        for name, trial in new.items():
+        for name, trial in candidates.items():
+            if name in self._columns or name in parts:
+                continue
             mesh = tuple(trial.active.values[p.name] for p in trial.active.parameters if p.of_mesh)
             groups.setdefault((trial.active.identity, trial.amplitudes, mesh), {})[name] = trial
         tasks = sorted(groups.values(), key=_expected_time, reverse=True)
@@ -141,17 +131,16 @@ class Derivatives:
 
     def _parts(self, candidates: Mapping[Name, Candidate]) -> dict[Name, tuple[Candidate, Name]]:
         """Return trials in the rig of one channel that are part of a trial in all rigs, with the key of the latter."""
+        points = {
+            name: (trial.effect.name, *trial.shape.items(), trial.size) for name, trial in candidates.items()
+        }
         shared = {
-            (trial.effect.name, *trial.shape.items(), trial.size): name
+            points[name]: name
             for name, trial in candidates.items()
             if trial.effect.may_be_shared and trial.active.channels is None
         }
-        parts = {}
-        for name, trial in candidates.items():
-            whole = shared.get((trial.effect.name, *trial.shape.items(), trial.size), name)
-            if whole != name:
-                parts[name] = trial, whole
-        return parts
+        wholes = {name: shared.get(point, name) for name, point in points.items()}
+        return {name: (candidates[name], whole) for name, whole in wholes.items() if whole != name}
 
     def _in_channels(self, trial: Candidate, known: tuple[Array, ...] | None) -> tuple[Array, ...] | None:
         """Return derivatives (n, k) of all channels by an effect in all as those by the effect in some of them."""
@@ -171,10 +160,9 @@ class Derivatives:
         has_branches = any(active.identity == trial.active.identity for active in state.model.effects)
         if has_branches or effects_beside(self.problem.case, state.model, trial):
             base = (*sorted(state.model.values.items()), *state.model.identities)
-        shape: Mapping[str, float] = trial.shape
         # Any law that was fitted serves for the others, as its values serve for other values.
         law = state.model.law if base or trial.effect.acts == "rig" else ""
-        return (law, trial.active.identity, trial.amplitudes, *shape.items(), trial.size, base)
+        return (law, trial.active.identity, trial.amplitudes, *trial.shape.items(), trial.size, base)
 
 
 def _expected_time(task: Mapping[Name, Candidate]) -> tuple[int, int]:

@@ -84,23 +84,14 @@ class FittedSamples:
 
 @dataclass(frozen=True)
 class _End:
-    """Where a search ended; `<` compares the objectives.
-
-    Attributes
-    ----------
-    objective : float
-    x : shape (p,)
-    converged : bool
-    at_wall : bool
-        Whether the search ended next to parameters for which the simulation fails.
-    hopeless : bool
-        Whether it was ended because it could not matter.
-    """
+    """Where a search ended, with parameters x (p,); `<` compares the objectives."""
 
     objective: float
     x: Array
     converged: bool
+    # Next to parameters for which the simulation fails.
     at_wall: bool = False
+    # It was ended because it could not matter.
     hopeless: bool = False
 
     def __lt__(self, other: _End) -> bool:
@@ -148,11 +139,7 @@ def fit(
     start = task.vectors()[0]
     rule = StoppingRule(problem, model.off_values(problem.names), needed)
     if not problem.names:
-        return (
-            with_fitted_values(model, problem, np.zeros(0), True)
-            if np.isfinite(problem.residual(np.zeros(0))).all()
-            else None
-        )
+        return without_parameters(model, problem)
     initial = _first_solved(problem, model, start)
     if beside is not None:
         initial = _better_start(problem, initial, start, beside)
@@ -245,17 +232,7 @@ def refine_mesh(cache: ModelCache, case: Case, fitted: Fitted) -> Fitted | None:
         except NotConverged:
             return None
         forces.append(np.where(np.isfinite(before), force, np.nan))
-    return Fitted(
-        fitted.model,
-        fitted.names,
-        fitted.x,
-        tuple(forces),
-        fitted.jacobians,
-        fitted.converged,
-        fitted.solves,
-        fitted.failed,
-        fitted.states,
-    )
+    return replace(fitted, simulated=tuple(forces))
 
 
 def _first_solved(problem: Posterior, model: Model, start: Array) -> Array | None:
@@ -313,21 +290,11 @@ def _search_from(problem: Posterior, initial: Array, rule: StoppingRule) -> _End
 
 
 def with_fitted_values(model: Model, problem: LeastSquaresProblem, x: Array, converged: bool) -> Fitted:
-    """Return a model with its best-fitting values.
-
-    Parameters
-    ----------
-    model : Model
-    problem : LeastSquaresProblem
-    x : (p,) array
-        Values of its parameters, each in its unit.
-    converged : bool
-    """
+    """Return a model with its best-fitting values `x` (p,)."""
     forces = problem.forces(x)
     assert forces is not None
-    values = dict(zip(problem.names, map(float, x), strict=True))
     return Fitted(
-        model.at(values),
+        model.at(dict(zip(problem.names, map(float, x), strict=True))),
         problem.names,
         x,
         tuple(force for force, _ in forces),
@@ -337,3 +304,9 @@ def with_fitted_values(model: Model, problem: LeastSquaresProblem, x: Array, con
         problem.failed_solves,
         problem.states,
     )
+
+
+def without_parameters(model: Model, problem: LeastSquaresProblem) -> Fitted | None:
+    """Return a model without parameters that could be fitted; None where it cannot be solved."""
+    solved = np.isfinite(problem.residual(np.zeros(0))).all()
+    return with_fitted_values(model, problem, np.zeros(0), True) if solved else None

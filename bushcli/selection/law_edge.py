@@ -43,7 +43,6 @@ class LawEdge:
 
     Attributes
     ----------
-    state : State
     cuts : Cuts
         Conditions found so far, MPa; the law is stable where their values are no less than zero.
     """

@@ -24,7 +24,6 @@ class Model:
 
     Attributes
     ----------
-    law : str
     start : mapping
         Of the law's parameters.
     fixed : bool
@@ -155,7 +154,6 @@ class Fitted:
         Force of each channel at its samples.
     jacobians : tuple of array, shape (n, p) each
         Derivatives of these forces by the parameters.
-    converged : bool
     solves, failed : int
         Simulations of a channel, and evaluations that failed.
     states : shape (k, 3)

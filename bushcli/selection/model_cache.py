@@ -109,7 +109,7 @@ class ModelCache:
                 if anchor is None or model.mode.name not in modes:
                     return None
                 plain = replace(task, case=whole, start=anchor, fixed=tuple(anchor))
-                return self.mesh_corrections(plain, anchor)[channel]
+                return self._mesh_corrections(plain, anchor)[channel]
 
             recorded = self.recorded_tables(whole)
             known = replace(task, tables=tuple(recording.table for recording in recorded))
@@ -154,39 +154,27 @@ class ModelCache:
         recorded = recorded_table(table)
         channel = TableChannel(recorded, rubber_of(task.material), task.case, self.bodies(task), self._stores)
         answer = channel.solve(values, names)
-        slopes = [recorded.stiffness(slope) for slope in answer.slope.T]
-        return recorded.stiffness(answer.force), np.array(slopes, dtype=np.complex128).reshape(
-            -1, len(table)
-        ).T
+        slopes = np.array([recorded.stiffness(slope) for slope in answer.slope.T], dtype=np.complex128)
+        return recorded.stiffness(answer.force), slopes.reshape(-1, len(table)).T
 
     def _stores(self, model: FiniteElementModel, name: tuple[object, ...]) -> Store:
         """Return the reduced matrices of channels of a body."""
         return _entry(self._vibrating, STORES, canonical((id(model), name)), lambda: (model, {}))[1]
 
-    def mesh_corrections(self, plain: Task, anchor: Mapping[str, float]) -> dict[str, MeshCorrection]:
+    def _mesh_corrections(self, plain: Task, anchor: Mapping[str, float]) -> dict[str, MeshCorrection]:
         """Return the corrections of the force of a coarse mesh to the default one, by channel.
 
-        They are computed for the law alone. A coarse mesh is too stiff by a factor that hardly depends on the rubber's
-        memory; the difference that the factor leaves is added as it is.
-
-        Parameters
-        ----------
-        plain : Task
-            Of the law without effects.
-        anchor : mapping of str to float
-            Parameters of the law (MPa or dimensionless) at which both meshes are compared.
+        They are computed for the law alone, at its parameters `anchor`. A coarse mesh is too stiff by a factor that
+        hardly depends on the rubber's memory; the difference that the factor leaves is added as it is.
         """
 
         def made() -> dict[str, MeshCorrection]:
             corrections = {}
-            for usual, coarse in zip(
-                self.channels(plain), self.channels(plain, coarse="always"), strict=True
-            ):
-                exact, rough = (
-                    channel.at_samples(channel.solve(anchor, ()))[0] for channel in (usual, coarse)
-                )
+            meshes = self.channels(plain), self.channels(plain, coarse="always")
+            for pair in zip(*meshes, strict=True):
+                exact, rough = (channel.at_samples(channel.solve(anchor, ()))[0] for channel in pair)
                 share = float(rough @ exact) / max(float(rough @ rough), 1e-300)
-                corrections[usual.name] = MeshCorrection(share, exact - share * rough)
+                corrections[pair[0].name] = MeshCorrection(share, exact - share * rough)
             return corrections
 
         return _entry(self._corrections, SETS, canonical((plain.case, _law(plain), dict(anchor))), made)
@@ -219,20 +207,10 @@ class ModelCache:
                 refinement = shape.coarse
                 if modes is not None:
                     modes.add(mode.name)
-            key = (
-                shape,
-                mode.name,
-                mode.solid.six,
-                _law(task),
-                rubber.bulk_modulus,
-                refinement,
-                _structure(acting),
-            )
+            rest = mode.solid.six, _law(task), rubber.bulk_modulus, refinement, _structure(acting)
+            name = canonical((shape, mode.name, *rest))
             return _entry(
-                self._bodies,
-                BODIES,
-                canonical(key),
-                lambda: prepare(shape, mode, rubber, refinement, comm, features),
+                self._bodies, BODIES, name, lambda: prepare(shape, mode, rubber, refinement, comm, features)
             )
 
         return body

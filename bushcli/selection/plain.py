@@ -12,7 +12,7 @@ from bushcli.evidence.density import features_of
 from bushcli.inverse.minimum_search import first_minimum, search
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.noise import NoiseModel
-from bushcli.selection.fit import FittedSamples, pose, with_fitted_values
+from bushcli.selection.fit import FittedSamples, pose, with_fitted_values, without_parameters
 from bushcli.selection.model import Fitted, Model
 from bushcli.selection.model_cache import ModelCache
 
@@ -38,12 +38,10 @@ def fit_plain(
         minimum.
     """
     task = model.task(case)
-    channels = cache.channels(task)
-    problem = task.pose(channels)
-    start = task.vectors()[0]
+    problem = task.pose(cache.channels(task))
     if not problem.names:
         return with_fitted_values(model, problem, np.zeros(0), True)
-    result = first_minimum(problem, start)
+    result = first_minimum(problem, task.vectors()[0])
     best = None if result is None else result.minimum
     if known is not None:
         x = problem.bounds.clip(np.array([known[name] for name in problem.names]))
@@ -72,16 +70,11 @@ def first_plain_fit(cache: ModelCache, case: Case, model: Model, used: tuple[Mas
         return tuple(1.0 + UNKNOWN**2 * feature.signal / max(feature.count, 1) for feature in features)
 
     task, problem = pose(cache, case, model, samples, failed_steps=None, variances=variances)
-    start = task.vectors()[0]
     if not problem.names:
-        solved = np.isfinite(problem.residual(np.zeros(0))).all()
-        return with_fitted_values(model, problem, np.zeros(0), True) if solved else None
-    result = first_minimum(problem, start)
-    return (
-        None
-        if result is None
-        else with_fitted_values(model, problem, result.minimum.x, result.minimum.converged)
-    )
+        return without_parameters(model, problem)
+    result = first_minimum(problem, task.vectors()[0])
+    best = None if result is None else result.minimum
+    return None if best is None else with_fitted_values(model, problem, best.x, best.converged)
 
 
 def all_features(

@@ -26,7 +26,6 @@ from scipy.special import logsumexp
 from bushcli.evidence.amplitudes import amplitudes
 from bushcli.evidence.density import SETTLED
 from bushcli.evidence.laplace import Evidence
-from bushcli.evidence.prior import ParameterPrior
 from bushcli.evidence.stopping_rule import NEGLIGIBLE
 from bushcli.selection.columns import shear_modulus
 from bushcli.selection.fit import TURNS
@@ -77,22 +76,17 @@ class Beside:
         grouped: dict[str, list[Addition]] = {}
         for addition in additions:
             # Each value of a mesh dimension is a separate model; times and gaps are averaged over.
-            fixed = [
-                f"{p.name}={addition.trial.active.values[p.name]:g}"
-                for p in addition.trial.active.parameters
-                if p.of_mesh
-            ]
-            grouped.setdefault(" ".join([addition.trial.active.identity, *fixed]), []).append(addition)
+            active = addition.trial.active
+            fixed = [f"{p.name}={active.values[p.name]:g}" for p in active.parameters if p.of_mesh]
+            grouped.setdefault(" ".join([active.identity, *fixed]), []).append(addition)
         self.grouped = grouped
+        self._solutions: dict[tuple[bool, tuple[int, ...]], tuple[Evidence, Array]] = {}
+        self._settled: dict[tuple[int, ...], tuple[Evidence, Array]] = {}
+        self._own_columns: dict[int, tuple[Addition, Array, Array]] = {}
         # What was predicted before serves where the same additions are predicted with the same variances.
-        same = before if before is not None and list(before.variances) == list(self.variances) else None
-        self._solutions: dict[tuple[bool, tuple[int, ...]], tuple[Evidence, Array]] = (
-            {} if same is None else same._solutions
-        )
-        self._settled: dict[tuple[int, ...], tuple[Evidence, Array]] = {} if same is None else same._settled
-        self._own_columns: dict[int, tuple[Addition, Array, Array]] = (
-            {} if same is None else same._own_columns
-        )
+        if before is not None and list(before.variances) == list(self.variances):
+            self._solutions, self._settled = before._solutions, before._settled
+            self._own_columns = before._own_columns
 
     # -- predictions ---------------------------------------------------------------------------------------------
 
@@ -152,7 +146,7 @@ class Beside:
     def changes(self, addition: Addition) -> tuple[Array, Array]:
         """Return sizes (k,) of the change by each amplitude of an addition, and of what the fit cannot make of it."""
         G = self._weighted_features(addition.slopes)
-        return np.linalg.norm(G, axis=0), np.linalg.norm(self._left(G), axis=0)
+        return np.linalg.norm(G, axis=0), np.linalg.norm(self._tangent.left(G), axis=0)
 
     def any_law(self, more: int) -> float:
         """Log evidence of the model if its law could remove all misfit that is a function of the displacement."""
@@ -175,7 +169,7 @@ class Beside:
                 [own if i == j else np.zeros((f.count, own.shape[1])) for j, f in enumerate(features)]
             )
         G = self._weighted_features([np.hstack([b[j] for b in blocks]) for j in range(len(features))])
-        u, s, _ = np.linalg.svd(self._left(G), full_matrices=False)
+        u, s, _ = np.linalg.svd(self._tangent.left(G), full_matrices=False)
         # What the law's own parameters change is rounding.
         u = u[:, s > 1e-8 * max(float(np.linalg.norm(G)), 1e-300)]
         rest = self._rest - u @ (u.T @ self._rest)
@@ -223,9 +217,6 @@ class Beside:
         held, values = self.state.held_parameters(misfit, slopes)
         return tangent_space(misfit, slopes, ~held, values - x, x)
 
-    def _left(self, columns: Array) -> Array:
-        return self._tangent.left(columns)
-
     @cached_property
     def _rest(self) -> Array:
         return self._tangent.left(self._tangent.rest)
@@ -233,8 +224,7 @@ class Beside:
     def _split(self, rows: Array) -> list[Array]:
         """Return the features of each channel, cut from the weighted rows of all."""
         features, start = [], 0
-        problem = self.state.problem
-        for feature, v in zip(problem.likelihood.features, self.variances, strict=True):
+        for feature, v in zip(self.state.problem.likelihood.features, self.variances, strict=True):
             features.append(feature.colour(rows[start : start + feature.count], v))
             start += feature.count
         return features
@@ -268,12 +258,9 @@ class Beside:
                 reachable_likelihood(solutions[best][0].likelihood, self._value(())[0].left, loose.left),
             )
         model = self._model(points[best], solutions[best][1])
-        return Prediction(model, log, most - self.own_likelihood, most, reach, max(hoped - most, 0.0))
-
-    @cached_property
-    def own_likelihood(self) -> float:
-        """Log likelihood of the model itself at its first-order optimum."""
-        return self._value(())[0].judgement.log
+        return Prediction(
+            model, log, most - self._value(())[0].judgement.log, most, reach, max(hoped - most, 0.0)
+        )
 
     @cached_property
     def coarse_likelihood(self) -> float:
@@ -281,14 +268,10 @@ class Beside:
         return self._value(())[0].coarse
 
     def _value(self, point: tuple[Addition, ...]) -> tuple[Evidence, Array]:
-        """Return the evidence to first order, and the amplitudes."""
-        key = tuple(map(id, point))
-        if key not in self._settled:
-            self._settled[key] = self._settle_variances(point)
-        return self._settled[key]
-
-    def _settle_variances(self, point: tuple[Addition, ...]) -> tuple[Evidence, Array]:
         """Return evidence and amplitudes after alternating between the solution and its variances, as a fit does."""
+        key = tuple(map(id, point))
+        if key in self._settled:
+            return self._settled[key]
         evidence, amplitude = self._solve_amplitudes(point)
         for _ in range(TURNS):
             scale = evidence.judgement.scale
@@ -298,6 +281,7 @@ class Beside:
             if again.log <= evidence.log:
                 break
             evidence, amplitude = again, other
+        self._settled[key] = evidence, amplitude
         return evidence, amplitude
 
     def _solve_amplitudes(self, point: tuple[Addition, ...], within: bool = True) -> tuple[Evidence, Array]:
@@ -312,7 +296,7 @@ class Beside:
         if id(addition) not in self._own_columns:
             G = self._weighted_features(addition.slopes)
             # It is held here, so that no other object gets its identity.
-            self._own_columns[id(addition)] = addition, G, self._left(G)
+            self._own_columns[id(addition)] = addition, G, self._tangent.left(G)
         return self._own_columns[id(addition)][1:]
 
     def _solution(self, point: tuple[Addition, ...], within: bool) -> tuple[Evidence, Array]:
@@ -326,19 +310,18 @@ class Beside:
             if point
             else (none, none)
         )
-        known, start, between = self._amplitude_bounds(point)
+        parts = [self._known_amplitudes_of(addition) for addition in point]
+        known = [prior for part in parts for prior in part.known]
+        start, low, high = (
+            np.concatenate([np.zeros(0), *(getattr(part, what) for part in parts)])
+            for what in ("start", "low", "high")
+        )
         at, misfit = self._tangent, self._rest
         active: tuple[int, ...] = ()
         for _ in range(CUTS):
             gram = own.T @ own
             gram[np.diag_indices(len(gram))] += OWN**2 * np.sum(G**2, axis=0) + 1e-300
-            amplitude = amplitudes(
-                gram,
-                -(own.T @ misfit),
-                known,
-                start,
-                between,
-            )
+            amplitude = amplitudes(gram, -(own.T @ misfit), known, start, (low, high))
             further = G @ amplitude
             beyond = within and self.edge.cut_off(at.optimum(further))
             if not beyond and not active:
@@ -361,19 +344,8 @@ class Beside:
         )
         return evidence, amplitude
 
-    def _amplitude_bounds(
-        self, point: tuple[Addition, ...]
-    ) -> tuple[list[ParameterPrior | None], Array, tuple[Array, Array]]:
-        """Priors, off values and bounds of the amplitudes."""
-        parts = [self._known_amplitudes_of(addition) for addition in point]
-        start, low, high = (
-            np.concatenate([np.zeros(0), *(getattr(part, what) for part in parts)])
-            for what in ("start", "low", "high")
-        )
-        return [prior for part in parts for prior in part.known], start, (low, high)
-
     def _known_amplitudes_of(self, addition: Addition) -> KnownAmplitudes:
-        """The same of one addition, computed once for all predictions beside the model."""
+        """Priors, off values and bounds of an addition, computed once for all predictions beside the model."""
         if id(addition) not in self._known:
             problem = self.state.problem
             self._known[id(addition)] = known_amplitudes(

@@ -32,7 +32,6 @@ class Addition:
 
     Attributes
     ----------
-    trial : Candidate
     slopes : tuple of (K, k) array
         Features of the derivatives by the k amplitudes, by channel.
     """
@@ -49,7 +48,6 @@ class Prediction:
     ----------
     model : Model
         With the effects' first-order values.
-    log_evidence : float
     gain : float
         Increase of the log likelihood by the effects, at the best point of their grids.
     log_likelihood : float

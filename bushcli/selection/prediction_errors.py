@@ -38,12 +38,7 @@ MOST = 2.0
 
 
 def changes(base: Model, model: Model) -> Changes:
-    """Return the changes from one model to another.
-
-    Parameters
-    ----------
-    base, model : Model
-    """
+    """Return the changes from one model to another."""
     before, after = _effect_names(base), _effect_names(model)
     differences = {f"with {name}" for name in after - before} | {f"without {name}" for name in before - after}
     if (base.law, base.terms, base.fixed) != (model.law, model.terms, model.fixed):
@@ -90,14 +85,9 @@ class PredictionErrors:
         self._precision: Array = np.zeros((0, 0))
 
     def add(self, changed: Changes, error: float, slack: float) -> None:
-        """Note the error of a prediction whose model has been fitted.
+        """Note the error of a prediction whose model has been fitted: found minus predicted log evidence.
 
-        Parameters
-        ----------
-        changed : set of str
-            Changes from the model beside which it was predicted; none where it was only a bound.
-        error, slack : float
-            Found minus predicted logarithm of the evidence, and the slack of the prediction, in nats.
+        Nothing has `changed` where it was only a bound; error and slack are in nats.
         """
         if changed and slack > 0.0 and math.isfinite(error):
             self._changes.append(changed)
@@ -106,13 +96,7 @@ class PredictionErrors:
             self._precision = np.asarray(np.linalg.inv(known + OWN**2 * np.eye(len(known))), dtype=np.float64)
 
     def expected_error(self, changed: Changes) -> ExpectedError:
-        """Return the error that is expected of a prediction.
-
-        Parameters
-        ----------
-        changed : set of str
-            Changes from the model beside which it was predicted.
-        """
+        """Return the error that is expected of a prediction, from its changes to the model beside which it was made."""
         whole = COMMON**2 + OF_CHANGE**2 * len(changed) + OWN**2
         if not self._changes:
             return NONE

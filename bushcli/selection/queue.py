@@ -160,10 +160,8 @@ class Search:
 
     def weights(self, state: State) -> tuple[float, float]:
         """Logarithm of the posterior weight of a model, without and with the unknown effect."""
-        evidence = state.evidence
-        return evidence.log + self.odds(state.model), evidence.log_unknown + self.odds(
-            state.model, unknown=True
-        )
+        model, evidence = state.model, state.evidence
+        return evidence.log + self.odds(model), evidence.log_unknown + self.odds(model, unknown=True)
 
     def odds(self, model: Model, unknown: bool = False) -> float:
         """Logarithm of the prior odds of a model against the plain law.
@@ -363,9 +361,8 @@ class Search:
         if state is self.plain and further > 1 and best < state.evidence.coarse + FAR:
             predictions += beside.pairs()
         for prediction in predictions:
-            silent = (
-                len(prediction.model.identities) > len(state.model.identities) and prediction.gain < FAINT
-            )
+            larger = len(prediction.model.identities) > len(state.model.identities)
+            silent = larger and prediction.gain < FAINT
             far = state is self.plain and len(prediction.model.effects) == 1 and prediction.reach > FAR
             slack = slack_of(BORROWED * prediction.reach if far else prediction.reach)
             self._queue(prediction, state, 0.0 if silent else slack, is_silent=silent)
@@ -404,10 +401,7 @@ class Search:
         key = state.model.structure
         if key not in self._borrowed or self._borrowed[key].state is not state:
             every = [addition for points in self._beside_plain.values() for addition in points]
-            others = [
-                addition for addition in every if not addition.trial.active.is_among(state.model.effects)
-            ]
-            self._borrowed[key] = Beside(state, others)
+            self._borrowed[key] = _without_own(state, every)
         return self._borrowed[key]
 
     def _expand_without(self, state: State, beside: Beside) -> None:
@@ -424,14 +418,7 @@ class Search:
             for removed in combinations(identities, count):
                 others = [addition for addition in every if addition.trial.active.identity not in removed]
                 smaller = state.without(removed)
-                other = Beside(
-                    smaller,
-                    [
-                        addition
-                        for addition in others
-                        if not addition.trial.active.is_among(smaller.model.effects)
-                    ],
-                )
+                other = _without_own(smaller, others)
                 lost = abs(state.evidence.coarse - other.coarse_likelihood)
                 self._queue(other.alone(), state, slack_of(lost))
                 for prediction in other.singles():
@@ -460,11 +447,9 @@ class Search:
         names = [active.effect.name for active in prediction.model.effects]
         if prediction.model.structure in self.states or incompatibility(self.problem.case, names):
             return
-        odds = self.odds(prediction.model)
+        odds, likelihood = self.odds(prediction.model), self.problem.likelihood
         # No model is better than one that leaves nothing but noise.
-        gain = (
-            self.problem.likelihood.judge(self.problem.likelihood.no_misfit).log - prediction.log_likelihood
-        )
+        gain = likelihood.judge(likelihood.no_misfit).log - prediction.log_likelihood
         limit = prediction.log_evidence + odds + max(gain, 0.0)
         # A law that fits worse than its bound says nothing of the bounds of others.
         changed = frozenset() if is_bound else changes(base.model, prediction.model)
@@ -472,3 +457,9 @@ class Search:
         self.waiting.put(
             Queued(prediction.model, base, log, odds, slack, hope, limit, is_bound, is_silent, changed)
         )
+
+
+def _without_own(state: State, additions: Sequence[Addition]) -> Beside:
+    """Return predictions beside a model with those additions whose effects it does not have."""
+    own = state.model.effects
+    return Beside(state, [addition for addition in additions if not addition.trial.active.is_among(own)])

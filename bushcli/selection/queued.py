@@ -32,7 +32,6 @@ class Queued:
 
     Attributes
     ----------
-    model : Model
     base : State
         The fitted model beside which it was predicted.
     first_order : float

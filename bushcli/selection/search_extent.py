@@ -19,8 +19,6 @@ class TriedModel:
 
     Attributes
     ----------
-    law : str
-    effects : tuple of str
     predicted, log_evidence : float
         Natural logarithm of evidence times prior odds, predicted to first order and after the fit, less that of the
         plain law; NaN where there is none.
@@ -51,8 +49,6 @@ class SearchExtent:
         Whether the search ended because further fits could change no more than `queue.LEFT` of the posterior.
     left : float
         Share of the posterior that fits of the models in the queue may change, by their predictions.
-    ended : Ended
-    trials : tuple of TriedModel
     lost : tuple of str
         Models that could not be solved from any start, in words.
     untestable : mapping of str to str

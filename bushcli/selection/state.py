@@ -31,11 +31,8 @@ class CommonData:
     ----------
     case : Case
         Without effects.
-    recordings : tuple of Recording
-    noises : tuple of NoiseModel
     used : tuple of array of bool, shape (n,) each
         Samples that count.
-    likelihood : Likelihood
     """
 
     case: Case
@@ -114,18 +111,14 @@ class State:
     def held_parameters(self, misfit: Array, slopes: Array) -> tuple[NDArray[np.bool_], Array]:
         """Return which parameters bounds hold at the first-order optimum, shape (p,), and the parameters there.
 
+        Where a bound holds a parameter, that is its value exactly; the others keep those of the fit.
+
         Parameters
         ----------
         misfit : array, shape (rows,)
             Weighted misfit and priors, in standard deviations.
         slopes : array, shape (rows, p)
             Their derivatives by the parameters, per unit of these.
-
-        Returns
-        -------
-        held : array of bool, shape (p,)
-        values : array, shape (p,)
-            Each in its parameter's unit: the bounds that hold parameters, exactly, and the fitted values of the others.
         """
         lower, upper = self.bounds.lower, self.bounds.upper
         low, high = lower - self.fitted.x, upper - self.fitted.x
@@ -151,25 +144,13 @@ class State:
     @cached_property
     def evidence(self) -> Evidence:
         """Evidence of the model."""
-        fitted = self.fitted
-        return Evidence(
-            self.problem.likelihood,
-            self.misfit,
-            self.slopes,
-            fitted.x,
-            self.parameter_priors,
-            self.off_values,
-        )
+        priors, off = self.parameter_priors, self.off_values
+        return Evidence(self.problem.likelihood, self.misfit, self.slopes, self.fitted.x, priors, off)
 
     def without(self, removed: Sequence[str]) -> State:
         """The model without some of its effects, to first order: the curves change by the amplitudes' derivatives.
 
         The other parameters keep their values; `predict.Beside` adapts them.
-
-        Parameters
-        ----------
-        removed : sequence of str
-            Identities of the effects.
         """
         remaining = tuple(active for active in self.model.effects if active.identity not in removed)
         leaving = [active for active in self.model.effects if active.identity in removed]
@@ -183,12 +164,8 @@ class State:
             for p in old.parameters
         }
         names = self.fitted.names
-        change = np.array(
-            [
-                off - x if name in amplitudes else 0.0
-                for name, x, off in zip(names, self.fitted.x, self.off_values, strict=True)
-            ]
-        )
+        changes = zip(names, self.fitted.x, self.off_values, strict=True)
+        change = np.array([off - x if name in amplitudes else 0.0 for name, x, off in changes])
         keep = [i for i, name in enumerate(names) if name not in parameters]
         fitted = replace(
             self.fitted,

@@ -204,7 +204,7 @@ def test_first_order_takes_a_parameter_to_its_bound_and_no_further(coupon, monke
     beside = Beside(State(world.problem, off), ())
     expected = State(world.problem, best).evidence.judgement.log
     assert State(world.problem, off).evidence.judgement.log < expected - 0.1
-    assert beside.own_likelihood == pytest.approx(expected, abs=0.05)
+    assert beside.alone().log_likelihood == pytest.approx(expected, abs=0.05)
     # Exactly at the bound: an amplitude below its least value, if only by rounding, would be impossible.
     held, values = State(world.problem, off).held_parameters(*beside._whole)
     assert held[i]
@@ -270,9 +270,9 @@ def test_first_order_takes_a_law_to_its_edge_of_stability_and_no_further(beyond,
     )
     assert 0.5 * rest @ rest == pytest.approx(exact.fun, rel=0.01)
     # Without the edge, first order promises what no fit can reach.
-    reached = beside.own_likelihood
+    reached = beside.alone().log_likelihood
     monkeypatch.setattr(LawEdge, "cut_off", lambda self, x: False)
-    assert Beside(beyond, ()).own_likelihood > reached + 5.0
+    assert Beside(beyond, ()).alone().log_likelihood > reached + 5.0
 
 
 def test_what_only_another_law_could_reach_is_hoped_for(beyond, made, monkeypatch):
