@@ -97,13 +97,13 @@ def test_an_interrupted_profile_leaves_the_minimum_found(experiment):
 
 
 def test_faulty_data_get_no_profiles(experiment):
-    """The same recording in kN, read in N: C30 is as poorly determined, but an interval of it would mean nothing."""
+    """The same recording in mN, read in N: C30 is as poorly determined, but an interval of it would mean nothing."""
     case = experiment("axial", noise=1.0, seed=3)
     file = case.recordings[0].file
     head, *rows = file.read_text(encoding="utf-8").splitlines()
     pairs = [row.split(",") for row in rows]
     file.write_text(
-        "\n".join([head, *(f"{q},{float(force) / 1e3!r}" for q, force in pairs)]), encoding="utf-8"
+        "\n".join([head, *(f"{q},{1e3 * float(force)!r}" for q, force in pairs)]), encoding="utf-8"
     )
     fit = identify(Task(case, "yeoh"))
     assert fit.conditions[0].name == "faulty_data"
