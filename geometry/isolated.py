@@ -77,7 +77,7 @@ def isolated(
             if _reader is None:
                 return function(*args, **kwargs)
             place, limit = str(where(*args, **kwargs)), seconds(*args, **kwargs)
-            question = (function.__module__, function.__qualname__, args, kwargs, limit)
+            question = (_folder(), function.__module__, function.__qualname__, args, kwargs, limit)
             try:
                 answer, error, details = _reader.ask(question, _WAITING * limit)
             except TimeoutError:
@@ -102,6 +102,13 @@ def isolated(
         return ask_reader
 
     return decorate
+
+
+def _folder() -> Path:
+    """Return where relative paths begin now; the root where that folder has been deleted."""
+    with suppress(FileNotFoundError):
+        return Path.cwd()
+    return Path("/")
 
 
 def seconds_for(cells: float) -> float:
@@ -226,11 +233,12 @@ def serve() -> None:
 
 
 def _answer(
-    module: str, name: str, args: tuple[object, ...], kwargs: dict[str, object], seconds: float
+    folder: Path, module: str, name: str, args: tuple[object, ...], kwargs: dict[str, object], seconds: float
 ) -> tuple[Any, Exception | None, str]:
     usage = resource.getrusage(resource.RUSAGE_SELF)
     _limit(resource.RLIMIT_CPU, int(usage.ru_utime + usage.ru_stime + seconds) + 1)
     try:
+        os.chdir(folder)
         return getattr(importlib.import_module(module), name)(*args, **kwargs), None, ""
     except GeometryError as error:
         return None, error, ""

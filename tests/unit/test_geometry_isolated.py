@@ -47,6 +47,13 @@ def test_whatever_happens_to_the_reader_is_one_sentence_and_the_next_file_is_rea
     assert in_the_reader(math.sqrt)(16.0) == 4.0
 
 
+def test_relative_paths_are_those_of_the_process_that_asks(tmp_path, monkeypatch):
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        monkeypatch.chdir(tmp_path / name)
+        assert in_the_reader(os.getcwd)() == str(tmp_path / name)
+
+
 def test_a_mistake_of_our_own_is_not_the_file_s_fault():
     with pytest.raises(Mistake, match=r"TypeError: .*str") as mistake:
         in_the_reader(seconds_for)("many")
