@@ -5,13 +5,13 @@ What a file does not say, the reader asks with the keys that would answer it: th
 
 from __future__ import annotations
 
-import json
 import re
 import tomllib
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
+from bushcli.case.identified import inline
 from bushcli.errors import Problem, RecordingError, count_of
 from bushcli.recording.dynamic.columns import MEASURED, meanings
 from bushcli.recording.dynamic.read import read_dynamic
@@ -115,15 +115,13 @@ def dynamic_text(entry: DynamicEntry, name: str, file: str) -> list[str]:
     ]
     lines += [f"[[{section}]]", f'mode = "{entry.mode}"', 'kind = "dynamic"']
     if name:
-        lines.append(f"name = {json.dumps(name, ensure_ascii=False)}")
-    lines.append(f"file = {json.dumps(file, ensure_ascii=False)}")
+        lines.append(f"name = {inline(name)}")
+    lines.append(f"file = {inline(file)}")
     for key in ("amplitude_is", "stiffness_is", "loss_angle_is", "across", "quantity"):
         if (answer := getattr(entry.source, key)) is not None:
             lines.append(f'{key} = "{answer}"')
     if entry.source.units:
-        inside = ", ".join(
-            f"{key} = {json.dumps(unit, ensure_ascii=False)}" for key, unit in entry.source.units.items()
-        )
+        inside = ", ".join(f"{key} = {inline(unit)}" for key, unit in entry.source.units.items())
         lines.append(f"units = {{ {inside} }}")
     return [
         *lines,

@@ -31,7 +31,8 @@ _GLASS = 3000.0
 #: (rad), from natural rubber without fillers to butyl; of amplitudes and preloads over the rubber's thickness, or as
 #: strains.
 _MODULUS, _LOSS_ANGLE, _AMPLITUDE, _PRELOAD = (2.0, 1.6), (0.1, 0.9), (0.003, 1.8), (0.1, 1.2)
-#: Chi square beyond which another reading is no better: no probability is 0 or 1.
+#: Largest difference of chi square that counts: the odds of a reading change by no more than e^20, and no probability
+#: is 0 or 1.
 _CERTAIN = 40.0
 #: Units that are taken for each other, by the factor between them: as the file says it, and as its numbers are.
 _TAKEN = {

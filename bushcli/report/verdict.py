@@ -43,9 +43,9 @@ _KINDS = {
     "amplitude": "other amplitudes",
 }
 
-# Factor between the stiffnesses of two batches of a compound, at most (judgement).
+# Largest factor between the stiffnesses of two batches of one compound (judgement).
 _BATCHES = 4.0
-# A ratio that is larger is said as a multiple, not in percent.
+# A larger ratio is written as a multiple, not in percent. Words only.
 _MULTIPLE = 10.0
 # A single factor counts as an explanation if it removes at least this share of the rms misfit...
 EXPLAINS = 0.5
@@ -238,7 +238,6 @@ def _factor_text(single: SingleFactor) -> str:
     factor, alone = _factor(single.factor), len(single.by_channel) == 1
     if single.explains:
         gap = f"most of the gap{'' if alone else ' in all channels'}, leaving {misfits} rms"
-        # The shear moduli of two batches of one compound differ by less.
         is_batch = 1.0 / _BATCHES < single.factor < _BATCHES
         what = "another batch of rubber" if is_batch else "another rubber or unit"
         return f"A single factor of {factor} on the stiffness would explain {gap}: {what}?"

@@ -322,8 +322,18 @@ class _Prediction:
             return None
         if channel.time is None:
             require_time(active, channel.name, channel.mode, case.path.name)
-        body = case.geometry, modes()[channel.mode], self.rubber, refinement
-        return Simulation(*body, active, channel.time, channel.displacement, None, self.comm, prepared)
+        return Simulation(
+            case.geometry,
+            modes()[channel.mode],
+            self.rubber,
+            refinement,
+            active,
+            channel.time,
+            channel.displacement,
+            None,
+            self.comm,
+            prepared,
+        )
 
     def _mesh_error(self, channel: SimulatedChannel, history: History, answer: Answer | None) -> float:
         """Return the error of the mesh, estimated with a finer one, percent of the force range; inf if that fails."""

@@ -209,13 +209,24 @@ def simulation_of_recording(
         # The channels of a path share one march.
         key = (recording.six.name, refinement)
         if key not in paths:
-            on_it = [item for item in case.effects if item.acts_on(recording.name, "path", None)]
+            on_it = [item for item in case.effects if item.acts_on(recording.name, "path")]
             on_it = [item for item in on_it if item.effect.feature is not None]
             on_it = [item.at(item.temperatures.get(recording.name)) for item in on_it]
             paths[key] = PathSimulation(shape, rubber, refinement, on_it, recording.six, comm, prepared)
         return Reaction(paths[key], recording.six.number, active)
     if not active:
         return None
-    body = shape, modes()[recording.mode], rubber, refinement
-    samples = record.time, record.displacement, record.displacement_noise
-    return Simulation(*body, active, *samples, comm, prepared, earlier(record), record.temperature)
+    return Simulation(
+        shape,
+        modes()[recording.mode],
+        rubber,
+        refinement,
+        active,
+        record.time,
+        record.displacement,
+        record.displacement_noise,
+        comm,
+        prepared,
+        earlier(record),
+        record.temperature,
+    )
