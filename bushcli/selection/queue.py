@@ -4,7 +4,9 @@ Every fitted model that may still matter adds its neighbours to the queue: model
 more), with two more beside the plain law, with fewer effects, with one in place of others, or with another law. Their
 evidence is predicted to first order beside the fitted model (`predict`). The nearer the two models are, the more
 reliable is the prediction; a reliable one counts like a fit. The search ends when further fits could change no more
-than a few per cent of the posterior, or when the time allowed is over. Batches have one size for any number of workers.
+than a few per cent of the posterior, or when the time allowed is over. Two fits run at once: when the older one ends,
+its neighbours are predicted and the next one begins beside the other. What is chosen depends on the fits received, in
+the order in which they were begun, so that the answer does not depend on the number of processes.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ from scipy.special import logsumexp
 
 from bushcli.effects.effect import Effect
 from bushcli.evidence.prior import log_odds
-from bushcli.evidence.stopping_rule import needed_of
+from bushcli.evidence.stopping_rule import Needed, needed_of
 from bushcli.runtime.workers import Workers
 from bushcli.selection.additions import more_branches, relaxing_models
 from bushcli.selection.columns import incompatibility, shear_modulus
@@ -47,8 +49,8 @@ LEFT = 0.05
 # Least share of the posterior for the neighbours of a fitted model to be tried. Other values change probabilities by
 # less than 0.002 (`benchmarks/constants.md`).
 NEIGHBOURS = 0.01
-# Models fitted at once. One number, so that the answer does not depend on the workers.
-BATCH = 2
+# Fits at once. One number, so that the answer does not depend on the workers.
+AT_ONCE = 2
 # Least gain in log likelihood for an effect to count as visible: half a nat. If first order predicts less, a fit
 # finds no more: its optimum is that of the model beside which the effect is tried, where first order is exact. It is
 # a factor of 1.6 in the likelihood.
@@ -56,6 +58,15 @@ FAINT = 0.5
 # Factor on the predicted gain, from which the slack follows, if the derivatives are those beside the plain law:
 # judgement, since beside the fitted effects they differ by an unknown share.
 BORROWED = 2.0
+
+
+@dataclass(frozen=True)
+class _Begun:
+    """A fit that another process does, or this one when its answer is waited for."""
+
+    queued: Queued
+    needed: Needed | None
+    answer: Callable[[], Fitted | None]
 
 
 @dataclass
@@ -87,6 +98,7 @@ class Search:
     lost: list[str] = field(default_factory=list)
     solves: int = 0
     failed: int = 0
+    _begun: list[_Begun] = field(default_factory=list)
     _expanded: set[Key] = field(default_factory=set)
     _branched: set[Key] = field(default_factory=set)
     _tried: set[Key] = field(default_factory=set)
@@ -109,19 +121,27 @@ class Search:
                 best = max(self.states.values(), key=lambda state: state.evidence.log)
                 begun = replace(model, start=best.model.start)
                 self.fit_anyway(Queued(begun, best, self.plain.evidence.log, self.odds(model)))
+        try:
+            return self._search()
+        finally:
+            self._give_back()
+
+    def _search(self) -> Ended:
         while True:
             for key in self._expandable_models():
                 self._expand(key)
                 if time.perf_counter() > self.deadline:
                     break
             self._branch()
-            outweighed = self._better_predicted_model() if self.share_left < LEFT else None
-            if self.share_left < LEFT and outweighed is None:
+            enough = self.share_left < LEFT and not self._begun
+            outweighed = self._better_predicted_model() if enough else None
+            if enough and outweighed is None:
                 return "nothing left"
             if time.perf_counter() > self.deadline:
                 return "budget"
             if outweighed is None:
-                self._fit_next()
+                self._begin_next()
+                self._receive_oldest()
             else:
                 self._tried.add(outweighed.model.structure)
                 self.fit_anyway(outweighed)
@@ -184,63 +204,70 @@ class Search:
 
     # -- fits ----------------------------------------------------------------------------------------------------
 
-    def _fit_next(self) -> None:
-        order = self.waiting.ordered_models()
-        chosen = [self._next_model(order[0])]
-        for key in order[1:BATCH]:
-            # If the first one turns out as predicted, the search may end without the others.
-            known = np.logaddexp(self.total, chosen[0].predicted_weight)
-            if key in self.waiting and self.waiting.uncertain_weight > known + math.log(LEFT):
-                chosen.append(self.waiting.pop(key))
-        self._fit(chosen)
+    @property
+    def _total_with_begun(self) -> float:
+        """Logarithm of the sum of all posterior weights if the fits that have begun turn out as predicted."""
+        return float(logsumexp([self.total, *(begun.queued.predicted_weight for begun in self._begun)]))
+
+    def _begin_next(self) -> None:
+        """Begin the fits that may change the posterior most, as many as may run at once."""
+        while len(self._begun) < AT_ONCE and self.waiting:
+            # If those that have begun turn out as predicted, the search may end without others.
+            least = self._total_with_begun + math.log(LEFT)
+            if self._begun and self.waiting.uncertain_weight <= least:
+                return
+            queued = self._next_model()
+            if queued is None:
+                return
+            self._begun.append(self._begin(queued))
 
     def fit_anyway(self, queued: Queued) -> None:
         """Fit a model, whether or not its fit may change the posterior."""
-        self._fit([queued], matters=True)
-
-    def _fit(self, chosen: Sequence[Queued], matters: bool = False) -> None:
-        measured = FittedSamples(self.problem.used, self.problem.likelihood.plain, self.problem.noises)
-        questions = []
-        for queued in chosen:
-            inside = [state for state in self.states.values() if queued.model.contains(state.model)]
-            inside.sort(key=lambda state: state.objective)
-            least = inside[0].objective if inside else float("inf")
-            inner = tuple(state.model for state in inside[:1])
-            odds = self.odds(queued.model), self.odds(queued.model, unknown=True)
-            # Other models are predicted beside a law alone, which always matters.
-            needed = needed_of(self.total, *odds) if queued.model.effects and not matters else None
-            start = self._start_beside_effects(queued)
-            questions.append((self.problem.case, queued.model, measured, inner, least, needed, start))
-
-        known: dict[int, State | None] = {}
-        entered: list[tuple[Queued, State, float]] = []
-
-        def notify(i: int, answer: Fitted | None) -> None:
-            known[i] = state = None if answer is None else State(self.problem, answer)
-            text = "cannot be solved"
-            if state is not None:
-                gain = self.weights(state)[0] - self.plain.evidence.log
-                text = f"misfit {state.size:.3g} times the noise, log evidence {gain:+.1f}"
-            text += f" (predicted {chosen[i].predicted_weight - self.plain.evidence.log:.1f})"
-            self.progress("fit", label(chosen[i].model), text)
-            receive()
-
-        def receive() -> None:
-            # In the order of the questions, saved answers too; neighbours are predicted while other processes fit.
-            while waiting and (i := len(chosen) - len(waiting)) in known:
-                queued, needed, state = waiting.pop(0), questions[i][5], known[i]
-                self._receive(queued, state)
-                if state is not None:
-                    entered.append((queued, state, math.inf if needed is None else needed.log))
-
-        waiting = list(chosen)
+        self._begun.append(self._begin(queued, matters=True))
         try:
-            self.workers.run(fit, questions, notify, self.deadline)
+            self._receive_oldest()
         finally:
-            # If the user interrupts the second of two fits, the first counts; what was not fitted waits again.
-            for queued in waiting:
-                self.waiting.put(queued)
-            self.waiting.learn(entered)
+            self._give_back()
+
+    def _begin(self, queued: Queued, matters: bool = False) -> _Begun:
+        measured = FittedSamples(self.problem.used, self.problem.likelihood.plain, self.problem.noises)
+        inside = [state for state in self.states.values() if queued.model.contains(state.model)]
+        inside.sort(key=lambda state: state.objective)
+        least = inside[0].objective if inside else float("inf")
+        inner = tuple(state.model for state in inside[:1])
+        odds = self.odds(queued.model), self.odds(queued.model, unknown=True)
+        # Other models are predicted beside a law alone, which always matters.
+        needed = needed_of(self.total, *odds) if queued.model.effects and not matters else None
+        start = self._start_beside_effects(queued)
+        question = (self.problem.case, queued.model, measured, inner, least, needed, start)
+        return _Begun(queued, needed, self.workers.ask(fit, question))
+
+    def _give_back(self) -> None:
+        """Queue the models again whose fits have not ended: the time is over, or the user has interrupted them."""
+        for begun in self._begun:
+            self.waiting.put(begun.queued)
+        self._begun.clear()
+
+    def _receive_oldest(self) -> None:
+        """Wait for the fit that began first, and enter it, or note that the model cannot be solved."""
+        queued, needed = self._begun[0].queued, self._begun[0].needed
+        answer = self._begun[0].answer()
+        model, predicted = queued.model, queued.predicted_weight
+        text = f" (predicted {predicted - self.plain.evidence.log:.1f})"
+        if answer is None:
+            none, why = float("nan"), "cannot be solved from any start"
+            self.progress("fit", label(model), "cannot be solved" + text)
+            del self._begun[0]
+            self.lost.append(label(model, variants=True))
+            self.waiting.pop(model.structure, None)
+            self.rows.append(self._row(model, predicted, none, none, why))
+            return
+        state = State(self.problem, answer)
+        gain = self.weights(state)[0] - self.plain.evidence.log
+        self.progress("fit", label(model), f"misfit {state.size:.3g} times the noise, log evidence {gain:+.1f}{text}")
+        del self._begun[0]
+        self._enter(state, predicted)
+        self.waiting.learn([(queued, state, math.inf if needed is None else needed.log)])
 
     def _start_beside_effects(self, queued: Queued) -> Mapping[str, float] | None:
         """Return parameters of the law beside effects that explain the recordings, if it was predicted far from those.
@@ -260,22 +287,18 @@ class Search:
             return None
         return best.model.start
 
-    def _receive(self, queued: Queued, state: State | None) -> None:
-        """Enter a finished fit, or note that the model cannot be solved."""
-        if state is not None:
-            self._enter(state, queued.predicted_weight)
-            return
-        none, why = float("nan"), "cannot be solved from any start"
-        self.lost.append(label(queued.model, variants=True))
-        self.waiting.pop(queued.model.structure, None)
-        self.rows.append(self._row(queued.model, queued.predicted_weight, none, none, why))
+    def _next_model(self) -> Queued | None:
+        """Take the model to be fitted next; None if it waits for a fit that has begun.
 
-    def _next_model(self, key: Key) -> Queued:
-        """The model to be fitted next: another law is fitted without effects before it is fitted with them."""
-        queued = self.waiting[key]
+        Another law is fitted without effects before it is fitted with them.
+        """
+        queued = self.waiting[self.waiting.ordered_models()[0]]
         alone = without_effects(queued.model)
-        if queued.is_bound and queued.model.effects and alone.structure not in self._tried:
-            queued = self.waiting.get(alone.structure, replace(queued, model=alone))
+        if queued.is_bound and queued.model.effects:
+            if any(begun.queued.model.structure == alone.structure for begun in self._begun):
+                return None
+            if alone.structure not in self._tried:
+                queued = self.waiting.get(alone.structure, replace(queued, model=alone))
         self._tried.add(queued.model.structure)
         self.waiting.pop(queued.model.structure, None)
         return queued
@@ -309,7 +332,8 @@ class Search:
 
     def _expandable_models(self) -> list[Key]:
         """Return fitted models that may matter and whose neighbours are not predicted yet; the plain law always."""
-        least = self.total + math.log(NEIGHBOURS)
+        # A fit that has begun and is predicted far better may leave nothing to the others.
+        least = self._total_with_begun + math.log(NEIGHBOURS)
         new = [(key, state) for key, state in self.states.items() if key not in self._expanded]
         keys = [key for key, state in new if state is self.plain or max(self.weights(state)) > least]
         if not keys and any(recording.kind == "dynamic" for recording in self.problem.recordings):
@@ -445,7 +469,8 @@ class Search:
     ) -> None:
         """Queue a model that is not fitted, unless its effects exclude each other."""
         names = [active.effect.name for active in prediction.model.effects]
-        if prediction.model.structure in self.states or incompatibility(self.problem.case, names):
+        known = {*self.states, *(begun.queued.model.structure for begun in self._begun)}
+        if prediction.model.structure in known or incompatibility(self.problem.case, names):
             return
         odds, likelihood = self.odds(prediction.model), self.problem.likelihood
         # No model is better than one that leaves nothing but noise.

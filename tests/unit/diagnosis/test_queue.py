@@ -42,17 +42,16 @@ def sizes(search):
 
 def test_the_best_waits_least(world, monkeypatch):
     order = []
-    whole = Search._fit_next
+    whole = Search._next_model
 
     def spied(self):
         waiting = dict(self.waiting)
-        before = set(waiting)
-        whole(self)
-        taken = before - set(self.waiting)
-        best = sorted(waiting, key=lambda key: (-waiting[key].uncertain_weight, key))[:1]
-        order.append(taken >= set(best))
+        taken = whole(self)
+        best = min(waiting, key=lambda key: (-waiting[key].uncertain_weight, key))
+        order.append(taken.model.structure == best)
+        return taken
 
-    monkeypatch.setattr(Search, "_fit_next", spied)
+    monkeypatch.setattr(Search, "_next_model", spied)
     # A lower limit, so that more than two models are fitted.
     monkeypatch.setattr(queue, "LEFT", 1e-6)
     found = world.search(monkeypatch)
@@ -129,6 +128,27 @@ def test_the_answer_does_not_depend_on_the_number_of_workers(coupon, monkeypatch
                 found = world.search(monkeypatch, Workers(1, None, pool))
         answers.append((sizes(found), [row.effects for row in found.rows], round(found.share_left, 12)))
     assert answers[0] == answers[1]
+
+
+def test_the_next_fit_begins_beside_the_younger_of_two(world, monkeypatch):
+    events = []
+
+    class Spied(Workers):
+        def ask(self, work, question):
+            answer, name = super().ask(work, question), question[1].structure
+            events.append(("begun", name))
+            return lambda: (events.append(("received", name)), answer())[1]
+
+    monkeypatch.setattr(queue, "LEFT", 1e-6)
+    world.search(monkeypatch, Spied(1))
+    begun, received = ([name for kind, name in events if kind == which] for which in ("begun", "received"))
+    assert received == begun
+    running = np.cumsum([1 if kind == "begun" else -1 for kind, _ in events])
+    assert running.max() == 2
+    # A fit begins after another has ended, while a third goes on.
+    assert ("received", 1, "begun", 2) in zip(
+        (kind for kind, _ in events), running, (kind for kind, _ in events[1:]), running[1:]
+    )
 
 
 def test_a_lost_model_is_said_and_has_no_probability(world, monkeypatch):
