@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, islice
 from typing import Literal
 
 import numpy as np
@@ -17,7 +17,7 @@ from bushcli.effects.effect import effects
 from bushcli.effects.names import effect_name
 from bushcli.effects.titles import FREE_LAW, UNKNOWN, phrase
 from bushcli.selection.model import Key, Model
-from bushcli.selection.queue import LEFT, Search
+from bushcli.selection.queue import AT_ONCE, LEFT, Search
 from bushcli.selection.queued import Queued
 from bushcli.selection.search_extent import Ended
 from bushcli.selection.state import State
@@ -173,21 +173,21 @@ def run_with_shown(search: Search) -> Ended:
     """
     ended, tried = search.run(), set[Key]()
     while ended == "nothing left" and time.perf_counter() < search.deadline:
-        queued = unfitted_model(posterior(search), tried)
-        if queued is None:
+        models = list(islice(unfitted_models(posterior(search), tried), AT_ONCE))
+        if not models:
             break
-        tried.add(queued.model.structure)
-        search.fit_anyway(replace(queued, odds=search.odds(queued.model)))
+        tried |= {queued.model.structure for queued in models}
+        search.fit_anyway(*(replace(queued, odds=search.odds(queued.model)) for queued in models))
         if search.share_left >= LEFT:
             ended = search.run()
     return ended
 
 
-def unfitted_model(models: Sequence[WeighedModel], tried: Collection[Key] = ()) -> Queued | None:
-    """Return the most probable model of a set of effects that the report shows, and of which no model is fitted.
+def unfitted_models(models: Sequence[WeighedModel], tried: Collection[Key] = ()) -> Iterator[Queued]:
+    """Yield the most probable model of each set of effects that the report shows, and of which no model is fitted.
 
     Where errors of form resemble an effect, the model without it may have been abandoned by its fit, or never fitted.
-    How large such an error is, is known to first order only until then. Those `tried` are not returned.
+    How large such an error is, is known to first order only until then. Those `tried` are not yielded.
     """
     kind = _kind(models)
     total = _set_probabilities(models)
@@ -195,7 +195,7 @@ def unfitted_model(models: Sequence[WeighedModel], tried: Collection[Key] = ()) 
         (model.effects for model in models if model.kind == kind), key=lambda effects: total[effects]
     )
     shown = [names for names in sorted(total, key=lambda names: -total[names]) if total[names] >= MEMBER]
-    for names in (answer, *shown):
+    for names in dict.fromkeys((answer, *shown)):
         group = [model for model in models if model.effects == names]
         # A law without effects is fitted once more in any case, as `bushcli inverse` fits it.
         fitted = [model.state for model in group if model.predicted is None]
@@ -203,8 +203,7 @@ def unfitted_model(models: Sequence[WeighedModel], tried: Collection[Key] = ()) 
             continue
         best = max(group, key=lambda model: model.probability)
         if best.model.structure not in tried:
-            return Queued(best.model, best.state, best.log_evidence)
-    return None
+            yield Queued(best.model, best.state, best.log_evidence)
 
 
 def _kind(models: Sequence[WeighedModel]) -> str:

@@ -74,7 +74,12 @@ class Workers:
 
     def start(self) -> Executor:
         """Start the processes, and return their executor; `close` or `stop` ends them."""
-        self._executor = _Processes(self.count, get_context("spawn"), initializer=_begin)
+        self._executor = _Processes(
+            self.count, get_context("spawn"), initializer=_begin, initargs=(type(self._cache),)
+        )
+        for _ in range(self.count):
+            # A process starts when work arrives: none is to import its modules when the first work for two is there.
+            self._executor.submit(os.getpid)
         return self._executor
 
     def close(self) -> None:
@@ -227,7 +232,7 @@ def _deaf() -> Iterator[None]:
 
 
 class _Processes(ProcessPoolExecutor):
-    """A pool that starts its processes when work arrives, shielded from Ctrl-C."""
+    """A pool whose processes start shielded from Ctrl-C."""
 
     def submit(self, fn: Work, /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Hand work to a process."""
@@ -235,8 +240,14 @@ class _Processes(ProcessPoolExecutor):
             return super().submit(fn, *args, **kwargs)
 
 
-def _begin() -> None:
-    """Prepare a worker process, which ends on SIGTERM and in any case with the process that started it."""
+def _begin(kind: type) -> None:
+    """Prepare a worker process, which ends on SIGTERM and in any case with the process that started it.
+
+    Parameters
+    ----------
+    kind : type
+        Class of the cache: a process that receives it has imported what the work needs.
+    """
 
     def end(number: int, frame: FrameType | None) -> None:
         abandon_compilation(frame)

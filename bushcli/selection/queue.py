@@ -213,19 +213,19 @@ class Search:
         """Begin the fits that may change the posterior most, as many as may run at once."""
         while len(self._begun) < AT_ONCE and self.waiting:
             # If those that have begun turn out as predicted, the search may end without others.
-            least = self._total_with_begun + math.log(LEFT)
-            if self._begun and self.waiting.uncertain_weight <= least:
+            if self.waiting.uncertain_weight <= self._total_with_begun + math.log(LEFT):
                 return
             queued = self._next_model()
             if queued is None:
                 return
             self._begun.append(self._begin(queued))
 
-    def fit_anyway(self, queued: Queued) -> None:
-        """Fit a model, whether or not its fit may change the posterior."""
-        self._begun.append(self._begin(queued, matters=True))
+    def fit_anyway(self, *models: Queued) -> None:
+        """Fit models, whether or not their fits may change the posterior."""
+        self._begun += [self._begin(queued, matters=True) for queued in models]
         try:
-            self._receive_oldest()
+            while self._begun:
+                self._receive_oldest()
         finally:
             self._give_back()
 
@@ -376,20 +376,17 @@ class Search:
 
     def _expand(self, key: Key) -> None:
         state = self.states[key]
-        beside = self._beside(state)
+        beside = self.beside(state)
         if state is self.plain:
             self._beside_plain = beside.grouped
         further = MOST_EFFECTS - len(state.model.effects)
-        predictions = beside.singles() if further > 0 else []
+        self._queue_larger(state, beside.singles() if further > 0 else [])
         best = max(other.evidence.coarse for other in self.states.values())
         if state is self.plain and further > 1 and best < state.evidence.coarse + FAR:
-            predictions += beside.pairs()
-        for prediction in predictions:
-            larger = len(prediction.model.identities) > len(state.model.identities)
-            silent = larger and prediction.gain < FAINT
-            far = state is self.plain and len(prediction.model.effects) == 1 and prediction.reach > FAR
-            slack = slack_of(BORROWED * prediction.reach if far else prediction.reach)
-            self._queue(prediction, state, 0.0 if silent else slack, is_silent=silent)
+            if time.perf_counter() < self.deadline:
+                # Pairs are predicted while the first single effects are fitted.
+                self._begin_next()
+            self._queue_larger(state, beside.pairs())
         for model in other_laws(self.problem.case, state.model):
             if not self._exchange_law(state, model):
                 more = len(model.start) - (0 if state.model.fixed else len(state.model.start))
@@ -399,7 +396,16 @@ class Search:
         # Not before: an interrupted search has not looked at these neighbours.
         self._expanded.add(key)
 
-    def _beside(self, state: State) -> Beside:
+    def _queue_larger(self, state: State, predictions: Sequence[Prediction]) -> None:
+        """Queue models with further effects beside a fitted one."""
+        for prediction in predictions:
+            larger = len(prediction.model.identities) > len(state.model.identities)
+            silent = larger and prediction.gain < FAINT
+            far = state is self.plain and len(prediction.model.effects) == 1 and prediction.reach > FAR
+            slack = slack_of(BORROWED * prediction.reach if far else prediction.reach)
+            self._queue(prediction, state, 0.0 if silent else slack, is_silent=silent)
+
+    def beside(self, state: State) -> Beside:
         """Return further effects with their derivatives beside a model, or beside the plain law where that will do.
 
         The derivative beside the plain law is a fair estimate. Where it predicts no visible gain beside the model, by a

@@ -7,10 +7,11 @@ parameters cannot make that change, in units of noise and error of form.
 
 from __future__ import annotations
 
+from itertools import chain
+
 import numpy as np
 
 from bushcli.selection.columns import shear_modulus
-from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import known_amplitudes
 from bushcli.selection.queue import Search
 from bushcli.selection.state import State
@@ -30,10 +31,10 @@ def unnoticed_effects(search: Search, state: State) -> dict[str, str]:
     state : State
         A fitted model.
     """
-    beside, problem = Beside(state, ()), state.problem
+    beside, problem = search.beside(state), state.problem
     shear = shear_modulus(state.model, problem.case)
     seen: dict[str, bool] = {}
-    for addition in search.derivatives.additions_beside(state):
+    for addition in chain(*beside.grouped.values()):
         name = addition.trial.effect.name
         model = addition.trial.add_to(state.model)
         needed = search.odds(state.model) - search.odds(model)

@@ -223,7 +223,7 @@ def test_only_what_may_be_visible_is_solved_anew_beside_a_fitted_effect(world, m
         "additions_beside",
         lambda state, among: asked.update(effect.name for effect in among) or [],
     )
-    beside = found._beside(state)
+    beside = found.beside(state)
     borrowed = {points[0].trial.effect.name for points in beside.grouped.values()}
     # Of its own effects there may be further branches.
     assert {active.effect.name for active in state.model.effects} <= asked

@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import lognorm
 
 from bushcli.diagnosis import resemblance
-from bushcli.diagnosis.posterior import posterior, probabilities, run_with_shown, unfitted_model
+from bushcli.diagnosis.posterior import posterior, probabilities, run_with_shown, unfitted_models
 from bushcli.diagnosis.resemblance import Size, resemblances
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect, effects, effects_on
@@ -196,13 +196,12 @@ def test_the_most_probable_model_is_fitted_even_if_the_search_gave_it_up(coupon,
     weights = [one.log_evidence + found.odds(one.model, unknown=one.unknown) for one in rows]
     shares = [math.log(one.probability) for one in rows]
     assert np.subtract(weights, shares) == pytest.approx(np.full(len(rows), weights[0] - shares[0]))
-    asked = unfitted_model(models)
-    assert asked is not None
+    asked = next(unfitted_models(models))
     assert asked.model.identities == ("drift",)
     world.always = True
     found.fit_anyway(asked)
     again = posterior(found)
-    assert unfitted_model(again) is None
+    assert not list(unfitted_models(again))
     assert again[0].effects == ("drift",)
     assert again[0].predicted is None
     assert sum(one.probability for one in again) == pytest.approx(1.0, abs=1e-9)
@@ -213,8 +212,8 @@ def test_the_search_goes_on_if_a_model_that_the_report_shows_predicts_others_tha
     world = World(coupon, **{"drift.rate": 3.0, "permanent_set.set": 1.0})
     found = world.search(monkeypatch)
     key, other = list(found.waiting)[:2]
-    shown = [found.waiting[key], None]
-    monkeypatch.setattr("bushcli.diagnosis.posterior.unfitted_model", lambda models, tried: shown.pop(0))
+    shown = [[found.waiting[key]], []]
+    monkeypatch.setattr("bushcli.diagnosis.posterior.unfitted_models", lambda models, tried: shown.pop(0))
     fit_anyway = found.fit_anyway
 
     def opened(one):
