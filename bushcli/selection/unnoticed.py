@@ -7,13 +7,15 @@ parameters cannot make that change, in units of noise and error of form.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import chain
 
 import numpy as np
 
 from bushcli.selection.columns import shear_modulus
-from bushcli.selection.prediction import known_amplitudes
-from bushcli.selection.queue import Search
+from bushcli.selection.predict import Beside
+from bushcli.selection.prediction import Addition, known_amplitudes
+from bushcli.selection.queue import BORROWED, Search
 from bushcli.selection.state import State
 
 WHY = (
@@ -31,13 +33,26 @@ def unnoticed_effects(search: Search, state: State) -> dict[str, str]:
     state : State
         A fitted model.
     """
-    beside, problem = search.beside(state), state.problem
-    shear = shear_modulus(state.model, problem.case)
-    seen: dict[str, bool] = {}
-    for addition in chain(*beside.grouped.values()):
+    beside = search.beside(state)
+    gains = _largest_gains(search, beside, chain(*beside.grouped.values()))
+    # Derivatives beside the plain law are a fair estimate: where they leave it open, the effect is solved anew.
+    doubtful = {name for name, gain in gains.items() if 1.0 / BORROWED < gain < BORROWED}
+    among = [effect for effect in search.catalogue if effect.name in doubtful]
+    gains |= _largest_gains(search, beside, search.derivatives.additions_beside(state, among=among))
+    return {name: WHY for name, gain in gains.items() if gain < 1.0}
+
+
+def _largest_gains(search: Search, beside: Beside, additions: Iterable[Addition]) -> dict[str, float]:
+    """Return what each further effect would gain in its largest usual size, over what its prior odds take away."""
+    state = beside.state
+    problem, shear = state.problem, shear_modulus(state.model, state.problem.case)
+    gains: dict[str, float] = {}
+    present = {active.effect.name for active in state.model.effects}
+    for addition in additions:
         name = addition.trial.effect.name
-        model = addition.trial.add_to(state.model)
-        needed = search.odds(state.model) - search.odds(model)
+        if name in present:
+            continue
+        needed = search.odds(state.model) - search.odds(addition.trial.add_to(state.model))
         amplitudes = known_amplitudes(addition, problem.case, shear, problem.sound_recordings)
         # Each amplitude at the end of the 95 % range of its prior; what it gains, to first order, in nats.
         largest = [
@@ -45,6 +60,5 @@ def unnoticed_effects(search: Search, state: State) -> dict[str, str]:
             for prior, high in zip(amplitudes.known, amplitudes.high, strict=True)
         ]
         own = beside.changes(addition)[1] * np.array(largest)
-        seen[name] = seen.get(name, False) or 0.5 * float(np.max(own**2, initial=0.0)) > needed
-    present = {active.effect.name for active in state.model.effects}
-    return {name: WHY for name, noticed in seen.items() if not noticed and name not in present}
+        gains[name] = max(gains.get(name, 0.0), 0.5 * float(np.max(own**2, initial=0.0)) / needed)
+    return gains
