@@ -254,22 +254,22 @@ class Search:
         """Wait for the fit that began first, and enter it, or note that the model cannot be solved."""
         queued, needed = self._begun[0].queued, self._begun[0].needed
         answer = self._begun[0].answer()
-        model, predicted = queued.model, queued.predicted_weight
-        text = f" (predicted {predicted - self.plain.evidence.log:.1f})"
-        if answer is None:
-            none, why = float("nan"), "cannot be solved from any start"
-            self.progress("fit", label(model), "cannot be solved" + text)
-            del self._begun[0]
-            self.lost.append(label(model, variants=True))
-            self.waiting.pop(model.structure, None)
-            self.rows.append(self._row(model, predicted, none, none, why))
-            return
-        state = State(self.problem, answer)
-        gain = self.weights(state)[0] - self.plain.evidence.log
-        self.progress("fit", label(model), f"misfit {state.size:.3g} times the noise, log evidence {gain:+.1f}{text}")
+        state = None if answer is None else State(self.problem, answer)
+        text = "cannot be solved"
+        if state is not None:
+            gain = self.weights(state)[0] - self.plain.evidence.log
+            text = f"misfit {state.size:.3g} times the noise, log evidence {gain:+.1f}"
+        text += f" (predicted {queued.predicted_weight - self.plain.evidence.log:.1f})"
+        self.progress("fit", label(queued.model), text)
         del self._begun[0]
-        self._enter(state, predicted)
-        self.waiting.learn([(queued, state, math.inf if needed is None else needed.log)])
+        if state is not None:
+            self._enter(state, queued.predicted_weight)
+            self.waiting.learn([(queued, state, math.inf if needed is None else needed.log)])
+            return
+        none, why = float("nan"), "cannot be solved from any start"
+        self.lost.append(label(queued.model, variants=True))
+        self.waiting.pop(queued.model.structure, None)
+        self.rows.append(self._row(queued.model, queued.predicted_weight, none, none, why))
 
     def _start_beside_effects(self, queued: Queued) -> Mapping[str, float] | None:
         """Return parameters of the law beside effects that explain the recordings, if it was predicted far from those.
