@@ -58,6 +58,11 @@ class Workers:
         self._executor: Executor | None = executor
         self._others = frozenset(active_children())
 
+    @property
+    def has_others(self) -> bool:
+        """Whether other processes do the work."""
+        return self._executor is not None
+
     @contextmanager
     def open(self) -> Iterator[Workers]:
         """Start the processes, and end them with the context, at once if an exception ends the run."""

@@ -140,6 +140,8 @@ class Search:
             if enough and outweighed is None:
                 return "nothing left"
             if time.perf_counter() > self.deadline:
+                while self._begun and self.workers.has_others:
+                    self._receive_oldest()
                 return "budget"
             if outweighed is None:
                 self._begin_next()

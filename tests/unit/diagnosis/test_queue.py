@@ -358,6 +358,24 @@ def test_no_second_fit_begins_when_the_time_is_over(world, monkeypatch):
     assert found.share_left > 1e-6
 
 
+def test_fits_that_others_have_begun_are_finished_when_the_time_is_over(world, monkeypatch):
+    monkeypatch.setattr(queue, "LEFT", 1e-6)
+    clock = [0.0]
+    receive = Search._receive_oldest
+
+    def slow(self):
+        receive(self)
+        clock[0] += 10.0
+
+    monkeypatch.setattr(Search, "_receive_oldest", slow)
+    monkeypatch.setattr(time, "perf_counter", lambda: clock[0])
+    with ThreadPoolExecutor(2) as pool:
+        found = world.search(monkeypatch, Workers(1, None, pool), deadline=5.0)
+    assert world.ended == "budget"
+    assert len(found.states) == 1 + queue.AT_ONCE
+    assert not found._begun
+
+
 def test_errors_of_fits_shift_only_what_has_a_slack(world, monkeypatch):
     """What a fit may find in addition is no error: effects that cannot be seen would get hundreds of nats by it."""
     found = world.search(monkeypatch, deadline=time.perf_counter() - 1.0)
