@@ -269,7 +269,7 @@ def in_state(effects: Iterable[ActiveEffect], unrelaxed: bool) -> tuple[ActiveEf
             slowed |= {
                 p.name: active.values[p.name] * factor ** -active.values[p.per_time]
                 for p in active.parameters
-                if p.per_time
+                if p.per_time in active.values
             }
             states.append(replace(active, values={**active.values, **slowed}))
     return tuple(states)

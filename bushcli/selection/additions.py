@@ -61,8 +61,9 @@ def relaxing_models(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> It
     """Yield models that relax, with which a search begins where there are tables; each after the fit of the last one.
 
     No rubber is without loss, so that a law alone is too far from any table for its neighbours to be judged beside it:
-    one branch of relaxation and more, whose times divide the range that tables show. Temperature and amplitude change a
-    table as much, where it has several; how relaxation depends on the amplitude is refined, too.
+    one branch of relaxation and more, whose times divide the range that tables show, and a spectrum over it.
+    Temperature and amplitude change a table as much, where it has several; how relaxation depends on the amplitude is
+    refined, too.
     """
     case, recordings, shear = fits.problem.case, fits.problem.recordings, fits.derivatives.shear
     vibrating = [recording for recording in recordings if isinstance(recording, RecordedTable)]
@@ -77,12 +78,19 @@ def relaxing_models(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> It
         values |= {f"g{i}": START / count for i in range(1, count + 1)}
         model = replace(model, effects=(ActiveEffect(maxwell, values).with_start_values(),))
         yield model
+    relaxed = [model]
+    if maxwell in catalogue:
+        # A decade more to each side.
+        decades = math.log10(slow / fast) + 2.0
+        values = {"g1": START / decades, "tau1": 10.0 * slow, "decades": decades, "slope": 0.0}
+        model = replace(model, effects=(ActiveEffect(maxwell, values).with_start_values(),))
+        yield model
+        relaxed.append(model)
     thinned = [
         effect
         for effect in catalogue
         if effect.needs_amplitudes and trials(case, plain, effect, vibrating, shear)[0]
     ]
-    relaxed = [model]
     for effect in thinned:
         active = ActiveEffect(effect).with_start_values()
         for finer in ({}, *({p.name: p.start} for p in effect.parameters if p.of_amplitude)):

@@ -57,6 +57,8 @@ AT_ONCE = 3
 # finds no more: its optimum is that of the model beside which the effect is tried, where first order is exact. It is
 # a factor of 1.6 in the likelihood.
 FAINT = 0.5
+# Effects whose stress relaxes in a rest.
+_RELAXING = frozenset({"maxwell", "clock"})
 # Factor on the predicted gain, from which the slack follows, if the derivatives are those beside the plain law:
 # judgement, since beside the fitted effects they differ by an unknown share.
 BORROWED = 2.0
@@ -104,6 +106,7 @@ class Search:
     _expanded: set[Key] = field(default_factory=set)
     _branched: set[Key] = field(default_factory=set)
     _tried: set[Key] = field(default_factory=set)
+    _relaxing: list[Key] = field(default_factory=list)
     _beside_plain: Mapping[str, list[Addition]] = field(default_factory=dict)
     _borrowed: dict[Key, Beside] = field(default_factory=dict)
 
@@ -123,6 +126,7 @@ class Search:
                 best = max(self.states.values(), key=lambda state: state.evidence.log)
                 begun = replace(model, start=best.model.start)
                 self.fit_anyway(Queued(begun, best, self.plain.evidence.log, self.odds(model)))
+                self._relaxing.append(model.structure)
         try:
             return self._search()
         finally:
@@ -136,7 +140,7 @@ class Search:
                     break
             self._branch()
             enough = self.share_left < LEFT and not self._begun
-            outweighed = self._better_predicted_model() if enough else None
+            outweighed = self._better_predicted_model() or self._otherwise_relaxing() if enough else None
             if enough and outweighed is None:
                 return "nothing left"
             if time.perf_counter() > self.deadline:
@@ -361,6 +365,22 @@ class Search:
             if not queued.is_bound and queued.predicted_weight > known
         ]
         return max(better, key=lambda queued: queued.predicted_weight, default=None)
+
+    def _otherwise_relaxing(self) -> Queued | None:
+        """Return the best model with another relaxation that tables were fitted with, if that is not tried, or None.
+
+        One relaxation says nothing of how well another one does beside the same effects, and first order cannot.
+        """
+        fitted = [self.states[key] for key in self._relaxing if key in self.states]
+        alone = [state for state in fitted if len(state.model.effects) == 1]
+        best = max(self.states.values(), key=lambda state: self.weights(state)[0]).model
+        others = tuple(active for active in best.effects if active.effect.in_force_law not in _RELAXING)
+        for state in alone:
+            model = replace(state.model, effects=(*state.model.effects, *others))
+            contained = any(other.model.contains(state.model) for other in alone)
+            if not contained and model.structure not in {*self.states, *self._tried}:
+                return Queued(model, state, self.plain.evidence.log, self.odds(model))
+        return None
 
     def _branch(self) -> None:
         """Queue single effects with one branch more where the effect by itself is too poor to be expanded."""

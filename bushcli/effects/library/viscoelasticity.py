@@ -1,12 +1,17 @@
-"""Viscoelasticity: one to three Maxwell branches beside the law.
+"""Viscoelasticity: Maxwell branches beside the law, or a spectrum of them.
 
 Each branch is a neo-Hookean spring of modulus g_i times the law's initial shear modulus behind a dashpot of relaxation
 time tau_i, at finite strain with a multiplicative split of the deformation. At small strain its stress obeys
 s_i' + s_i / tau_i = g_i mu e', with e the shear. The law is what remains after a long rest; the stiffness at a sudden
 step is 1 + sum g_i times its initial stiffness. The amplitudes are g_i.
 
+With ``decades`` and ``slope`` the first branch is a spectrum: relaxation times from tau1 10^-decades to tau1, whose
+modulus per decade is g1 time^slope times the law's, time in s. Tables of dynamic stiffness beside slow loops show five
+decades and more, in which rubber relaxes everywhere (Ferry 1980): a few branches leave waves in its moduli there.
+
 References
 ----------
+Ferry (1980), Viscoelastic Properties of Polymers, 3rd ed., Wiley, chapter 12: spectra of rubbers.
 Simo (1987), On a fully three-dimensional finite-strain viscoelastic damage model, Comput. Methods Appl. Mech. Eng.
 60:153-173, doi:10.1016/0045-7825(87)90107-1.
 Lion (1997), A physically based method to represent the thermo-mechanical behaviour of elastomers, Acta Mech. 123:1-25,
@@ -24,6 +29,7 @@ from bushcli.effects.prior import Prior
 
 if TYPE_CHECKING:
     from cases.feature import Feature, Values
+    from forms.law import Scalar
     from forms.potential import Attached
 
 #: Branches that a diagnosis tries at most; a case file gives more for a spectrum over some decades, whose fast branches
@@ -42,10 +48,11 @@ def _branch(i: int, modulus: float, time: float) -> tuple[EffectParameter, Effec
         Amplitude(
             f"g{i}",
             "1",
-            f"modulus of branch {i} over the law's",
+            f"modulus of branch {i} over the law's" + (", of a spectrum per decade at 1 s" if i == 1 else ""),
             (modulus, 0.0, 10.0 if i <= SEARCHED else 1000.0),
             optional=i > 1,
             searched=i <= SEARCHED,
+            per_time="slope" if i == 1 else "",
             prior=Prior(
                 "half_t",
                 0.3,
@@ -74,13 +81,46 @@ def _branch(i: int, modulus: float, time: float) -> tuple[EffectParameter, Effec
     )
 
 
+_SPECTRUM = (
+    EffectParameter(
+        "decades",
+        "1",
+        "width of a spectrum in powers of ten",
+        (6.0, 0.5, 20.0),
+        optional=True,
+        searched=False,
+        prior=Prior("log_normal", 5.5, 0.35, source="engineering judgement, as for the Payne effect"),
+    ),
+    EffectParameter(
+        "slope",
+        "1",
+        "power of the time in a spectrum's modulus per decade",
+        (0.0, -2.0, 2.0),
+        optional=True,
+        searched=False,
+        prior=Prior("t", 0.3, source="engineering judgement, as for the Payne effect"),
+    ),
+)
+
+
+def _series(values: Values) -> list[tuple[Scalar, Scalar]]:
+    """Return modulus over the law's and relaxation time (s) of each branch whose parameters have values."""
+    from forms.branches.payne import spectrum
+
+    numbers = [i for i in range(1, MOST + 1) if f"g{i}" in values]
+    series = [(values[f"g{i}"], values[f"tau{i}"]) for i in numbers]
+    if "decades" not in values:
+        return series
+    moduli, times = spectrum(*series[0], values["decades"], values.get("slope", 0.0))
+    return [*zip(moduli, times, strict=True), *series[1:]]
+
+
 def _branches(values: Values) -> list[Attached]:
     """Return the branches whose parameters have values."""
     from forms.branches.maxwell import BRANCH
     from forms.potential import Attached
 
-    numbers = [name.removeprefix("g") for name in values if name.startswith("g")]
-    return [Attached(BRANCH, {"g": values[f"g{i}"], "tau": values[f"tau{i}"]}) for i in numbers]
+    return [Attached(BRANCH, {"g": g, "tau": tau}) for g, tau in _series(values)]
 
 
 def feature() -> Feature:
@@ -92,8 +132,7 @@ def feature() -> Feature:
 
 def card(values: Mapping[str, float]) -> CardPart:
     """Return the series of branches."""
-    numbers = [name.removeprefix("g") for name, g in values.items() if name.startswith("g") and g > 0.0]
-    return CardPart(series=tuple((float(values[f"g{i}"]), float(values[f"tau{i}"])) for i in sorted(numbers)))
+    return CardPart(series=tuple((float(g), float(tau)) for g, tau in _series(values) if float(g) > 0.0))
 
 
 EFFECT = Effect(
@@ -110,6 +149,7 @@ EFFECT = Effect(
             for i in range(SEARCHED + 1, MOST + 1)
             for p in _branch(i, 0.1, 0.3 * 10.0 ** (i - SEARCHED - 1))
         ),
+        *_SPECTRUM,
     ),
     how_often="usual",
     families=("dissipation",),
