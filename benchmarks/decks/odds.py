@@ -16,8 +16,9 @@ from dataclasses import dataclass, replace
 from benchmarks.decks.answer import UNKNOWN, Names
 from benchmarks.decks.score import Item
 from bushcli.effects.effect import effects_on
+from bushcli.effects.titles import FREE_LAW
+from bushcli.evidence.prior import FREED_LAW, effect_odds
 from bushcli.evidence.prior import UNKNOWN as UNKNOWN_ODDS
-from bushcli.evidence.prior import effect_odds
 
 # Frequency of sets of more than two effects, and of the unknown effect beside others: no deck conceals any, but they
 # remain possible.
@@ -81,7 +82,8 @@ def frequencies(items: Sequence[Item]) -> Frequencies:
 
 def tool_odds(names: Names) -> float:
     """Prior odds of a set of effects in a diagnosis, without the division among rigs, branches and choices."""
-    return math.prod(UNKNOWN_ODDS if name == "unknown" else effect_odds(name) for name in names)
+    others = {"unknown": UNKNOWN_ODDS, FREE_LAW: FREED_LAW}
+    return math.prod(others[name] if name in others else effect_odds(name) for name in names)
 
 
 def reweigh(item: Item, odds: Callable[[Names], float]) -> Item:
