@@ -22,6 +22,8 @@ from bushcli.selection.state import CommonData, State
 # Moduli of all branches together over the law's where their fit begins: what tables of filled rubber show in three
 # decades is 0.1 to 0.6.
 START = 0.3
+# Parts of a force law whose stress relaxes in a rest.
+RELAXING = frozenset({"maxwell", "clock"})
 
 
 class Fits(Protocol):
@@ -106,3 +108,16 @@ def relaxing_models(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> It
                 start = {name: warm.parameter(name).start for name in trial.amplitudes}
                 active = replace(trial.active, values=dict(trial.active.values) | start)
                 yield replace(trial, active=active).add_to(beside)
+
+
+def unthinned(model: Model, catalogue: Collection[Effect]) -> Iterator[Model]:
+    """Yield the model with viscoelasticity of the same spectrum in place of a Payne effect: no motion thins it."""
+    maxwell = effect_in_force_law("maxwell")
+    relaxing = [active for active in model.effects if active.effect.in_force_law in RELAXING]
+    if maxwell not in catalogue or [active.effect.in_force_law for active in relaxing] != ["clock"]:
+        return
+    values = relaxing[0].values
+    spectrum = {"g1": "g", "tau1": "tau", "decades": "decades", "slope": "slope"}
+    start = {name: values[own] for name, own in spectrum.items()}
+    others = tuple(active for active in model.effects if active is not relaxing[0])
+    yield replace(model, effects=(ActiveEffect(maxwell, start), *others))

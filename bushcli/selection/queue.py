@@ -25,7 +25,7 @@ from bushcli.effects.effect import Effect
 from bushcli.evidence.prior import log_odds
 from bushcli.evidence.stopping_rule import Needed, needed_of
 from bushcli.runtime.workers import Workers
-from bushcli.selection.additions import more_branches, relaxing_models
+from bushcli.selection.additions import RELAXING, more_branches, relaxing_models, unthinned
 from bushcli.selection.columns import incompatibility, shear_modulus
 from bushcli.selection.derivatives import Derivatives
 from bushcli.selection.fit import FittedSamples, fit
@@ -57,8 +57,6 @@ AT_ONCE = 3
 # finds no more: its optimum is that of the model beside which the effect is tried, where first order is exact. It is
 # a factor of 1.6 in the likelihood.
 FAINT = 0.5
-# Effects whose stress relaxes in a rest.
-_RELAXING = frozenset({"maxwell", "clock"})
 # Factor on the predicted gain, from which the slack follows, if the derivatives are those beside the plain law:
 # judgement, since beside the fitted effects they differ by an unknown share.
 BORROWED = 2.0
@@ -367,18 +365,25 @@ class Search:
         return max(better, key=lambda queued: queued.predicted_weight, default=None)
 
     def _otherwise_relaxing(self) -> Queued | None:
-        """Return the best model with another relaxation that tables were fitted with, if that is not tried, or None.
+        """Return a probable model with another relaxation in place of its own that is not tried, or None.
 
-        One relaxation says nothing of how well another one does beside the same effects, and first order cannot.
+        One relaxation says nothing of how well another one does beside the same effects, and first order cannot. Tables
+        were fitted with several; the Payne effect without thinning is a spectrum of viscoelasticity.
         """
         fitted = [self.states[key] for key in self._relaxing if key in self.states]
         alone = [state for state in fitted if len(state.model.effects) == 1]
-        best = max(self.states.values(), key=lambda state: self.weights(state)[0]).model
-        others = tuple(active for active in best.effects if active.effect.in_force_law not in _RELAXING)
-        for state in alone:
-            model = replace(state.model, effects=(*state.model.effects, *others))
-            contained = any(other.model.contains(state.model) for other in alone)
-            if not contained and model.structure not in {*self.states, *self._tried}:
+        best = max(self.states.values(), key=lambda state: self.weights(state)[0])
+        others = tuple(active for active in best.model.effects if active.effect.in_force_law not in RELAXING)
+        models = [
+            (replace(state.model, effects=(*state.model.effects, *others)), state)
+            for state in alone
+            if not any(other.model.contains(state.model) for other in alone)
+        ]
+        least = self.total + math.log(LEFT)
+        probable = [state for state in self.states.values() if max(self.weights(state)) > least]
+        models += [(model, state) for state in probable for model in unthinned(state.model, self.catalogue)]
+        for model, state in models:
+            if model.structure not in {*self.states, *self._tried}:
                 return Queued(model, state, self.plain.evidence.log, self.odds(model))
         return None
 
