@@ -7,6 +7,8 @@ import pytest
 
 from bushcli.effects.active import ActiveEffect, in_state
 from bushcli.effects.effect import effect
+from bushcli.selection.additions import unthinned
+from bushcli.selection.model import Model
 from bushcli.simulate.vibrations import branches_of
 from cases.feature import Installed
 from cases.march import march
@@ -16,6 +18,7 @@ from cases.simulate import prepare
 from forms.branches.payne import spectrum
 from geometry.shape import Refinement, shapes
 
+CATALOGUE = [effect(name) for name in ("payne", "viscoelasticity", "gain")]
 SPECTRUM = {"g1": 0.1, "tau1": 30.0, "decades": 5.0, "slope": -0.2}
 PAYNE = {"g": 0.1, "tau": 30.0, "decades": 5.0, "slope": -0.2, "path": 0.0}
 
@@ -64,3 +67,19 @@ def test_in_a_sudden_step_no_branch_has_relaxed():
     moduli, times = np.array(branches_of([unrelaxed])).T
     assert moduli == pytest.approx(spectrum(0.1, 30.0, 5.0, -0.2)[0], rel=1e-9)
     assert times.min() > 1e12
+
+
+def test_unthinned_the_payne_effect_is_viscoelasticity_of_its_spectrum():
+    payne = ActiveEffect(effect("payne"), {**PAYNE, "path": 100.0})
+    gain = ActiveEffect(effect("gain"), {"error": 0.01}, ("axial",))
+    (model,) = unthinned(Model("yeoh", {}, False, (payne, gain)), CATALOGUE)
+    assert (
+        model.identities
+        == Model("yeoh", {}, False, (gain, ActiveEffect(effect("viscoelasticity"), SPECTRUM))).identities
+    )
+    relaxing = next(active for active in model.effects if active.effect.name == "viscoelasticity")
+    assert dict(relaxing.values) == SPECTRUM
+    # Nothing in its place where viscoelasticity acts already, or is not in the catalogue.
+    both = Model("yeoh", {}, False, (payne, relaxing))
+    assert not list(unthinned(both, CATALOGUE))
+    assert not list(unthinned(Model("yeoh", {}, False, (payne,)), CATALOGUE[:1]))
