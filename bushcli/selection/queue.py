@@ -410,17 +410,17 @@ class Search:
             self._beside_plain = beside.grouped
         further = MOST_EFFECTS - len(state.model.effects)
         self._queue_larger(state, beside.singles() if further > 0 else [])
-        best = max(other.evidence.coarse for other in self.states.values())
-        if state is self.plain and further > 1 and best < state.evidence.coarse + FAR:
-            if time.perf_counter() < self.deadline:
-                # Pairs are predicted while the first single effects are fitted.
-                self._begin_next()
-            self._queue_larger(state, beside.pairs())
         for model in other_laws(self.problem.case, state.model):
             if not self._exchange_law(state, model):
                 more = len(model.start) - (0 if state.model.fixed else len(state.model.start))
                 bound = beside.any_law(more)
                 self._queue(Prediction(model, bound, 0.0, bound, 0.0), state, 0.0, is_bound=True)
+        best = max(other.evidence.coarse for other in self.states.values())
+        if state is self.plain and further > 1 and best < state.evidence.coarse + FAR:
+            if time.perf_counter() < self.deadline:
+                # Pairs are predicted while the first laws and single effects are fitted.
+                self._begin_next()
+            self._queue_larger(state, beside.pairs())
         self._expand_without(state, beside)
         # Not before: an interrupted search has not looked at these neighbours.
         self._expanded.add(key)
