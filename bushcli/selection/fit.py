@@ -144,10 +144,11 @@ def fit(
     if beside is not None:
         initial = _better_start(problem, initial, start, beside)
     best = None if initial is None else _search_from(problem, initial, rule)
-    shapes = [name for name in model.start if name in problem.names and name not in task.law.linear]
-    stuck = best is not None and best.is_stuck and rule.is_at_wall(best.x)
-    minima = best is not None and not best.hopeless and len(model.effects) > 0 and len(shapes) > 1
-    if best is not None and (stuck or minima):
+    exponents = [name for name in model.start if name in problem.names and name not in task.law.linear]
+    has_minima = len(model.effects) > 0 and len(exponents) > 1
+    if best is not None and (
+        (has_minima and not best.hopeless) or (best.is_stuck and rule.is_at_wall(best.x))
+    ):
         # With its parameters from the fit without effects, the law may be hardly solvable wherever the search goes. And
         # beside them a law of several exponents may stay in the minimum in which it has imitated the effects (own 087).
         own = _own_law_start(problem, start)

@@ -51,7 +51,7 @@ LEFT = 0.05
 NEIGHBOURS = 0.01
 # Fits at once. One number, so that the answer does not depend on the workers. With three, of which two run, neither of
 # two processes waits for the other: in 003 of the development deck they work 82 in place of 68 % of the time, and the
-# models fitted are the same; in four others one more is fitted in two (`benchmarks/reduced.md`).
+# models fitted are the same; in five others one more is fitted in two (`benchmarks/reduced.md`).
 AT_ONCE = 3
 # Least gain in log likelihood for an effect to count as visible: half a nat. If first order predicts less, a fit
 # finds no more: its optimum is that of the model beside which the effect is tried, where first order is exact. It is
