@@ -79,7 +79,7 @@ class ActiveEffect:
         """What distinguishes it from the same effect in another model: "2 branches", "outer bottom"; often empty."""
         words = []
         if self.effect.branches > 1:
-            count = len({p.branch for p in self.parameters if p.branch != p.name})
+            count = len({p.branch for p in self.parameters} - {p.name for p in self.parameters})
             words += [f"{count} branches"] if count > 1 else []
         words += [f"with {p.name}" for p in self.parameters if p.branch == p.name]
         for p in self.parameters:

@@ -83,3 +83,11 @@ def test_unthinned_the_payne_effect_is_viscoelasticity_of_its_spectrum():
     both = Model("yeoh", {}, False, (payne, relaxing))
     assert not list(unthinned(both, CATALOGUE))
     assert not list(unthinned(Model("yeoh", {}, False, (payne,)), CATALOGUE[:1]))
+
+
+@pytest.mark.parametrize("given", ["decades", "slope"])
+def test_width_and_slope_belong_together(given):
+    active = ActiveEffect(effect("viscoelasticity"), {name: SPECTRUM[name] for name in ("g1", "tau1", given)})
+    (missing,) = {"decades", "slope"} - {given}
+    assert active.parameters_without_value == (f"viscoelasticity.{missing}",)
+    assert active.with_start_values().variant == "with decades"

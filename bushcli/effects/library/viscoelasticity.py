@@ -97,6 +97,7 @@ _SPECTRUM = (
         "power of the time in a spectrum's modulus per decade",
         (0.0, -2.0, 2.0),
         optional=True,
+        of="decades",
         searched=False,
         prior=Prior("t", 0.3, source="engineering judgement, as for the Payne effect"),
     ),
@@ -111,7 +112,7 @@ def _series(values: Values) -> list[tuple[Scalar, Scalar]]:
     series = [(values[f"g{i}"], values[f"tau{i}"]) for i in numbers]
     if "decades" not in values:
         return series
-    moduli, times = spectrum(*series[0], values["decades"], values.get("slope", 0.0))
+    moduli, times = spectrum(*series[0], values["decades"], values["slope"])
     return [*zip(moduli, times, strict=True), *series[1:]]
 
 
