@@ -1,6 +1,6 @@
 """What each mechanism of the search of `bushcli diagnose` is worth: recordings are diagnosed with one off at a time.
 
-``setup/enter python benchmarks/ablation_diagnosis.py FOLDER ... [--only WORD]`` prints a table of
+``setup/enter python benchmarks/ablation_diagnosis.py FOLDER ... [--only WORD|WORD]`` prints a table of
 benchmarks/ablation.md. Each FOLDER has a ``case.toml``. The whole catalogue, one process; neither maps nor the next
 test are calculated, and the answer is refitted only where that is what is off.
 """
@@ -120,7 +120,7 @@ def main(folders: list[Path], only: str) -> None:
     with patch.object(Extras, "make", lambda *given: None):
         print("| " + " | ".join(HEADS) + " |\n|" + " --- |" * len(HEADS))
         for name, changes in patches().items():
-            if name != "-" and only not in name:
+            if name != "-" and not any(word in name for word in only.split("|")):
                 continue
             with ExitStack() as stack:
                 for change in changes:
