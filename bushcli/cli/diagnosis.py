@@ -21,6 +21,7 @@ from bushcli.cli.shared import (
     PositiveNumber,
     names_in,
     processes_option,
+    processors,
     remote_executor,
     resume_option,
     say_what_is_saved,
@@ -28,6 +29,9 @@ from bushcli.cli.shared import (
 )
 from bushcli.errors import InputError, Problem, count_of
 from bushcli.runtime.interrupt import listen
+
+# Three fits run at once (`selection.queue.AT_ONCE`), and few derivatives are left for more; a process takes 0.4 GB.
+MOST_WORKERS = 4
 
 
 @click.command()
@@ -57,7 +61,10 @@ from bushcli.runtime.interrupt import listen
     metavar="MINUTES",
     help="Start no further fits after this time, and answer with the models fitted so far.",
 )
-@processes_option("Processes that share the work; the answer does not depend on their number.")
+@processes_option(
+    "Processes that share the work; the answer does not depend on their number. If not given as many as this machine "
+    f"has processors, at most {MOST_WORKERS}."
+)
 @scheduler_option
 @resume_option("fits")
 @click.option("--no-maps", is_flag=True, help="Do not compute the maps of the bushing.")
@@ -70,7 +77,7 @@ def diagnose(
     hold_out: tuple[str, ...],
     uniform_odds: bool,
     budget: float | None,
-    workers: int,
+    workers: int | None,
     scheduler: str | None,
     resume: bool | None,
     no_maps: bool,
@@ -88,9 +95,9 @@ def diagnose(
 
     case = run.load()
     has_ranks = number_of_ranks() > 1
-    if has_ranks and workers > 1:
+    if has_ranks and (workers or 1) > 1:
         raise InputError(Problem("--workers", "cannot be used under mpirun, which starts the workers"))
-    if scheduler and (has_ranks or workers > 1):
+    if scheduler and (has_ranks or (workers or 1) > 1):
         other = "mpirun" if has_ranks else "--workers"
         what = f"cannot be combined with {other}"
         raise InputError(Problem("--scheduler", what, "", "give one of the two"))
@@ -114,7 +121,7 @@ def diagnose(
                     hold_out=names_in(hold_out),
                     uniform=uniform_odds,
                     budget=None if budget is None else 60.0 * budget,
-                    workers=workers,
+                    workers=workers or min(processors(), MOST_WORKERS),
                     executor=executor,
                     journal=journal,
                     resume=resume,

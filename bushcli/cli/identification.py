@@ -162,7 +162,7 @@ def fit_to_coupons(
     is_flag=True,
     help="Find a further start by differential evolution on a coarse mesh.",
 )
-@processes_option("Processes that share the starts.")
+@processes_option("Processes that share the starts.", default=1)
 @scheduler_option
 @seed_option("start points")
 @resume_option("evaluations")

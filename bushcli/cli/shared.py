@@ -54,20 +54,22 @@ def seed_option(of: str) -> Callable[[F], F]:
     )
 
 
-def processes_option(meaning: str) -> Callable[[F], F]:
-    """Give a command the option ``--workers``, one if it is not given."""
-    workers = click.IntRange(1, 256)
-    return click.option("--workers", type=workers, default=1, show_default=True, help=meaning)
+def processors() -> int:
+    """Return the number of processors that this process may use."""
+    return len(os.sched_getaffinity(0))
+
+
+def processes_option(meaning: str, default: int | None = None) -> Callable[[F], F]:
+    """Give a command the option ``--workers``."""
+    return click.option(
+        "--workers", type=click.IntRange(1, 256), default=default, show_default=True, help=meaning
+    )
 
 
 def worker_options(command: F) -> F:
     """Give a command the options ``--workers``, all processors if it is not given, and ``--scheduler``."""
-    command = click.option(
-        "--workers",
-        type=click.IntRange(1, 256),
-        help="Processes of this machine that share the work; as many as it has processors if not given.",
-    )(command)
-    return scheduler_option(command)
+    meaning = "Processes of this machine that share the work; as many as it has processors if not given."
+    return scheduler_option(processes_option(meaning)(command))
 
 
 def resume_option(what: str) -> Callable[[F], F]:
@@ -112,7 +114,7 @@ def pool(workers: int | None, scheduler: str | None) -> Iterator[Pool | None]:
         with dask(scheduler) as started:
             yield started
     else:
-        with processes(workers or len(os.sched_getaffinity(0))) as started:
+        with processes(workers or processors()) as started:
             yield started
 
 

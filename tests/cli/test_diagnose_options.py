@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,8 @@ CASE = Path(__file__).parents[2] / "examples" / "batch" / "case.toml"
         (["--budget", "1.5"], {"budget": 90.0}),
         (["--hold-out", "radial", "--hold-out", "radial"], {"hold_out": ("radial",)}),
         (["--uniform-odds"], {"uniform": True}),
+        (["--workers", "3"], {"workers": 3}),
+        ([], {"workers": min(len(os.sched_getaffinity(0)), 4)}),
     ],
 )
 def test_options_reach_the_diagnosis(
