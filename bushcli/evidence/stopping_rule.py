@@ -35,7 +35,7 @@ LEAST_RATIO = 0.1
 # than a fifth of its standard deviation.
 NOTHING = 0.02
 # The same beside parameters that cannot be solved, where trials fail and take three times as long: a gain that would
-# not make an effect visible (`selection.queue.FAINT`).
+# not make an effect visible (`selection.prediction.FAINT`).
 NOTHING_AT_WALL = 0.5
 # A model of a small share of the posterior need not be known as well: its fit ends where a full step would change the
 # posterior by less than this. Probabilities that differ by less count as the same (`benchmarks/constants.md`).

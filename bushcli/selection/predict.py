@@ -32,6 +32,7 @@ from bushcli.selection.fit import TURNS
 from bushcli.selection.law_edge import LawEdge
 from bushcli.selection.model import Model
 from bushcli.selection.prediction import (
+    FAINT,
     Addition,
     KnownAmplitudes,
     Prediction,
@@ -257,6 +258,9 @@ class Beside:
                 loose.coarse,
                 reachable_likelihood(solutions[best][0].likelihood, self._value(())[0].left, loose.left),
             )
+        if hoped - self.coarse_likelihood < FAINT:
+            # `coarse` forgives a law errors of form that its effects would have; an effect that changes nothing has none.
+            hoped = most
         model = self._model(points[best], solutions[best][1])
         return Prediction(
             model, log, most - self._value(())[0].judgement.log, most, reach, max(hoped - most, 0.0)

@@ -18,6 +18,10 @@ from bushcli.selection.queued import SHARE_SLACK
 
 Array = NDArray[np.float64]
 
+# Least gain in log likelihood for an effect to count as visible: half a nat. If first order predicts less, a fit
+# finds no more: its optimum is that of the model beside which the effect is tried, where first order is exact. It is
+# a factor of 1.6 in the likelihood.
+FAINT = 0.5
 # Where an effect was tried at a finite size, its amplitude is predicted only within this factor of that size. Other
 # values change probabilities by less than 0.002 (`benchmarks/constants.md`).
 TRIED = 2.0
@@ -56,7 +60,8 @@ class Prediction:
         The same increase of `Likelihood.coarse`: the larger it is, the less accurate is first order.
     hope : float
         Increase of the log likelihood that a fit may find in addition: that of `Likelihood.coarse`, under which a model
-        may err by more, or that of an effect which explains more than predicted (`reachable`).
+        may err by more, or that of an effect which explains more than predicted (`reachable_likelihood`); none where
+        the effects explain nothing.
     """
 
     model: Model

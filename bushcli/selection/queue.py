@@ -32,7 +32,7 @@ from bushcli.selection.fit import FittedSamples, fit
 from bushcli.selection.model import Fitted, Key, Model
 from bushcli.selection.neighbours import label, other_laws, with_law_of, without_effects
 from bushcli.selection.predict import Beside
-from bushcli.selection.prediction import Addition, Prediction
+from bushcli.selection.prediction import FAINT, Addition, Prediction
 from bushcli.selection.prediction_errors import changes
 from bushcli.selection.queued import FAR, Queued, Waiting, slack_of
 from bushcli.selection.search_extent import Ended, TriedModel
@@ -53,10 +53,6 @@ NEIGHBOURS = 0.01
 # two processes waits for the other: in 003 of the development deck they work 82 in place of 68 % of the time, and the
 # models fitted are the same; in five others one more is fitted in two (`benchmarks/reduced.md`).
 AT_ONCE = 3
-# Least gain in log likelihood for an effect to count as visible: half a nat. If first order predicts less, a fit
-# finds no more: its optimum is that of the model beside which the effect is tried, where first order is exact. It is
-# a factor of 1.6 in the likelihood.
-FAINT = 0.5
 # Factor on the predicted gain, from which the slack follows, if the derivatives are those beside the plain law:
 # judgement, since beside the fitted effects they differ by an unknown share.
 BORROWED = 2.0
@@ -242,8 +238,7 @@ class Search:
         least = inside[0].objective if inside else float("inf")
         inner = tuple(state.model for state in inside[:1])
         odds = self.odds(queued.model), self.odds(queued.model, unknown=True)
-        # Other models are predicted beside a law alone, which always matters.
-        needed = needed_of(self.total, *odds) if queued.model.effects and not matters else None
+        needed = None if matters else needed_of(self.total, *odds)
         start = self._start_beside_effects(queued)
         question = (self.problem.case, queued.model, measured, inner, least, needed, start)
         return _Begun(queued, needed, self.workers.ask(fit, question))
