@@ -259,7 +259,7 @@ class Beside:
                 reachable_likelihood(solutions[best][0].likelihood, self._value(())[0].left, loose.left),
             )
         if hoped - self.coarse_likelihood < FAINT:
-            # `coarse` forgives a law errors of form that its effects would have; an effect that changes nothing has none.
+            # `coarse` forgives a law the errors of form of effects that are missing; one that changes nothing has none.
             hoped = most
         model = self._model(points[best], solutions[best][1])
         return Prediction(
