@@ -284,18 +284,19 @@ def test_what_only_another_law_could_reach_is_hoped_for(beyond, made, monkeypatc
     assert found.log_likelihood + found.hope >= free.log_likelihood
 
 
-def test_a_fit_far_from_the_edge_is_not_held_back(made):
+def test_an_optimum_beyond_the_edge_is_cut_off_however_far_the_fit_is_from_it(made):
     edge = LawEdge(made.state)
     x = made.state.fitted.x
     unstable = np.array(
         [-9.0 if name == "C20" else value for name, value in zip(made.state.fitted.names, x, strict=True)]
     )
     assert edge.margins(unstable).min() < 0.0 < edge.margins(x).min()
-    assert not edge.is_active
-    assert not edge.cut_off(unstable)
+    assert edge.cut_off(unstable)
+    assert not edge.cut_off(x)
+    (slope,), (value,) = edge.cuts.slopes, edge.cuts.values
+    assert slope @ (unstable - x) + value < 0.0 < value
 
 
 def test_a_law_of_one_parameter_has_no_edge(coupon):
     state = coupon().state
-    assert not LawEdge(state).is_active
     assert not LawEdge(state).cut_off(-state.fitted.x)
