@@ -248,17 +248,20 @@ class Beside:
         log = float(logsumexp([evidence.log for evidence, _ in solutions])) - math.log(len(solutions))
         most = max(evidence.judgement.log for evidence, _ in solutions)
         coarse = max(evidence.coarse for evidence, _ in solutions)
-        reach, hoped = coarse - self.coarse_likelihood, coarse
+        explained = reach = coarse - self.coarse_likelihood
+        hoped = coarse
         if len(points[best]) == 1:
             # Pairs are predicted again beside the fit of one of their effects.
-            loose = self._solve_amplitudes(points[best], within=bool(self.state.model.effects))[0]
+            within = bool(self.state.model.effects)
+            without, loose = (self._solve_amplitudes(point, within)[0] for point in ((), points[best]))
             # Another law may have an optimum where this one is unstable; it is fitted beside the effect's fit.
             hoped = max(
                 hoped,
                 loose.coarse,
                 reachable_likelihood(solutions[best][0].likelihood, self._value(())[0].left, loose.left),
             )
-        if hoped - self.coarse_likelihood < FAINT:
+            explained = max(explained, loose.coarse - without.coarse)
+        if explained < FAINT:
             # `coarse` forgives a law the errors of form of effects that are missing; one that changes nothing has none.
             hoped = most
         model = self._model(points[best], solutions[best][1])
