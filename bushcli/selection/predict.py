@@ -254,10 +254,13 @@ class Beside:
             # Pairs are predicted again beside the fit of one of their effects.
             within = bool(self.state.model.effects)
             without, loose = (self._solve_amplitudes(point, within)[0] for point in ((), points[best]))
-            # Another law may have an optimum where this one is unstable; it is fitted beside the effect's fit.
+            # Another law may have an optimum where this one is unstable, and with the effect the rubber reaches other
+            # states, in which this one may be stable.
+            beyond = loose.judgement.log - self._solve_amplitudes(points[best])[0].judgement.log
             hoped = max(
                 hoped,
                 loose.coarse,
+                most + beyond,
                 reachable_likelihood(solutions[best][0].likelihood, self._value(())[0].left, loose.left),
             )
             explained = max(explained, loose.coarse - without.coarse)
