@@ -433,15 +433,19 @@ class Search:
         """Return further effects with their derivatives beside a model, or beside the plain law where that will do.
 
         The derivative beside the plain law is a fair estimate. Where it predicts no visible gain beside the model, by a
-        factor of `BORROWED`, the effect is not solved anew.
+        factor of `BORROWED`, or a model whose neighbours would not be tried, the effect is not solved anew.
         """
         if state is self.plain or not state.model.effects:
             return Beside(state, self.derivatives.additions_beside(state, state is self.plain))
-        borrowed, gains = self._with_borrowed(state), dict[str, float]()
+        borrowed, least = self._with_borrowed(state), self.total + math.log(NEIGHBOURS)
+        silent, heard = set[str](), set[str]()
         for points, prediction in zip(borrowed.grouped.values(), borrowed.singles(), strict=True):
-            name = points[0].trial.effect.name
-            gains[name] = max(prediction.gain, gains.get(name, 0.0))
-        silent = {name for name, gain in gains.items() if BORROWED * gain < FAINT}
+            most = (
+                prediction.log_evidence + self.odds(prediction.model) + slack_of(BORROWED * prediction.reach)
+            )
+            visible = BORROWED * prediction.gain >= FAINT and most > least
+            (heard if visible else silent).add(points[0].trial.effect.name)
+        silent -= heard
         among = [effect for effect in self.catalogue if effect.name not in silent]
         every = [addition for points in borrowed.grouped.values() for addition in points]
         own = [
