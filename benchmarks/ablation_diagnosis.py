@@ -61,7 +61,8 @@ def patches() -> dict[str, list[Any]]:
         "own start of the law where a fit is stuck": [patch.object(fit._End, "is_stuck", never)],
         "again from a contained model": [patch.object(fit, "WORSE", 1e9)],
         "smaller sizes where a start fails": [patch.object(fit, "RETREATS", ())],
-        "marches are given up": [patch.object(fit, "FAILED_STEPS", None)],
+        # Defaults, bound when the function was defined: of `failed_steps` and `variances`.
+        "marches are given up": [patch.object(fit.pose, "__defaults__", (None, None))],
         "what a fit may find in addition": [patch.object(queue.Search, "_queue", hopeless)],
         "one effect more beside a poor one": [
             patch.object(queue.Search, "_queue_with_one_more", lambda *given: None)
