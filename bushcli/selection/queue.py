@@ -438,14 +438,12 @@ class Search:
         if state is self.plain or not state.model.effects:
             return Beside(state, self.derivatives.additions_beside(state, state is self.plain))
         borrowed, least = self._with_borrowed(state), self.total + math.log(NEIGHBOURS)
-        silent, heard = set[str](), set[str]()
+        silent, visible = {points[0].trial.effect.name for points in borrowed.grouped.values()}, set[str]()
         for points, prediction in zip(borrowed.grouped.values(), borrowed.singles(), strict=True):
-            most = (
-                prediction.log_evidence + self.odds(prediction.model) + slack_of(BORROWED * prediction.reach)
-            )
-            visible = BORROWED * prediction.gain >= FAINT and most > least
-            (heard if visible else silent).add(points[0].trial.effect.name)
-        silent -= heard
+            most = prediction.log_evidence + slack_of(BORROWED * prediction.reach)
+            if BORROWED * prediction.gain >= FAINT and most + self.odds(prediction.model) > least:
+                visible.add(points[0].trial.effect.name)
+        silent -= visible
         among = [effect for effect in self.catalogue if effect.name not in silent]
         every = [addition for points in borrowed.grouped.values() for addition in points]
         own = [

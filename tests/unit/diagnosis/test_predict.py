@@ -19,7 +19,7 @@ from bushcli.selection.columns import Candidate, columns, trials
 from bushcli.selection.fit import TURNS
 from bushcli.selection.law_edge import LawEdge
 from bushcli.selection.predict import Beside
-from bushcli.selection.prediction import Addition, reachable_likelihood
+from bushcli.selection.prediction import FAINT, Addition, reachable_likelihood
 from bushcli.selection.queued import SLACK
 from bushcli.selection.state import State
 from tests.linear import World
@@ -282,6 +282,16 @@ def test_what_only_another_law_could_reach_is_hoped_for(beyond, made, monkeypatc
     (free,) = Beside(beyond, [added]).singles()
     assert found.log_likelihood < free.log_likelihood - 5.0
     assert found.log_likelihood + found.hope >= free.log_likelihood
+
+
+def test_an_effect_that_explains_nothing_is_promised_nothing(beyond, made):
+    """Whatever `Likelihood.coarse` forgives the law alone."""
+    alone = Beside(beyond, ()).alone()
+    assert alone.hope > 5.0
+    faint = addition(made, "permanent_set", 1e-9 * loop(made))
+    (found,) = Beside(beyond, [faint]).singles()
+    assert found.gain < FAINT
+    assert found.hope == 0.0
 
 
 def test_an_optimum_beyond_the_edge_is_cut_off_however_far_the_fit_is_from_it(made):
