@@ -18,9 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.inverse.problem import (
+    ACTIVE,
     STABILITY_EDGE,
     STABILITY_MARGIN,
     differences,
+    penalty,
     smallest_moduli,
 )
 from bushcli.selection.state import State
@@ -51,20 +53,31 @@ class LawEdge:
     def __post_init__(self) -> None:
         self.cuts = Cuts(np.zeros((0, len(self.state.fitted.x))), np.zeros(0))
 
+    @cached_property
+    def is_active(self) -> bool:
+        """Whether the law's stability holds the fit back.
+
+        Where it does not, the edge is far, and the way there is not one to predict: with other effects the rubber
+        reaches other stretches. A single parameter only scales the law.
+        """
+        fitted = self.state.fitted
+        if not len(fitted.states) or sum(name in self.state.model.start for name in fitted.names) < 2:
+            return False
+        return bool(penalty(self._smallest_moduli(fitted.x)).max() > ACTIVE)
+
     def margins(self, x: Array) -> Array:
         """Margin (n,) in each state with parameters x (p,), in shear moduli, negative beyond the edge."""
         return self._smallest_moduli(x) - STABILITY_MARGIN
 
     def cut_off(self, x: Array) -> bool:
         """Add the condition that parameters x (p,) violate; return whether the law is unstable with them."""
-        fitted = self.state.fitted.x
-        if sum(name in self.state.model.start for name in self.state.fitted.names) < 2:
-            # A single parameter only scales the law.
+        if not self.is_active:
             return False
         margins = self.margins(x)
-        if margins.min(initial=0.0) >= -STABILITY_EDGE:
+        worst = int(np.argmin(margins))
+        if margins[worst] >= -STABILITY_EDGE:
             return False
-        states = self.state.fitted.states[[int(np.argmin(margins))]]
+        states, fitted = self.state.fitted.states[[worst]], self.state.fitted.x
         for half in range(_HALVINGS):
             (tangent,) = moduli(self._law, self._values(fitted + (x - fitted) / 2**half), states)
             if np.isfinite(tangent).all():

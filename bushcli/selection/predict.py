@@ -252,18 +252,14 @@ class Beside:
         hoped = coarse
         if len(points[best]) == 1:
             # Pairs are predicted again beside the fit of one of their effects.
-            within = bool(self.state.model.effects)
-            without, loose = (self._solve_amplitudes(point, within)[0] for point in ((), points[best]))
-            # Another law may have an optimum where this one is unstable, and with the effect the rubber reaches other
-            # states, in which this one may be stable.
-            beyond = loose.judgement.log - self._solve_amplitudes(points[best])[0].judgement.log
+            loose = self._solve_amplitudes(points[best], within=bool(self.state.model.effects))[0]
+            # Another law may have an optimum where this one is unstable; it is fitted beside the effect's fit.
             hoped = max(
                 hoped,
                 loose.coarse,
-                most + beyond,
                 reachable_likelihood(solutions[best][0].likelihood, self._value(())[0].left, loose.left),
             )
-            explained = max(explained, loose.coarse - without.coarse)
+            explained = max(explained, loose.coarse - self._solve_amplitudes(())[0].coarse)
         if explained < FAINT:
             # `coarse` forgives a law the errors of form of effects that are missing; one that changes nothing has none.
             hoped = most

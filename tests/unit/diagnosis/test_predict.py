@@ -284,29 +284,32 @@ def test_what_only_another_law_could_reach_is_hoped_for(beyond, made, monkeypatc
     assert found.log_likelihood + found.hope >= free.log_likelihood
 
 
-def test_an_effect_that_explains_nothing_is_promised_nothing(beyond, made):
+def test_an_effect_that_explains_nothing_is_promised_nothing(made):
     """Whatever `Likelihood.coarse` forgives the law alone."""
-    alone = Beside(beyond, ()).alone()
-    assert alone.hope > 5.0
-    faint = addition(made, "permanent_set", 1e-9 * loop(made))
-    (found,) = Beside(beyond, [faint]).singles()
+    fitted = made.state.fitted
+    far = State(
+        made.problem, replace(fitted, simulated=tuple(force - loop(made, 0.2) for force in fitted.simulated))
+    )
+    assert Beside(far, ()).alone().hope > 5.0
+    clear, faint = (addition(made, "permanent_set", size * loop(made)) for size in (1.0, 1e-9))
+    (found,) = Beside(far, [faint]).singles()
     assert found.gain < FAINT
     assert found.hope == 0.0
+    assert Beside(far, [clear]).singles()[0].gain > FAINT
 
 
-def test_an_optimum_beyond_the_edge_is_cut_off_however_far_the_fit_is_from_it(made):
+def test_a_fit_far_from_the_edge_is_not_held_back(made):
     edge = LawEdge(made.state)
     x = made.state.fitted.x
     unstable = np.array(
         [-9.0 if name == "C20" else value for name, value in zip(made.state.fitted.names, x, strict=True)]
     )
     assert edge.margins(unstable).min() < 0.0 < edge.margins(x).min()
-    assert edge.cut_off(unstable)
-    assert not edge.cut_off(x)
-    (slope,), (value,) = edge.cuts.slopes, edge.cuts.values
-    assert slope @ (unstable - x) + value < 0.0 < value
+    assert not edge.is_active
+    assert not edge.cut_off(unstable)
 
 
 def test_a_law_of_one_parameter_has_no_edge(coupon):
     state = coupon().state
+    assert not LawEdge(state).is_active
     assert not LawEdge(state).cut_off(-state.fitted.x)
