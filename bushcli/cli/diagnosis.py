@@ -30,7 +30,8 @@ from bushcli.cli.shared import (
 from bushcli.errors import InputError, Problem, count_of
 from bushcli.runtime.interrupt import listen
 
-# Three fits run at once (`selection.queue.AT_ONCE`), and few derivatives are left for more; a process takes 0.4 GB.
+# Judgement: three fits run at once (`selection.queue.AT_ONCE`), so that more processes would only share
+# derivatives. Each takes 0.4 GB, measured with an axial and a radial channel.
 MOST_WORKERS = 4
 
 
@@ -62,8 +63,8 @@ MOST_WORKERS = 4
     help="Start no further fits after this time, and answer with the models fitted so far.",
 )
 @processes_option(
-    "Processes that share the work; the answer does not depend on their number. If not given as many as this machine "
-    f"has processors, at most {MOST_WORKERS}."
+    "Processes that share the work; the answer does not depend on their number. If not given, as many as this machine "
+    f"has processors, {MOST_WORKERS} at most."
 )
 @scheduler_option
 @resume_option("fits")

@@ -60,8 +60,8 @@ class EffectParameter:
         For an amplitude, the value at which the effect is absent; None for a shape parameter, such as a time or a gap.
     optional : bool
         Whether the parameter may be absent, as may those of a second and third branch, or one that refines the effect.
-    of : str
-        Name of the optional parameter that it belongs to: a model has both or neither.
+    belongs_to : str
+        Name of the optional parameter with which it comes: a model has both or neither.
     motions : frozenset of str
         For an optional parameter, the motions ("uy") whose reactions it changes to first order: where one of them was
         recorded, a diagnosis gives it to the effect from the start, and it tries it nowhere else.
@@ -115,7 +115,7 @@ class EffectParameter:
     start_and_bounds: tuple[float, float, float]
     off: float | None = None
     optional: bool = False
-    of: str = ""
+    belongs_to: str = ""
     motions: frozenset[str] = frozenset()
     scan: tuple[float, ...] = ()
     in_tables: tuple[float, float] | None = None
@@ -158,9 +158,9 @@ class EffectParameter:
 
     @property
     def branch(self) -> str:
-        """Key of the branch: the number at the end of the name; without one, the optional parameter it is or is of."""
+        """Key of the branch: the number at the end of the name, or the optional parameter that it is or belongs to."""
         number = self.name[len(self.stem) :]
-        return number or self.of or (self.name if self.optional else "")
+        return number or self.belongs_to or (self.name if self.optional else "")
 
     def admits(self, value: float) -> bool:
         """Whether ``value`` is a finite number within the bounds, and the index of a choice where there are choices."""

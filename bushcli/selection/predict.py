@@ -259,6 +259,7 @@ class Beside:
                 loose.coarse,
                 reachable_likelihood(solutions[best][0].likelihood, self._value(())[0].left, loose.left),
             )
+            # Both with the variances at hand.
             explained = max(explained, loose.coarse - self._solve_amplitudes(())[0].coarse)
         if explained < FAINT:
             # `coarse` forgives a law the errors of form of effects that are missing; one that changes nothing has none.

@@ -97,7 +97,7 @@ _SPECTRUM = (
         "power of the time in a spectrum's modulus per decade",
         (0.0, -2.0, 2.0),
         optional=True,
-        of="decades",
+        belongs_to="decades",
         searched=False,
         prior=Prior("t", 0.3, source="engineering judgement, as for the Payne effect"),
     ),
