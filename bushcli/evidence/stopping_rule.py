@@ -114,11 +114,11 @@ class StoppingRule:
             return HeldBack("the law's stability limits the search")
         if gain < (NOTHING_AT_WALL if failed else NOTHING):
             return Settled("no step lowers the misfit")
-        if not last and gain < ROUGH and self._problem.variance_change(x)[0] > SETTLED:
-            return Settled("the variances of the misfit have changed")
         self._short = self._short + 1 if self._change(x, step, gain) < UNCHANGED else 0
         if self._short >= (TWICE if gain > ROUGH else 1):
             return Hopeless("a lower misfit would not change the posterior")
+        if not last and gain < ROUGH and self._problem.variance_change(x)[0] > SETTLED:
+            return Settled("the variances of the misfit have changed")
         return None
 
     def is_at_wall(self, x: Array) -> bool:

@@ -24,6 +24,7 @@ from bushcli.evidence.density import SETTLED, Posterior, features_of
 from bushcli.evidence.prior import known_parameters
 from bushcli.evidence.stopping_rule import Needed, StoppingRule
 from bushcli.inverse.channel import StepLimit
+from bushcli.inverse.local import Hopeless
 from bushcli.inverse.minimum_search import search
 from bushcli.inverse.problem import LeastSquaresProblem, Stopping
 from bushcli.inverse.start_values import fit_scale, fit_sizes, own_start
@@ -168,8 +169,9 @@ def fit(
             continue
         # The optimum of the contained model itself, too: it lies on a bound, where a search cannot begin.
         inner = _End(problem.objective(at), at, True)
-        again = _search_from(problem, problem.bounds.inside(at), rule)
-        best = min(end for end in (best, inner, again) if end is not None)
+        best = inner if best is None else min(best, inner)
+        if not isinstance(rule.ends(at), Hopeless):
+            best = min(best, _search_from(problem, problem.bounds.inside(at), rule))
     if best is None:
         return None
     # A search that ended in a valley has converged, too, if a full step would not make a visible difference.

@@ -289,20 +289,53 @@ class Search:
         return best.model.start
 
     def _next_model(self) -> Queued | None:
-        """Take the model to be fitted next; None if it waits for a fit that has begun.
+        """Take the model to be fitted next; None if those that matter wait for a fit that has begun."""
+        least = self._total_with_begun + math.log(NEIGHBOURS)
+        for key in self.waiting.ordered_models():
+            queued = self.waiting[key]
+            chosen = self._law_first(queued) if queued.is_bound else self._single_first(queued)
+            if chosen is not None:
+                self._tried.add(chosen.model.structure)
+                self.waiting.pop(chosen.model.structure, None)
+                return chosen
+            if queued.uncertain_weight < least:
+                break
+        return None
 
-        Another law is fitted without effects before it is fitted with them.
+    def _law_first(self, bound: Queued) -> Queued | None:
+        """Return another law without effects in place of one with them; None where a fit that has begun says more.
+
+        Nothing is predicted of another law but a bound. Beside a model that explains the recordings its fit is soon
+        given up: effects of the plain law are fitted before it.
         """
-        queued = self.waiting[self.waiting.ordered_models()[0]]
-        alone = without_effects(queued.model)
-        if queued.is_bound and queued.model.effects:
-            if any(begun.queued.model.structure == alone.structure for begun in self._begun):
+        alone = without_effects(bound.model)
+        begun = [other.queued.model for other in self._begun]
+        if alone.structure in {model.structure for model in begun}:
+            return None
+        if not any(state.model.effects for state in self.states.values()):
+            if any(model.effects for model in begun):
                 return None
-            if alone.structure not in self._tried:
-                queued = self.waiting.get(alone.structure, replace(queued, model=alone))
-        self._tried.add(queued.model.structure)
-        self.waiting.pop(queued.model.structure, None)
-        return queued
+            effects = [other for other in self.waiting.values() if not other.is_bound and other.model.effects]
+            if effects:
+                return self._single_first(max(effects, key=lambda other: other.predicted_weight))
+        if bound.model.effects and alone.structure not in self._tried:
+            return self.waiting.get(alone.structure, replace(bound, model=alone))
+        return bound
+
+    def _single_first(self, queued: Queued) -> Queued | None:
+        """Return the better of two effects that were predicted beside the plain law; None where its fit has begun.
+
+        Beside it the other one is predicted with its error alone.
+        """
+        if queued.base is not self.plain or len(queued.model.effects) < 2:
+            return queued
+        singles = {replace(queued.model, effects=(active,)).structure for active in queued.model.effects}
+        if singles & self.states.keys():
+            return queued
+        if any(begun.queued.model.structure in singles for begun in self._begun):
+            return None
+        waiting = [self.waiting[single] for single in singles & self.waiting.keys()]
+        return max(waiting, key=lambda single: single.predicted_weight, default=queued)
 
     def _enter(self, state: State, predicted: float) -> None:
         key = state.model.structure
