@@ -47,10 +47,10 @@ EFFECT = Effect(
             reciprocal=("stiffness", "N/mm"),
             prior=Prior(
                 "half_t",
-                0.05,
+                0.2,
                 of="compliance",
                 source="engineering judgement: rigs are chosen an order of magnitude stiffer than the "
-                "stiffest specimen",
+                "stiffest specimen, which is the median of this density",
             ),
         ),
         Amplitude(
