@@ -4,11 +4,10 @@ Every fitted model that may still matter adds its neighbours to the queue: model
 more), with two more beside the plain law, with fewer effects, with one in place of others, or with another law. Their
 evidence is predicted to first order beside the fitted model (`predict`). The nearer the two models are, the more
 reliable is the prediction; a reliable one counts like a fit. The search ends when further fits could change no more
-than a few per cent of the posterior, or when the time allowed is over. What says more of others is fitted before them:
-an effect before pairs with it that were predicted beside the plain law, effects of the plain law before other laws.
-Several fits run at once: when the oldest ends, its neighbours are predicted and the next one begins beside the others.
-What is chosen depends on the fits received, in the order in which they were begun, so that the answer does not depend
-on the number of processes.
+than a few per cent of the posterior, or when the time allowed is over. What says more of others is fitted before them
+(`order`). Several fits run at once: when the oldest ends, its neighbours are predicted and the next one begins beside
+the others. What is chosen depends on the fits received, in the order in which they were begun, so that the answer does
+not depend on the number of processes.
 """
 
 from __future__ import annotations
@@ -33,6 +32,7 @@ from bushcli.selection.derivatives import Derivatives
 from bushcli.selection.fit import FittedSamples, fit
 from bushcli.selection.model import Fitted, Key, Model
 from bushcli.selection.neighbours import label, other_laws, with_law_of, without_effects
+from bushcli.selection.order import Order
 from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import FAINT, Addition, Prediction
 from bushcli.selection.prediction_errors import changes
@@ -292,52 +292,13 @@ class Search:
 
     def _next_model(self) -> Queued | None:
         """Take the model to be fitted next; None if those that matter wait for a fit that has begun."""
-        least = self._total_with_begun + math.log(NEIGHBOURS)
-        for key in self.waiting.ordered_models():
-            queued = self.waiting[key]
-            chosen = self._law_first(queued) if queued.is_bound else self._single_first(queued)
-            if chosen is not None:
-                self._tried.add(chosen.model.structure)
-                self.waiting.pop(chosen.model.structure, None)
-                return chosen
-            if queued.uncertain_weight < least:
-                break
-        return None
-
-    def _law_first(self, bound: Queued) -> Queued | None:
-        """Return another law without effects in place of one with them; None where a fit that has begun says more.
-
-        Nothing is predicted of another law but a bound. Beside a model that explains the recordings its fit is soon
-        given up: effects of the plain law are fitted before it.
-        """
-        alone = without_effects(bound.model)
         begun = [other.queued.model for other in self._begun]
-        if alone.structure in {model.structure for model in begun}:
-            return None
-        if not any(state.model.effects for state in self.states.values()):
-            if any(model.effects for model in begun):
-                return None
-            effects = [other for other in self.waiting.values() if not other.is_bound and other.model.effects]
-            if effects:
-                return self._single_first(max(effects, key=lambda other: other.predicted_weight))
-        if bound.model.effects and alone.structure not in self._tried:
-            return self.waiting.get(alone.structure, replace(bound, model=alone))
-        return bound
-
-    def _single_first(self, queued: Queued) -> Queued | None:
-        """Return the better of two effects that were predicted beside the plain law; None where its fit has begun.
-
-        Beside it the other one is predicted with its error alone.
-        """
-        if queued.base is not self.plain or len(queued.model.effects) < 2:
-            return queued
-        singles = {replace(queued.model, effects=(active,)).structure for active in queued.model.effects}
-        if singles & self.states.keys():
-            return queued
-        if any(begun.queued.model.structure in singles for begun in self._begun):
-            return None
-        waiting = [self.waiting[single] for single in singles & self.waiting.keys()]
-        return max(waiting, key=lambda single: single.predicted_weight, default=queued)
+        order = Order(self.plain, self.states, begun, self._tried, self.waiting)
+        queued = order.next_model(self._total_with_begun + math.log(NEIGHBOURS))
+        if queued is not None:
+            self._tried.add(queued.model.structure)
+            self.waiting.pop(queued.model.structure, None)
+        return queued
 
     def _enter(self, state: State, predicted: float) -> None:
         key = state.model.structure

@@ -21,6 +21,7 @@ from bushcli.selection.additions import more_branches
 from bushcli.selection.fit import WORSE
 from bushcli.selection.model import Model
 from bushcli.selection.neighbours import label
+from bushcli.selection.order import Order
 from bushcli.selection.prediction import Prediction
 from bushcli.selection.queue import LEFT, NEIGHBOURS, Search
 from bushcli.selection.state import State
@@ -70,19 +71,21 @@ def test_the_better_of_two_effects_is_fitted_before_both_and_before_another_law(
     both = max(pairs, key=lambda pair: pair.predicted_weight)
     other = replace(found.plain.model, law="gent")
     bound = queued.Queued(other, found.plain, 9.0, is_bound=True)
-    singles = [q for q in found.waiting.values() if both.model.contains(q.model) and len(q.model.effects) == 1]
+    singles = [
+        q for q in found.waiting.values() if both.model.contains(q.model) and len(q.model.effects) == 1
+    ]
     better = max(singles, key=lambda single: single.predicted_weight)
-    assert found._single_first(both) is better
-    assert len(found._law_first(bound).model.effects) == 1
+    order = Order(found.plain, found.states, [], set(), found.waiting)
+    assert order.single_first(both) is better
+    assert len(order.law_first(bound).model.effects) == 1
     # Neither is fitted while that fit has begun.
-    found._begun.append(queue._Begun(better, None, lambda: None))
-    assert found._single_first(both) is None
-    assert found._law_first(bound) is None
-    found._begun.clear()
+    during = replace(order, begun=[better.model])
+    assert during.single_first(both) is None
+    assert during.law_first(bound) is None
     world.always = True
     found.fit_anyway(better)
-    assert found._single_first(both) is both
-    assert found._law_first(bound) is bound
+    assert order.single_first(both) is both
+    assert order.law_first(bound) is bound
 
 
 def test_of_two_predictions_the_surer_one_counts(world, monkeypatch):

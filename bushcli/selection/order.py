@@ -1,0 +1,89 @@
+"""Which model is fitted next: the one whose fit may change the posterior most, or one that says more of it.
+
+Two kinds of predictions are poor. Nothing is predicted of another law but a bound; beside effects of the plain law that
+explain the recordings, its fit is soon given up. And a pair that was predicted beside the plain law has the errors of
+two effects; beside the fit of one of them it has those of the other alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass, replace
+
+from bushcli.selection.model import Key, Model
+from bushcli.selection.neighbours import without_effects
+from bushcli.selection.queued import Queued, Waiting
+from bushcli.selection.state import State
+
+
+@dataclass(frozen=True)
+class Order:
+    """What is known when a fit is to begin.
+
+    Attributes
+    ----------
+    plain : State
+    states : mapping of Key to State
+        Fitted models.
+    begun : sequence of Model
+        Models whose fits have begun and not ended.
+    tried : set of Key
+        All whose fits have begun.
+    waiting : Waiting
+        Models that are not fitted.
+    """
+
+    plain: State
+    states: Mapping[Key, State]
+    begun: Sequence[Model]
+    tried: AbstractSet[Key]
+    waiting: Waiting
+
+    def next_model(self, least: float) -> Queued | None:
+        """Return the model to be fitted next; None if all that matter wait for a fit that has begun.
+
+        Parameters
+        ----------
+        least : float
+            Logarithm of the posterior weight below which a model is not fitted in place of one that waits.
+        """
+        for key in self.waiting.ordered_models():
+            queued = self.waiting[key]
+            chosen = self.law_first(queued) if queued.is_bound else self.single_first(queued)
+            if chosen is not None or queued.uncertain_weight < least:
+                return chosen
+        return None
+
+    def law_first(self, bound: Queued) -> Queued | None:
+        """Return what is fitted in place of another law: an effect of the plain law, or the other law without effects.
+
+        None where one of these has begun.
+        """
+        alone = without_effects(bound.model)
+        if any(model.structure == alone.structure for model in self.begun):
+            return None
+        if not any(state.model.effects for state in self.states.values()):
+            if any(model.effects for model in self.begun):
+                return None
+            effects = [other for other in self.waiting.values() if not other.is_bound and other.model.effects]
+            if effects:
+                return self.single_first(max(effects, key=lambda other: other.predicted_weight))
+        if bound.model.effects and alone.structure not in self.tried:
+            return self.waiting.get(alone.structure, replace(bound, model=alone))
+        return bound
+
+    def single_first(self, queued: Queued) -> Queued | None:
+        """Return what is fitted in place of a pair that was predicted beside the plain law: the better of its effects.
+
+        None where the fit of one of them has begun.
+        """
+        if queued.base is not self.plain or len(queued.model.effects) < 2:
+            return queued
+        singles = {replace(queued.model, effects=(active,)).structure for active in queued.model.effects}
+        if singles & self.states.keys():
+            return queued
+        if any(model.structure in singles for model in self.begun):
+            return None
+        waiting = [self.waiting[single] for single in singles & self.waiting.keys()]
+        return max(waiting, key=lambda single: single.predicted_weight, default=queued)
