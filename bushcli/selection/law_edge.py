@@ -43,11 +43,14 @@ class LawEdge:
 
     Attributes
     ----------
+    optimum : shape (p,)
+        To first order, of the fitted model itself.
     cuts : Cuts
         Conditions found so far, MPa; the law is stable where their values are no less than zero.
     """
 
     state: State
+    optimum: Array
     cuts: Cuts = field(init=False)
 
     def __post_init__(self) -> None:
@@ -57,13 +60,16 @@ class LawEdge:
     def is_active(self) -> bool:
         """Whether the law's stability holds the fit back.
 
-        Where it does not, the edge is far, and the way there is not one to predict: with other effects the rubber
-        reaches other stretches. A single parameter only scales the law.
+        So it does where the fit has ended at the edge, or before an optimum that is beyond it. Where it does not, the
+        edge is far, and the way there is not one to predict: with other effects the rubber reaches other stretches. A
+        single parameter only scales the law.
         """
         fitted = self.state.fitted
         if not len(fitted.states) or sum(name in self.state.model.start for name in fitted.names) < 2:
             return False
-        return bool(penalty(self._smallest_moduli(fitted.x)).max() > ACTIVE)
+        if penalty(self._smallest_moduli(fitted.x)).max() > ACTIVE:
+            return True
+        return bool(self.margins(self.optimum).min() < -STABILITY_EDGE)
 
     def margins(self, x: Array) -> Array:
         """Margin (n,) in each state with parameters x (p,), in shear moduli, negative beyond the edge."""

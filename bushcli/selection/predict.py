@@ -71,9 +71,9 @@ class Beside:
         before: Beside | None = None,
     ) -> None:
         self.state = state
-        self.edge: LawEdge = LawEdge(state) if before is None else before.edge
         self._known: dict[int, KnownAmplitudes] = {} if before is None else before._known
         self.variances = state.problem.variances if variances is None else variances
+        self.edge: LawEdge = LawEdge(state, self._own_optimum) if before is None else before.edge
         grouped: dict[str, list[Addition]] = {}
         for addition in additions:
             # Each value of a mesh dimension is a separate model; times and gaps are averaged over.
@@ -217,6 +217,11 @@ class Beside:
         x = self.state.fitted.x
         held, values = self.state.held_parameters(misfit, slopes)
         return tangent_space(misfit, slopes, ~held, values - x, x)
+
+    @property
+    def _own_optimum(self) -> Array:
+        """Parameters (p,) of the model itself to first order; where its fit has converged, those of the fit."""
+        return self._tangent.optimum(np.zeros(len(self._tangent.rest)))
 
     @cached_property
     def _rest(self) -> Array:

@@ -14,6 +14,7 @@ from bushcli.effects.effect import effect
 from bushcli.evidence.density import SETTLED
 from bushcli.evidence.laplace import Evidence
 from bushcli.evidence.prior import known_parameters
+from bushcli.inverse.problem import STABILITY_MARGIN
 from bushcli.likelihood.form import Left
 from bushcli.selection.columns import Candidate, columns, trials
 from bushcli.selection.fit import TURNS
@@ -235,7 +236,7 @@ def beyond(made):
     state = made.state
     x, names = state.fitted.x, state.fitted.names
     way = np.array([{"C10": 0.1, "C20": -0.25, "C30": 0.0}[name] for name in names])
-    edge = LawEdge(state)
+    edge = LawEdge(state, state.fitted.x)
     at = brentq(lambda t: edge.margins(x + t * way).min() - 0.002, 0.0, 1.0)
     forces = zip(state.fitted.simulated, state.fitted.jacobians, strict=True)
     simulated = tuple(force - J @ ((1.0 - at) * way) for force, J in forces)
@@ -244,7 +245,7 @@ def beyond(made):
 
 def test_first_order_takes_a_law_to_its_edge_of_stability_and_no_further(beyond, monkeypatch):
     """The same least-squares problem with the exact margins as constraints, by SciPy's SLSQP."""
-    beside, edge = Beside(beyond, ()), LawEdge(beyond)
+    beside, edge = Beside(beyond, ()), LawEdge(beyond, beyond.fitted.x)
     misfit, slopes = beside._whole
     x, size = beyond.fitted.x, np.linalg.norm(slopes, axis=0)
     free = x - np.linalg.lstsq(slopes, misfit)[0]
@@ -299,7 +300,7 @@ def test_an_effect_that_explains_nothing_is_promised_nothing(made):
 
 
 def test_a_fit_far_from_the_edge_is_not_held_back(made):
-    edge = LawEdge(made.state)
+    edge = LawEdge(made.state, made.state.fitted.x)
     x = made.state.fitted.x
     unstable = np.array(
         [-9.0 if name == "C20" else value for name, value in zip(made.state.fitted.names, x, strict=True)]
@@ -309,7 +310,21 @@ def test_a_fit_far_from_the_edge_is_not_held_back(made):
     assert not edge.cut_off(unstable)
 
 
+def test_a_fit_that_ends_before_an_optimum_beyond_the_edge_is_held_back(beyond):
+    """However far from the edge it has ended: the search found no way there."""
+    x = beyond.fitted.x
+    inside = np.array([1.0 if name == "C10" else 0.8 for name in beyond.fitted.names]) * x
+    assert LawEdge(beyond, x).margins(inside).min() > STABILITY_MARGIN
+    forces = zip(beyond.fitted.simulated, beyond.fitted.jacobians, strict=True)
+    simulated = tuple(force + J @ (inside - x) for force, J in forces)
+    early = State(beyond.problem, replace(beyond.fitted, x=inside, simulated=simulated))
+    assert not LawEdge(early, inside).is_active
+    edge = Beside(early, ()).edge
+    assert edge.margins(edge.optimum).min() < 0.0
+    assert edge.is_active
+
+
 def test_a_law_of_one_parameter_has_no_edge(coupon):
     state = coupon().state
-    assert not LawEdge(state).is_active
-    assert not LawEdge(state).cut_off(-state.fitted.x)
+    assert not LawEdge(state, state.fitted.x).is_active
+    assert not LawEdge(state, state.fitted.x).cut_off(-state.fitted.x)
