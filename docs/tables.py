@@ -161,6 +161,10 @@ def odds_text() -> str:
     rows += [
         ("`unknown`: something that is not in the catalogue", f"{prior.UNKNOWN:g}"),
         ("another law than the case's", f"{prior.OTHER_LAW:g}"),
+        (
+            "another law than the case's if that has a single parameter, beside recordings along a path",
+            f"{prior.OTHER_THAN_ONE_PARAMETER:g}",
+        ),
         ("a law identified from the recordings in place of the coupons'", f"{prior.FREED_LAW:g}"),
     ]
     return table(("what is added to the plain law", "prior odds"), rows)

@@ -38,6 +38,9 @@ RESEMBLES = 0.2
 # Odds of another law than the case's; and of a law identified from the recordings in place of the coupons', for rubber
 # whose curve differs in shape from that of its coupons: rare, because another batch usually differs in modulus only.
 OTHER_LAW, FREED_LAW = 0.03, 0.003
+# Odds of another law than one of a single parameter: even. Judgement: such a law has no shape that could be fitted, and
+# bushings are strained by 100 %, where rubber stiffens.
+OTHER_THAN_ONE_PARAMETER = 1.0
 # Standard deviation of a law's parameter: the change that alone would change the forces by this share of themselves.
 # Half and twice this value change probabilities by less than 0.002 (`benchmarks/constants.md`).
 LAW_SHARE = 1.0
@@ -65,6 +68,7 @@ def log_odds(
     unknown: bool,
     channels: Collection[tuple[str, Kind]],
     uniform: bool = False,
+    of_one_parameter: bool = False,
 ) -> float:
     """Logarithm of the prior odds of a model against the plain law.
 
@@ -79,6 +83,9 @@ def log_odds(
         Modes that were recorded, along a path or as dynamic stiffness.
     uniform : bool
         Whether all effects have the same odds.
+    of_one_parameter : bool
+        Whether the case's law has a single parameter. That counts where all channels are paths: tables show little of
+        a law's shape.
     """
     total = 0.0
     for active in effects:
@@ -93,7 +100,9 @@ def log_odds(
         total -= math.log(active.effect.branches)
         for parameter in active.parameters:
             total -= math.log(max(1, len(parameter.choices or parameter.scan))) if parameter.of_mesh else 0.0
-    for applies, odds in ((other_law, OTHER_LAW), (freed, FREED_LAW), (unknown, UNKNOWN)):
+    paths = all(kind == "static" for _, kind in channels)
+    other = OTHER_THAN_ONE_PARAMETER if of_one_parameter and paths else OTHER_LAW
+    for applies, odds in ((other_law, other), (freed, FREED_LAW), (unknown, UNKNOWN)):
         if applies:
             total += math.log(odds)
     return total

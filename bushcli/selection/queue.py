@@ -32,7 +32,7 @@ from bushcli.selection.derivatives import Derivatives
 from bushcli.selection.fit import FittedSamples, fit
 from bushcli.selection.model import Fitted, Key, Model
 from bushcli.selection.neighbours import label, other_laws, with_law_of, without_effects
-from bushcli.selection.order import Order
+from bushcli.selection.order import FitOrder
 from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import FAINT, Addition, Prediction
 from bushcli.selection.prediction_errors import changes
@@ -204,6 +204,7 @@ class Search:
             unknown,
             [(recording.mode, recording.kind) for recording in self.problem.recordings],
             self.uniform,
+            of_one_parameter=len(plain.start) == 1,
         )
 
     # -- fits ----------------------------------------------------------------------------------------------------
@@ -293,7 +294,7 @@ class Search:
     def _next_model(self) -> Queued | None:
         """Take the model to be fitted next; None if those that matter wait for a fit that has begun."""
         begun = [other.queued.model for other in self._begun]
-        order = Order(self.plain, self.states, begun, self._tried, self.waiting)
+        order = FitOrder(self.plain, self.states, begun, self._tried, self.waiting)
         queued = order.next_model(self._total_with_begun + math.log(NEIGHBOURS))
         if queued is not None:
             self._tried.add(queued.model.structure)

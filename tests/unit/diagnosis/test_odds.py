@@ -78,6 +78,12 @@ def test_odds_multiply_and_the_plain_law_has_none():
     expected = effect_odds("mullins") * effect_odds("swaging") * prior.OTHER_LAW * prior.UNKNOWN
     assert both == pytest.approx(math.log(expected))
     assert log_odds((), False, True, False, static("axial")) == pytest.approx(math.log(prior.FREED_LAW))
+    # A law of one parameter is as often another one; of a table's rows it has all that they show.
+    other = log_odds((), True, False, False, static("axial"), of_one_parameter=True)
+    assert other == pytest.approx(math.log(prior.OTHER_THAN_ONE_PARAMETER))
+    both = [*static("axial"), ("axial", "dynamic")]
+    beside = log_odds((), True, False, False, both, of_one_parameter=True)
+    assert beside == pytest.approx(math.log(prior.OTHER_LAW))
 
 
 def test_channels_share_the_odds_of_what_belongs_to_one_of_them():

@@ -21,7 +21,7 @@ from bushcli.selection.additions import more_branches
 from bushcli.selection.fit import WORSE
 from bushcli.selection.model import Model
 from bushcli.selection.neighbours import label
-from bushcli.selection.order import Order
+from bushcli.selection.order import FitOrder
 from bushcli.selection.prediction import Prediction
 from bushcli.selection.queue import LEFT, NEIGHBOURS, Search
 from bushcli.selection.state import State
@@ -75,7 +75,7 @@ def test_the_better_of_two_effects_is_fitted_before_both_and_before_another_law(
         q for q in found.waiting.values() if both.model.contains(q.model) and len(q.model.effects) == 1
     ]
     better = max(singles, key=lambda single: single.predicted_weight)
-    order = Order(found.plain, found.states, [], set(), found.waiting)
+    order = FitOrder(found.plain, found.states, [], set(), found.waiting)
     assert order.single_first(both) is better
     assert len(order.law_first(bound).model.effects) == 1
     # Neither is fitted while that fit has begun.
