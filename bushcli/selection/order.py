@@ -1,9 +1,8 @@
 """Which model is fitted next: the one whose fit may change the posterior most, or one that says more of it.
 
 Two kinds of predictions are poor. Nothing is predicted of another law but a bound; beside effects of the plain law that
-explain the recordings, its fit is soon given up. Only a law of one parameter lacks the shape of a curve first, for
-which a rig that is the stiffer under load would make up. And a pair that was predicted beside the plain law has the
-errors of two effects; beside the fit of one of them it has those of the other alone.
+explain the recordings, its fit is soon given up. And a pair that was predicted beside the plain law has the errors of
+two effects; beside the fit of one of them it has those of the other alone.
 """
 
 from __future__ import annotations
@@ -64,8 +63,7 @@ class FitOrder:
         alone = without_effects(bound.model)
         if any(model.structure == alone.structure for model in self.begun):
             return None
-        has_shape = len(self.plain.model.start) > 1
-        if has_shape and not any(state.model.effects for state in self.states.values()):
+        if not any(state.model.effects for state in self.states.values()):
             if any(model.effects for model in self.begun):
                 return None
             effects = [other for other in self.waiting.values() if not other.is_bound and other.model.effects]

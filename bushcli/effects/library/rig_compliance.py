@@ -49,8 +49,8 @@ EFFECT = Effect(
                 "half_t",
                 0.2,
                 of="compliance",
-                source="engineering judgement: rigs are chosen an order of magnitude stiffer than the "
-                "stiffest specimen, which is the median of this density",
+                source="engineering judgement: half of all rigs are more than ten times as stiff as the "
+                "stiffest specimen",
             ),
         ),
         Amplitude(

@@ -78,7 +78,7 @@ def test_odds_multiply_and_the_plain_law_has_none():
     expected = effect_odds("mullins") * effect_odds("swaging") * prior.OTHER_LAW * prior.UNKNOWN
     assert both == pytest.approx(math.log(expected))
     assert log_odds((), False, True, False, static("axial")) == pytest.approx(math.log(prior.FREED_LAW))
-    # A law of one parameter is as often another one; of a table's rows it has all that they show.
+    # Another law is as probable as one of a single parameter, but tables show little of a law's shape.
     other = log_odds((), True, False, False, static("axial"), of_one_parameter=True)
     assert other == pytest.approx(math.log(prior.OTHER_THAN_ONE_PARAMETER))
     both = [*static("axial"), ("axial", "dynamic")]
