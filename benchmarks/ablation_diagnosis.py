@@ -1,16 +1,25 @@
 """What each mechanism of the search of `bushcli diagnose` is worth: recordings are diagnosed with one off at a time.
 
-``setup/enter python benchmarks/ablation_diagnosis.py FOLDER ... [--only WORD|WORD]`` prints a table of
-benchmarks/ablation.md. Each FOLDER has a ``case.toml``. The whole catalogue, one process; neither maps nor the next
-test are calculated, and the answer is refitted only where that is what is off.
+::
+
+    setup/enter python benchmarks/ablation_diagnosis.py run RESULTS.jsonl FOLDER ... [--only WORD|WORD] [--limit 900]
+    setup/enter python benchmarks/ablation_diagnosis.py table RESULTS.jsonl ...
+
+`run` appends a line for each FOLDER (DECK/cases/NUMBER, with a ``case.toml``) and mechanism, and continues where it
+stopped. Where a
+mechanism did not act in the usual diagnosis of a folder, it cannot change it and is not switched off. The whole
+catalogue, one process; neither maps nor the next test are calculated. `table` prints a table of benchmarks/ablation.md.
 """
 
 from __future__ import annotations
 
+import json
+import signal
 import sys
 import time
+from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -21,68 +30,98 @@ from bushcli.case import load_case
 from bushcli.diagnosis import diagnose as diagnosing
 from bushcli.diagnosis.aftermath import Extras
 from bushcli.evidence import stopping_rule
+from bushcli.evidence.density import Posterior
 from bushcli.inverse.channel import FollowedChannel, SweptChannel
+from bushcli.inverse.local import HeldBack, Hopeless
 from bushcli.selection import fit, queue
 from bushcli.selection.law_edge import LawEdge
-from bushcli.selection.prediction_errors import NONE, PredictionErrors
 
 HEADS = (
     "without",
-    "recordings",
+    "acts in",
     "other verdict",
     "probability changes by",
     "misfit grows by",
     "marches",
     "processor time",
 )
+USUAL = "-"
 
 
-def patches() -> dict[str, list[Any]]:
-    """Return what takes each mechanism out, by name."""
+@dataclass(frozen=True)
+class Mechanism:
+    """A mechanism of the search.
+
+    Attributes
+    ----------
+    changes : list
+        Patches that take it out.
+    owner, method : object, str
+        The function by which is seen whether it acts; none where it always does.
+    acts : callable
+        What the function returned, and was given -> whether it acted.
+    """
+
+    changes: list[Any]
+    owner: Any = None
+    method: str = ""
+    acts: Callable[..., bool] = lambda result, *given: result is not None and result is not False
+
+
+def mechanisms() -> dict[str, Mechanism]:
+    """Return the mechanisms by name."""
     plain_queue = queue.Search._queue
 
     def hopeless(search: Any, prediction: Any, *given: Any, **named: Any) -> None:
         plain_queue(search, replace(prediction, hope=0.0), *given, **named)
 
-    never = property(lambda self: False)
+    ends = stopping_rule.StoppingRule, "ends"
     return {
-        "-": [],
-        "errors learned from fits": [
-            patch.object(PredictionErrors, "expected_error", lambda self, changed: NONE)
-        ],
-        "predictions within the law's stability": [patch.object(LawEdge, "cut_off", lambda self, x: False)],
-        "begin at a finite size": [
-            patch.object(queue.Search, "_start_beside_effects", lambda self, queued: None)
-        ],
-        "fits that cannot matter are given up": [patch.object(queue, "needed_of", lambda *given: None)],
-        "end before a minimum is confirmed": [patch.object(stopping_rule, "NOTHING", 0.0)],
-        "variances before the minimum": [patch.object(stopping_rule, "ROUGH", 1e-9)],
-        "held back by stability, along the edge": [patch.object(stopping_rule, "LEAST_RATIO", 0.0)],
-        "own start of the law where a fit is stuck": [patch.object(fit._End, "is_stuck", never)],
-        "again from a contained model": [patch.object(fit, "WORSE", 1e9)],
-        "smaller sizes where a start fails": [patch.object(fit, "RETREATS", ())],
+        "predictions within the law's stability": Mechanism(
+            [patch.object(LawEdge, "cut_off", lambda self, x: False)], LawEdge, "cut_off"
+        ),
+        "fits that cannot matter are given up": Mechanism(
+            [patch.object(queue, "needed_of", lambda *given: None)],
+            *ends,
+            lambda end, *given: isinstance(end, Hopeless),
+        ),
+        "end before a minimum is confirmed": Mechanism([patch.object(stopping_rule, "NOTHING", 0.0)]),
+        "variances before the minimum": Mechanism([patch.object(stopping_rule, "ROUGH", 1e-9)]),
+        "held back by stability, along the edge": Mechanism(
+            [patch.object(stopping_rule, "LEAST_RATIO", 0.0)],
+            *ends,
+            lambda end, *given: isinstance(end, HeldBack),
+        ),
+        "again from a contained model": Mechanism(
+            [patch.object(fit, "WORSE", 1e9)], Posterior, "lift_limits", lambda *given: True
+        ),
         # Defaults, bound when the function was defined: of `failed_steps` and `variances`.
-        "marches are given up": [patch.object(fit.pose, "__defaults__", (None, None))],
-        "what a fit may find in addition": [patch.object(queue.Search, "_queue", hopeless)],
-        "one effect more beside a poor one": [
-            patch.object(queue.Search, "_queue_with_one_more", lambda *given: None)
-        ],
-        "one branch more beside a poor one": [patch.object(queue, "more_branches", lambda *given: [])],
-        "others in place of an effect": [patch.object(queue.Search, "_expand_without", lambda *given: None)],
-        "reliable predictions count": [
-            patch.object(queue.Search, "counted_models", property(lambda self: []))
-        ],
-        "the answer fitted to its end": [
-            patch.object(diagnosing, "closest_model", lambda search, state: state)
-        ],
+        "marches are given up": Mechanism([patch.object(fit.pose, "__defaults__", (None, None))]),
+        "what a fit may find in addition": Mechanism([patch.object(queue.Search, "_queue", hopeless)]),
+        "one effect more beside a poor one": Mechanism(
+            [patch.object(queue.Search, "_queue_with_one_more", lambda *given: None)]
+        ),
+        "others in place of an effect": Mechanism(
+            [patch.object(queue.Search, "_expand_without", lambda *given: None)]
+        ),
+        "reliable predictions count": Mechanism(
+            [patch.object(queue.Search, "counted_models", property(lambda self: []))]
+        ),
+        "the answer fitted to its end": Mechanism(
+            [patch.object(diagnosing, "closest_model", lambda search, state: state)]
+        ),
     }
 
 
-def diagnosis_outcome(folder: Path) -> tuple[str, dict[str, float], float, int, float]:
-    """Return verdict, probabilities, misfit (%, summed over channels), marches and processor seconds."""
-    marches = 0
+class TookTooLong(Exception):
+    """The processor time allowed is over."""
 
-    def count_calls(solve: Any) -> Any:
+
+def diagnosis_outcome(folder: Path, watched: dict[str, Mechanism], limit: float) -> dict[str, Any]:
+    """Return verdict, probabilities, misfit (%, summed over channels), marches, processor seconds and what acted."""
+    marches, acted = 0, {name for name, mechanism in watched.items() if not mechanism.method}
+
+    def counting(solve: Any) -> Any:
         def counting_solve(*given: Any, **named: Any) -> Any:
             nonlocal marches
             marches += 1
@@ -90,53 +129,105 @@ def diagnosis_outcome(folder: Path) -> tuple[str, dict[str, float], float, int, 
 
         return counting_solve
 
+    def watching(name: str, mechanism: Mechanism) -> Any:
+        plain = getattr(mechanism.owner, mechanism.method)
+
+        def watched_function(*given: Any, **named: Any) -> Any:
+            result = plain(*given, **named)
+            if mechanism.acts(result, *given):
+                acted.add(name)
+            return result
+
+        return patch.object(mechanism.owner, mechanism.method, watched_function)
+
+    def stop(*given: Any) -> None:
+        raise TookTooLong
+
+    signal.signal(signal.SIGPROF, stop)
+    outcome: dict[str, Any] = {}
     with ExitStack() as stack:
+        stack.enter_context(patch.object(Extras, "make", lambda *given: None))
         for kind in (FollowedChannel, SweptChannel):
-            stack.enter_context(patch.object(kind, "solve", count_calls(kind.solve)))
+            stack.enter_context(patch.object(kind, "solve", counting(kind.solve)))
+        for name, mechanism in watched.items():
+            if mechanism.method:
+                stack.enter_context(watching(name, mechanism))
         begin = time.process_time()
-        diagnosis = diagnosing.diagnose(load_case(folder / "case.toml", []), maps=False)
+        signal.setitimer(signal.ITIMER_PROF, limit)
+        try:
+            diagnosis = diagnosing.diagnose(load_case(folder / "case.toml", []), maps=False)
+        except TookTooLong:
+            outcome = {"verdict": "none in time", "probability": {}, "misfit": 0.0}
+        else:
+            misfit = sum(channel.after_percent for channel in diagnosis.channels)
+            likely = {key: round(value, 4) for key, value in diagnosis.probability.items()}
+            outcome = {"verdict": diagnosis.verdict, "probability": likely, "misfit": misfit}
+        finally:
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
         seconds = time.process_time() - begin
-    misfit = sum(channel.after_percent for channel in diagnosis.channels)
-    return diagnosis.verdict, dict(diagnosis.probability), misfit, marches, seconds
+    return outcome | {"marches": marches, "seconds": round(seconds, 1), "acted": sorted(acted)}
 
 
-def row(name: str, results: list[tuple[Any, ...]], usual: list[tuple[Any, ...]]) -> str:
-    """Return a row of the table: what changes without a mechanism."""
-    pairs = list(zip(results, usual, strict=True))
-    verdicts = sum(new[0] != old[0] for new, old in pairs)
-    change = max(
-        max(abs(new[1].get(key, 0.0) - value) for key, value in old[1].items()) for new, old in pairs
-    )
-    grown = max(new[2] / max(old[2], 1e-9) for new, old in pairs) - 1.0
-    marches, seconds = (sum(new[i] for new, _ in pairs) / sum(old[i] for _, old in pairs) for i in (3, 4))
-    return (
-        f"| {name} | {len(results)} | {verdicts} | {change:.3f} | {100 * grown:.0f} % | {marches:.2f} "
-        f"| {seconds:.2f} |"
-    )
+def run(results: Path, folders: list[Path], only: str, limit: float) -> None:
+    """Append what each diagnosis answers."""
+    lines = [json.loads(line) for line in results.read_text().splitlines()] if results.exists() else []
+    known = {(line["recording"], line["without"]): line for line in lines}
+
+    def outcome(folder: Path, without: str, watched: dict[str, Mechanism]) -> dict[str, Any]:
+        name = f"{folder.parts[-3]} {folder.name}"
+        if (name, without) not in known:
+            line = {"recording": name, "without": without} | diagnosis_outcome(folder, watched, limit)
+            known[name, without] = line
+            with results.open("a") as file:
+                file.write(json.dumps(line) + "\n")
+        return known[name, without]
+
+    every = mechanisms()
+    for folder in folders:
+        usual = outcome(folder, USUAL, every)
+        for name in usual["acted"]:
+            if any(word in name for word in only.split("|")):
+                with ExitStack() as stack:
+                    for change in every[name].changes:
+                        stack.enter_context(change)
+                    outcome(folder, name, {})
 
 
-def main(folders: list[Path], only: str) -> None:
-    """Print the table."""
-    usual: dict[Path, tuple[Any, ...]] = {}
-    with patch.object(Extras, "make", lambda *given: None):
-        print("| " + " | ".join(HEADS) + " |\n|" + " --- |" * len(HEADS))
-        for name, changes in patches().items():
-            if name != "-" and not any(word in name for word in only.split("|")):
-                continue
-            with ExitStack() as stack:
-                for change in changes:
-                    stack.enter_context(change)
-                results = {}
-                for folder in folders:
-                    results[folder] = diagnosis_outcome(folder)
-                    verdict, chances, *rest = results[folder]
-                    likely = {k: round(v, 3) for k, v in chances.items() if v > 0.02}
-                    print(f"{name} | {folder.name}: {verdict} {likely} {rest}", file=sys.stderr, flush=True)
-            usual = usual or results
-            print(row(name, list(results.values()), list(usual.values())), flush=True)
+def table(lines: list[dict[str, Any]]) -> None:
+    """Print what changes without each mechanism, where it acts."""
+    usual = {line["recording"]: line for line in lines if line["without"] == USUAL}
+    print("| " + " | ".join(HEADS) + " |\n|" + " --- |" * len(HEADS))
+    for name in mechanisms():
+        pairs = [(line, usual[line["recording"]]) for line in lines if line["without"] == name]
+        if not pairs:
+            continue
+        verdicts = sum(new["verdict"] != old["verdict"] for new, old in pairs)
+        change = max(
+            abs(new["probability"].get(key, 0.0) - value)
+            for new, old in pairs
+            for key, value in old["probability"].items()
+        )
+        grown = max(new["misfit"] / max(old["misfit"], 1e-9) for new, old in pairs) - 1.0
+        marches, seconds = (
+            sum(new[key] for new, _ in pairs) / sum(old[key] for _, old in pairs)
+            for key in ("marches", "seconds")
+        )
+        skipped = sum(name not in line["acted"] for line in usual.values())
+        print(
+            f"| {name} | {len(pairs)} of {len(pairs) + skipped} | {verdicts} | {change:.3f} | {100 * grown:.0f} % "
+            f"| {marches:.2f} | {seconds:.2f} |"
+        )
 
 
 if __name__ == "__main__":
-    given = sys.argv[1:]
-    word = given.pop(given.index("--only") + 1) if "--only" in given else ""
-    main([Path(argument) for argument in given if argument != "--only"], word)
+    command, *given = sys.argv[1:]
+    options = {"--only": "", "--limit": "900"}
+    for option in options:
+        if option in given:
+            options[option] = given.pop(given.index(option) + 1)
+            given.remove(option)
+    paths = [Path(argument) for argument in given]
+    if command == "run":
+        run(paths[0], paths[1:], options["--only"], float(options["--limit"]))
+    else:
+        table([json.loads(line) for path in paths for line in path.read_text().splitlines()])

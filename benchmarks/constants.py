@@ -68,7 +68,6 @@ CONSTANTS = (
     Constant("selection.fit", "TURNS", ("2", "6")),
     Constant("evidence.density", "SETTLED", ("1.15", "1.6")),
     Constant("selection.fit", "MOST_EVALUATIONS", ("20", "80")),
-    Constant("selection.fit", "RETREATS", ("(0.3, 0.1)", "(0.7, 0.5, 0.3, 0.1)")),
 )
 
 

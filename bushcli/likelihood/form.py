@@ -225,6 +225,11 @@ class Likelihood:
         none = np.zeros(len(self.features))
         return Left(none, none, none)
 
+    @cached_property
+    def log_without_misfit(self) -> float:
+        """Log likelihood of a model that leaves nothing but noise; no model has a larger one."""
+        return self.judge(self.no_misfit).log
+
     def _log(
         self, left: Left, form: Array, m: Array, channel: slice | int = slice(None)
     ) -> tuple[Array, Array]:

@@ -144,9 +144,7 @@ def closest_model(search: Search, state: State) -> State:
         # A model with fewer branches may be closer already, where this search ended in a valley.
         if state.model.contains(other.model) and other.model.identities == state.model.identities:
             best = next(iter(fit_to_the_end([other.model])), best) if _size(other) < _size(best) else best
-    # Two standard deviations: more than noise would leave in one recording of forty.
-    noise = 2.0 * np.sqrt(2.0 * sum(feature.count for feature in problem.likelihood.features))
-    while time.perf_counter() < search.deadline and float(best.evidence.left.excess.sum()) > noise:
+    while time.perf_counter() < search.deadline and best.leaves_misfit:
         own = [active.effect for active in best.model.effects if active.can_branch]
         more = Beside(best, search.derivatives.additions_beside(best, among=own)).singles() if own else []
         better = [

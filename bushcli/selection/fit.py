@@ -12,7 +12,7 @@ further effect switched off.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -56,9 +56,6 @@ STOPPING = Stopping(TOLERANCE, VALLEY, rounds=1, evaluations=MOST_EVALUATIONS)
 # A model whose objective exceeds that of a model that it contains by more than this is fitted again, and the variances
 # take no further turn after one that gains less: a tenth of a nat.
 WORSE = 0.2
-# Shares of the first-order amplitude that are tried if the simulation fails at that amplitude. Other values change
-# probabilities by less than 0.002 (`benchmarks/constants.md`).
-RETREATS = (0.5, 0.2, 0.05)
 # Failed steps after which the march of a trial is given up: of 64 marches of fits in which a step had failed, none
 # reached its end (practice p04 and one of the development deck). The start from a model that it contains has no limit.
 FAILED_STEPS = 1
@@ -115,7 +112,6 @@ def fit(
     contained: Sequence[Model] = (),
     least: float = float("inf"),
     needed: Needed | None = None,
-    beside: Mapping[str, float] | None = None,
 ) -> Fitted | None:
     """Fit a model; None where it cannot be solved from any start.
 
@@ -132,26 +128,23 @@ def fit(
         `Posterior.objective` of the best of these, dimensionless, which this model should not exceed.
     needed : Needed, optional
         Evidence below which the model does not matter, so that its fit may be ended; None where it always matters.
-    beside : mapping of str to float, optional
-        Parameters of the law (MPa or 1) beside effects that explain the recordings. The fit begins there, with its own
-        effects at the size that mends most of the misfit, if that is better than its start values.
     """
     task, problem = pose(cache, case, model, measured)
     start = task.vectors()[0]
     rule = StoppingRule(problem, model.off_values(problem.names), needed)
     if not problem.names:
         return without_parameters(model, problem)
-    initial = _first_solved(problem, model, start)
-    if beside is not None:
-        initial = _better_start(problem, initial, start, beside)
+    given = problem.bounds.inside(start)
+    initial = given if np.isfinite(problem.residual(given)).all() else _own_law_start(problem, start)
     best = None if initial is None else _search_from(problem, initial, rule)
     exponents = [name for name in model.start if name in problem.names and name not in task.law.linear]
     has_minima = len(model.effects) > 0 and len(exponents) > 1
     if best is not None and (
         (has_minima and not best.hopeless) or (best.is_stuck and rule.is_at_wall(best.x))
     ):
-        # With its parameters from the fit without effects, the law may be hardly solvable wherever the search goes. And
-        # beside them a law of several exponents may stay in the minimum in which it has imitated the effects (own 087).
+        # With its parameters from the fit without effects, the law may be hardly solvable wherever the search goes
+        # (foreign 027: the plain law alone ends 89 nats higher). And beside them a law of several exponents may stay in
+        # the minimum in which it has imitated the effects (own 087).
         own = _own_law_start(problem, start)
         if own is not None:
             own = fit_sizes(problem, own)
@@ -240,30 +233,6 @@ def refine_mesh(cache: ModelCache, case: Case, fitted: Fitted) -> Fitted | None:
             return None
         forces.append(np.where(np.isfinite(before), force, np.nan))
     return replace(fitted, simulated=tuple(forces))
-
-
-def _first_solved(problem: Posterior, model: Model, start: Array) -> Array | None:
-    """Return the first start that can be solved: as given, with smaller effects, or with the law's own start scaled."""
-    amplitudes = {active.full_name(p) for active in model.effects for p in active.effect.amplitudes}
-    larger = np.array([name in amplitudes for name in problem.names])
-    off = np.array(model.off_values(problem.names))
-    for share in (1.0, *(RETREATS if amplitudes else ())):
-        initial = problem.bounds.inside(np.where(larger, off + share * (start - off), start))
-        if np.isfinite(problem.residual(initial)).all():
-            return initial
-    return _own_law_start(problem, start)
-
-
-def _better_start(
-    problem: Posterior, initial: Array | None, start: Array, beside: Mapping[str, float]
-) -> Array | None:
-    """Return the better of a start and one with the law's parameters `beside` other effects, its own effects sized."""
-    point = [beside.get(name, value) for name, value in zip(problem.names, start, strict=True)]
-    at = problem.bounds.inside(np.array(point))
-    if not np.isfinite(problem.residual(at)).all():
-        return initial
-    at = fit_sizes(problem, at)
-    return at if initial is None or problem.objective(at) < problem.objective(initial) else initial
 
 
 def _own_law_start(problem: Posterior, start: Array) -> Array | None:

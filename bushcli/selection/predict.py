@@ -32,7 +32,6 @@ from bushcli.selection.fit import TURNS
 from bushcli.selection.law_edge import LawEdge
 from bushcli.selection.model import Model
 from bushcli.selection.prediction import (
-    FAINT,
     Addition,
     KnownAmplitudes,
     Prediction,
@@ -81,7 +80,7 @@ class Beside:
             fixed = [f"{p.name}={active.values[p.name]:g}" for p in active.parameters if p.of_mesh]
             grouped.setdefault(" ".join([active.identity, *fixed]), []).append(addition)
         self.grouped = grouped
-        self._solutions: dict[tuple[bool, tuple[int, ...]], tuple[Evidence, Array]] = {}
+        self._solutions: dict[tuple[int, ...], tuple[Evidence, Array]] = {}
         self._settled: dict[tuple[int, ...], tuple[Evidence, Array]] = {}
         self._own_columns: dict[int, tuple[Addition, Array, Array]] = {}
         # What was predicted before serves where the same additions are predicted with the same variances.
@@ -100,8 +99,7 @@ class Beside:
     def alone(self) -> Prediction:
         """Return the prediction for the model itself, with its parameters at their first-order optimum."""
         evidence = self._value(())[0]
-        hope = max(evidence.coarse - evidence.judgement.log, 0.0)
-        return Prediction(self.state.model, evidence.log, 0.0, evidence.judgement.log, 0.0, hope)
+        return Prediction(self.state.model, evidence.log, 0.0, evidence.judgement.log, 0.0)
 
     def pairs(self) -> list[Prediction]:
         """Return predictions with two more effects, each at the best points of its grid."""
@@ -121,28 +119,27 @@ class Beside:
             if not best[a][0].trial.active.is_among([best[b][0].trial.active])
         ]
         roughly = [self._solve_amplitudes((best[a][0], best[b][0]))[0] for a, b in names]
-        hopes = [self._hoped_evidence(evidence) for evidence in roughly]
+        most = [self._most_evidence(evidence) for evidence in roughly]
         predictions, gained = dict[int, Prediction](), 0.0
-        for i in sorted(range(len(names)), key=lambda i: -hopes[i]):
+        for i in sorted(range(len(names)), key=lambda i: -most[i]):
             a, b = names[i]
             points = list(product(best[a], best[b]))
             # The lower the misfit, the more is gained where the variances settle: most in the best pairs.
-            settles = hopes[i] + gained > top + math.log(NEGLIGIBLE)
+            settles = most[i] + gained > top + math.log(NEGLIGIBLE)
             predictions[i] = self._mean_over_grid(points[:1], settles)
             if not settles:
                 continue
             evidence = self._value(points[0])[0]
             top = max(top, predictions[i].log_evidence)
-            gained = max(gained, self._hoped_evidence(evidence) - hopes[i])
+            gained = max(gained, self._most_evidence(evidence) - most[i])
             # Where the pair cannot matter at the best points of both, its other points are not evaluated.
-            if self._hoped_evidence(evidence) > top + math.log(NEGLIGIBLE):
+            if self._most_evidence(evidence) > top + math.log(NEGLIGIBLE):
                 predictions[i] = self._mean_over_grid(points)
         return [predictions[i] for i in range(len(names))]
 
-    def _hoped_evidence(self, evidence: Evidence) -> float:
+    def _most_evidence(self, evidence: Evidence) -> float:
         """Log evidence that a fit of a model may find, given the evidence to first order."""
-        reach = evidence.coarse - self.coarse_likelihood
-        return evidence.log + max(evidence.coarse - evidence.judgement.log, 0.0) + slack_of(reach)
+        return evidence.log + slack_of(evidence.coarse - self.coarse_likelihood)
 
     def changes(self, addition: Addition) -> tuple[Array, Array]:
         """Return sizes (k,) of the change by each amplitude of an addition, and of what the fit cannot make of it."""
@@ -253,26 +250,13 @@ class Beside:
         log = float(logsumexp([evidence.log for evidence, _ in solutions])) - math.log(len(solutions))
         most = max(evidence.judgement.log for evidence, _ in solutions)
         coarse = max(evidence.coarse for evidence, _ in solutions)
-        explained = reach = coarse - self.coarse_likelihood
-        hoped = coarse
+        model = self._model(points[best], solutions[best][1])
+        reach, hope = coarse - self.coarse_likelihood, 0.0
         if len(points[best]) == 1:
             # Pairs are predicted again beside the fit of one of their effects.
-            loose = self._solve_amplitudes(points[best], within=bool(self.state.model.effects))[0]
-            # Another law may have an optimum where this one is unstable; it is fitted beside the effect's fit.
-            hoped = max(
-                hoped,
-                loose.coarse,
-                reachable_likelihood(solutions[best][0].likelihood, self._value(())[0].left, loose.left),
-            )
-            # Both with the variances at hand.
-            explained = max(explained, loose.coarse - self._solve_amplitudes(())[0].coarse)
-        if explained < FAINT:
-            # `coarse` forgives a law the errors of form of effects that are missing; one that changes nothing has none.
-            hoped = most
-        model = self._model(points[best], solutions[best][1])
-        return Prediction(
-            model, log, most - self._value(())[0].judgement.log, most, reach, max(hoped - most, 0.0)
-        )
+            evidence = solutions[best][0]
+            hope = reachable_likelihood(evidence.likelihood, self._value(())[0].left, evidence.left) - most
+        return Prediction(model, log, most - self._value(())[0].judgement.log, most, reach, max(hope, 0.0))
 
     @cached_property
     def coarse_likelihood(self) -> float:
@@ -296,11 +280,11 @@ class Beside:
         self._settled[key] = evidence, amplitude
         return evidence, amplitude
 
-    def _solve_amplitudes(self, point: tuple[Addition, ...], within: bool = True) -> tuple[Evidence, Array]:
-        """Evidence to first order with the variances at hand, and the amplitudes; `within` the law's stability."""
-        key = within, tuple(map(id, point))
+    def _solve_amplitudes(self, point: tuple[Addition, ...]) -> tuple[Evidence, Array]:
+        """Evidence to first order with the variances at hand, and the amplitudes, within the law's stability."""
+        key = tuple(map(id, point))
         if key not in self._solutions:
-            self._solutions[key] = self._solution(point, within)
+            self._solutions[key] = self._solution(point)
         return self._solutions[key]
 
     def _columns(self, addition: Addition) -> tuple[Array, Array]:
@@ -311,7 +295,7 @@ class Beside:
             self._own_columns[id(addition)] = addition, G, self._tangent.left(G)
         return self._own_columns[id(addition)][1:]
 
-    def _solution(self, point: tuple[Addition, ...], within: bool) -> tuple[Evidence, Array]:
+    def _solution(self, point: tuple[Addition, ...]) -> tuple[Evidence, Array]:
         raw = [
             np.hstack([np.zeros((len(z), 0)), *(addition.slopes[c] for addition in point)])
             for c, z in enumerate(self.state.misfit)
@@ -335,7 +319,7 @@ class Beside:
             gram[np.diag_indices(len(gram))] += OWN**2 * np.sum(G**2, axis=0) + 1e-300
             amplitude = amplitudes(gram, -(own.T @ misfit), known, start, (low, high))
             further = G @ amplitude
-            beyond = within and self.edge.cut_off(at.optimum(further))
+            beyond = self.edge.cut_off(at.optimum(further))
             if not beyond and not active:
                 break
             # Where bounds hold parameters the law is stable.

@@ -59,9 +59,8 @@ class Prediction:
     reach : float
         The same increase of `Likelihood.coarse`: the larger it is, the less accurate is first order.
     hope : float
-        Increase of the log likelihood that a fit may find in addition: that of `Likelihood.coarse`, under which a model
-        may err by more, or that of an effect which explains more than predicted (`reachable_likelihood`); none where
-        the effects explain nothing.
+        Increase of the log likelihood that a fit may find in addition if the effect explains more than predicted
+        (`reachable_likelihood`).
     """
 
     model: Model

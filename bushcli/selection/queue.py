@@ -24,9 +24,9 @@ from scipy.special import logsumexp
 
 from bushcli.effects.effect import Effect
 from bushcli.evidence.prior import log_odds
-from bushcli.evidence.stopping_rule import Needed, needed_of
+from bushcli.evidence.stopping_rule import needed_of
 from bushcli.runtime.workers import Workers
-from bushcli.selection.additions import RELAXING, more_branches, relaxing_models, unthinned
+from bushcli.selection.additions import RELAXING, relaxing_models, unthinned, with_branch_more
 from bushcli.selection.columns import incompatibility, shear_modulus
 from bushcli.selection.derivatives import Derivatives
 from bushcli.selection.fit import FittedSamples, fit
@@ -35,7 +35,6 @@ from bushcli.selection.neighbours import label, other_laws, with_law_of, without
 from bushcli.selection.order import FitOrder
 from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import FAINT, Addition, Prediction
-from bushcli.selection.prediction_errors import changes
 from bushcli.selection.queued import FAR, Queued, Waiting, slack_of
 from bushcli.selection.search_extent import Ended, TriedModel
 from bushcli.selection.state import CommonData, State
@@ -65,7 +64,6 @@ class _Begun:
     """A fit that another process does, or this one when its answer is waited for."""
 
     queued: Queued
-    needed: Needed | None
     answer: Callable[[], Fitted | None]
 
 
@@ -100,7 +98,6 @@ class Search:
     failed: int = 0
     _begun: list[_Begun] = field(default_factory=list)
     _expanded: set[Key] = field(default_factory=set)
-    _branched: set[Key] = field(default_factory=set)
     _tried: set[Key] = field(default_factory=set)
     _relaxing: list[Key] = field(default_factory=list)
     _beside_plain: Mapping[str, list[Addition]] = field(default_factory=dict)
@@ -134,10 +131,11 @@ class Search:
                 self._expand(key)
                 if time.perf_counter() > self.deadline:
                     break
-            self._branch()
             enough = self.share_left < LEFT and not self._begun
             outweighed = self._better_predicted_model() or self._otherwise_relaxing() if enough else None
             if enough and outweighed is None:
+                if self._queue_branch_more():
+                    continue
                 return "nothing left"
             if time.perf_counter() > self.deadline:
                 while self._begun and self.workers.has_others:
@@ -242,9 +240,8 @@ class Search:
         inner = tuple(state.model for state in inside[:1])
         odds = self.odds(queued.model), self.odds(queued.model, unknown=True)
         needed = None if matters else needed_of(self.total, *odds)
-        start = self._start_beside_effects(queued)
-        question = (self.problem.case, queued.model, measured, inner, least, needed, start)
-        return _Begun(queued, needed, self.workers.ask(fit, question))
+        question = (self.problem.case, queued.model, measured, inner, least, needed)
+        return _Begun(queued, self.workers.ask(fit, question))
 
     def _give_back(self) -> None:
         """Queue the models again whose fits have not ended: the time is over, or the user has interrupted them."""
@@ -254,7 +251,7 @@ class Search:
 
     def _receive_oldest(self) -> None:
         """Wait for the fit that began first, and enter it, or note that the model cannot be solved."""
-        queued, needed = self._begun[0].queued, self._begun[0].needed
+        queued = self._begun[0].queued
         answer = self._begun[0].answer()
         state = None if answer is None else State(self.problem, answer)
         text = "cannot be solved"
@@ -266,30 +263,11 @@ class Search:
         del self._begun[0]
         if state is not None:
             self._enter(state, queued.predicted_weight)
-            self.waiting.learn([(queued, state, math.inf if needed is None else needed.log)])
             return
         none, why = float("nan"), "cannot be solved from any start"
         self.lost.append(label(queued.model, variants=True))
         self.waiting.pop(queued.model.structure, None)
         self.rows.append(self._row(queued.model, queued.predicted_weight, none, none, why))
-
-    def _start_beside_effects(self, queued: Queued) -> Mapping[str, float] | None:
-        """Return parameters of the law beside effects that explain the recordings, if it was predicted far from those.
-
-        The plain law has made up for the effects that it lacks: beside its parameters another effect hardly helps.
-        """
-        model = queued.model
-        same = [
-            state
-            for state in self.states.values()
-            if state.model.effects
-            and state.model.start.keys() == model.start.keys()
-            and state.model.law == model.law
-        ]
-        best = max(same, key=lambda state: state.evidence.coarse, default=None)
-        if best is None or model.fixed or best.evidence.coarse < queued.base.evidence.coarse + FAR:
-            return None
-        return best.model.start
 
     def _next_model(self) -> Queued | None:
         """Take the model to be fitted next; None if those that matter wait for a fit that has begun."""
@@ -371,20 +349,26 @@ class Search:
             for state in alone
             if not any(other.model.contains(state.model) for other in alone)
         ]
-        least = self.total + math.log(LEFT)
-        probable = [state for state in self.states.values() if max(self.weights(state)) > least]
+        probable = self._states_above(LEFT)
         models += [(model, state) for state in probable for model in unthinned(state.model, self.catalogue)]
         for model, state in models:
             if model.structure not in {*self.states, *self._tried}:
                 return Queued(model, state, self.plain.evidence.log, self.odds(model))
         return None
 
-    def _branch(self) -> None:
-        """Queue single effects with one branch more where the effect by itself is too poor to be expanded."""
-        for state, prediction in more_branches(self, self._expanded | self._branched, NEIGHBOURS):
-            if prediction.gain >= FAINT:
-                self._queue(prediction, state, slack_of(prediction.reach))
-        self._branched |= self.states.keys()
+    def _queue_branch_more(self) -> bool:
+        """Queue an effect with one branch more if every probable model leaves a misfit; return whether there is one."""
+        if not all(state.leaves_misfit for state in self._states_above(NEIGHBOURS)):
+            return False
+        queued = next(with_branch_more(self, self.states.keys() | self._tried), None)
+        if queued is not None:
+            self.waiting[queued.model.structure] = queued
+        return queued is not None
+
+    def _states_above(self, share: float) -> list[State]:
+        """Return the fitted models with more than a share of the posterior."""
+        least = self.total + math.log(share)
+        return [state for state in self.states.values() if max(self.weights(state)) > least]
 
     def _queue_with_one_more(self, state: State) -> None:
         """Queue a model with one effect more, whose derivatives are those beside the plain law.
@@ -503,14 +487,10 @@ class Search:
             return
         odds, likelihood = self.odds(prediction.model), self.problem.likelihood
         # No model is better than one that leaves nothing but noise.
-        gain = likelihood.judge(likelihood.no_misfit).log - prediction.log_likelihood
+        gain = likelihood.log_without_misfit - prediction.log_likelihood
         limit = prediction.log_evidence + odds + max(gain, 0.0)
-        # A law that fits worse than its bound says nothing of the bounds of others.
-        changed = frozenset() if is_bound else changes(base.model, prediction.model)
         log, hope = prediction.log_evidence, prediction.hope
-        self.waiting.put(
-            Queued(prediction.model, base, log, odds, slack, hope, limit, is_bound, is_silent, changed)
-        )
+        self.waiting.put(Queued(prediction.model, base, log, odds, slack, hope, limit, is_bound, is_silent))
 
 
 def _without_own(state: State, additions: Sequence[Addition]) -> Beside:

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from scipy.special import logsumexp
 
 from bushcli.selection.model import Key, Model
-from bushcli.selection.prediction_errors import NONE, Changes, ExpectedError, PredictionErrors
 from bushcli.selection.state import State
 
 # Tolerance (slack) of a first-order prediction, in nats: a constant, plus a share of the change of log likelihood
@@ -34,7 +32,7 @@ class Queued:
     ----------
     base : State
         The fitted model beside which it was predicted.
-    first_order : float
+    log_evidence : float
         Logarithm of the evidence, to first order.
     odds : float
         Logarithm of the prior odds.
@@ -48,38 +46,17 @@ class Queued:
         Whether the prediction is only an upper bound.
     is_silent : bool
         Whether its further effects improve on `base` too little to be visible.
-    changes : set of str
-        What distinguishes the model from `base`.
-    error : Expected
-        Error that the fits so far lead one to expect of it.
     """
 
     model: Model
     base: State
-    first_order: float
+    log_evidence: float
     odds: float = 0.0
     slack: float = 0.0
     hope: float = 0.0
     limit: float = math.inf
     is_bound: bool = False
     is_silent: bool = False
-    changes: Changes = frozenset()
-    error: ExpectedError = NONE
-
-    def with_expected_error(self, errors: PredictionErrors) -> Queued:
-        """Return it with the error that the fits so far lead one to expect."""
-        learns = self.changes and not self.is_far
-        return replace(self, error=errors.expected_error(self.changes)) if learns else self
-
-    @property
-    def is_far(self) -> bool:
-        """Whether it is a single effect that changes the recordings too much to be judged to first order."""
-        return len(self.model.effects) == 1 and self.slack > slack_of(FAR)
-
-    @property
-    def log_evidence(self) -> float:
-        """Predicted logarithm of the evidence."""
-        return self.first_order + self.error.mean * self.slack
 
     @property
     def predicted_weight(self) -> float:
@@ -89,7 +66,7 @@ class Queued:
     @property
     def optimistic_weight(self) -> float:
         """The predicted weight plus its possible error, as far as the likelihood can increase."""
-        most = self.predicted_weight + self.error.spread * self.slack + self.hope
+        most = self.predicted_weight + self.slack + self.hope
         return max(self.predicted_weight, min(most, self.limit))
 
     @property
@@ -98,9 +75,9 @@ class Queued:
         return not self.is_bound and self.slack <= SURE
 
     @property
-    def rank(self) -> tuple[bool, bool, float]:
+    def rank(self) -> tuple[bool, float]:
         """Order among predictions of one model."""
-        return not self.is_bound, self.is_sure, -self.slack if self.is_sure else self.predicted_weight
+        return not self.is_bound, -self.slack
 
     @property
     def uncertain_weight(self) -> float:
@@ -109,7 +86,7 @@ class Queued:
             return self.optimistic_weight
         # A fit may find up to the optimistic weight (the exponential overflows at 709), or one smaller by the slack.
         larger = math.expm1(min(self.optimistic_weight - self.predicted_weight, 700.0))
-        smaller = -math.expm1(-self.error.spread * self.slack)
+        smaller = -math.expm1(-self.slack)
         return self.predicted_weight + math.log(max(larger, smaller, 1e-12))
 
 
@@ -119,11 +96,7 @@ def slack_of(reach: float) -> float:
 
 
 class Waiting(dict[Key, Queued]):
-    """Models that are not fitted, and what the fits so far say of their predictions."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.errors = PredictionErrors()
+    """Models that are not fitted."""
 
     @property
     def uncertain_weight(self) -> float:
@@ -135,24 +108,8 @@ class Waiting(dict[Key, Queued]):
         return sorted(self, key=lambda key: (-self[key].uncertain_weight, key))
 
     def put(self, new: Queued) -> None:
-        """Add a prediction. Of several for one model the most reliable counts, or the largest if none is reliable."""
-        key, new = new.model.structure, new.with_expected_error(self.errors)
+        """Add a prediction. Of several for one model the most reliable counts."""
+        key = new.model.structure
         known = self.get(key)
         if math.isfinite(new.predicted_weight) and (known is None or new.rank > known.rank):
             self[key] = new
-
-    def learn(self, fits: Iterable[tuple[Queued, State, float]]) -> None:
-        """Note the errors of predictions whose models have been fitted, and expect such errors of all others.
-
-        Parameters
-        ----------
-        fits : iterable of (Queued, State, float)
-            A prediction, its fit, and the logarithm of the evidence with which the model would matter.
-        """
-        for queued, state, needed in fits:
-            error = state.evidence.log - queued.first_order
-            if not state.fitted.converged:
-                # A fit that was given up says only that the model does not matter.
-                error = max(error, min(needed - queued.first_order, 0.0))
-            self.errors.add(queued.changes, error, queued.slack)
-        self.update({key: queued.with_expected_error(self.errors) for key, queued in self.items()})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -146,6 +147,12 @@ class State:
         """Evidence of the model."""
         priors, off = self.parameter_priors, self.off_values
         return Evidence(self.problem.likelihood, self.misfit, self.slopes, self.fitted.x, priors, off)
+
+    @property
+    def leaves_misfit(self) -> bool:
+        """Whether more is left than noise would leave in one recording of forty: two standard deviations."""
+        noise = 2.0 * math.sqrt(2.0 * sum(feature.count for feature in self.problem.likelihood.features))
+        return float(self.evidence.left.excess.sum()) > noise
 
     def without(self, removed: Sequence[str]) -> State:
         """The model without some of its effects, to first order: the curves change by the amplitudes' derivatives.

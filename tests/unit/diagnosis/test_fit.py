@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from itertools import combinations
 from types import SimpleNamespace
 
@@ -13,7 +12,7 @@ import pytest
 from bushcli.case import load_case
 from bushcli.inverse import identify
 from bushcli.selection import plain as plain_module
-from bushcli.selection.fit import WORSE, _better_start, _search_from, pose
+from bushcli.selection.fit import WORSE, _search_from, pose
 from bushcli.selection.model import Model
 from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.plain import fit_plain
@@ -148,16 +147,3 @@ def test_a_search_from_a_point_that_cannot_be_solved_ends_there():
     end = _search_from(problem, np.array([1.0]), lambda *_: None)
     assert end.objective == np.inf
     assert not end.converged
-
-
-def test_a_fit_begins_beside_a_law_that_explains_the_recordings_where_that_is_better(coupon):
-    one = coupon("yeoh", set_=0.05)
-    found = one.fit(one.model(permanent_set={"set": 0.03}))
-    # A law that has made up for what it lacks.
-    far = replace(found.model, start={"C10": 0.2, "C20": 0.05, "C30": 0.001})
-    task, problem = pose(one.cache, one.case, far, one.measured)
-    given = problem.bounds.inside(task.vectors()[0])
-    begun = _better_start(problem, given, given, found.model.start)
-    assert problem.objective(begun) < problem.objective(given)
-    assert begun[:3] == pytest.approx(list(found.model.start.values()), rel=0.2)
-    assert _better_start(problem, begun, given, {"C10": 5.0}) is begun

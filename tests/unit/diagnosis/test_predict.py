@@ -276,27 +276,18 @@ def test_first_order_takes_a_law_to_its_edge_of_stability_and_no_further(beyond,
     assert Beside(beyond, ()).alone().log_likelihood > reached + 5.0
 
 
-def test_what_only_another_law_could_reach_is_hoped_for(beyond, made, monkeypatch):
-    added = addition(made, "permanent_set", loop(made))
-    (found,) = Beside(beyond, [added]).singles()
-    monkeypatch.setattr(LawEdge, "cut_off", lambda self, x: False)
-    (free,) = Beside(beyond, [added]).singles()
-    assert found.log_likelihood < free.log_likelihood - 5.0
-    assert found.log_likelihood + found.hope >= free.log_likelihood
-
-
 def test_an_effect_that_explains_nothing_is_promised_nothing(made):
-    """Whatever `Likelihood.coarse` forgives the law alone."""
     fitted = made.state.fitted
     far = State(
         made.problem, replace(fitted, simulated=tuple(force - loop(made, 0.2) for force in fitted.simulated))
     )
-    assert Beside(far, ()).alone().hope > 5.0
     clear, faint = (addition(made, "permanent_set", size * loop(made)) for size in (1.0, 1e-9))
     (found,) = Beside(far, [faint]).singles()
     assert found.gain < FAINT
-    assert found.hope == 0.0
-    assert Beside(far, [clear]).singles()[0].gain > FAINT
+    assert found.hope == pytest.approx(0.0, abs=1e-3)
+    (found,) = Beside(far, [clear]).singles()
+    assert found.gain > FAINT
+    assert found.hope > 0.0
 
 
 def test_a_fit_far_from_the_edge_is_not_held_back(made):
