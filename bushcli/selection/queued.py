@@ -16,8 +16,8 @@ from bushcli.selection.state import State
 # right model (docs/diagnosis-details.md). Of 60 fits of development and practice recordings four found more than
 # that, by 1.9 at most; 5 to 21 % were seen where the plain law is 430 from the best model.
 SLACK, SHARE_SLACK = 0.5, 0.25
-# Beside a plain law that is so many nats from an effect's prediction, first order says little of that effect, and what
-# other fits have found nothing: predictions of p04 beside it were wrong by 16 to 160 nats, on both sides.
+# Beside a plain law that is so many nats from an effect's prediction, first order says little of that effect:
+# predictions of p04 beside it were wrong by 16 to 160 nats, on both sides.
 FAR = 100.0
 # Predictions with no more slack than this are reliable: they count until the model is fitted. The slack of a gain of
 # 4 nats.
