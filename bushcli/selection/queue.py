@@ -362,6 +362,7 @@ class Search:
             return False
         queued = next(with_branch_more(self, self.states.keys() | self._tried), None)
         if queued is not None:
+            self._tried.add(queued.model.structure)
             self.waiting[queued.model.structure] = queued
         return queued is not None
 
