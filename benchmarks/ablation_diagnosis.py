@@ -6,9 +6,9 @@
     setup/enter python benchmarks/ablation_diagnosis.py table RESULTS.jsonl ...
 
 `run` appends a line for each FOLDER (DECK/cases/NUMBER, with a ``case.toml``) and mechanism, and continues where it
-stopped. Where a
-mechanism did not act in the usual diagnosis of a folder, it cannot change it and is not switched off. The whole
-catalogue, one process; neither maps nor the next test are calculated. `table` prints a table of benchmarks/ablation.md.
+stopped. A mechanism that did not act in the usual diagnosis of a folder cannot change it, and is not switched off. The
+whole catalogue, one process; neither maps nor the next test are calculated. `table` prints a table of
+benchmarks/ablation.md, with mechanisms that have been deleted since.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Mechanism:
     changes : list
         Patches that take it out.
     owner, method : object, str
-        The function by which is seen whether it acts; none where it always does.
+        The function that shows whether it acts; none where it always does.
     acts : callable
         What the function returned, and was given -> whether it acted.
     """
@@ -65,7 +65,7 @@ class Mechanism:
     changes: list[Any]
     owner: Any = None
     method: str = ""
-    acts: Callable[..., bool] = lambda result, *given: result is not None and result is not False
+    acts: Callable[..., bool] = lambda result, *given: bool(result)
 
 
 def mechanisms() -> dict[str, Mechanism]:
@@ -91,6 +91,12 @@ def mechanisms() -> dict[str, Mechanism]:
             [patch.object(stopping_rule, "LEAST_RATIO", 0.0)],
             *ends,
             lambda end, *given: isinstance(end, HeldBack),
+        ),
+        "own start of the law where a fit is stuck": Mechanism(
+            [patch.object(fit._End, "is_stuck", property(lambda self: False))],
+            fit,
+            "_own_law_start",
+            lambda own, *given: own is not None,
         ),
         "again from a contained model": Mechanism(
             [patch.object(fit, "WORSE", 1e9)], Posterior, "lift_limits", lambda *given: True
@@ -197,15 +203,13 @@ def table(lines: list[dict[str, Any]]) -> None:
     """Print what changes without each mechanism, where it acts."""
     usual = {line["recording"]: line for line in lines if line["without"] == USUAL}
     print("| " + " | ".join(HEADS) + " |\n|" + " --- |" * len(HEADS))
-    for name in mechanisms():
+    for name in dict.fromkeys(line["without"] for line in lines if line["without"] != USUAL):
         pairs = [(line, usual[line["recording"]]) for line in lines if line["without"] == name]
-        if not pairs:
-            continue
         verdicts = sum(new["verdict"] != old["verdict"] for new, old in pairs)
         change = max(
-            abs(new["probability"].get(key, 0.0) - value)
+            abs(new["probability"].get(key, 0.0) - old["probability"].get(key, 0.0))
             for new, old in pairs
-            for key, value in old["probability"].items()
+            for key in new["probability"] | old["probability"]
         )
         grown = max(new["misfit"] / max(old["misfit"], 1e-9) for new, old in pairs) - 1.0
         marches, seconds = (

@@ -1,4 +1,4 @@
-"""Models that are fitted whatever first order predicts: those that relax, and poor effects with a branch more."""
+"""Models of which first order says too little: those that relax, and poor effects with one branch more."""
 
 from __future__ import annotations
 
@@ -22,9 +22,6 @@ from bushcli.selection.state import CommonData, State
 # Moduli of all branches together over the law's where their fit begins: what tables of filled rubber show in three
 # decades is 0.1 to 0.6.
 START = 0.3
-# Least share of the posterior that a further branch may reach for it to be fitted: what further fits may leave undone
-# (`selection.queue.LEFT`).
-LEAST = 0.05
 # Parts of a force law whose stress relaxes in a rest.
 RELAXING = frozenset({"maxwell", "clock"})
 
@@ -47,18 +44,26 @@ class Fits(Protocol):
         """Logarithm of the prior odds of a model against the plain law."""
 
 
-def with_branch_more(fits: Fits, tried: Collection[Key]) -> Iterator[Queued]:
-    """Yield single effects that are fitted, the most probable first, with one branch more, if that may matter.
+def with_branch_more(fits: Fits, tried: Collection[Key], share: float) -> Iterator[Queued]:
+    """Yield fitted single effects, the most probable first, with one branch more, where that may matter.
 
     First order says little of a further branch beside a fit that is far from the recordings: of a rig that grows softer
     under load one of constant compliance left 3.5 times the noise, and beside it a gain of 84 nats was predicted where
     144 were found (foreign 027, `benchmarks/decks`). A branch may gain twice what is predicted.
+
+    Parameters
+    ----------
+    fits : Fits
+    tried : collection of Key
+        Models that are left out.
+    share : float
+        Least share of the posterior that a model must be able to reach.
     """
+    least = fits.total + math.log(share)
     for state in sorted(fits.states.values(), key=lambda state: -fits.weights(state)[0]):
         own = [active.effect for active in state.model.effects if active.can_branch]
         missing = fits.problem.likelihood.log_without_misfit - state.evidence.judgement.log
         most = fits.weights(state)[0] + missing
-        least = fits.total + math.log(LEAST)
         if len(state.model.effects) != 1 or not own or most < least:
             continue
         for more in Beside(state, fits.derivatives.additions_beside(state, among=own)).singles():

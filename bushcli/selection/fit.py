@@ -143,8 +143,8 @@ def fit(
         (has_minima and not best.hopeless) or (best.is_stuck and rule.is_at_wall(best.x))
     ):
         # With its parameters from the fit without effects, the law may be hardly solvable wherever the search goes
-        # (foreign 027: the plain law alone ends 89 nats higher). And beside them a law of several exponents may stay in
-        # the minimum in which it has imitated the effects (own 087).
+        # (foreign 027: from its own start the plain law ends 89 nats higher). And beside them a law of several
+        # exponents may stay in the minimum in which it has imitated the effects (own 087).
         own = _own_law_start(problem, start)
         if own is not None:
             own = fit_sizes(problem, own)

@@ -360,7 +360,7 @@ class Search:
         """Queue an effect with one branch more if every probable model leaves a misfit; return whether there is one."""
         if not all(state.leaves_misfit for state in self._states_above(NEIGHBOURS)):
             return False
-        queued = next(with_branch_more(self, self.states.keys() | self._tried), None)
+        queued = next(with_branch_more(self, self.states.keys() | self._tried, LEFT), None)
         if queued is not None:
             self._tried.add(queued.model.structure)
             self.waiting[queued.model.structure] = queued
