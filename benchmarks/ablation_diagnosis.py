@@ -13,6 +13,7 @@ benchmarks/ablation.md, with mechanisms that have been deleted since.
 
 from __future__ import annotations
 
+import argparse
 import json
 import signal
 import sys
@@ -224,14 +225,16 @@ def table(lines: list[dict[str, Any]]) -> None:
 
 
 if __name__ == "__main__":
-    command, *given = sys.argv[1:]
-    options = {"--only": "", "--limit": "900"}
-    for option in options:
-        if option in given:
-            options[option] = given.pop(given.index(option) + 1)
-            given.remove(option)
-    paths = [Path(argument) for argument in given]
-    if command == "run":
-        run(paths[0], paths[1:], options["--only"], float(options["--limit"]))
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    commands = parser.add_subparsers(dest="command", required=True)
+    running = commands.add_parser("run")
+    running.add_argument("results", type=Path)
+    running.add_argument("folders", nargs="+", type=Path)
+    running.add_argument("--only", default="", help="mechanisms whose names contain one of these words: WORD|WORD")
+    running.add_argument("--limit", default=900.0, type=float, help="processor time of a diagnosis, s")
+    commands.add_parser("table").add_argument("results", nargs="+", type=Path)
+    given = parser.parse_args()
+    if given.command == "run":
+        run(given.results, given.folders, given.only, given.limit)
     else:
-        table([json.loads(line) for path in paths for line in path.read_text().splitlines()])
+        table([json.loads(line) for path in given.results for line in path.read_text().splitlines()])

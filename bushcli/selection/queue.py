@@ -446,7 +446,8 @@ class Search:
         """Queue the model without some of its effects, and with another effect in their place.
 
         First order is poor beside a model that is far from the recordings, as the plain law may be. Beside a model that
-        explains them, an effect that explains them equally well is recognised.
+        explains them, an effect that explains them equally well is recognised, unless first order is known to be wrong
+        of what the model explains.
         """
         pool = {name: points for name, points in self._beside_plain.items() if name not in beside.grouped}
         pool |= beside.grouped
@@ -457,11 +458,24 @@ class Search:
                 others = [addition for addition in every if addition.trial.active.identity not in removed]
                 smaller = state.without(removed)
                 other = _without_own(smaller, others)
+                if self._is_refuted(other, state):
+                    continue
                 lost = abs(state.evidence.coarse - other.coarse_likelihood)
                 self._queue(other.alone(), state, slack_of(lost))
                 for prediction in other.singles():
                     if prediction.gain >= FAINT:
                         self._queue(prediction, state, slack_of(lost + prediction.reach))
+
+    def _is_refuted(self, smaller: Beside, state: State) -> bool:
+        """Whether a model to first order beside a larger one is better than its fit, by more than the slack.
+
+        An effect that has come to its end, as a stop is reached, hardly changes the curves with its amplitude any more.
+        """
+        known = self.states.get(smaller.state.model.structure)
+        if known is None:
+            return False
+        found = known.evidence.judgement.log
+        return smaller.alone().log_likelihood > found + slack_of(state.evidence.judgement.log - found)
 
     def _exchange_law(self, state: State, model: Model) -> bool:
         """Queue a model with another law if that law alone has been fitted; return whether it has."""

@@ -21,6 +21,7 @@ from bushcli.selection.fit import WORSE
 from bushcli.selection.model import Model
 from bushcli.selection.neighbours import label
 from bushcli.selection.order import FitOrder
+from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import Prediction
 from bushcli.selection.queue import LEFT, Search
 from bushcli.selection.state import State
@@ -237,6 +238,29 @@ def test_a_model_with_effects_exchanged_is_predicted_beside_a_fitted_one(world, 
     ]
     fitted = State(world.problem, world.fit(world.one.case, other.model, None))
     assert found.weights(fitted)[0] == pytest.approx(other.predicted_weight, abs=1.0)
+
+
+def test_nothing_is_predicted_without_an_effect_of_which_first_order_is_known_to_be_wrong(
+    coupon, monkeypatch
+):
+    """An effect that has come to its end: the curves hardly change with its amplitude, but without it they do."""
+    world = World(coupon, **{"drift.rate": 5.0, "time_lag.lag": 3.0})
+    monkeypatch.setattr(Search, "run", lambda _: None)
+    search = world.search(monkeypatch)
+    search._expand(search.plain.model.structure)
+    search._enter(State(world.problem, world.fit(world.one.case, world.base.model, None)), 0.0)
+    active = ActiveEffect(effect("drift")).with_start_values()
+    drift = replace(world.base.model, effects=(active,))
+    linear = State(world.problem, world.fit(world.one.case, drift, None))
+    slopes = linear.fitted.jacobians[0].copy()
+    slopes[:, -1] *= 0.01
+    ended = State(world.problem, replace(linear.fitted, jacobians=(slopes,)))
+    search.waiting.clear()
+    search._expand_without(ended, Beside(ended, ()))
+    assert not search.waiting
+    search._expand_without(linear, Beside(linear, ()))
+    assert search.waiting
+    assert not any("drift" in queued.model.identities for queued in search.waiting.values())
 
 
 def test_only_what_may_be_visible_is_solved_anew_beside_a_fitted_effect(world, monkeypatch):
