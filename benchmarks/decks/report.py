@@ -16,7 +16,8 @@ from benchmarks.decks.odds import frequencies, reweigh
 from benchmarks.decks.score import Item
 
 ABOUT = Path(__file__).parent / "about.md"
-ODDS = Path(__file__).parent / "odds.md"
+ODDS = ABOUT.with_name("odds.md")
+RUNS = ABOUT.with_name("runs.md")
 SCORES = (
     "## Scores\n\nOf the recordings that were diagnosed under each label. What was wanted was fixed together with\n"
     "the decks, before any run.\n\n"
@@ -102,7 +103,7 @@ def document(labels: Sequence[str], decks: Sequence[str], output: Path | None = 
         _reliability(together, None if output is None else output.with_name(f"{output.stem}-reliability.svg"))
     )
     parts += [_misses(deck, runs) for deck, runs in by_deck.items()]
-    parts.append(why.section(decks, labels[-1]))
+    parts += [why.section(decks, labels), RUNS.read_text(encoding="utf-8")]
     return "\n".join(parts)
 
 

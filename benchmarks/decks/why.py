@@ -254,25 +254,29 @@ def _missed_table(by_deck: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> str
     return table(["not in the credible set, because", *by_deck], rows)
 
 
-def section(decks: Sequence[str], label: str, folder: Path = ledger.FOLDER) -> str:
+def section(decks: Sequence[str], labels: Sequence[str], folder: Path = ledger.FOLDER) -> str:
     """Return the part of the page about reasons; empty where none were calculated.
 
     Parameters
     ----------
     decks : sequence of str
-    label : str
-        Ledger whose answers are explained.
+    labels : sequence of str
+        Ledgers. The answers of the last one of which the reasons were calculated are explained.
     folder : Path
         Of the ledgers.
     """
-    by_deck = {deck: ledger.read(deck, f"why-{label}", folder) for deck in decks}
-    by_deck = {deck: lines for deck, lines in by_deck.items() if lines}
-    if not by_deck:
+    by_label = {
+        label: {deck: lines for deck in decks if (lines := ledger.read(deck, f"why-{label}", folder))}
+        for label in labels
+    }
+    label = next((label for label in reversed(labels) if by_label[label]), None)
+    if label is None:
         return ""
+    by_deck = by_label[label]
     counts = {deck: Counter(map(reason, lines.values())) for deck, lines in by_deck.items()}
     rows = [[text, *(str(counts[deck][key]) for deck in by_deck)] for key, text in REASONS.items()]
     parts = [
-        REASONED.read_text("utf-8"),
+        REASONED.read_text("utf-8").format(label=label),
         table(["what the right model lacks most", *by_deck], rows),
         "",
         _missed_table(by_deck),

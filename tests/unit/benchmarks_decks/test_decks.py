@@ -520,7 +520,7 @@ def test_what_is_explained_is_what_the_scores_count_as_missed() -> None:
 
 
 def test_reasons_are_counted_by_deck(tmp_path: Path) -> None:
-    assert why.section(["own"], "new", tmp_path) == ""
+    assert why.section(["own"], ["new"], tmp_path) == ""
     line = {
         "name": "007",
         "right": ["friction"],
@@ -536,7 +536,7 @@ def test_reasons_are_counted_by_deck(tmp_path: Path) -> None:
     ledger.append("foreign", "why-new", line | {"name": "001", "data": 2.9}, tmp_path)
     ledger.append("foreign", "why-new", line | {"name": "002", "data": 2.9, "in_set": True}, tmp_path)
     ledger.append("foreign", "why-new", line | {"name": "004", "data": -3.1}, tmp_path)
-    text = why.section(["own", "foreign"], "new", tmp_path)
+    text = why.section(["own", "foreign"], ["new", "newer"], tmp_path)
     assert f"| {why.REASONS['values']} | 1 | 4 |" in text
     assert f"| {why.REASONS['not fitted']} | 1 | 0 |" in text
     assert f"| {why.REASONS['data']} | 0 | 0 |" in text
