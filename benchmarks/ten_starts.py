@@ -157,13 +157,15 @@ def row_of_answer(case: Path, result: Path) -> str | None:
         best = min(search_ends(Task(load_case(file), answer["law"]), own=True))[1]
     names = " and ".join(effect["name"] for effect in answer["effects"])
     ratio = float(np.sqrt(np.mean(np.square(after)) / np.mean(np.square(best))))
+    worst = max(a / b for a, b in zip(after, best, strict=True))
     shown = [", ".join(f"{value:.3f}" for value in values) for values in (after, best)]
-    return f"| {case.parent.name} | {names} | {shown[0]} | {shown[1]} | {ratio:.3f} |"
+    return f"| {case.parent.name} | {names} | {shown[0]} | {shown[1]} | {ratio:.3f} | {worst:.3f} |"
 
 
 def answers(cases: Path, results: Path, count: int) -> None:
     """Print the table of a deck's answers."""
-    print("| recording | effects | after | best of eleven | ratio |\n" + "| --- " * 5 + "|", flush=True)
+    heads = ("recording", "effects", "after", "best of eleven", "ratio", "largest ratio of a channel")
+    print(f"| {' | '.join(heads)} |\n" + "| --- " * len(heads) + "|", flush=True)
     for result in sorted(results.glob("*/result.json")):
         row = row_of_answer(cases / result.parent.name / "case.toml", result)
         if row is not None and count:
