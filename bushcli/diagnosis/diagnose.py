@@ -37,9 +37,8 @@ from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import CONTINUE, Condition, history_damaged
 from bushcli.runtime.store import Store, history_of, holds_results
 from bushcli.runtime.workers import Workers
-from bushcli.selection.closest import closest_model
+from bushcli.selection.closest import closest_model, on_default_mesh
 from bushcli.selection.codec import FitCodec
-from bushcli.selection.fit import refine_mesh
 from bushcli.selection.model import Fitted, Model
 from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.plain import first_plain_fit, fit_plain
@@ -313,10 +312,8 @@ def _finish(
             plain = law_alone.fit() or rough
             best = replace(best, state=State(problem, plain))
         else:
-            best = replace(best, state=closest_model(search, best.state), searched=best.state)
-            if best.state.model.anchor is not None:
-                refined = crew.run(refine_mesh, [(problem.case, best.state.fitted)])[0]
-                best = best if refined is None else replace(best, state=State(problem, refined))
+            closest = on_default_mesh(search, closest_model(search, best.state))
+            best = replace(best, state=closest, searched=best.state)
             plain = law_alone.fit() or rough
     except BaseException as error:
         if not is_interrupt(error):

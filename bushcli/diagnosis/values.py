@@ -28,7 +28,7 @@ def quantities(models: Sequence[WeighedModel], material: Material) -> dict[str, 
     """Every identified parameter of the first model by its full name, with its 95 % interval over all and its prior."""
     state, searched = models[0].state, models[0].searched
     fitted = state.fitted
-    before = {} if searched is None or searched is state else searched.fitted.values
+    before = {} if searched is None or searched.fitted.values == fitted.values else searched.fitted.values
     errors = standard_errors(fitted.names, state.evidence)
     of_law = {p.name: p for p in law(fitted.model.law).parameters}
     of_effects: dict[str, tuple[ActiveEffect, EffectParameter]] = {

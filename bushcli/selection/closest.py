@@ -30,7 +30,7 @@ from bushcli.inverse.minimum_search import search
 from bushcli.inverse.problem import LeastSquaresProblem, Stopping
 from bushcli.recording import Recording
 from bushcli.recording.dynamic.rows import RecordedTable
-from bushcli.selection.fit import with_fitted_values
+from bushcli.selection.fit import refine_mesh, with_fitted_values
 from bushcli.selection.model import Fitted, Model
 from bushcli.selection.model_cache import Coarse, ModelCache
 from bushcli.selection.neighbours import label
@@ -43,8 +43,8 @@ Mask = NDArray[np.bool_]
 
 # When the last fit ends: it begins near its minimum, and a hundredth of the misfit is not seen in any number reported.
 STOPPING = Stopping(tolerance=1e-3, valley=(6, 1e-2), evaluations=40)
-# Least share of the rms misfit of a channel by which the last fit has to be closer for its values to be the answer's:
-# free parameters alone remove some hundredths of noise.
+# Least share of the rms misfit of a channel by which a fit is closer than another one: free parameters alone remove some
+# hundredths of noise.
 CLOSER = 0.05
 # Fewest parts of the recordings of which one can be held out.
 FEWEST = 2
@@ -53,7 +53,8 @@ FEWEST = 2
 class _Closest(LeastSquaresProblem):
     """The misfit as an identification weighs it, and the priors of effects.
 
-    Channels and parameters are those of `plain`; the misfit that `start` (p,) leaves is the unit of the priors.
+    Channels and parameters are those of `plain`, `mesh_error` (n,) is added to their forces, N or N mm; the misfit that
+    `start` (p,) leaves is the unit of the priors.
     """
 
     def __init__(
@@ -63,14 +64,22 @@ class _Closest(LeastSquaresProblem):
         used: Sequence[Mask],
         known: Mapping[str, ParameterPrior],
         start: Array,
+        mesh_error: Sequence[Array],
     ) -> None:
         super().__init__(
             plain.channels, plain.law, plain.names, plain.fixed, plain.bounds, plain.states, stopping=STOPPING
         )
-        self._recordings = recordings
+        self._recordings, self._mesh_error = recordings, mesh_error
         self._used, self._known_values, self._unit = used, known, 0.0
         size = np.linalg.norm(self._rows(start)[0])
         self._unit = float(size / np.sqrt(sum(np.count_nonzero(mask) for mask in used)))
+
+    def forces(self, x: Array) -> list[tuple[Array, Array]] | None:
+        """Force and derivatives at the samples of each channel; None where a march did not converge."""
+        forces = super().forces(x)
+        if forces is None or not self._mesh_error:
+            return forces
+        return [(force + error, slope) for (force, slope), error in zip(forces, self._mesh_error, strict=True)]
 
     @property
     def samples(self) -> int:
@@ -92,7 +101,9 @@ class _Closest(LeastSquaresProblem):
         )
 
 
-def come_closest(cache: ModelCache, case: Case, model: Model, used: tuple[Mask, ...]) -> Fitted | None:
+def come_closest(
+    cache: ModelCache, case: Case, model: Model, used: tuple[Mask, ...], mesh_error: tuple[Array, ...] = ()
+) -> Fitted | None:
     """Fit a model from its values until it comes closest to the recordings; None if it cannot be solved there.
 
     Parameters
@@ -102,6 +113,8 @@ def come_closest(cache: ModelCache, case: Case, model: Model, used: tuple[Mask, 
     model : Model
     used : tuple of (n,) array of bool
         Samples that count, by channel.
+    mesh_error : tuple of (n,) array, optional
+        Force of the default mesh less that of the coarse one, N or N mm, by channel.
     """
     task = model.task(case)
     coarse: Coarse = "never" if model.anchor is None else "memory"
@@ -112,7 +125,7 @@ def come_closest(cache: ModelCache, case: Case, model: Model, used: tuple[Mask, 
         return None
     sound = [channel.recording.with_gaps_interpolated(m) for channel, m in zip(channels, used, strict=True)]
     known = known_parameters(case, task.effects, float(task.law.shear_modulus(**model.start)), sound)
-    problem = _Closest(plain, [channel.recording for channel in channels], used, known, start)
+    problem = _Closest(plain, [channel.recording for channel in channels], used, known, start, mesh_error)
     problem.watch(problem.reached_stretches(start), start)
     end = search(problem, start)
     return with_fitted_values(model, problem, end.x, end.converged)
@@ -155,8 +168,49 @@ def closest_model(search: Search, state: State) -> State:
         if not better:
             break
         best = min(better, key=lambda candidate: float(held_out_misfits(candidate).sum()))
-    left, left_before = (np.array([np.linalg.norm(r) for r, _ in _misfits(fit)]) for fit in (best, state))
-    return best if (left < (1.0 - CLOSER) * left_before).any() else state
+    return best if _is_closer(best, state) else state
+
+
+def on_default_mesh(search: Search, state: State) -> State:
+    """Return a model with the forces of the default mesh, as close to the recordings there as on its own mesh.
+
+    The error of a coarse mesh is known for the law alone (`ModelCache`), and effects change it. Where a channel is
+    farther from its recording for that, the model is fitted once more with the error at its values.
+
+    Parameters
+    ----------
+    search : Search
+        Whose workers are used.
+    state : State
+    """
+    if state.model.anchor is None:
+        return state
+    problem, workers = search.problem, search.workers
+    error = tuple(np.zeros_like(force) for force in state.fitted.simulated)
+    expected: State | None = state
+    best: State | None = None
+    while expected is not None:
+        refined = workers.run(refine_mesh, [(problem.case, expected.fitted)])[0]
+        found = None if refined is None else State(problem, refined)
+        if found is None or (best is not None and _size(found) >= _size(best)):
+            break
+        best = found
+        if not _is_closer(expected, best):
+            break
+        # The error changes with the values; each time the share by which it does is left.
+        pairs = zip(error, best.fitted.simulated, expected.fitted.simulated, strict=True)
+        error = tuple(known + np.nan_to_num(fine - coarse) for known, fine, coarse in pairs)
+        fit = workers.run(come_closest, [(problem.case, best.model, problem.used, error)])[0]
+        expected = (
+            None if fit is None else State(problem, replace(fit, converged=state.fitted.converged))
+        )
+    return state if best is None else best
+
+
+def _is_closer(state: State, other: State) -> bool:
+    """Whether a model is closer to a recording than another one, by `CLOSER`."""
+    left, left_by_other = (np.array([np.linalg.norm(r) for r, _ in _misfits(s)]) for s in (state, other))
+    return bool((left < (1.0 - CLOSER) * left_by_other).any())
 
 
 def _size(state: State) -> float:

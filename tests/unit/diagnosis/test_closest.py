@@ -1,11 +1,15 @@
 """The last fit of an answer: as close as an identification comes; what is held out is predicted as by a new fit."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from bushcli.inverse.minimum_search import search
 from bushcli.selection import closest
-from bushcli.selection.closest import come_closest, held_out_misfits, predicts_better
+from bushcli.selection.closest import come_closest, held_out_misfits, on_default_mesh, predicts_better
+from bushcli.selection.fit import refine_mesh
 from bushcli.selection.state import State
 
 
@@ -34,6 +38,31 @@ def test_the_answer_is_as_close_as_least_squares_from_any_start(fits):
     )
     assert rms(made, found) <= rms(made, searched)
     assert rms(made, found) / np.ptp(made.recordings[0].force) <= 1.01 * best
+
+
+@pytest.mark.parametrize(("share", "again"), [(0.1, True), (0.001, False)])
+def test_the_answer_is_fitted_again_where_the_error_of_a_coarse_mesh_moves_it(fits, share, again):
+    """The default mesh is stiffer by `share`, which the law's modulus makes up for."""
+    made, _, found = fits
+    coarse = State(made.problem, replace(found.fitted, model=replace(found.model, anchor=found.model.start)))
+    asked = []
+
+    def run(function, questions):
+        ((case, *question),) = questions
+        asked.append(function)
+        if function is come_closest:
+            return [come_closest(made.cache, case, *question)]
+        ((fitted),) = question
+        channels = made.cache.channels(replace(fitted.model, anchor=None).task(case))
+        force = channels[0].at_samples(channels[0].solve(fitted.values, ()))[0]
+        return [replace(fitted, simulated=(force * (1.0 + share),))]
+
+    search = SimpleNamespace(problem=made.problem, workers=SimpleNamespace(run=run))
+    fine = on_default_mesh(search, coarse)
+    assert (come_closest in asked) == again
+    assert rms(made, fine) < 1.03 * rms(made, coarse)
+    assert (fine.model.start["C10"] < 0.95 * coarse.model.start["C10"]) == again
+    assert on_default_mesh(search, found) is found
 
 
 def test_what_is_held_out_is_predicted_as_by_a_fit_to_the_rest(fits):
