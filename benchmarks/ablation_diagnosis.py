@@ -225,12 +225,16 @@ def table(lines: list[dict[str, Any]]) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     commands = parser.add_subparsers(dest="command", required=True)
     running = commands.add_parser("run")
     running.add_argument("results", type=Path)
     running.add_argument("folders", nargs="+", type=Path)
-    running.add_argument("--only", default="", help="mechanisms whose names contain one of these words: WORD|WORD")
+    running.add_argument(
+        "--only", default="", help="mechanisms whose names contain one of these words: WORD|WORD"
+    )
     running.add_argument("--limit", default=900.0, type=float, help="processor time of a diagnosis, s")
     commands.add_parser("table").add_argument("results", nargs="+", type=Path)
     given = parser.parse_args()

@@ -60,7 +60,7 @@ class World:
             ),
         )
 
-    def fit(self, case, model, measured, contained=(), least=float("inf"), needed="unsaid"):
+    def fit(self, case, model, measured, contained=None, least=float("inf"), needed="unsaid"):
         # A law alone always matters; a model with effects may be given up.
         assert needed == "unsaid" or (needed is None) == (self.always or not model.effects)
         self.asked.append(model.structure)

@@ -107,7 +107,7 @@ def calibrated_curves(
     )
 
 
-def share_left(best: WeighedModel, plain: State) -> float:
+def misfit_share_left(best: WeighedModel, plain: State) -> float:
     """Return the share of the plain law's squared misfit above the noise that a model leaves, 0 to 1."""
     before, after = (float(np.sum(np.maximum(s.evidence.left.excess, 0.0))) for s in (plain, best.state))
     return min(1.0, after / before) if before > 0.0 else 0.0

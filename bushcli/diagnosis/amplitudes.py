@@ -1,9 +1,9 @@
 """Double amplitudes that are read as peaks, and peaks that are read as double amplitudes.
 
-Half of all amplitudes of a table is made up for by the constants of the relaxation that they thin, so that one table
-does not show it. A second recording of the same rubber does: all of them are fitted once as they are read, and once
-with the amplitudes of one table, or of all, half or twice as large. It is an opinion, as are all faults that no two
-statements of a file contradict.
+A table whose amplitudes are all half as large is fitted as well by other constants of the relaxation that they thin, so
+that one table alone does not show the error. A second recording of the same rubber does: all of them are fitted once as
+they are read, and once with the amplitudes of one table, or of all, half or twice as large. It is an opinion, as are
+all faults that no two statements of a file contradict.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def amplitude_faults(search: Search, crew: Workers) -> tuple[DataFault, ...]:
     best = max(thinned, key=lambda state: search.weights(state)[0])
     measured = FittedSamples(problem.used, problem.likelihood.plain, problem.noises)
     search.progress("fit", "amplitudes", "peaks or double amplitudes")
-    cases = [_as_read(problem.case, reading) for reading in ((), *readings)]
+    cases = [_read_otherwise(problem.case, reading) for reading in ((), *readings)]
     fits = crew.run(fit, [(case, best.model, measured) for case in cases])
     logs = [
         -math.inf if fitted is None else State(replace(problem, case=case), fitted).evidence.log
@@ -78,7 +78,7 @@ def _readings(recordings: Sequence[object]) -> Iterator[tuple[RecordedTable, ...
         yield tuple(tables)
 
 
-def _as_read(case: Case, reading: Sequence[RecordedTable]) -> Case:
+def _read_otherwise(case: Case, reading: Sequence[RecordedTable]) -> Case:
     """Return the case with the other amplitudes of some tables."""
     factors = {recording.name: _FACTORS[recording.table.amplitude_is] for recording in reading}
     return replace(

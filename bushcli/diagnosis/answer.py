@@ -13,11 +13,20 @@ from bushcli.curve.earlier import earlier, not_from_rest
 from bushcli.curve.misfit import rms_percent
 from bushcli.diagnosis.posterior import SHOWN, WeighedModel
 from bushcli.diagnosis.question import Question
-from bushcli.diagnosis.result import SMALL, DiagnosedChannel, Diagnosis, FormError, RankedModel, Verdict
+from bushcli.diagnosis.result import (
+    SMALL,
+    DiagnosedChannel,
+    DiagnosedTable,
+    Diagnosis,
+    FormError,
+    RankedModel,
+    Verdict,
+)
 from bushcli.diagnosis.words import possible_shift
 from bushcli.effects.names import readable_name
 from bushcli.faults import masks
 from bushcli.likelihood.features import Features
+from bushcli.likelihood.form import Likelihood
 from bushcli.likelihood.noise import Compared, noise_model
 from bushcli.mismatch.missing_force import describe_missing, missing_force
 from bushcli.mismatch.record import locate
@@ -26,7 +35,7 @@ from bushcli.runtime.condition import Condition
 from bushcli.selection.model import Model
 from bushcli.selection.queue import Search
 from bushcli.selection.search_extent import Ended, SearchExtent
-from bushcli.selection.state import CommonData, State
+from bushcli.selection.state import CommonData
 from bushcli.simulate.schedule import schedule
 
 Array = NDArray[np.float64]
@@ -34,8 +43,8 @@ Array = NDArray[np.float64]
 # Noise above this percentage of the force range causes a warning, because it hides what users usually look for: the
 # literature calls 10 % of misfit a good agreement of simulation and rig.
 LOUD = 5.0
-# Misfit of a channel that was held out, % of the force range, up to which it counts as predicted: mesh and calibration
-# alone make 1 % (`likelihood.calibration`).
+# Misfit of a channel that was held out, % of the force range or of K*, up to which it counts as predicted: mesh and
+# calibration alone make 1 % (`likelihood.calibration`).
 MISSED = 1.0
 # Noise that lasts for so many samples, and whose independent sample is so many times that of short windows, may be
 # something else: two standard deviations of the windows' error (`likelihood.level`).
@@ -105,9 +114,9 @@ def diagnosed_channel(
     )
 
 
-def form_error(best: WeighedModel, plain: State, compared: Sequence[Compared]) -> FormError:
+def form_error(best: WeighedModel, likelihood: Likelihood, compared: Sequence[Compared]) -> FormError:
     """Return the form error assumed for the most probable model; with unknown physics the size of that."""
-    likelihood, judged = plain.problem.likelihood, best.state.evidence.judgement
+    judged = best.state.evidence.judgement
     if best.unknown:
         return _unknown_force(compared, likelihood.features)
     scale = np.array(judged.scale) - 1.0
@@ -189,7 +198,7 @@ def search_extent(
         search.share_left,
         ended,
         tuple(search.rows),
-        tuple(search.lost),
+        tuple(search.lost.values()),
         {**unnoticed, **search.derivatives.untestable},
     )
 
@@ -197,6 +206,7 @@ def search_extent(
 def doubts(
     case: Case,
     channels: Sequence[DiagnosedChannel],
+    tables: Sequence[DiagnosedTable],
     best: WeighedModel,
     problem: CommonData,
     extent: SearchExtent,
@@ -206,7 +216,7 @@ def doubts(
         *_recording_doubts(case, channels),
         *_unrelaxed_start(best, problem),
         *_long_memory(best, problem),
-        *_held_out(channels),
+        *_held_out((*channels, *tables)),
         *_search_doubts(best, extent),
     ]
 
@@ -276,7 +286,7 @@ def _long_memory(best: WeighedModel, problem: CommonData) -> Iterator[Condition]
         )
 
 
-def _held_out(channels: Sequence[DiagnosedChannel]) -> Iterator[Condition]:
+def _held_out(channels: Sequence[DiagnosedChannel | DiagnosedTable]) -> Iterator[Condition]:
     """Yield a doubt about channels that took no part in the fits and that the most probable model misses."""
     missed = [
         channel
@@ -285,12 +295,12 @@ def _held_out(channels: Sequence[DiagnosedChannel]) -> Iterator[Condition]:
     ]
     if missed:
         sizes = ", ".join(
-            f"{channel.name} by {channel.after_percent:.2g} %, noise {channel.noise_percent:.2g} %"
+            f"{channel.name} by {channel.after_percent:.2g} % {channel.of}, noise {channel.noise_percent:.2g} %"
             for channel in missed
         )
         yield Condition(
             "held_out_missed",
-            f"the most probable model misses what was held out ({sizes} of the force range)",
+            f"the most probable model misses what was held out ({sizes})",
             "do not rely on the diagnosis for that channel: diagnose all channels together, without --hold-out",
         )
 

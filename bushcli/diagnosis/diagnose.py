@@ -17,7 +17,7 @@ from typing import cast
 
 from bushcli.case import Case, Material
 from bushcli.diagnosis import answer, values
-from bushcli.diagnosis.aftermath import Extras, before_and_after, calibrated_curves, share_left
+from bushcli.diagnosis.aftermath import Extras, before_and_after, calibrated_curves, misfit_share_left
 from bushcli.diagnosis.posterior import (
     WeighedModel,
     credible_sets,
@@ -203,7 +203,7 @@ def _answer(question: Question, outcome: _Outcome, cache: ModelCache) -> Diagnos
     # Models are compared only if most of them have been looked at.
     unsearched = search.share_left > UNSEARCHED
     verdict: Verdict = "unexplained" if unsearched else answer.verdict(best, question.plain)
-    left = share_left(best, search.plain)
+    left = misfit_share_left(best, search.plain)
     unknown = probability.get("unknown", 0.0)
     extent = answer.search_extent(search, outcome.ended, outcome.unnoticed, probability)
     places = [calibrated_curves(cache, question.bare, plain, compared) for compared in (before, after)]
@@ -222,7 +222,7 @@ def _answer(question: Question, outcome: _Outcome, cache: ModelCache) -> Diagnos
         models=() if unsearched else answer.ranked_models(models, search),
         rivals=() if unsearched else tuple(names for names in credible_sets(models) if names != best.effects),
         groups=() if unsearched else groups(models, probability),
-        form_error=answer.form_error(best, search.plain, after),
+        form_error=answer.form_error(best, problem.likelihood, after),
         missing=None
         if unsearched or verdict == "explained" or (left <= 0.0 and not best.unknown)
         else describe_missing(
@@ -239,7 +239,7 @@ def _answer(question: Question, outcome: _Outcome, cache: ModelCache) -> Diagnos
         conditions=(
             *outcome.interrupted,
             *extras.conditions,
-            *answer.doubts(question.case, channels, best, problem, extent),
+            *answer.doubts(question.case, channels, tables, best, problem, extent),
             *question.unusual,
         ),
         forward_solves=search.solves + plain.solves,
@@ -289,7 +289,7 @@ def _run(search: Search) -> tuple[Ended, dict[str, str], list[Condition]]:
         if ended == "nothing left":
             unnoticed = unnoticed_effects(search, posterior(search)[0].state)
     except BaseException as error:
-        if not is_interrupt(error) or not search.states:
+        if not is_interrupt(error):
             raise
         search.workers.stop()
         message = f"interrupted during the search: {possible_shift(search.share_left)}"

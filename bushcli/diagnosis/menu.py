@@ -51,7 +51,7 @@ class Proposal:
         zero, first, back, *again = self.points
         return tuple(again) == (first, back) and zero == back and len(set(self.rates)) == 1
 
-    def program(self, samples: int = 40) -> tuple[Array, Array]:
+    def program(self, samples: int) -> tuple[Array, Array]:
         """Return time (n,) in s and displacement (n,), with `samples` points on the longest way and in each hold."""
         longest = max(abs(b - a) for a, b in zip(self.points[:-1], self.points[1:], strict=True))
         time, q = [np.zeros(1)], [np.array(self.points[:1])]

@@ -69,7 +69,7 @@ class ExpectedTable:
 
 
 def table_menu(problem: CommonData) -> list[TableProposal]:
-    """Return tables that differ in one condition from those that were measured, and one of another mode."""
+    """Return tables that differ in one condition from those that were measured, and one of each other mode."""
     measured = [recording for recording in problem.recordings if isinstance(recording, RecordedTable)]
     proposals = [proposal for recording in measured for proposal in _plans(problem.case, recording)]
     known, wall = {recording.mode for recording in problem.recordings}, problem.case.geometry.wall
@@ -80,7 +80,7 @@ def table_menu(problem: CommonData) -> list[TableProposal]:
         frequency = np.geomspace(reference.frequency.min(), reference.frequency.max(), _POINTS)
         degrees = temperatures(problem.case, measured)[reference.name].mean()
         table = _table(mode.name, mode.name, frequency, (np.nan,), (0.0,), (float(degrees),))
-        text = f"{mode.name}, {_range(frequency, 'Hz')}, small amplitude, at rest"
+        text = f"{mode.name}, {_range(frequency)}, small amplitude, at rest"
         proposals.append(TableProposal(f"{mode.name} too", table, SET_UP + REMOUNT + _SWEEP, text))
     return sorted(proposals, key=lambda proposal: proposal.cost)
 
@@ -110,7 +110,7 @@ def _plans(case: Case, recorded: RecordedTable) -> Iterator[TableProposal]:
         proposed = _table(table.name, table.mode, frequency, amplitude, preload, degrees)
         sweeps = len(amplitude) * len(preload) * len(degrees)
         cost = SET_UP + _SWEEP * sweeps + _CHAMBER * (len(degrees) - 1)
-        parts = [f"{table.mode}, {_range(frequency, 'Hz')}"]
+        parts = [f"{table.mode}, {_range(frequency)}"]
         for values, name, factor, unit_of_values in (
             (amplitude, "amplitudes of", per, unit),
             (preload, "preloads of", per, unit),
@@ -147,8 +147,8 @@ def _table(
     )
 
 
-def _range(frequency: Array, unit: str) -> str:
-    return f"{frequency.min():.3g} to {frequency.max():.3g} {unit}"
+def _range(frequency: Array) -> str:
+    return f"{frequency.min():.3g} to {frequency.max():.3g} Hz"
 
 
 def expected_table(

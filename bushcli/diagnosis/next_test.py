@@ -261,9 +261,7 @@ def _menu(problem: CommonData) -> list[Proposal]:
             if mode.proposed_travel is not None and mode.name not in mounted
         }
         rates = {name: reach / SECONDS for name, reach in others.items()}
-        proposals += [proposal for proposal in menu(others, rates, mounted) if proposal.repeats][
-            : len(others)
-        ]
+        proposals += [proposal for proposal in menu(others, rates, mounted) if proposal.repeats]
     return proposals
 
 

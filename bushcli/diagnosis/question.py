@@ -211,8 +211,8 @@ def pose_problem(
 ) -> tuple[CommonData, State]:
     """Return the likelihood, and the plain law fitted under it.
 
-    What the plain law leaves is what effects may explain. Its first fit begins with the error that `first_plain_fit`
-    assumed for `plain`, its second one with the misfit of the first.
+    What the plain law leaves is what effects may explain. It is fitted twice: with the misfit that `plain` leaves as
+    its error, then with that of the first fit.
     """
     noises = tuple(noise_model(recording, m) for recording, m in zip(recordings, used, strict=True))
     features = all_features(cache, case, plain.model, used, noises)

@@ -107,6 +107,8 @@ def held_quantity(
         high,
         channels=active.channels,
         prior=None if known is None else known.prior.range(known.scales),
+        prior_tail=1.0 if known is None else known.prior.tail(value, known.scales),
+        prior_source="" if known is None else known.prior.source,
         word=choices[round(value)] if choices else "",
     )
 

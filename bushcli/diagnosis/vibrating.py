@@ -75,9 +75,9 @@ def _places(table: DynamicTable, ratio: NDArray[np.complex128], errors: Array) -
         parts = [
             (_explained_share(weighted, groups), words) for groups, words in _conditions(table, missed, unit)
         ]
-        # Every condition has several means.
         share, words = max(parts, default=(0.0, ""))
         mean, rms = float(np.mean(missed)), float(np.sqrt(np.mean(missed**2)))
+        # Several means explain more than one by chance: 0.1 more is asked for.
         if share < max(VARIES, _explained_share(weighted, [np.arange(count)]) + 0.1):
             sense = f"by {mean:+.2g}{unit} on average" if abs(mean) > 0.7 * rms else "both ways"
             words = f"{sense}, spread over the table"

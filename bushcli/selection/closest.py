@@ -43,8 +43,8 @@ Mask = NDArray[np.bool_]
 
 # When the last fit ends: it begins near its minimum, and a hundredth of the misfit is not seen in any number reported.
 STOPPING = Stopping(tolerance=1e-3, valley=(6, 1e-2), evaluations=40)
-# Least share of the rms misfit of a channel by which a fit is closer than another one: free parameters alone remove some
-# hundredths of noise.
+# Least share of the rms misfit of a channel by which a fit is closer than another one: free parameters alone remove
+# some hundredths of noise.
 CLOSER = 0.05
 # Fewest parts of the recordings of which one can be held out.
 FEWEST = 2
@@ -79,7 +79,9 @@ class _Closest(LeastSquaresProblem):
         forces = super().forces(x)
         if forces is None or not self._mesh_error:
             return forces
-        return [(force + error, slope) for (force, slope), error in zip(forces, self._mesh_error, strict=True)]
+        return [
+            (force + error, slope) for (force, slope), error in zip(forces, self._mesh_error, strict=True)
+        ]
 
     @property
     def samples(self) -> int:
@@ -201,9 +203,7 @@ def on_default_mesh(search: Search, state: State) -> State:
         pairs = zip(error, best.fitted.simulated, expected.fitted.simulated, strict=True)
         error = tuple(known + np.nan_to_num(fine - coarse) for known, fine, coarse in pairs)
         fit = workers.run(come_closest, [(problem.case, best.model, problem.used, error)])[0]
-        expected = (
-            None if fit is None else State(problem, replace(fit, converged=state.fitted.converged))
-        )
+        expected = None if fit is None else State(problem, replace(fit, converged=state.fitted.converged))
     return state if best is None else best
 
 

@@ -12,7 +12,7 @@ further effect switched off.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -109,7 +109,7 @@ def fit(
     case: Case,
     model: Model,
     measured: FittedSamples,
-    contained: Sequence[Model] = (),
+    contained: Model | None = None,
     least: float = float("inf"),
     needed: Needed | None = None,
 ) -> Fitted | None:
@@ -122,10 +122,10 @@ def fit(
     model : Model
         With start values; those of its effects are the first-order amplitudes.
     measured : FittedSamples
-    contained : sequence of Model
-        Fitted models that it contains, the best first, whose optimum is a further start.
+    contained : Model, optional
+        The best fitted model that it contains, whose optimum is a further start.
     least : float
-        `Posterior.objective` of the best of these, dimensionless, which this model should not exceed.
+        `Posterior.objective` of that one, dimensionless, which this model should not exceed.
     needed : Needed, optional
         Evidence below which the model does not matter, so that its fit may be ended; None where it always matters.
     """
@@ -149,22 +149,15 @@ def fit(
         if own is not None:
             own = fit_sizes(problem, own)
             best = min(best, _search_from(problem, own, rule))
-    for other in contained[:1] if best is None or best.objective > least + WORSE else ():
+    if contained is not None and (best is None or best.objective > least + WORSE):
         problem.lift_limits()
-        values = model.values_as(other)
-        at = np.array([values.get(name, value) for name, value in zip(problem.names, start, strict=True)])
-        for i, name in enumerate(problem.names):
-            known = problem.known.get(name)
-            if known is not None and known.prior.is_logarithmic and at[i] == 0.0:
-                # The smallest size that the prior admits.
-                at[i] = known.prior.range(known.scales)[0]
-        if not np.isfinite(problem.residual(at)).all():
-            continue
-        # The optimum of the contained model itself, too: it lies on a bound, where a search cannot begin.
-        inner = _End(problem.objective(at), at, True)
-        best = inner if best is None else min(best, inner)
-        if not isinstance(rule.ends(at), Hopeless):
-            best = min(best, _search_from(problem, problem.bounds.inside(at), rule))
+        at = _values_of_contained(problem, model, contained, start)
+        if np.isfinite(problem.residual(at)).all():
+            # The optimum of the contained model itself, too: it lies on a bound, where a search cannot begin.
+            inner = _End(problem.objective(at), at, True)
+            best = inner if best is None else min(best, inner)
+            if not isinstance(rule.ends(at), Hopeless):
+                best = min(best, _search_from(problem, problem.bounds.inside(at), rule))
     if best is None:
         return None
     # A search that ended in a valley has converged, too, if a full step would not make a visible difference.
@@ -233,6 +226,18 @@ def refine_mesh(cache: ModelCache, case: Case, fitted: Fitted) -> Fitted | None:
             return None
         forces.append(np.where(np.isfinite(before), force, np.nan))
     return replace(fitted, simulated=tuple(forces))
+
+
+def _values_of_contained(problem: Posterior, model: Model, contained: Model, start: Array) -> Array:
+    """Return the parameters (p,) of a model at the optimum of one that it contains; those of `start` that it lacks."""
+    values = model.values_as(contained)
+    at = np.array([values.get(name, value) for name, value in zip(problem.names, start, strict=True)])
+    for i, name in enumerate(problem.names):
+        known = problem.known.get(name)
+        if known is not None and known.prior.is_logarithmic and at[i] == 0.0:
+            # The smallest size that the prior admits.
+            at[i] = known.prior.range(known.scales)[0]
+    return at
 
 
 def _own_law_start(problem: Posterior, start: Array) -> Array | None:

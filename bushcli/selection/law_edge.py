@@ -84,8 +84,8 @@ class LawEdge:
         if margins[worst] >= -STABILITY_EDGE:
             return False
         states, fitted = self.state.fitted.states[[worst]], self.state.fitted.x
-        for half in range(_HALVINGS):
-            (tangent,) = moduli(self._law, self._values(fitted + (x - fitted) / 2**half), states)
+        for halvings in range(_HALVINGS + 1):
+            (tangent,) = moduli(self._law, self._values(fitted + (x - fitted) / 2**halvings), states)
             if np.isfinite(tangent).all():
                 break
         else:

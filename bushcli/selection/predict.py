@@ -49,8 +49,9 @@ Array = NDArray[np.float64]
 POINTS = 2
 # Most rounds in which a prediction is brought within the law's stability: of 1710 in foreign 034 none took over three.
 CUTS = 8
-# Least share of an effect's change of the curves that the fitted parameters cannot make: less is rounding.
-OWN = 1e-6
+# Share of an effect's change of the curves that is added to the diagonal of its normal equations, so that an amplitude
+# that the fitted parameters imitate stays finite: rounding.
+DAMPING = 1e-6
 # Points of a grid whose evidence is less than this share of the best point's do not change the mean. It changes by
 # less than 1 % with each.
 SMALL = 0.01
@@ -70,7 +71,7 @@ class Beside:
         before: Beside | None = None,
     ) -> None:
         self.state = state
-        self._known: dict[int, KnownAmplitudes] = {} if before is None else before._known
+        self._known: dict[Addition, KnownAmplitudes] = {} if before is None else before._known
         self.variances = state.problem.variances if variances is None else variances
         self.edge: LawEdge = LawEdge(state, self._own_optimum) if before is None else before.edge
         grouped: dict[str, list[Addition]] = {}
@@ -80,9 +81,9 @@ class Beside:
             fixed = [f"{p.name}={active.values[p.name]:g}" for p in active.parameters if p.of_mesh]
             grouped.setdefault(" ".join([active.identity, *fixed]), []).append(addition)
         self.grouped = grouped
-        self._solutions: dict[tuple[int, ...], tuple[Evidence, Array]] = {}
-        self._settled: dict[tuple[int, ...], tuple[Evidence, Array]] = {}
-        self._own_columns: dict[int, tuple[Addition, Array, Array]] = {}
+        self._solutions: dict[tuple[Addition, ...], tuple[Evidence, Array]] = {}
+        self._settled: dict[tuple[Addition, ...], tuple[Evidence, Array]] = {}
+        self._own_columns: dict[Addition, tuple[Array, Array]] = {}
         # What was predicted before serves where the same additions are predicted with the same variances.
         if before is not None and list(before.variances) == list(self.variances):
             self._solutions, self._settled = before._solutions, before._settled
@@ -147,7 +148,13 @@ class Beside:
         return np.linalg.norm(G, axis=0), np.linalg.norm(self._tangent.left(G), axis=0)
 
     def any_law(self, more: int) -> float:
-        """Log evidence of the model if its law could remove all misfit that is a function of the displacement."""
+        """Log evidence of the model if its law could remove all misfit that is a function of the displacement.
+
+        Parameters
+        ----------
+        more : int
+            Number of parameters that the other law has in addition.
+        """
         features = self.state.problem.likelihood.features
         blocks = []
         for i, (recording, feature) in enumerate(zip(self.state.problem.recordings, features, strict=True)):
@@ -260,14 +267,13 @@ class Beside:
 
     @cached_property
     def coarse_likelihood(self) -> float:
-        """The same of `Likelihood.coarse`."""
+        """`Likelihood.coarse` of the model itself, at its first-order optimum."""
         return self._value(())[0].coarse
 
     def _value(self, point: tuple[Addition, ...]) -> tuple[Evidence, Array]:
         """Return evidence and amplitudes after alternating between the solution and its variances, as a fit does."""
-        key = tuple(map(id, point))
-        if key in self._settled:
-            return self._settled[key]
+        if point in self._settled:
+            return self._settled[point]
         evidence, amplitude = self._solve_amplitudes(point)
         for _ in range(TURNS):
             scale = evidence.judgement.scale
@@ -277,23 +283,21 @@ class Beside:
             if again.log <= evidence.log:
                 break
             evidence, amplitude = again, other
-        self._settled[key] = evidence, amplitude
+        self._settled[point] = evidence, amplitude
         return evidence, amplitude
 
     def _solve_amplitudes(self, point: tuple[Addition, ...]) -> tuple[Evidence, Array]:
         """Evidence to first order with the variances at hand, and the amplitudes, within the law's stability."""
-        key = tuple(map(id, point))
-        if key not in self._solutions:
-            self._solutions[key] = self._solution(point)
-        return self._solutions[key]
+        if point not in self._solutions:
+            self._solutions[point] = self._solution(point)
+        return self._solutions[point]
 
     def _columns(self, addition: Addition) -> tuple[Array, Array]:
         """Weighted features (rows, k) of an addition, and what the fitted parameters cannot make of them."""
-        if id(addition) not in self._own_columns:
+        if addition not in self._own_columns:
             G = self._weighted_features(addition.slopes)
-            # It is held here, so that no other object gets its identity.
-            self._own_columns[id(addition)] = addition, G, self._tangent.left(G)
-        return self._own_columns[id(addition)][1:]
+            self._own_columns[addition] = G, self._tangent.left(G)
+        return self._own_columns[addition]
 
     def _solution(self, point: tuple[Addition, ...]) -> tuple[Evidence, Array]:
         raw = [
@@ -316,7 +320,7 @@ class Beside:
         active: tuple[int, ...] = ()
         for _ in range(CUTS):
             gram = own.T @ own
-            gram[np.diag_indices(len(gram))] += OWN**2 * np.sum(G**2, axis=0) + 1e-300
+            gram[np.diag_indices(len(gram))] += DAMPING**2 * np.sum(G**2, axis=0) + 1e-300
             amplitude = amplitudes(gram, -(own.T @ misfit), known, start, (low, high))
             further = G @ amplitude
             beyond = self.edge.cut_off(at.optimum(further))
@@ -342,12 +346,12 @@ class Beside:
 
     def _known_amplitudes_of(self, addition: Addition) -> KnownAmplitudes:
         """Priors, off values and bounds of an addition, computed once for all predictions beside the model."""
-        if id(addition) not in self._known:
+        if addition not in self._known:
             problem = self.state.problem
-            self._known[id(addition)] = known_amplitudes(
+            self._known[addition] = known_amplitudes(
                 addition, problem.case, self._shear_modulus, problem.sound_recordings
             )
-        return self._known[id(addition)]
+        return self._known[addition]
 
     @cached_property
     def _shear_modulus(self) -> float:

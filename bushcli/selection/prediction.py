@@ -30,9 +30,11 @@ TRIED = 2.0
 FAR = 3.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Addition:
     """An effect beside a model, at one point of its grid, with the features of its change of the curves.
+
+    Each is another one: predictions cache what they calculate of it.
 
     Attributes
     ----------
@@ -57,7 +59,7 @@ class Prediction:
     log_likelihood : float
         Log likelihood of the model at that point.
     reach : float
-        The same increase of `Likelihood.coarse`: the larger it is, the less accurate is first order.
+        Increase of `Likelihood.coarse` by the effects: the larger it is, the less accurate is first order.
     hope : float
         Increase of the log likelihood that a fit may find in addition if the effect explains more than predicted
         (`reachable_likelihood`).
@@ -88,15 +90,12 @@ class KnownAmplitudes:
 
     Attributes
     ----------
-    addition : Addition
-        Held here, so that no other object gets its identity, by which predictions find these values.
     known : list of ParameterPrior or None
         Priors.
     start, low, high : shape (k,)
         Off values, and bounds of the changes from these.
     """
 
-    addition: Addition
     known: list[ParameterPrior | None]
     start: Array
     low: Array
@@ -129,4 +128,4 @@ def known_amplitudes(
                 low = max(low, least / FAR)
         bounds.append((low, high))
     low, high = np.array(bounds, dtype=float).reshape(-1, 2).T
-    return KnownAmplitudes(addition, known, start, low, high)
+    return KnownAmplitudes(known, start, low, high)

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
+from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import Effect
 from bushcli.evidence.prior import log_odds
 from bushcli.evidence.stopping_rule import needed_of
@@ -77,8 +78,10 @@ class Search:
         Fitted models.
     waiting : Waiting
         Models that are not fitted.
-    rows, lost : list
-        Fits in their order; models that cannot be solved, in words.
+    rows : list of TriedModel
+        Fits in their order.
+    lost : dict of Key to str
+        Models that cannot be solved, in words.
     derivatives : Derivatives
         By the effects of the catalogue.
     """
@@ -93,7 +96,7 @@ class Search:
     states: dict[Key, State] = field(default_factory=dict)
     waiting: Waiting = field(default_factory=Waiting)
     rows: list[TriedModel] = field(default_factory=list)
-    lost: list[str] = field(default_factory=list)
+    lost: dict[Key, str] = field(default_factory=dict)
     solves: int = 0
     failed: int = 0
     _begun: list[_Begun] = field(default_factory=list)
@@ -234,10 +237,9 @@ class Search:
 
     def _begin(self, queued: Queued, matters: bool = False) -> _Begun:
         measured = FittedSamples(self.problem.used, self.problem.likelihood.plain, self.problem.noises)
-        inside = [state for state in self.states.values() if queued.model.contains(state.model)]
-        inside.sort(key=lambda state: state.objective)
-        least = inside[0].objective if inside else float("inf")
-        inner = tuple(state.model for state in inside[:1])
+        contained = (state for state in self.states.values() if queued.model.contains(state.model))
+        best = min(contained, key=lambda state: state.objective, default=None)
+        inner, least = (None, math.inf) if best is None else (best.model, best.objective)
         odds = self.odds(queued.model), self.odds(queued.model, unknown=True)
         needed = None if matters else needed_of(self.total, *odds)
         question = (self.problem.case, queued.model, measured, inner, least, needed)
@@ -265,7 +267,7 @@ class Search:
             self._enter(state, queued.predicted_weight)
             return
         none, why = float("nan"), "cannot be solved from any start"
-        self.lost.append(label(queued.model, variants=True))
+        self.lost[queued.model.structure] = label(queued.model, variants=True)
         self.waiting.pop(queued.model.structure, None)
         self.rows.append(self._row(queued.model, queued.predicted_weight, none, none, why))
 
@@ -287,7 +289,7 @@ class Search:
         if known is None or state.evidence.log > known.evidence.log:
             self.states[key] = state
         self.waiting.pop(key, None)
-        self.lost = [text for text in self.lost if text != label(state.model, variants=True)]
+        self.lost.pop(key, None)
         if not state.model.effects:
             # Models with this law and effects can be predicted now.
             for other in [self.states[key] for key in self._expanded if self.states[key].model.effects]:
@@ -509,6 +511,13 @@ class Search:
 
 
 def _without_own(state: State, additions: Sequence[Addition]) -> Beside:
-    """Return predictions beside a model with those additions whose effects it does not have."""
-    own = state.model.effects
-    return Beside(state, [addition for addition in additions if not addition.trial.active.is_among(own)])
+    """Return predictions beside a model with those additions that it does not have and that its law cannot imitate."""
+    recordings = state.problem.recordings
+    everywhere = [recording.name for recording in recordings]
+
+    def is_new(active: ActiveEffect) -> bool:
+        having = [r.name for r in recordings if active.acts_on(r.name, r.mode, r.kind)]
+        differs = active.effect.differs_from_law(having, everywhere, state.model.fixed)
+        return differs and not active.is_among(state.model.effects)
+
+    return Beside(state, [addition for addition in additions if is_new(addition.trial.active)])

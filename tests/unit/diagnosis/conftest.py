@@ -90,9 +90,9 @@ class Coupon:
 
     def fit(self, model, *contained):
         """Fit a model, starting also from the states of models that it contains, and return its state."""
-        inside = sorted(contained, key=lambda state: state.objective)
-        least = inside[0].objective if inside else float("inf")
-        found = fit(self.cache, self.case, model, self.measured, tuple(one.model for one in inside), least)
+        best = min(contained, key=lambda state: state.objective, default=None)
+        inner, least = (None, float("inf")) if best is None else (best.model, best.objective)
+        found = fit(self.cache, self.case, model, self.measured, inner, least)
         return State(self.problem, found)
 
 

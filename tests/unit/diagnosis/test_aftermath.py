@@ -45,4 +45,4 @@ def test_what_is_left_is_a_share_of_the_plain_laws_misfit(before: float, after: 
         )
 
     best: Any = SimpleNamespace(state=state(after))
-    assert aftermath.share_left(best, state(before)) == share
+    assert aftermath.misfit_share_left(best, state(before)) == share

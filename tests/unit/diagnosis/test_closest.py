@@ -9,7 +9,6 @@ import pytest
 from bushcli.inverse.minimum_search import search
 from bushcli.selection import closest
 from bushcli.selection.closest import come_closest, held_out_misfits, on_default_mesh, predicts_better
-from bushcli.selection.fit import refine_mesh
 from bushcli.selection.state import State
 
 

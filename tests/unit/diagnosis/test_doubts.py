@@ -88,15 +88,14 @@ def test_the_unknown_force_has_the_size_that_is_drawn():
         unknown=True,
         state=SimpleNamespace(evidence=SimpleNamespace(judgement=None), fitted=best.state.fitted),
     )
-    plain = SimpleNamespace(problem=problem)
-    found = form_error(best, plain, problem.compared_recordings(()))
+    found = form_error(best, problem.likelihood, problem.compared_recordings(()))
     span = float(np.ptp(LAW + 20.0 * np.sin(TIME / 20.0)))
     assert found.percent["axial"] == pytest.approx(100.0 * 20.0 / np.sqrt(2.0) / span, rel=0.1)
     assert found.share == 0.0
     assert found.covers > 0.95
     # Ripples are too fine to be drawn as a whole: what is not drawn is not covered.
     _, problem = asked(20.0 * np.sin(2 * np.pi * Q / 0.7), NoiseModel(3.0))
-    found = form_error(best, SimpleNamespace(problem=problem), problem.compared_recordings(()))
+    found = form_error(best, problem.likelihood, problem.compared_recordings(()))
     assert found.covers < 0.7
     drawn = found.percent["axial"] / (100.0 * 20.0 / np.sqrt(2.0) / span)
     assert found.covers == pytest.approx(drawn**2, abs=0.15)

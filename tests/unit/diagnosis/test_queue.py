@@ -137,7 +137,7 @@ def test_a_budget_ends_it_and_says_so(world, monkeypatch):
     assert not said.complete
     assert said.left == pytest.approx(found.share_left)
     (best, *_) = posterior(found)
-    doubts = answer.doubts(world.one.case, (), best, found.problem, said)
+    doubts = answer.doubts(world.one.case, (), (), best, found.problem, said)
     (condition,) = [one for one in doubts if one.name == "budget"]
     assert possible_shift(found.share_left) in condition.message
 
@@ -181,16 +181,16 @@ def test_a_lost_model_is_said_and_has_no_probability(world, monkeypatch):
     heard = []
     world.unsolved = {"drift"}
     found = world.search(monkeypatch, told=lambda *line: heard.append(line))
-    assert any("drift" in name for name in found.lost)
+    assert any("drift" in name for name in found.lost.values())
     assert all("drift" not in state.model.identities for state in found.states.values())
     assert any("drift" in what and text.startswith("cannot be solved") for _, what, text in heard)
     said = answer.search_extent(found, world.ended, {}, {})
-    assert said.lost == tuple(found.lost)
+    assert said.lost == tuple(found.lost.values())
     rows = [one for one in said.trials if "drift" in one.effects]
     assert rows
     assert all(row.text == "cannot be solved from any start" for row in rows)
     best = posterior(found)[0]
-    doubts = answer.doubts(world.one.case, (), best, found.problem, said)
+    doubts = answer.doubts(world.one.case, (), (), best, found.problem, said)
     (condition,) = [one for one in doubts if one.name == "models_lost"]
     assert "drift" in condition.message
 
@@ -200,7 +200,7 @@ def test_a_model_that_is_solved_at_last_is_not_lost(world, monkeypatch):
     key, one = next((k, q) for k, q in found.waiting.items() if "mullins" in q.model.identities)
     world.always, world.unsolved = True, {"mullins"}
     found.fit_anyway(one)
-    assert label(one.model, variants=True) in found.lost
+    assert label(one.model, variants=True) == found.lost[key]
     # Nor does its prediction keep a probability.
     assert key not in found.waiting
     world.unsolved = set()

@@ -166,7 +166,7 @@ def test_another_question_has_another_name(store):
             "model": MODEL,
             "used": np.ones(4, dtype=bool),
             "variance": 3.0,
-            "contained": (),
+            "contained": None,
             "least": 7.0,
         }
         given |= change
@@ -179,7 +179,7 @@ def test_another_question_has_another_name(store):
         name(model=MODEL.at({"permanent_set.set": 0.1})),
         name(used=np.array([True, True, False, True])),
         name(variance=3.1),
-        name(contained=(MODEL,)),
+        name(contained=MODEL),
         name(least=8.0),
     ]
     assert name() == name()
