@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bushcli.diagnosis.answer import _long_memory, _search_doubts, _unrelaxed_start, form_error
+from bushcli.diagnosis.answer import _held_out, _long_memory, _search_doubts, _unrelaxed_start, form_error
 from bushcli.effects.effect import effects as catalogue
 from bushcli.likelihood.features import features
 from bushcli.likelihood.noise import Compared, NoiseModel, noise_model
@@ -33,6 +33,16 @@ def asked(misfit: Any, taken: NoiseModel | None = None) -> Any:
     )
     best = SimpleNamespace(state=SimpleNamespace(fitted=SimpleNamespace(simulated=(LAW,))))
     return best, problem
+
+
+def test_a_table_that_was_held_out_and_is_missed_is_said():
+    loop = SimpleNamespace(
+        name="loop", held_out=True, after_percent=0.9, noise_percent=0.1, of="of the force range"
+    )
+    table = SimpleNamespace(name="sweep", held_out=True, after_percent=4.0, noise_percent=0.5, of="of K*")
+    (condition,) = _held_out((loop, table))
+    assert "sweep by 4 % of K*, noise 0.5 %" in condition.message
+    assert "loop" not in condition.message
 
 
 @pytest.mark.parametrize(

@@ -1,15 +1,19 @@
 """Intervals of values over several models, against quantiles of samples and closed forms."""
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from bushcli.diagnosis import intervals
 from bushcli.diagnosis.intervals import Component, components, interval, scanned_interval
+from bushcli.diagnosis.values import IMPLAUSIBLE, held_quantity
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effects
+from bushcli.evidence.prior import ParameterPrior
 
 
 def test_one_model_gives_its_own_interval() -> None:
@@ -53,6 +57,23 @@ def test_a_scanned_value_stands_for_its_surroundings() -> None:
     )
     low, high = scanned_interval(active, effect.parameter("thickness"), [one, other])  # type: ignore[list-item]
     assert (low, high) == pytest.approx((math.sqrt(2.0) * 2.0**0.05, math.sqrt(8.0) * 2.0**0.95))
+
+
+def test_a_fixed_value_far_out_in_its_prior_is_called_so() -> None:
+    """Sleeves of 2 mm, where 2.2 mm are usual, and where foils of 0.1 mm are."""
+    effect = effects()["sleeve_compliance"]
+    parameter = effect.parameter("thickness")
+    active = ActiveEffect(effect, {p.name: p.start for p in effect.parameters} | {"thickness": 2.0})
+    model: Any = SimpleNamespace(
+        model=SimpleNamespace(values={"sleeve_compliance.thickness": 2.0}), probability=1.0
+    )
+    usual, foils = (
+        held_quantity(active, parameter, ParameterPrior(prior, {}, one_sided=True), [model])
+        for prior in (parameter.prior, replace(parameter.prior, low=0.1))
+    )
+    assert usual.prior_source == parameter.prior.source
+    assert usual.prior_tail > 0.5
+    assert foils.prior_tail < IMPLAUSIBLE
 
 
 def weighed(active: ActiveEffect, probability: float) -> SimpleNamespace:
