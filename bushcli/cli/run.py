@@ -36,7 +36,7 @@ EXIT_CODES = {
     DONE: "done",
     NEGATIVE: "done, but the verdict is negative and --strict was given, or `doctor` found problems",
     WRONG_INPUT: "an error in the command line, the case file, a recording, or the surroundings (memory, folders)",
-    NOT_CONVERGED: "a simulation did not converge",
+    NOT_CONVERGED: "a simulation or the fit of an answer did not converge",
     MISTAKE: "an error in bushcli",
     INTERRUPTED: "interrupted",
 }

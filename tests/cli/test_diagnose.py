@@ -253,18 +253,18 @@ def test_effects_of_the_case_and_loud_noise_are_told(small: Path, diagnoses: Mod
     searched = SearchExtent(True, 0.0, "nothing left", (), (), {})
     case = load_case(small)
     channel = diagnoses.channel()
-    assert answer.doubts(case, (channel,), best, none, searched) == []
+    assert answer.doubts(case, (channel,), (), best, none, searched) == []
     text = small.read_text() + '[[effects]]\nname = "rig_compliance"\nparameters = { stiffness = 5000 }\n'
     small.write_text(text)
     loud = (replace(channel, noise_percent=63.0),)
-    effects, noise = answer.doubts(load_case(small), loud, best, none, searched)
+    effects, noise = answer.doubts(load_case(small), loud, (), best, none, searched)
     assert effects.name == "effects_of_the_case"
     assert "(rig_compliance)" in effects.message
     assert noise.name == "loud_noise"
     assert "axial 63 %" in noise.message
     for after, noise_percent, missed in ((4.0, 0.2, True), (0.9, 0.2, False), (4.0, 2.0, False)):
         outside = replace(channel, held_out=True, after_percent=after, noise_percent=noise_percent)
-        names = [one.name for one in answer.doubts(load_case(small), (outside,), best, none, searched)]
+        names = [one.name for one in answer.doubts(load_case(small), (outside,), (), best, none, searched)]
         assert ("held_out_missed" in names) == missed
 
 
