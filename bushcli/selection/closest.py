@@ -199,7 +199,7 @@ def on_default_mesh(search: Search, state: State) -> State:
         best = found
         if not _is_closer(expected, best):
             break
-        # The error changes with the values; each time the share by which it does is left.
+        # The error depends on the values: each round leaves only the share of it that changed with them.
         pairs = zip(error, best.fitted.simulated, expected.fitted.simulated, strict=True)
         error = tuple(known + np.nan_to_num(fine - coarse) for known, fine, coarse in pairs)
         fit = workers.run(come_closest, [(problem.case, best.model, problem.used, error)])[0]

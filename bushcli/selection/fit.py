@@ -229,7 +229,10 @@ def refine_mesh(cache: ModelCache, case: Case, fitted: Fitted) -> Fitted | None:
 
 
 def _values_of_contained(problem: Posterior, model: Model, contained: Model, start: Array) -> Array:
-    """Return the parameters (p,) of a model at the optimum of one that it contains; those of `start` that it lacks."""
+    """Return the parameters (p,) of a model at the optimum of one that it contains.
+
+    Parameters that the contained model lacks have the values of `start` (p,).
+    """
     values = model.values_as(contained)
     at = np.array([values.get(name, value) for name, value in zip(problem.names, start, strict=True)])
     for i, name in enumerate(problem.names):

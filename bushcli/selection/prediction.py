@@ -34,7 +34,7 @@ FAR = 3.0
 class Addition:
     """An effect beside a model, at one point of its grid, with the features of its change of the curves.
 
-    Each is another one: predictions cache what they calculate of it.
+    Compared by identity: predictions cache what they calculate for each one.
 
     Attributes
     ----------

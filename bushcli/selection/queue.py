@@ -448,8 +448,8 @@ class Search:
         """Queue the model without some of its effects, and with another effect in their place.
 
         First order is poor beside a model that is far from the recordings, as the plain law may be. Beside a model that
-        explains them, an effect that explains them equally well is recognised, unless first order is known to be wrong
-        of what the model explains.
+        explains them, an effect that explains them equally well is recognised. Nothing is predicted where a fit
+        shows that first order is wrong (`_is_refuted`).
         """
         pool = {name: points for name, points in self._beside_plain.items() if name not in beside.grouped}
         pool |= beside.grouped
@@ -469,9 +469,9 @@ class Search:
                         self._queue(prediction, state, slack_of(lost + prediction.reach))
 
     def _is_refuted(self, smaller: Beside, state: State) -> bool:
-        """Whether a model to first order beside a larger one is better than its fit, by more than the slack.
+        """Whether first order beside a larger model promises more than the smaller one's fit found, beyond the slack.
 
-        An effect that has come to its end, as a stop is reached, hardly changes the curves with its amplitude any more.
+        The stiffness of a stop that has been reached hardly changes the curves any more; its absence does.
         """
         known = self.states.get(smaller.state.model.structure)
         if known is None:

@@ -243,7 +243,7 @@ def test_a_model_with_effects_exchanged_is_predicted_beside_a_fitted_one(world, 
 def test_nothing_is_predicted_without_an_effect_of_which_first_order_is_known_to_be_wrong(
     coupon, monkeypatch
 ):
-    """An effect that has come to its end: the curves hardly change with its amplitude, but without it they do."""
+    """The curves hardly change with the effect's amplitude any more, but they do change without the effect."""
     world = World(coupon, **{"drift.rate": 5.0, "time_lag.lag": 3.0})
     monkeypatch.setattr(Search, "run", lambda _: None)
     search = world.search(monkeypatch)
