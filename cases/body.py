@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from cases.drawn_in import DrawnIn
 from cases.kernels import Call, kernel, loops, pointer
 from cases.material import RubberAtPoints
 from cases.metal import MetalAtPoints
@@ -38,6 +39,8 @@ class MaterialCells:
         Material of the cells.
     moved
         Position of the stress-free body at the points; None where it is the mesh.
+    drawn_in
+        Displacement in which a sleeve is free of stress; None in rubber.
 
     Attributes
     ----------
@@ -57,8 +60,9 @@ class MaterialCells:
         points: Points,
         material: RubberAtPoints | MetalAtPoints,
         moved: MovedPoints | None,
+        drawn_in: DrawnIn | None,
     ) -> None:
-        self.points, self.material, self._moved = points, material, moved
+        self.points, self.material, self._moved, self._drawn_in = points, material, moved, drawn_in
         self._name, self._setting = kinematics, SETTINGS[kinematics]
         self.g, self.P = np.zeros((points.number, points.rows)), np.zeros((points.number, points.rows))
         self._strains = kernel(gradients.strains(kinematics, self._setting)).bind(
@@ -93,9 +97,18 @@ class MaterialCells:
         rate = None if self._moved is None else self._moved.rate(name)
         return None if rate is None else self.points.change_of_points(rate)
 
+    def change_of_gradients(self, name: str) -> Array | None:
+        """Return the change of the gradients with a parameter that draws the cells in; None if it does not."""
+        rate = None if self._drawn_in is None else self._drawn_in.rate(name)
+        return None if rate is None else self.points.gradients(-rate)
+
+    def strained(self, x: Array) -> Array:
+        """Return the displacement beyond the one in which the cells are free of stress, over this rank's unknowns."""
+        return x if self._drawn_in is None else self._drawn_in.beyond(x)
+
     def look(self, x: Array) -> None:
         """Compute gradients and strains at a state, given by this rank's unknowns."""
-        self.points.gradients(x, self.g)
+        self.points.gradients(self.strained(x), self.g)
         self._strains()
         self._seen, self._tiled = x.copy(), self.g[:0]
 

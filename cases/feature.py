@@ -97,10 +97,11 @@ class Feature:
     dimensions : tuple of str
         Parameters that are dimensions of the mesh: they change with the model only, and have no derivative.
     reduction : callable, optional
-        Coordinates (d, n) in mm and kinematics -> displacement of the boundary `reduced` per unit of the first
-        parameter, shape (c, n), one row per component of the unknown displacement.
+        Coordinates (d, n) in mm and kinematics -> displacement per unit of the first parameter of the boundary
+        `reduced`, and of an elastic sleeve there that is free of stress; shape (c, n), one row per component of the
+        unknown displacement.
     reduced : str
-        Boundary that `reduction` moves.
+        Boundary that `reduction` moves: "inner" or "outer".
     surface : callable, optional
         Parameters and `Place` -> surface energies, UFL forms of rank 0.
     released : tuple of str
@@ -156,6 +157,11 @@ class Installed:
     feature: Feature
     values: Mapping[str, float]
     temperature: float = math.nan
+
+    @property
+    def reducing_parameter(self) -> str:
+        """Full name of the parameter to which `Feature.reduction` is proportional."""
+        return f"{self.name}.{next(iter(self.values))}"
 
     @property
     def breaks(self) -> Mirrors:

@@ -23,6 +23,7 @@ from petsc4py import PETSc
 
 from cases.body import Body, MaterialCells
 from cases.contact.contact import Contact, contact_of
+from cases.drawn_in import DrawnIn
 from cases.elements import QuadratureRule, apart_from_bonds, cells_may_fold, mixed_element
 from cases.feature import Installed
 from cases.internal import Internal
@@ -135,10 +136,14 @@ class FiniteElementModel:
         mesh = self.mesh
         branches = [attached.branch for attached in self.parameters.attached_branches()]
 
-        def part(region: str, material: Callable[[int], RubberAtPoints | MetalAtPoints]) -> MaterialCells:
+        def part(
+            region: str,
+            material: Callable[[int], RubberAtPoints | MetalAtPoints],
+            drawn_in: DrawnIn | None = None,
+        ) -> MaterialCells:
             points = Points(mesh, self.space, self._gradients, self.cells(region), self.rule)
             moved = self.moved_points(region, self.rule)
-            return MaterialCells(self.setting.kinematics, points, material(points.number), moved)
+            return MaterialCells(self.setting.kinematics, points, material(points.number), moved, drawn_in)
 
         def rubber(points: int) -> RubberAtPoints:
             return RubberAtPoints(
@@ -148,7 +153,11 @@ class FiniteElementModel:
         def metal(points: int) -> MetalAtPoints:
             return MetalAtPoints(self._gradients, points)
 
-        return Body(part("rubber", rubber), {name: part(name, metal) for name in mesh.sleeves})
+        drawn_in = {
+            name: DrawnIn(mesh, name, self.features, self.parameters, self.space, self.setting.kinematics)
+            for name in mesh.sleeves
+        }
+        return Body(part("rubber", rubber), {name: part(name, metal, drawn_in[name]) for name in drawn_in})
 
     def _guard(self, points: int) -> NDArray[np.float64]:
         """Return which points have further energies of volumes, (points, 2): those of cells that touch no bond."""

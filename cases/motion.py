@@ -315,7 +315,7 @@ class Motion:
             rates = installed.feature.reduction(c.x[:, :dimension].T, self._setting.kinematics)
             on_boundary = c.boundary == installed.feature.reduced
             rate = np.where(on_boundary, rates[np.maximum(c.component, 0), np.arange(len(c.dofs))], 0.0)
-            reductions[f"{installed.name}.{next(iter(installed.values))}"] = rate
+            reductions[installed.reducing_parameter] = rate
         return reductions
 
 

@@ -112,6 +112,10 @@ class Slopes:
                 density = np.einsum("pk,pk->p", self._stress_change(part, moving), along.gradients(part))
                 density += np.einsum("pk,pk->p", self._P(part), moving.gradients(along.direction))
                 total += part.points.integral(density)
+            drawn_in = part.change_of_gradients(name)
+            if drawn_in is not None:
+                density = np.einsum("pk,pk->p", part.contract(drawn_in), along.gradients(part))
+                total += part.points.integral(density)
         return total
 
     def forces(self, names: Sequence[str], rates: Sequence[Numbers], stresses: Sequence[Stresses]) -> Array:
@@ -138,6 +142,9 @@ class Slopes:
                 if moving is not None:
                     part.points.add_forces(self._stress_change(part, moving), force)
                     moving.add_forces(self._P(part), force)
+                drawn_in = part.change_of_gradients(name)
+                if drawn_in is not None:
+                    part.points.add_forces(part.contract(drawn_in), force)
         return forces
 
     def memory_after(
@@ -257,7 +264,9 @@ class Slopes:
 
     def _stress_change(self, part: MaterialCells, moving: Moving) -> Array:
         """Change of the energy's derivatives by the gradients times the points' volumes, per volume."""
-        return moving.stretch[:, None] * self._P(part) + part.contract(moving.gradients(self._state))
+        return moving.stretch[:, None] * self._P(part) + part.contract(
+            moving.gradients(part.strained(self._state))
+        )
 
     def _P(self, part: MaterialCells) -> Array:
         """Return the derivatives of the energy by the displacement gradients."""

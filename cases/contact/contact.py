@@ -15,7 +15,7 @@ from cases.contact.energy import Pressed
 from cases.contact.mirrors import MirrorPlane, mirror_planes
 from cases.contact.search import ContactSearch
 from cases.contact.sleeves import RigidFacets, strip
-from cases.contact.surface import Patch, exterior, facets_of, on_rubber, patch, places
+from cases.contact.surface import Patch, exterior, facets_of, on_region, patch, places
 from cases.matrix import MISSING, Pattern
 from cases.mode import Mode
 from cases.stress_free import MovedPoints, StressFree
@@ -333,7 +333,7 @@ def contact_of(mesh: NamedMesh, space: Any, mode: Mode, stress_free: StressFree 
     strips = []
     drawn = {name: mesh.shape.beyond.get(name) for name in bonds}
     for name in bonds if mesh.shape.contact_surfaces == "sleeves" else [n for n in bonds if drawn[n]]:
-        bonded = on_rubber(mesh, np.intersect1d(facets_of(mesh, [name]), outside))
+        bonded = on_region(mesh, np.intersect1d(facets_of(mesh, [name]), outside), "rubber")
         bond_strip = strip(mesh, space, bonded, surface, components, drawn[name])
         if bond_strip is not None:
             strips.append(bond_strip)

@@ -88,8 +88,8 @@ def facets_of(mesh: NamedMesh, names: Iterable[str]) -> Ints:
     return np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *facets])).astype(np.int64)
 
 
-def on_rubber(mesh: NamedMesh, facets: Ints) -> Ints:
-    """Return the facets, of those given, that belong to rubber.
+def on_region(mesh: NamedMesh, facets: Ints, region: str) -> Ints:
+    """Return the facets, of those given, that belong to a region.
 
     Parameters
     ----------
@@ -97,9 +97,11 @@ def on_rubber(mesh: NamedMesh, facets: Ints) -> Ints:
         The mesh with its named regions.
     facets : shape (n,)
         Numbers of facets.
+    region : str
+        Its name.
     """
     cells, _ = _owners(mesh, facets)
-    return facets[np.isin(cells, mesh.cells.find(mesh.region["rubber"]))]
+    return facets[np.isin(cells, mesh.cells.find(mesh.region[region]))]
 
 
 def patch(mesh: NamedMesh, space: Any, facets: Ints, components: tuple[int, ...]) -> Patch:

@@ -289,6 +289,26 @@ def test_a_swaged_sleeve_takes_the_bond_with_it():
     np.testing.assert_allclose(found.sensitivity[:, 0], (ends[1] - ends[0]) / (2 * step), rtol=1e-3)
 
 
+@pytest.mark.parametrize("mode", ["axial", "torsional", "radial"])
+@pytest.mark.parametrize("grip", ["ends", "surface"])
+def test_a_swaged_elastic_sleeve_is_free_of_stress(mode, grip):
+    """Swaging draws in a stiff sleeve, wherever it is held, as it does a rigid one, and with exact slopes."""
+    swaged, q = features(swaging={"reduction": 0.4}), [0.1]
+    by = ["swaging.reduction"]
+    rigid = curve(bushing(), mode, YEOH, q, installed_features=swaged, sensitivity=by)
+    stiff = bushing(outer_sleeve=Sleeve(thickness=2.0, youngs_modulus=2e6, grip=grip))
+    found = curve(stiff, mode, YEOH, q, installed_features=swaged, sensitivity=by)
+    np.testing.assert_allclose(found.force, rigid.force, rtol=1e-3)
+    np.testing.assert_allclose(found.sensitivity, rigid.sensitivity, rtol=1e-2)
+    soft = bushing(outer_sleeve=Sleeve(thickness=2.0, youngs_modulus=2e3, grip=grip))
+    slope = curve(soft, mode, YEOH, q, installed_features=swaged, sensitivity=by).sensitivity[0, 0]
+    below, above = (
+        curve(soft, mode, YEOH, q, installed_features=features(swaging={"reduction": r})).force[0]
+        for r in (0.399, 0.401)
+    )
+    assert (above - below) / 0.002 == pytest.approx(slope, rel=1e-4)
+
+
 def test_sleeves_that_are_rigid_turn_with_the_bushing():
     """Much stiffer metal would prevent the equilibrium of a turned sleeve, by rounding beside the rubber's tangent."""
     shape = shapes()["plain"](inner_radius=11.5, outer_radius=18.7, length=22.3)
@@ -315,14 +335,16 @@ def test_compliant_sleeves_are_those_that_a_case_could_give():
     np.testing.assert_allclose(found, expected, rtol=1e-8)
 
 
-def test_what_was_assembled_has_exact_slopes_with_memory_and_by_the_law():
+@pytest.mark.parametrize("sleeve", [None, Sleeve(thickness=2.0, youngs_modulus=1e4, grip="ends")])
+def test_what_was_assembled_has_exact_slopes_with_memory_and_by_the_law(sleeve):
     """Swaging and shrinkage before the test, friction and relaxation during it; slopes by all parameters at once."""
     values = {
         "swaging": {"reduction": 0.3},
         "cure_shrinkage": {"shrinkage": 0.01},
         "viscoelasticity": {"g1": 0.3, "tau1": 3.0},
     }
-    model = prepare(bushing(length=20.0), modes()["axial"], YEOH, COARSE, features=features(**values))
+    shape = bushing(length=20.0, outer_sleeve=sleeve)
+    model = prepare(shape, modes()["axial"], YEOH, COARSE, features=features(**values))
     path = Program(np.array([1.0, 2.0, 0.5, -1.0]), np.array([1.0, 2.0, 4.0, 9.0]))
     given = dict(YEOH.parameters) | {f"{n}.{k}": v for n, p in values.items() for k, v in p.items()}
     exact = march(model, path, tolerance=SHARP, sensitivity=tuple(given)).sensitivity

@@ -1,11 +1,12 @@
 """Swaging: the outer sleeve is drawn in before the test, which leaves the rubber compressed.
 
-In an extra step before the program the bond on the outer sleeve moves inwards by ``reduction`` everywhere. Radial
-stiffness rises; axial and torsional stiffness fall, as rubber is squeezed out at the ends: the axial one by 9 % at a
-reduction of a twentieth of the thickness, by a quarter at a ninth, where the model ends. Far from the ends the
-reduction does not affect axial shear (the deformation of Klingbeil and Shield, with which Hill solves the problem,
-leaves the axial stiffness as it is); the bond is held along the axis here, while a real sleeve grows longer as it
-shrinks, so that the loss is an upper bound. The amplitude is the reduction of the radius.
+In an extra step before the program the outer sleeve moves inwards by ``reduction`` everywhere; an elastic one is free
+of stress afterwards, since swaging bends it for good. Radial stiffness rises; axial and torsional stiffness fall, as
+rubber is squeezed out at the ends: the axial one by 9 % at a reduction of a twentieth of the thickness, by a quarter
+at a ninth, where the model ends. Far from the ends the reduction does not affect axial shear (the deformation of
+Klingbeil and Shield, with which Hill solves the problem, leaves the axial stiffness as it is); the bond is held along
+the axis here, while a real sleeve grows longer as it shrinks, so that the loss is an upper bound. The amplitude is
+the reduction of the radius.
 
 References
 ----------
@@ -42,7 +43,7 @@ def _inwards(x: Array, kinematics: str) -> Array:
 
 
 def feature() -> Feature:
-    """Return the motion of the outer bond before the test."""
+    """Return the motion of the outer sleeve before the test."""
     from cases.feature import Feature
 
     return Feature(reduction=_inwards, reduced="outer", assembled=True)

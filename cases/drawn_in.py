@@ -1,0 +1,74 @@
+"""Elastic sleeves that are drawn in before the test.
+
+Swaging bends a sleeve for good: it is free of stress where it was drawn in to, and its strains are those of its further
+displacement. Its stiffness is taken to be that of the section before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cases.contact.surface import facets_of, on_region
+from cases.feature import Installed
+from cases.parameters import Parameters
+from geometry.dolfinx_api import collapse
+from geometry.mesh import NamedMesh
+
+Array = NDArray[np.float64]
+
+
+class DrawnIn:
+    """The displacement in which an elastic sleeve is free of stress: not zero where features draw in its boundary.
+
+    Parameters
+    ----------
+    mesh : NamedMesh
+    region : str
+        The sleeve.
+    features : sequence of Installed
+    parameters : Parameters
+    space
+        Space of the unknowns, displacement first.
+    kinematics : str
+        Name of the setting.
+    """
+
+    def __init__(
+        self,
+        mesh: NamedMesh,
+        region: str,
+        features: Sequence[Installed],
+        parameters: Parameters,
+        space: Any,
+        kinematics: str,
+    ) -> None:
+        self._parameters = parameters
+        self._rates: dict[str, Array] = {}
+        dofmap = space.dofmap.index_map
+        size = (dofmap.size_local + dofmap.num_ghosts) * space.dofmap.index_map_bs
+        for installed in features:
+            draw_in, boundary = installed.feature.reduction, installed.feature.reduced
+            if draw_in is None or not len(on_region(mesh, facets_of(mesh, [boundary]), region)):
+                continue
+            rate = np.zeros(size)
+            for component in range(space.sub(0).num_sub_spaces):
+                subspace, dofs = collapse(space.sub(0).sub(component))
+                x = subspace.tabulate_dof_coordinates()[:, : mesh.dimension].T
+                rate[dofs] = draw_in(x, kinematics)[component]
+            self._rates[installed.reducing_parameter] = rate
+
+    def beyond(self, x: Array) -> Array:
+        """Return the displacement beyond it, with the present parameters and stage of assembly, as unknowns (n,)."""
+        share = float(self._parameters.stage.value)
+        for name, rate in self._rates.items():
+            x = x - share * float(self._parameters.constants[name].value) * rate
+        return x
+
+    def rate(self, name: str) -> Array | None:
+        """Return its derivative by a parameter, over the unknowns (n,); None where it does not depend on it."""
+        rate = self._rates.get(name)
+        return None if rate is None else float(self._parameters.stage.value) * rate
