@@ -2,7 +2,9 @@
 
 One, two and three branches are fitted to 200 tables of fractional Kelvin-Voigt, Cole-Cole and Havriliak-Negami elements
 over two to three decades of frequency. Printed are the misfits (rms, relative), as shares of what a law without
-relaxation leaves: median, and standard deviation of the logarithm; and the participation ratio of its features.
+relaxation leaves: median, and standard deviation of the logarithm; and the participation ratio of its features. Then
+what a fourth branch, or an effect of the rig, leaves of the misfit of three branches: what a relaxation by another
+formula has in common with that effect.
 
 Usage: ``setup/enter python -m benchmarks.branches``.
 """
@@ -10,10 +12,11 @@ Usage: ``setup/enter python -m benchmarks.branches``.
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
+from scipy.optimize import OptimizeResult, least_squares
 
 from bushcli.likelihood.features import TABLE_DEGREE
 
@@ -32,44 +35,77 @@ def element(rng: np.random.Generator, kind: int, omega: Array) -> Complex:
     return np.asarray(1 + g * (1 - 1 / (1 + turned**beta) ** rng.uniform(0.4, 1.0)))
 
 
-def misfit_and_participation(
-    rng: np.random.Generator, K: Complex, omega: Array, count: int
-) -> tuple[float, float]:
-    """Return the misfit of branches, the best of three searches, and the share of its features that take part."""
+def none(K: Complex, omega: Array, size: float) -> Complex:
+    """Return what a rig without faults measures."""
+    return K
+
+
+# What a rig measures in place of K*, by its effect; the size is relative to the largest |K*|, or an angle in rad.
+RIGS: dict[str, Callable[[Complex, Array, float], Complex]] = {
+    "a lag": lambda K, omega, size: K * np.exp(-1j * size * omega / omega.max()),
+    "a mass": lambda K, omega, size: K - size * np.abs(K).max() * (omega / omega.max()) ** 2,
+    "a resonance": lambda K, omega, size: K / (1 - np.clip(size, -0.9, 0.9) * (omega / omega.max()) ** 2),
+    "a compliance": lambda K, omega, size: 1 / (1 / K + np.clip(size, -0.9, 0.9) / np.abs(K).max()),
+}
+
+
+def fitted(
+    rng: np.random.Generator,
+    K: Complex,
+    omega: Array,
+    count: int,
+    rig: Callable[[Complex, Array, float], Complex] = none,
+) -> OptimizeResult:
+    """Return the fit of branches on a rig, the best of three searches; the size of the rig's effect comes last."""
 
     def misfit(p: Array) -> Array:
-        g, turned = np.exp(p[:count]), 1j * omega[:, None] * np.exp(p[count:-1])
-        off = (np.exp(p[-1]) * (1 + (g * turned / (1 + turned)).sum(axis=1)) - K) / np.abs(K)
+        g, turned = np.exp(p[:count]), 1j * omega[:, None] * np.exp(p[count:-2])
+        simulated = rig(np.exp(p[-2]) * (1 + (g * turned / (1 + turned)).sum(axis=1)), omega, p[-1])
+        off = (simulated - K) / np.abs(K)
         return np.concatenate([off.real, off.imag])
 
     times = np.log(1 / np.geomspace(omega.max(), omega.min(), count + 2)[1:-1])
     ends = []
     for _ in range(3):
         at = [np.log(0.1) + 0.5 * rng.standard_normal(count), times + 0.3 * rng.standard_normal(count)]
-        ends.append(least_squares(misfit, np.concatenate([*at, [np.log(np.abs(K).min())]])))
-    best = min(ends, key=lambda fit: float(fit.cost))
-    basis, _ = np.linalg.qr(
-        np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, len(omega)), TABLE_DEGREE)
-    )
-    z = (best.fun.reshape(2, -1) @ basis).ravel()
-    return float(np.sqrt(2.0 * best.cost / len(omega))), float(np.sum(z**2) ** 2 / np.sum(z**4) / len(z))
+        ends.append(least_squares(misfit, np.concatenate([*at, [np.log(np.abs(K).min()), 0.0]])))
+    return min(ends, key=lambda fit: float(fit.cost))
+
+
+def participation(misfit: Array) -> float:
+    """Return the share of the features of a misfit that take part in it."""
+    number = len(misfit) // 2
+    basis, _ = np.linalg.qr(np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, number), TABLE_DEGREE))
+    z = (misfit.reshape(2, -1) @ basis).ravel()
+    return float(np.sum(z**2) ** 2 / np.sum(z**4) / len(z))
 
 
 def main() -> None:
     """Draw, fit, print."""
-    rng, rows = np.random.default_rng(1), []
+    rng = np.random.default_rng(1)
+    shares, parts, left, late = list[list[float]](), list[list[float]](), list[list[float]](), list[bool]()
     for i in range(200):
         omega = 2 * np.pi * np.geomspace(10 ** rng.uniform(-1.0, 0.5), 10 ** rng.uniform(1.7, 2.6), 16)
         K = element(rng, i % 3, omega)
         factor = np.sum(K.real / np.abs(K) ** 2) / np.sum(1 / np.abs(K) ** 2)
         plain = float(np.sqrt(np.mean(np.abs(factor / K - 1) ** 2)))
-        rows.append(
-            [misfit_and_participation(rng, K, omega, count) / np.array([plain, 1.0]) for count in (1, 2, 3)]
+        fits = [fitted(rng, K, omega, count) for count in (1, 2, 3, 4)]
+        shares.append([float(np.sqrt(2.0 * fit.cost / len(omega))) / plain for fit in fits])
+        parts.append([participation(fit.fun) for fit in fits])
+        beside = [fitted(rng, K, omega, 3, rig) for rig in RIGS.values()]
+        left.append([float(np.sqrt(fit.cost / fits[2].cost)) for fit in (fits[3], *beside)])
+        late.append(beside[0].x[-1] > 0.0)
+    for count, (share, part) in enumerate(
+        zip(np.transpose(shares), np.transpose(parts), strict=True), start=1
+    ):
+        sys.stdout.write(
+            f"{count} branches leave {np.median(share):.3f} (spread {np.std(np.log(share)):.2f}), "
         )
-    for count, (shares, parts) in enumerate(np.array(rows).transpose(1, 2, 0), start=1):
-        spread = np.std(np.log(shares))
-        sys.stdout.write(f"{count} branches leave {np.median(shares):.3f} (spread {spread:.2f}), ")
-        sys.stdout.write(f"in {np.median(parts):.2f} of the features\n")
+        sys.stdout.write(f"in {np.median(part):.2f} of the features\n")
+    for name, share in zip(("a fourth branch", *RIGS), np.transpose(left), strict=True):
+        low, middle = np.quantile(share, [0.05, 0.5])
+        sys.stdout.write(f"three branches and {name} leave {middle:.2f} of that, one in twenty {low:.2f}\n")
+    sys.stdout.write(f"lags of the force behind the motion: {np.mean(late):.2f}\n")
 
 
 if __name__ == "__main__":

@@ -57,6 +57,9 @@ _SAME = 0.03
 #: its standard errors and more than a servo-hydraulic rig's usual scatter (judgement). One maximum of the sweep is no
 #: other than a plateau within this factor.
 _AFTER, _SURE, _SOFTER, _LARGER = 3, 4.0, 0.01, 1.2
+#: So many loss angles that are exactly zero are no rounded ones where others differ by less than this (rad; no rubber's
+#: angle is so small): the rig's software shows none below zero.
+_CLIPPED, _FINE = 3, np.radians(0.1)
 #: Error of pi/2 d ln |K*| / d ln f as the loss angle: rubber, rigs with a mass or a lag (rad; judgement). At least so
 #: many frequencies, over this factor, give it.
 _RISE, _FREQUENCIES, _WIDE = np.radians(8.0), 5, 4.0
@@ -84,6 +87,7 @@ def table_faults(shape: Shape, tables: Sequence[DynamicTable]) -> tuple[DataFaul
             remedy = "correct the conditions of the row, or delete it; fits leave it out"
             candidates.append(DataFault(table.name, "spikes", where, remedy, False, off_curve))
         candidates += [*_order(table, off_curve), *_temperatures(table, off_curve), *_angle(table, off_curve)]
+        candidates += _clipped(table)
         faults += [fault for fault in candidates if fault.kind not in table.accepted_faults]
     return tuple(sorted(faults, key=lambda fault: not fault.fatal))
 
@@ -124,6 +128,19 @@ def _angle(table: DynamicTable, off_curve: NDArray[np.bool_]) -> Iterator[DataFa
     remedy += '; if the file is read as it was measured, accept = ["loss_angle"]'
     none = np.zeros(len(table), dtype=bool)
     yield DataFault(table.name, "loss_angle", where, remedy, False, none, probability)
+
+
+def _clipped(table: DynamicTable) -> Iterator[DataFault]:
+    """Yield a fault if loss angles below zero are shown as zero, which says nothing of how late the force is."""
+    # Without rounding errors.
+    zero, steps = table.loss_angle == 0.0, np.diff(np.unique(np.round(table.loss_angle, 9)))
+    if np.count_nonzero(zero) < _CLIPPED or not steps.size or steps.min() > _FINE:
+        return
+    low, high = table.frequency[zero].min(), table.frequency[zero].max()
+    where = f"the loss angle is exactly 0 in {zero.sum()} rows, from {low:.3g} to {high:.3g} Hz: the rig shows no "
+    where += "negative one, which a force that is logged late has there"
+    remedy = 'export the phase with its sign; fits leave these rows out, accept = ["clipped"] uses them'
+    yield DataFault(table.name, "clipped", where, remedy, False, zero)
 
 
 def _misread(chi_square: Array) -> tuple[float, int]:

@@ -96,6 +96,22 @@ def test_a_row_of_another_sweep_is_found_with_that_sweep():
     assert "20 degrees C" in fault.where
 
 
+def test_angles_that_are_shown_as_zero_are_left_out():
+    """A rig without negative angles; angles in whole degrees may be zero."""
+    table = relaxing(0.2)
+    late = np.degrees(table.loss_angle) - np.geomspace(0.01, 30.0, len(table))
+    for digits, expected in ((2, ["clipped"]), (0, [])):
+        angle = np.radians(np.round(np.maximum(late, 0.0), digits))
+        size = table.stiffness
+        shown = replace(table, storage=size * np.cos(angle), loss=size * np.sin(angle))
+        faults = [fault for fault in table_faults(PLAIN, [shown]) if fault.kind == "clipped"]
+        assert [fault.kind for fault in faults] == expected
+        for fault in faults:
+            np.testing.assert_array_equal(fault.samples, angle == 0.0)
+            assert not fault.fatal
+            assert kinds(replace(shown, accepted_faults=("clipped",))) == []
+
+
 @pytest.mark.parametrize("at", [1, 2, 3])
 def test_two_sweeps_that_agree_beside_others_that_do_not_are_named(at):
     table = sweeps([0.0, 15.0, 30.0, 45.0])

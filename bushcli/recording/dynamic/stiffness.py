@@ -24,9 +24,6 @@ _IMPLAUSIBLE_ANGLE = np.radians(45.0)
 _SYMBOLS = {
     "stiffness": "|K*|",
     "storage": "K'",
-    "loss": "K''",
-    "tan_delta": "tan delta",
-    "damping": "damping",
 }
 #: Pairs that give K' and K'', the best conditioned first.
 _PAIRS = (
@@ -85,7 +82,7 @@ def complex_stiffness(columns: StiffnessColumns) -> tuple[Array, Array, tuple[st
         key, readings = _quantity_of_modulus(columns, values)
         values[key] = values.pop("modulus")
         remarks += readings
-    _refuse_impossible(columns, values)
+    remarks += _refuse_impossible(columns, values)
     pair = next((pair for pair in _PAIRS if set(pair) <= set(values)), None)
     if pair is None and "damping" in values:
         values["loss"] = 2.0 * np.pi * columns.frequency * values.pop("damping")
@@ -132,30 +129,40 @@ def _quantity_of_modulus(columns: StiffnessColumns, values: Mapping[str, Array])
     raise columns.table.refusal(what, expected)
 
 
-def _refuse_impossible(columns: StiffnessColumns, values: Mapping[str, Array]) -> None:
-    """Refuse values that no rubber has: an angle outside 0 to 90 degrees, a negative stiffness or loss."""
+def _refuse_impossible(columns: StiffnessColumns, values: Mapping[str, Array]) -> list[str]:
+    """Refuse values that no recording has: an angle beyond 90 degrees, a negative stiffness, a loss of the other sign.
+
+    Some rows may have a loss below zero, which no rubber has: it scatters, or the force is logged late. Return remarks.
+    """
     if "loss_angle" in values:
         angle = values["loss_angle"]
-        if (angle < 0.0).all():
-            what = f"{columns.labels['loss_angle']} is negative throughout: the force would run behind the motion"
-            expected = "change the sign of the column, if it has the phase of the motion behind the force"
-            raise columns.table.refusal(what, expected)
-        bad = (angle < 0.0) | (angle >= 0.5 * np.pi)
+        bad = np.abs(angle) >= 0.5 * np.pi
         shown = f"{np.degrees(angle[np.argmax(bad)]):.4g} degrees"
         remedy = "delete the row; or units = {loss_angle = ...}, if the file is in another unit"
         columns.refuse(bad, f"a loss angle of {shown}, where only 0 to 90 are possible", remedy)
-    for key, symbol in _SYMBOLS.items():
-        if key not in values:
-            continue
-        column, label = values[key], f"{columns.labels.get(key, symbol)}: {symbol}"
-        remedy = "rubber resists and dissipates; delete the row"
+    for key in {"stiffness", "storage"} & values.keys():
+        column, remedy = values[key], "rubber resists; delete the row"
         if key == "storage":
             remedy += ", or correct the force by the inertia of the fixture: K' + m omega^2"
-        elif key != "stiffness":
-            remedy += ", or change the sign of the column, if the rig counts the loss negative"
-        bad = column <= 0.0 if key in ("stiffness", "storage") else column < 0.0
-        problem = f"{label} = {column[np.argmax(bad)]:.4g} is not possible"
-        columns.refuse(bad, problem, remedy)
+        bad, label = column <= 0.0, columns.labels.get(key, _SYMBOLS[key])
+        columns.refuse(
+            bad, f"{label}: {_SYMBOLS[key]} = {column[np.argmax(bad)]:.4g} is not possible", remedy
+        )
+    remarks = []
+    for key in ("loss", "loss_angle", "tan_delta", "damping"):
+        late = values[key] < 0.0 if key in values else np.zeros(1, dtype=bool)
+        if late.mean() > 0.5:
+            what = f"{columns.labels[key]} is negative in {np.count_nonzero(late)} of {len(late)} rows, where rubber"
+            expected = "change the sign of the column, if it has the phase of the motion behind the force"
+            raise columns.table.refusal(f"{what} dissipates", expected)
+        if late.any():
+            least = values[key].min()
+            shown = f"{np.degrees(least):.3g} degrees" if key == "loss_angle" else f"{least:.3g}"
+            remarks.append(
+                f"{columns.labels[key]} is negative in {np.count_nonzero(late)} of {len(late)} rows, down to {shown}: "
+                "rubber dissipates, so that these scatter, or the force is logged late (effect time_lag)"
+            )
+    return remarks
 
 
 def _refuse_contradictions(

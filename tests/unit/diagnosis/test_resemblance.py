@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -138,6 +139,26 @@ def test_the_error_of_a_rig_is_not_in_the_channel_of_another(coupon, monkeypatch
     for one, channel in zip(state.model.effects, ("axial", "radial"), strict=True):
         monkeypatch.setitem(one.__dict__, "channels", (channel,))
     assert dict(resemblances(state)) == {}
+
+
+@pytest.mark.parametrize(
+    ("name", "beside", "kinds", "seen"),
+    [
+        ("time_lag", ("viscoelasticity",), ("static", "dynamic"), True),
+        ("fixture_mass", ("viscoelasticity",), ("dynamic",), True),
+        ("time_lag", ("viscoelasticity",), ("static",), False),
+        ("time_lag", ("payne",), ("dynamic",), False),
+        ("time_lag", ("viscoelasticity", "fixture_mass"), ("dynamic",), False),
+        ("payne", ("viscoelasticity",), ("dynamic",), False),
+        ("free_play", ("viscoelasticity",), ("static", "dynamic"), False),
+    ],
+)
+def test_the_error_of_branches_in_a_table_is_no_effect_of_the_rig(name, beside, kinds, seen):
+    """Branches follow any relaxation; a lag or a mass is nothing that a relaxation does."""
+    recordings = [SimpleNamespace(name=kind, mode="axial", kind=kind) for kind in kinds]
+    state = SimpleNamespace(problem=SimpleNamespace(recordings=recordings))
+    others = [ActiveEffect(effect(other)) for other in beside]
+    assert resemblance._seen_beside_branches(state, ActiveEffect(effect(name)), others) == seen
 
 
 def test_a_fit_without_the_effects_says_what_the_rest_cannot_imitate(coupon):

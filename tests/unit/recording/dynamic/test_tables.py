@@ -341,6 +341,21 @@ def test_impossible_rows_are_refused_with_their_line(tmp_path, row, said):
     assert "table.csv:3" in message
 
 
+@pytest.mark.parametrize(("quantity", "values"), [("delta [deg]", (5, 1, -2)), ("K'' [N/mm]", (40, 9, -16))])
+def test_a_loss_below_zero_is_read_in_some_rows_and_refused_in_most(tmp_path, quantity, values):
+    """A force that is logged late has it at high frequencies; throughout, the column has the other sign."""
+    stiffness = "K* [N/mm]" if "deg" in quantity else "K' [N/mm]"
+
+    def text(sign):
+        lines = (f"{f},500,{sign * value}" for f, value in zip((1, 10, 100), values, strict=True))
+        return "\n".join([f"f [Hz],{stiffness},{quantity}", *lines])
+
+    table = read(tmp_path, text(1))
+    np.testing.assert_array_equal(np.sign(table.loss), [1, 1, -1])
+    assert any("negative in 1 of 3 rows" in remark and "time_lag" in remark for remark in table.remarks)
+    assert "change the sign of the column" in refused(tmp_path, text(-1))
+
+
 def test_a_frequency_beyond_any_test_of_a_bushing_is_refused(tmp_path):
     rows_of = "{} [Hz],{} [{}],delta [deg]\n1,500,5\n1e6,550,7\n"
     assert "beyond any dynamic test" in refused(tmp_path, rows_of.format("f", "K*", "N/mm"))
