@@ -42,15 +42,17 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import EffectParameter, effects_on
 from bushcli.evidence.prior import RESEMBLES, effect_odds
 from bushcli.likelihood.form import LAMBDA, LAMBDA_SPREAD, PHI, PHI_MOST, PHI_SPREAD
-from bushcli.recording import Recording
 from bushcli.selection.model import Key
 from bushcli.selection.state import State
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -72,10 +74,8 @@ class Size:
     def of(cls, state: State, active: ActiveEffect, removed: Sequence[ActiveEffect]) -> Size:
         """Return the size of an effect of a model, to first order in its amplitudes; those `removed` are not left."""
         parameters = {effect.full_name(p) for effect in (active, *removed) for p in effect.parameters}
-        off = {active.full_name(p): float(p.off or 0.0) for p in active.effect.amplitudes}
         names, slopes = state.fitted.names, np.vstack(state.slopes)
-        pairs = zip(names, state.fitted.x, strict=True)
-        change = slopes @ np.array([x - off[name] if name in off else 0.0 for name, x in pairs])
+        change = np.concatenate(_changes(state, active))
         own, others = change, slopes[:, [name not in parameters for name in names]]
         if others.shape[1]:
             others = others / np.maximum(np.linalg.norm(others, axis=0), 1e-300)
@@ -149,18 +149,28 @@ def resemblances(
                 yield removed, total
 
 
+def _changes(state: State, active: ActiveEffect) -> list[Array]:
+    """Return the change of the features of each channel by an effect of a model, to first order in its amplitudes."""
+    off = {active.full_name(p): float(p.off or 0.0) for p in active.effect.amplitudes}
+    pairs = zip(state.fitted.names, state.fitted.x, strict=True)
+    amplitudes = np.array([x - off[name] if name in off else 0.0 for name, x in pairs])
+    return [slopes @ amplitudes for slopes in state.slopes]
+
+
 def _seen_beside_branches(state: State, active: ActiveEffect, beside: Sequence[ActiveEffect]) -> bool:
-    """Whether an effect of the rig acts on a table on which, of the effects beside it, only branches do."""
-
-    def acts(effect: ActiveEffect, table: Recording) -> bool:
-        return effect.acts_on(table.name, table.mode, table.kind)
-
-    parts = [
-        {effect.effect.in_force_law for effect in beside if acts(effect, recording)}
-        for recording in state.problem.recordings
-        if recording.kind == "dynamic" and acts(active, recording)
-    ]
-    return active.effect.acts == "rig" and {"maxwell"} in parts
+    """Whether an effect of the rig changes tables most on which, of the effects beside it, only branches act."""
+    if active.effect.acts != "rig":
+        return False
+    sums = [0.0, 0.0]
+    for recording, change in zip(state.problem.recordings, _changes(state, active), strict=True):
+        parts = {
+            effect.effect.in_force_law
+            for effect in beside
+            if effect.acts_on(recording.name, recording.mode, recording.kind)
+        }
+        of_branches = recording.kind == "dynamic" and parts == {"maxwell"}
+        sums[of_branches] += float(change @ change)
+    return sums[True] > sums[False]
 
 
 def _fitted_size(state: State, left: Sequence[ActiveEffect], fits: Mapping[Key, State]) -> float:

@@ -142,23 +142,29 @@ def test_the_error_of_a_rig_is_not_in_the_channel_of_another(coupon, monkeypatch
 
 
 @pytest.mark.parametrize(
-    ("name", "beside", "kinds", "seen"),
+    ("name", "beside", "changes", "seen"),
     [
-        ("time_lag", ("viscoelasticity",), ("static", "dynamic"), True),
-        ("fixture_mass", ("viscoelasticity",), ("dynamic",), True),
-        ("time_lag", ("viscoelasticity",), ("static",), False),
-        ("time_lag", ("payne",), ("dynamic",), False),
-        ("time_lag", ("viscoelasticity", "fixture_mass"), ("dynamic",), False),
-        ("payne", ("viscoelasticity",), ("dynamic",), False),
-        ("free_play", ("viscoelasticity",), ("static", "dynamic"), False),
+        ("time_lag", ("viscoelasticity",), {"static": 0.1, "dynamic": 2.0}, True),
+        ("time_lag", ("viscoelasticity",), {"static": 2.0, "dynamic": 0.1}, False),
+        ("fixture_mass", ("viscoelasticity",), {"dynamic": 1.0}, True),
+        ("time_lag", ("payne",), {"dynamic": 1.0}, False),
+        ("time_lag", ("viscoelasticity", "fixture_mass"), {"dynamic": 1.0}, False),
+        ("payne", ("viscoelasticity",), {"dynamic": 1.0}, False),
     ],
 )
-def test_the_error_of_branches_in_a_table_is_no_effect_of_the_rig(name, beside, kinds, seen):
+def test_the_error_of_branches_in_a_table_is_no_effect_of_the_rig(name, beside, changes, seen):
     """Branches follow any relaxation; a lag or a mass is nothing that a relaxation does."""
-    recordings = [SimpleNamespace(name=kind, mode="axial", kind=kind) for kind in kinds]
-    state = SimpleNamespace(problem=SimpleNamespace(recordings=recordings))
+    active = ActiveEffect(effect(name)).with_start_values()
+    amplitude = active.full_name(active.effect.amplitudes[0])
+    state = SimpleNamespace(
+        problem=SimpleNamespace(
+            recordings=[SimpleNamespace(name=kind, mode="axial", kind=kind) for kind in changes]
+        ),
+        fitted=SimpleNamespace(names=(amplitude,), x=np.array([3.0])),
+        slopes=[np.full((4, 1), change) for change in changes.values()],
+    )
     others = [ActiveEffect(effect(other)) for other in beside]
-    assert resemblance._seen_beside_branches(state, ActiveEffect(effect(name)), others) == seen
+    assert resemblance._seen_beside_branches(state, active, others) == seen
 
 
 def test_a_fit_without_the_effects_says_what_the_rest_cannot_imitate(coupon):
