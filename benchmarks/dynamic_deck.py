@@ -7,7 +7,7 @@ Cole-Cole element that the local amplitude thins. Truth has a finer mesh than th
 noise. Truths are drawn and saved before anything is diagnosed.
 
 Usage: ``setup/enter python -m benchmarks.dynamic_deck draw|run|score [DECK] [FIRST] [LAST]``; decks are "dev" (seeds
-for trying) and "frozen". Results are in ``benchmarks/dynamic_deck/``.
+for trying), "frozen" and "second", drawn when the first had been run twice. Results are in ``benchmarks/dynamic_deck/``.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 FOLDER = Path(__file__).parent / "dynamic_deck"
-SEEDS = {"dev": 7000, "frozen": 91000}
+SEEDS = {"dev": 7000, "frozen": 91000, "second": 92000}
 TABLES, STATIC = 40, 20
 MODES = (("axial",), ("torsional",), ("axial",), ("radial",), ("axial", "torsional"))
 RIGS = ("fixture_mass", "rig_resonance", "time_lag", "rig_compliance")
