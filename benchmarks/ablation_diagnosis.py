@@ -36,6 +36,7 @@ from bushcli.inverse.channel import FollowedChannel, SweptChannel
 from bushcli.inverse.local import HeldBack, Hopeless
 from bushcli.selection import fit, queue
 from bushcli.selection.law_edge import LawEdge
+from bushcli.selection.neighbourhood import Neighbourhood
 
 HEADS = (
     "without",
@@ -71,10 +72,10 @@ class Mechanism:
 
 def mechanisms() -> dict[str, Mechanism]:
     """Return the mechanisms by name."""
-    plain_queue = queue.Search._queue
+    plain_queue = Neighbourhood.queue
 
-    def hopeless(search: Any, prediction: Any, *given: Any, **named: Any) -> None:
-        plain_queue(search, replace(prediction, hope=0.0), *given, **named)
+    def hopeless(near: Any, prediction: Any, *given: Any, **named: Any) -> None:
+        plain_queue(near, replace(prediction, hope=0.0), *given, **named)
 
     ends = stopping_rule.StoppingRule, "ends"
     return {
@@ -104,12 +105,12 @@ def mechanisms() -> dict[str, Mechanism]:
         ),
         # Defaults, bound when the function was defined: of `failed_steps` and `variances`.
         "marches are given up": Mechanism([patch.object(fit.pose, "__defaults__", (None, None))]),
-        "what a fit may find in addition": Mechanism([patch.object(queue.Search, "_queue", hopeless)]),
+        "what a fit may find in addition": Mechanism([patch.object(Neighbourhood, "queue", hopeless)]),
         "one effect more beside a poor one": Mechanism(
-            [patch.object(queue.Search, "_queue_with_one_more", lambda *given: None)]
+            [patch.object(Neighbourhood, "queue_borrowed", lambda *given: None)]
         ),
         "others in place of an effect": Mechanism(
-            [patch.object(queue.Search, "_expand_without", lambda *given: None)]
+            [patch.object(Neighbourhood, "queue_without", lambda *given: None)]
         ),
         "reliable predictions count": Mechanism(
             [patch.object(queue.Search, "counted_models", property(lambda self: []))]

@@ -59,7 +59,7 @@ CONSTANTS = (
     Constant("evidence.amplitudes", "SAME", ("1e-8", "1e-4")),
     Constant("likelihood.linearisation", "_RANK", ("1e-12", "1e-8")),
     Constant("likelihood.linearisation", "OWN", ("5e-4", "2e-3")),
-    Constant("selection.queue", "NEIGHBOURS", ("0.005", "0.02")),
+    Constant("selection.neighbourhood", "NEIGHBOURS", ("0.005", "0.02")),
     Constant("selection.columns", "FLAT", ("5e-4", "2e-3")),
     Constant("selection.prediction", "TRIED", ("1.5", "4.0")),
     Constant("selection.predict", "POINTS", ("1", "4")),

@@ -7,7 +7,7 @@ Cole-Cole element that the local amplitude thins. Truth has a finer mesh than th
 noise. Truths are drawn and saved before anything is diagnosed.
 
 Usage: ``setup/enter python -m benchmarks.dynamic_deck draw|run|score [DECK] [FIRST] [LAST]``; decks are "dev" (seeds
-for trying), "frozen" and "second", drawn when the first had been run twice. Results are in ``benchmarks/dynamic_deck/``.
+for trying), "frozen", and "second", drawn when that had been run twice. Results are in ``benchmarks/dynamic_deck/``.
 """
 
 from __future__ import annotations

@@ -25,9 +25,10 @@ from bushcli.case import load_case
 from bushcli.effects.names import effect_name
 from bushcli.evidence.laplace import Evidence
 from bushcli.likelihood.form import Likelihood
+from bushcli.selection.neighbourhood import Neighbourhood
 from bushcli.selection.predict import Beside
-from bushcli.selection.prediction import Prediction
-from bushcli.selection.queue import FAINT, Search
+from bushcli.selection.prediction import FAINT, Prediction
+from bushcli.selection.queue import Search
 
 Sets = dict[frozenset[str], float]
 
@@ -59,10 +60,19 @@ class SearchWithMisfits(Search):
         type(self).last = self
         super().run()
 
-    def _queue(self, prediction: Prediction, *others: Any, **more: Any) -> None:
-        super()._queue(prediction, *others, **more)
-        if prediction.model.structure in self.waiting:
-            left_by_structure = self.__dict__.setdefault("left_by_structure", {})
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.neighbourhood = NeighbourhoodWithMisfits(self)
+
+
+class NeighbourhoodWithMisfits(Neighbourhood):
+    """Predictions whose misfits the search keeps."""
+
+    def queue(self, prediction: Prediction, *others: Any, **more: Any) -> None:
+        """Queue a model, and keep the misfit that it is predicted to leave."""
+        super().queue(prediction, *others, **more)
+        if prediction.model.structure in self._search.waiting:
+            left_by_structure = self._search.__dict__.setdefault("left_by_structure", {})
             left_by_structure[prediction.model.structure] = (
                 getattr(prediction, "left", None),
                 prediction.log_evidence - prediction.log_likelihood,

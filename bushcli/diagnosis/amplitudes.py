@@ -20,7 +20,8 @@ from bushcli.faults.fault import MENTIONED, WRONG, DataFault
 from bushcli.recording.dynamic.rows import RecordedTable
 from bushcli.runtime.workers import Workers
 from bushcli.selection.fit import FittedSamples, fit
-from bushcli.selection.queue import NEIGHBOURS, Search
+from bushcli.selection.neighbourhood import NEIGHBOURS
+from bushcli.selection.queue import Search
 from bushcli.selection.state import State
 
 _FACTORS = {"peak": 0.5, "double": 2.0}

@@ -14,50 +14,37 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import combinations
 
-import numpy as np
-from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import Effect
 from bushcli.evidence.prior import log_odds
 from bushcli.evidence.stopping_rule import needed_of
 from bushcli.runtime.workers import Workers
 from bushcli.selection.additions import RELAXING, relaxing_models, unthinned, with_branch_more
-from bushcli.selection.columns import incompatibility, shear_modulus
+from bushcli.selection.columns import shear_modulus
 from bushcli.selection.derivatives import Derivatives
 from bushcli.selection.fit import FittedSamples, fit
 from bushcli.selection.model import Fitted, Key, Model
-from bushcli.selection.neighbours import label, other_laws, with_law_of, without_effects
+from bushcli.selection.neighbourhood import MOST_EFFECTS, NEIGHBOURS, Neighbourhood
+from bushcli.selection.neighbours import label, other_laws, with_law_of
 from bushcli.selection.order import FitOrder
-from bushcli.selection.predict import Beside
-from bushcli.selection.prediction import FAINT, Addition, Prediction
-from bushcli.selection.queued import FAR, Queued, Waiting, slack_of
+from bushcli.selection.prediction import FAINT
+from bushcli.selection.queued import FAR, Queued, Waiting
 from bushcli.selection.search_extent import Ended, TriedModel
 from bushcli.selection.state import CommonData, State
 
-Array = NDArray[np.float64]
 Progress = Callable[[str, str, str], None]
 """Called with the stage, its subject, and a text about it."""
 
-# Largest number of effects in a model: no recording so far could distinguish more.
-MOST_EFFECTS = 3
 # Share of the posterior that further fits may still change when the search ends. Accepted error of the probabilities.
 LEFT = 0.05
-# Least share of the posterior for the neighbours of a fitted model to be tried. Other values change probabilities by
-# less than 0.002 (`benchmarks/constants.md`).
-NEIGHBOURS = 0.01
 # Fits at once. One number, so that the answer does not depend on the workers. With three, of which two run, neither of
 # two processes waits for the other: in 003 of the development deck they work 82 in place of 68 % of the time, and the
 # models fitted are the same; in five others one more is fitted in two (`benchmarks/reduced.md`).
 AT_ONCE = 3
-# Factor on the predicted gain, from which the slack follows, if the derivatives are those beside the plain law:
-# judgement, since beside the fitted effects they differ by an unknown share.
-BORROWED = 2.0
 
 
 @dataclass(frozen=True)
@@ -84,6 +71,8 @@ class Search:
         Models that cannot be solved, in words.
     derivatives : Derivatives
         By the effects of the catalogue.
+    neighbourhood : Neighbourhood
+        What is predicted beside the fitted models.
     """
 
     problem: CommonData
@@ -103,14 +92,13 @@ class Search:
     _expanded: set[Key] = field(default_factory=set)
     _tried: set[Key] = field(default_factory=set)
     _relaxing: list[Key] = field(default_factory=list)
-    _beside_plain: Mapping[str, list[Addition]] = field(default_factory=dict)
-    _borrowed: dict[Key, Beside] = field(default_factory=dict)
 
     # -- the loop ------------------------------------------------------------------------------------------------
 
     def __post_init__(self) -> None:
         shear = shear_modulus(self.plain.model, self.problem.case)
         self.derivatives = Derivatives(self.problem, self.workers, self.catalogue, self.progress, shear)
+        self.neighbourhood = Neighbourhood(self)
         self._enter(self.plain, float("nan"))
 
     def run(self) -> Ended:
@@ -208,6 +196,11 @@ class Search:
             of_one_parameter=len(plain.start) == 1,
         )
 
+    @property
+    def begun_models(self) -> list[Model]:
+        """Models whose fits have begun and not ended."""
+        return [begun.queued.model for begun in self._begun]
+
     # -- fits ----------------------------------------------------------------------------------------------------
 
     @property
@@ -273,8 +266,7 @@ class Search:
 
     def _next_model(self) -> Queued | None:
         """Take the model to be fitted next; None if those that matter wait for a fit that has begun."""
-        begun = [other.queued.model for other in self._begun]
-        order = FitOrder(self.plain, self.states, begun, self._tried, self.waiting)
+        order = FitOrder(self.plain, self.states, self.begun_models, self._tried, self.waiting)
         queued = order.next_model(self._total_with_begun + math.log(NEIGHBOURS))
         if queued is not None:
             self._tried.add(queued.model.structure)
@@ -294,11 +286,11 @@ class Search:
             # Models with this law and effects can be predicted now.
             for other in [self.states[key] for key in self._expanded if self.states[key].model.effects]:
                 for model in other_laws(self.problem.case, other.model):
-                    self._exchange_law(other, model)
+                    self.neighbourhood.queue_law(other, model)
         elif (state.model.law, state.model.terms) == (self.plain.model.law, self.plain.model.terms):
-            self._queue_with_one_more(state)
+            self.neighbourhood.queue_borrowed(state)
         else:
-            self._exchange_law(state, with_law_of(self.plain.model, state.model))
+            self.neighbourhood.queue_law(state, with_law_of(self.plain.model, state.model))
         row = self._row(state.model, predicted, self.weights(state)[0], state.size, "")
         self.rows.append(replace(row, solves=state.fitted.solves))
 
@@ -319,6 +311,23 @@ class Search:
             best = max(self.states, key=lambda key: self.weights(self.states[key])[0])
             keys = [best] if best not in self._expanded else []
         return keys
+
+    def _expand(self, key: Key) -> None:
+        """Predict and queue the neighbours of a fitted model."""
+        state, near = self.states[key], self.neighbourhood
+        beside = near.beside(state)
+        further = MOST_EFFECTS - len(state.model.effects)
+        near.queue_larger(state, beside.singles() if further > 0 else [])
+        near.queue_other_laws(beside)
+        best = max(other.evidence.coarse for other in self.states.values())
+        if state is self.plain and further > 1 and best < state.evidence.coarse + FAR:
+            if time.perf_counter() < self.deadline:
+                # Pairs are predicted while the first laws and single effects are fitted.
+                self._begin_next()
+            near.queue_larger(state, beside.pairs())
+        near.queue_without(beside)
+        # Not before: an interrupted search has not looked at these neighbours.
+        self._expanded.add(key)
 
     def _better_predicted_model(self) -> Queued | None:
         """Return a model that is predicted better than all fitted ones without an unknown effect, or None.
@@ -372,152 +381,3 @@ class Search:
         """Return the fitted models with more than a share of the posterior."""
         least = self.total + math.log(share)
         return [state for state in self.states.values() if max(self.weights(state)) > least]
-
-    def _queue_with_one_more(self, state: State) -> None:
-        """Queue a model with one effect more, whose derivatives are those beside the plain law.
-
-        The prediction of a pair beside the plain law has the errors of both effects; here one of the two is fitted.
-        """
-        if self._beside_plain and len(state.model.identities) < MOST_EFFECTS:
-            for prediction in self._with_borrowed(state).singles():
-                self._queue(prediction, state, slack_of(BORROWED * prediction.reach))
-
-    def _expand(self, key: Key) -> None:
-        state = self.states[key]
-        beside = self.beside(state)
-        if state is self.plain:
-            self._beside_plain = beside.grouped
-        further = MOST_EFFECTS - len(state.model.effects)
-        self._queue_larger(state, beside.singles() if further > 0 else [])
-        for model in other_laws(self.problem.case, state.model):
-            if not self._exchange_law(state, model):
-                more = len(model.start) - (0 if state.model.fixed else len(state.model.start))
-                bound = beside.any_law(more)
-                self._queue(Prediction(model, bound, 0.0, bound, 0.0), state, 0.0, is_bound=True)
-        best = max(other.evidence.coarse for other in self.states.values())
-        if state is self.plain and further > 1 and best < state.evidence.coarse + FAR:
-            if time.perf_counter() < self.deadline:
-                # Pairs are predicted while the first laws and single effects are fitted.
-                self._begin_next()
-            self._queue_larger(state, beside.pairs())
-        self._expand_without(state, beside)
-        # Not before: an interrupted search has not looked at these neighbours.
-        self._expanded.add(key)
-
-    def _queue_larger(self, state: State, predictions: Sequence[Prediction]) -> None:
-        """Queue models with further effects beside a fitted one."""
-        for prediction in predictions:
-            larger = len(prediction.model.identities) > len(state.model.identities)
-            silent = larger and prediction.gain < FAINT
-            far = state is self.plain and len(prediction.model.effects) == 1 and prediction.reach > FAR
-            slack = slack_of(BORROWED * prediction.reach if far else prediction.reach)
-            self._queue(prediction, state, 0.0 if silent else slack, is_silent=silent)
-
-    def beside(self, state: State) -> Beside:
-        """Return further effects with their derivatives beside a model, or beside the plain law where that will do.
-
-        The derivative beside the plain law is a fair estimate. Where it predicts no visible gain beside the model, by a
-        factor of `BORROWED`, or a model whose neighbours would not be tried, the effect is not solved anew.
-        """
-        if state is self.plain or not state.model.effects:
-            return Beside(state, self.derivatives.additions_beside(state, state is self.plain))
-        borrowed, least = self._with_borrowed(state), self.total + math.log(NEIGHBOURS)
-        silent, visible = {points[0].trial.effect.name for points in borrowed.grouped.values()}, set[str]()
-        for points, prediction in zip(borrowed.grouped.values(), borrowed.singles(), strict=True):
-            most = prediction.log_evidence + slack_of(BORROWED * prediction.reach)
-            if BORROWED * prediction.gain >= FAINT and most + self.odds(prediction.model) > least:
-                visible.add(points[0].trial.effect.name)
-        silent -= visible
-        among = [effect for effect in self.catalogue if effect.name not in silent]
-        every = [addition for points in borrowed.grouped.values() for addition in points]
-        own = [
-            *self.derivatives.additions_beside(state, among=among),
-            *(addition for addition in every if addition.trial.effect.name in silent),
-        ]
-        return Beside(state, own, before=borrowed)
-
-    def _with_borrowed(self, state: State) -> Beside:
-        """Return further effects with their derivatives beside the plain law."""
-        key = state.model.structure
-        if key not in self._borrowed or self._borrowed[key].state is not state:
-            every = [addition for points in self._beside_plain.values() for addition in points]
-            self._borrowed[key] = _without_own(state, every)
-        return self._borrowed[key]
-
-    def _expand_without(self, state: State, beside: Beside) -> None:
-        """Queue the model without some of its effects, and with another effect in their place.
-
-        First order is poor beside a model that is far from the recordings, as the plain law may be. Beside a model that
-        explains them, an effect that explains them equally well is recognised. Nothing is predicted where a fit
-        shows that first order is wrong (`_is_refuted`).
-        """
-        pool = {name: points for name, points in self._beside_plain.items() if name not in beside.grouped}
-        pool |= beside.grouped
-        identities = state.model.identities
-        every = [addition for points in pool.values() for addition in points]
-        for count in range(1, len(identities) + 1):
-            for removed in combinations(identities, count):
-                others = [addition for addition in every if addition.trial.active.identity not in removed]
-                smaller = state.without(removed)
-                other = _without_own(smaller, others)
-                if self._is_refuted(other, state):
-                    continue
-                lost = abs(state.evidence.coarse - other.coarse_likelihood)
-                self._queue(other.alone(), state, slack_of(lost))
-                for prediction in other.singles():
-                    if prediction.gain >= FAINT:
-                        self._queue(prediction, state, slack_of(lost + prediction.reach))
-
-    def _is_refuted(self, smaller: Beside, state: State) -> bool:
-        """Whether first order beside a larger model promises more than the smaller one's fit found, beyond the slack.
-
-        The stiffness of a stop that has been reached hardly changes the curves any more; its absence does.
-        """
-        known = self.states.get(smaller.state.model.structure)
-        if known is None:
-            return False
-        found = known.evidence.judgement.log
-        return smaller.alone().log_likelihood > found + slack_of(state.evidence.judgement.log - found)
-
-    def _exchange_law(self, state: State, model: Model) -> bool:
-        """Queue a model with another law if that law alone has been fitted; return whether it has."""
-        own = self.states.get(without_effects(state.model).structure)
-        alone = self.states.get(without_effects(model).structure)
-        if own is None or alone is None or not model.effects:
-            return False
-        other = Beside(state.with_law(alone, own), ())
-        self._queue(other.alone(), state, slack_of(state.evidence.coarse - other.coarse_likelihood))
-        return True
-
-    def _queue(
-        self,
-        prediction: Prediction,
-        base: State,
-        slack: float,
-        is_bound: bool = False,
-        is_silent: bool = False,
-    ) -> None:
-        """Queue a model that is not fitted, unless its effects exclude each other."""
-        names = [active.effect.name for active in prediction.model.effects]
-        known = {*self.states, *(begun.queued.model.structure for begun in self._begun)}
-        if prediction.model.structure in known or incompatibility(self.problem.case, names):
-            return
-        odds, likelihood = self.odds(prediction.model), self.problem.likelihood
-        # No model is better than one that leaves nothing but noise.
-        gain = likelihood.log_without_misfit - prediction.log_likelihood
-        limit = prediction.log_evidence + odds + max(gain, 0.0)
-        log, hope = prediction.log_evidence, prediction.hope
-        self.waiting.put(Queued(prediction.model, base, log, odds, slack, hope, limit, is_bound, is_silent))
-
-
-def _without_own(state: State, additions: Sequence[Addition]) -> Beside:
-    """Return predictions beside a model with those additions that it does not have and that its law cannot imitate."""
-    recordings = state.problem.recordings
-    everywhere = [recording.name for recording in recordings]
-
-    def is_new(active: ActiveEffect) -> bool:
-        having = [r.name for r in recordings if active.acts_on(r.name, r.mode, r.kind)]
-        differs = active.effect.differs_from_law(having, everywhere, state.model.fixed)
-        return differs and not active.is_among(state.model.effects)
-
-    return Beside(state, [addition for addition in additions if is_new(addition.trial.active)])

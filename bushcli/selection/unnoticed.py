@@ -13,9 +13,10 @@ from itertools import chain
 import numpy as np
 
 from bushcli.selection.columns import shear_modulus
+from bushcli.selection.neighbourhood import BORROWED
 from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import Addition, known_amplitudes
-from bushcli.selection.queue import BORROWED, Search
+from bushcli.selection.queue import Search
 from bushcli.selection.state import State
 
 WHY = (
@@ -33,7 +34,7 @@ def unnoticed_effects(search: Search, state: State) -> dict[str, str]:
     state : State
         A fitted model.
     """
-    beside = search.beside(state)
+    beside = search.neighbourhood.beside(state)
     gains = _largest_gains(search, beside, chain(*beside.grouped.values()))
     # Derivatives beside the plain law are a fair estimate: where they leave it open, the effect is solved anew.
     doubtful = {name for name, gain in gains.items() if 1.0 / BORROWED < gain < BORROWED}

@@ -19,10 +19,11 @@ from bushcli.selection import queue, queued
 from bushcli.selection.additions import with_branch_more
 from bushcli.selection.fit import WORSE
 from bushcli.selection.model import Model
+from bushcli.selection.neighbourhood import BORROWED
 from bushcli.selection.neighbours import label
 from bushcli.selection.order import FitOrder
 from bushcli.selection.predict import Beside
-from bushcli.selection.prediction import Prediction
+from bushcli.selection.prediction import FAINT, Prediction
 from bushcli.selection.queue import LEFT, Search
 from bushcli.selection.state import State
 from tests.linear import NAMES, World
@@ -96,7 +97,7 @@ def test_of_two_predictions_the_surer_one_counts(world, monkeypatch):
     )
     del found.waiting[key]
     for log, slack, kept in ((5, 9.0, 5), (7, 20.0, 5), (6, 5.0, 6), (2, 1.0, 2), (9, 1.2, 2), (1, 0.6, 1)):
-        found._queue(replace(PREDICTION, model=one.model, log_evidence=log), found.plain, slack)
+        found.neighbourhood.queue(replace(PREDICTION, model=one.model, log_evidence=log), found.plain, slack)
         assert found.waiting[key].log_evidence == kept
 
 
@@ -256,9 +257,9 @@ def test_nothing_is_predicted_without_an_effect_of_which_first_order_is_known_to
     slopes[:, -1] *= 0.01
     ended = State(world.problem, replace(linear.fitted, jacobians=(slopes,)))
     search.waiting.clear()
-    search._expand_without(ended, Beside(ended, ()))
+    search.neighbourhood.queue_without(Beside(ended, ()))
     assert not search.waiting
-    search._expand_without(linear, Beside(linear, ()))
+    search.neighbourhood.queue_without(Beside(linear, ()))
     assert search.waiting
     assert not any("drift" in queued.model.identities for queued in search.waiting.values())
 
@@ -272,7 +273,7 @@ def test_only_what_may_be_visible_is_solved_anew_beside_a_fitted_effect(world, m
         "additions_beside",
         lambda state, among: asked.update(effect.name for effect in among) or [],
     )
-    beside = found.beside(state)
+    beside = found.neighbourhood.beside(state)
     borrowed = {points[0].trial.effect.name for points in beside.grouped.values()}
     # Of its own effects there may be further branches.
     assert {active.effect.name for active in state.model.effects} <= asked
@@ -280,7 +281,7 @@ def test_only_what_may_be_visible_is_solved_anew_beside_a_fitted_effect(world, m
     assert borrowed | asked == {effect.name for effect in found.catalogue}
     assert not borrowed & asked
     for prediction in beside.singles():
-        assert queue.BORROWED * prediction.gain < queue.FAINT
+        assert BORROWED * prediction.gain < FAINT
 
 
 def test_an_effect_that_nothing_responds_to_is_untestable(world, monkeypatch):
