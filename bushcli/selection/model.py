@@ -65,6 +65,17 @@ class Model:
         return (f"{law}{' fixed' if self.fixed else ''}", *sorted(parts))
 
     @property
+    def kind(self) -> Key:
+        """Name of the model without the dimensions of its mesh, such as the thickness of sleeves."""
+        sizes = {
+            f"{active.identity}.{p.name}={active.values[p.name]:g}"
+            for active in self.effects
+            for p in active.parameters
+            if p.of_mesh and not p.choices
+        }
+        return tuple(part for part in self.structure if part not in sizes)
+
+    @property
     def values(self) -> dict[str, float]:
         """All values by full name, the law's and the effects'."""
         values = dict(self.start)

@@ -2,7 +2,8 @@
 
 Two kinds of predictions are poor. Nothing is predicted of another law but a bound; beside effects of the plain law that
 explain the recordings, its fit is soon given up. And a pair that was predicted beside the plain law has the errors of
-two effects; beside the fit of one of them it has those of the other alone.
+two effects; beside the fit of one of them it has those of the other alone. Of models that differ in a dimension of the
+mesh alone one is fitted first: its fit says how wrong the predictions of the others are (`neighbourhood`).
 """
 
 from __future__ import annotations
@@ -50,6 +51,8 @@ class FitOrder:
         """
         for key in self.waiting.ordered_models():
             queued = self.waiting[key]
+            if any(model.kind == queued.model.kind for model in self.begun):
+                continue
             chosen = self.law_first(queued) if queued.is_bound else self.single_first(queued)
             if chosen is not None or queued.uncertain_weight < least:
                 return chosen

@@ -291,6 +291,8 @@ class Search:
             self.neighbourhood.queue_borrowed(state)
         else:
             self.neighbourhood.queue_law(state, with_law_of(self.plain.model, state.model))
+        if math.isfinite(predicted):
+            self.neighbourhood.correct(state, self.weights(state)[0], predicted)
         row = self._row(state.model, predicted, self.weights(state)[0], state.size, "")
         self.rows.append(replace(row, solves=state.fitted.solves))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -99,6 +100,34 @@ def test_of_two_predictions_the_surer_one_counts(world, monkeypatch):
     for log, slack, kept in ((5, 9.0, 5), (7, 20.0, 5), (6, 5.0, 6), (2, 1.0, 2), (9, 1.2, 2), (1, 0.6, 1)):
         found.neighbourhood.queue(replace(PREDICTION, model=one.model, log_evidence=log), found.plain, slack)
         assert found.waiting[key].log_evidence == kept
+
+
+def test_sleeves_of_another_thickness_are_predicted_from_those_that_are_fitted(world, monkeypatch):
+    """They do the same with another modulus; a bond that is off elsewhere does not."""
+    found = world.search(monkeypatch, deadline=time.perf_counter() - 1.0)
+    base = found.plain
+
+    def model(name, **values):
+        active = ActiveEffect(effect(name)).with_start_values()
+        return replace(base.model, effects=(replace(active, values={**active.values, **values}),))
+
+    def waiting(one):
+        return queued.Queued(one, base, 7.0, odds=-1.0, slack=20.0, hope=5.0)
+
+    thin, thick = (model("sleeve_compliance", thickness=t) for t in (1.0, 4.0))
+    inner, outer = (model("debonding", bond=b) for b in (0.0, 2.0))
+    found.waiting.clear()
+    found.waiting.update({one.structure: waiting(one) for one in (thick, outer)})
+    # Not at the same time.
+    order = FitOrder(base, found.states, [thin, inner], set(), found.waiting)
+    assert order.next_model(-math.inf).model is outer
+    for one in (thin, inner):
+        fitted = State(base.problem, replace(base.fitted, model=one))
+        found.neighbourhood.correct(fitted, 9.0, 5.0)
+    corrected = found.waiting[thick.structure]
+    assert (corrected.log_evidence, corrected.hope) == (11.0, 0.0)
+    assert corrected.slack == queued.slack_of(1.0)
+    assert found.waiting[outer.structure] == waiting(outer)
 
 
 def test_what_is_surely_predicted_counts(world, monkeypatch):
