@@ -155,7 +155,7 @@ def _terms(search: Search) -> Iterator[Terms]:
                 judged.log,
                 log - judged.log,
                 odds,
-                state.size,
+                state.misfit_over_noise,
             )
 
 

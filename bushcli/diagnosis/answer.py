@@ -72,7 +72,7 @@ def ranked_models(models: Sequence[WeighedModel], search: Search) -> tuple[Ranke
             model.effects,
             model.probability,
             model.log_evidence - base,
-            model.state.size if model.predicted is None else None,
+            model.state.misfit_over_noise if model.predicted is None else None,
             model.state.evidence.judgement.phi
             if model.predicted is None and model.kind == "effects"
             else None,

@@ -29,7 +29,7 @@ class Posterior(LeastSquaresProblem):
 
     Parameters
     ----------
-    plain : LeastSquaresProblem
+    identification : LeastSquaresProblem
         The same channels and parameters, fitted as an identification fits them.
     likelihood : Likelihood
     variances : tuple of float
@@ -44,7 +44,7 @@ class Posterior(LeastSquaresProblem):
 
     def __init__(
         self,
-        plain: LeastSquaresProblem,
+        identification: LeastSquaresProblem,
         likelihood: Likelihood,
         variances: tuple[float, ...],
         known: Mapping[str, ParameterPrior],
@@ -52,12 +52,12 @@ class Posterior(LeastSquaresProblem):
         limits: Sequence[StepLimit],
     ) -> None:
         super().__init__(
-            plain.channels,
-            plain.law,
-            plain.names,
-            plain.fixed,
-            plain.bounds,
-            plain.states,
+            identification.channels,
+            identification.law,
+            identification.names,
+            identification.fixed,
+            identification.bounds,
+            identification.states,
             stopping=stopping,
             limits=limits,
         )

@@ -53,13 +53,13 @@ FEWEST = 2
 class _Closest(LeastSquaresProblem):
     """The misfit as an identification weighs it, and the priors of effects.
 
-    Channels and parameters are those of `plain`, `mesh_error` (n,) is added to their forces, N or N mm; the misfit that
-    `start` (p,) leaves is the unit of the priors.
+    Channels and parameters are those of `identification`, `mesh_error` (n,) is added to their forces, N or N mm; the
+    misfit that `start` (p,) leaves is the unit of the priors.
     """
 
     def __init__(
         self,
-        plain: LeastSquaresProblem,
+        identification: LeastSquaresProblem,
         recordings: Sequence[Recording],
         used: Sequence[Mask],
         known: Mapping[str, ParameterPrior],
@@ -67,7 +67,13 @@ class _Closest(LeastSquaresProblem):
         mesh_error: Sequence[Array],
     ) -> None:
         super().__init__(
-            plain.channels, plain.law, plain.names, plain.fixed, plain.bounds, plain.states, stopping=STOPPING
+            identification.channels,
+            identification.law,
+            identification.names,
+            identification.fixed,
+            identification.bounds,
+            identification.states,
+            stopping=STOPPING,
         )
         self._recordings, self._mesh_error = recordings, mesh_error
         self._used, self._known_values, self._unit = used, known, 0.0
@@ -121,13 +127,15 @@ def come_closest(
     task = model.task(case)
     coarse: Coarse = "never" if model.anchor is None else "memory"
     channels = cache.channels(task, coarse=coarse, anchor=model.anchor)
-    plain = task.pose(channels)
-    start = plain.bounds.inside(task.vectors()[0])
-    if not plain.names or plain.forces(start) is None:
+    identification = task.pose(channels)
+    start = identification.bounds.inside(task.vectors()[0])
+    if not identification.names or identification.forces(start) is None:
         return None
     sound = [channel.recording.with_gaps_interpolated(m) for channel, m in zip(channels, used, strict=True)]
     known = known_parameters(case, task.effects, float(task.law.shear_modulus(**model.start)), sound)
-    problem = _Closest(plain, [channel.recording for channel in channels], used, known, start, mesh_error)
+    problem = _Closest(
+        identification, [channel.recording for channel in channels], used, known, start, mesh_error
+    )
     problem.watch(problem.reached_stretches(start), start)
     end = search(problem, start)
     return with_fitted_values(model, problem, end.x, end.converged)

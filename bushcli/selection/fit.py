@@ -190,7 +190,7 @@ def pose(
     task = model.task(case, cache.recorded_tables(case))
     coarse: Coarse = "never" if model.anchor is None else "memory"
     channels = cache.channels(task, coarse=coarse, anchor=model.anchor, tolerance=COMPARED)
-    plain = task.pose(channels)
+    identification = task.pose(channels)
     solid = any(not channel.coupon and channel.model.mesh.dimension == 3 for channel in channels)
     likelihood = Likelihood(features_of(channels, measured.used, measured.noises), measured.plain)
     shear = float(task.law.shear_modulus(**model.start))
@@ -199,7 +199,7 @@ def pose(
         for channel, m in zip(channels, measured.used, strict=True)
     ]
     problem = Posterior(
-        plain,
+        identification,
         likelihood,
         tuple(map(float, likelihood.variances())) if variances is None else variances(likelihood.features),
         known_parameters(case, task.effects, shear, sound),

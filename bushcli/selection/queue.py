@@ -252,7 +252,7 @@ class Search:
         text = "cannot be solved"
         if state is not None:
             gain = self.weights(state)[0] - self.plain.evidence.log
-            text = f"misfit {state.size:.3g} times the noise, log evidence {gain:+.1f}"
+            text = f"misfit {state.misfit_over_noise:.3g} times the noise, log evidence {gain:+.1f}"
         text += f" (predicted {queued.predicted_weight - self.plain.evidence.log:.1f})"
         self.progress("fit", label(queued.model), text)
         del self._begun[0]
@@ -293,7 +293,7 @@ class Search:
             self.neighbourhood.queue_law(state, with_law_of(self.plain.model, state.model))
         if math.isfinite(predicted):
             self.neighbourhood.correct(state, self.weights(state)[0], predicted)
-        row = self._row(state.model, predicted, self.weights(state)[0], state.size, "")
+        row = self._row(state.model, predicted, self.weights(state)[0], state.misfit_over_noise, "")
         self.rows.append(replace(row, solves=state.fitted.solves))
 
     def _row(self, model: Model, predicted: float, fitted: float, size: float, text: str) -> TriedModel:

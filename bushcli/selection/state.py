@@ -234,7 +234,7 @@ class State:
         return prior - 2.0 * self.evidence.judgement.log
 
     @property
-    def size(self) -> float:
+    def misfit_over_noise(self) -> float:
         """Root mean square misfit over the noise."""
         total = count = 0.0
         for channel in self.problem.compared_recordings(self.fitted.simulated):
