@@ -4,7 +4,8 @@ One, two and three branches are fitted to 200 tables of fractional Kelvin-Voigt,
 over two to three decades of frequency. Printed are the misfits (rms, relative), as shares of what a law without
 relaxation leaves: median, and standard deviation of the logarithm; and the participation ratio of its features. Then
 what a fourth branch, or an effect of the rig, leaves of the misfit of three branches: what a relaxation by another
-formula has in common with that effect.
+formula has in common with that effect. The same is done with the law of `payne` and other laws of relaxation that
+amplitude thins, at three amplitudes.
 
 Usage: ``setup/enter python -m benchmarks.branches``.
 """
@@ -12,12 +13,13 @@ Usage: ``setup/enter python -m benchmarks.branches``.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, least_squares
 
+from benchmarks.payne import laws
 from bushcli.likelihood.features import TABLE_DEGREE
 
 Array = NDArray[np.float64]
@@ -80,6 +82,64 @@ def participation(misfit: Array) -> float:
     return float(np.sum(z**2) ** 2 / np.sum(z**4) / len(z))
 
 
+def thinned_element(rng: np.random.Generator, kind: int, amplitude: Array, omega: Array) -> Complex:
+    """Return K* of a relaxation that amplitude thins, over its stiffness at rest, by another law than `payne`."""
+    g = rng.uniform(0.5, 2.0)
+    if kind == 0:
+        strain, power = 10 ** rng.uniform(-2.3, -1.7), rng.uniform(1.0, 3.0)
+        turned = 1j * omega * 10 ** rng.uniform(-3.0, -0.5) / (1 + (amplitude / strain) ** power)
+        beta = rng.uniform(0.2, 0.4)
+        return np.asarray(1 + g * turned**beta / (1 + turned**beta))
+    others = [law for law in laws() if "clock" in law[0] or "mean speed" in law[0]][1:]
+    _, _, response, starts = others[kind % len(others)]
+    return np.asarray(1 + g * response(np.array([rng.uniform(*ends) for ends in starts]), amplitude, omega))
+
+
+def fitted_payne(
+    K: Complex,
+    amplitude: Array,
+    omega: Array,
+    starts: Sequence[Array],
+    rig: Callable[[Complex, Array, float], Complex] = none,
+) -> OptimizeResult:
+    """Return the fit of the law of `payne` on a rig, the best of some starts; the size of its effect is last."""
+    _, _, response, _ = next(laws())
+
+    def misfit(p: Array) -> Array:
+        with np.errstate(all="ignore"):
+            relaxing = np.exp(p[0]) + np.exp(p[1]) * response(p[2:-1], amplitude, omega)
+            off = (rig(relaxing, omega, p[-1]) - K) / np.abs(K)
+        return np.nan_to_num(np.concatenate([off.real, off.imag]), nan=10.0, posinf=10.0, neginf=10.0)
+
+    fits = [least_squares(misfit, start, x_scale="jac", max_nfev=150) for start in starts]
+    return min(fits, key=lambda fit: float(fit.cost))
+
+
+def thinned(count: int) -> None:
+    """Draw, fit and print the same of relaxations that amplitude thins."""
+    rng, left = np.random.default_rng(2), list[list[float]]()
+    _, _, _, ends = next(laws())
+    for i in range(count):
+        frequency = np.geomspace(10 ** rng.uniform(-0.3, 0.5), 10 ** rng.uniform(1.9, 2.4), 8)
+        omega = 2 * np.pi * np.tile(frequency, 3)
+        amplitude = np.repeat(10 ** rng.uniform(-2.9, -2.5) * np.array([1.0, 5.0, 25.0]), 8)
+        K = thinned_element(rng, i, amplitude, omega)
+        size = np.abs(K)
+        # Without a loss, or hardly thinned, it is no filled rubber.
+        if not np.isfinite(K).all() or (K.imag <= 0).any() or np.ptp(size[::8]) < 0.1 * size.max():
+            continue
+        at = [np.log(size.min()), np.log(np.ptp(size) + 0.1)]
+        starts = [np.array([*at, *(rng.uniform(*end) for end in ends), 0.0]) for _ in range(5)]
+        alone = fitted_payne(K, amplitude, omega, starts)
+        beside = [fitted_payne(K, amplitude, omega, [alone.x], rig) for rig in RIGS.values()]
+        left.append([float(np.sqrt(fit.cost / alone.cost)) for fit in beside])
+    for name, share in zip(RIGS, np.transpose(left), strict=True):
+        low, middle = np.quantile(share, [0.05, 0.5])
+        sys.stdout.write(
+            f"payne and {name} leave {middle:.2f} of what payne leaves, one in twenty {low:.2f}\n"
+        )
+
+
 def main() -> None:
     """Draw, fit, print."""
     rng = np.random.default_rng(1)
@@ -106,6 +166,7 @@ def main() -> None:
         low, middle = np.quantile(share, [0.05, 0.5])
         sys.stdout.write(f"three branches and {name} leave {middle:.2f} of that, one in twenty {low:.2f}\n")
     sys.stdout.write(f"lags of the force behind the motion: {np.mean(late):.2f}\n")
+    thinned(80)
 
 
 if __name__ == "__main__":

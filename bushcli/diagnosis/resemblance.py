@@ -22,9 +22,10 @@ force. Five limits: beyond the 95 % range of its prior pi(a) |a| counts as at th
 of form is there as improbable as the effect itself; an effect whose change is as large as what the others do is no
 error of form; the error of an effect lies in the channels on which it acts, and elsewhere there is only that of the
 law; the force that a law or an effect without memory makes wrong depends on the displacement alone, so that its
-error resembles no effect with memory; and the error of branches in a table resembles no effect of the rig. Of what
+error resembles no effect with memory; and the error of relaxation in a table resembles no effect of the rig. Of what
 three branches leave of 200 relaxations of other formulas a fourth branch leaves a third, a mass or a resonance more
-than 0.64 in 95 % of them, and a lag more than 0.5, always one of the displacement, which is what a fast branch does
+than 0.64 in 95 % of them, and a lag more than 0.5, always one of the displacement, which is what a fast branch does. Of
+what `payne` leaves of other relaxations that amplitude thins, each of them leaves more than 0.8
 (`benchmarks/branches.py`).
 
 References
@@ -49,6 +50,7 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import EffectParameter, effects_on
 from bushcli.evidence.prior import RESEMBLES, effect_odds
 from bushcli.likelihood.form import LAMBDA, LAMBDA_SPREAD, PHI, PHI_MOST, PHI_SPREAD
+from bushcli.selection.additions import RELAXING
 from bushcli.selection.model import Key
 from bushcli.selection.state import State
 
@@ -132,7 +134,7 @@ def resemblances(
                     if own is None or effect.channels is None or not set(own).isdisjoint(effect.channels)
                 ]
                 remembers = any(effect.effect.has_memory for effect in beside)
-                if (active[name].effect.has_memory and not remembers) or _seen_beside_branches(
+                if (active[name].effect.has_memory and not remembers) or _seen_beside_relaxation(
                     state, active[name], beside
                 ):
                     total = -math.inf
@@ -157,8 +159,8 @@ def _changes(state: State, active: ActiveEffect) -> list[Array]:
     return [slopes @ amplitudes for slopes in state.slopes]
 
 
-def _seen_beside_branches(state: State, active: ActiveEffect, beside: Sequence[ActiveEffect]) -> bool:
-    """Whether an effect of the rig changes tables most on which, of the effects beside it, only branches act."""
+def _seen_beside_relaxation(state: State, active: ActiveEffect, beside: Sequence[ActiveEffect]) -> bool:
+    """Whether an effect of the rig changes tables most on which, of the effects beside it, only relaxation acts."""
     if active.effect.acts != "rig":
         return False
     sums = [0.0, 0.0]
@@ -168,8 +170,8 @@ def _seen_beside_branches(state: State, active: ActiveEffect, beside: Sequence[A
             for effect in beside
             if effect.acts_on(recording.name, recording.mode, recording.kind)
         }
-        of_branches = recording.kind == "dynamic" and parts == {"maxwell"}
-        sums[of_branches] += float(change @ change)
+        relaxing = recording.kind == "dynamic" and bool(parts) and parts <= RELAXING
+        sums[relaxing] += float(change @ change)
     return sums[True] > sums[False]
 
 
