@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -82,7 +82,13 @@ def complex_stiffness(columns: StiffnessColumns) -> tuple[Array, Array, tuple[st
         key, readings = _quantity_of_modulus(columns, values)
         values[key] = values.pop("modulus")
         remarks += readings
-    remarks += _refuse_impossible(columns, values)
+    angle = values.get("loss_angle", np.zeros(0))
+    if (angle > 1.5 * np.pi).any():
+        # A rig that counts from 0 to 360 degrees.
+        values["loss_angle"] = np.where(angle > 1.5 * np.pi, angle - 2.0 * np.pi, angle)
+        remarks.append(f"{columns.labels['loss_angle']}: angles of 270 to 360 degrees are read as 360 less")
+    _refuse_impossible(columns, values)
+    remarks += _losses_below_zero(columns, values)
     pair = next((pair for pair in _PAIRS if set(pair) <= set(values)), None)
     if pair is None and "damping" in values:
         values["loss"] = 2.0 * np.pi * columns.frequency * values.pop("damping")
@@ -129,18 +135,17 @@ def _quantity_of_modulus(columns: StiffnessColumns, values: Mapping[str, Array])
     raise columns.table.refusal(what, expected)
 
 
-def _refuse_impossible(columns: StiffnessColumns, values: Mapping[str, Array]) -> list[str]:
-    """Refuse values that no recording has: an angle beyond 90 degrees, a negative stiffness, a loss of the other sign.
-
-    Some rows may have a loss below zero, which no rubber has: it scatters, or the force is logged late. Return remarks.
-    """
+def _refuse_impossible(columns: StiffnessColumns, values: Mapping[str, Array]) -> None:
+    """Refuse values that no recording has: an angle of 90 degrees and more, a stiffness that is not positive."""
     if "loss_angle" in values:
         angle = values["loss_angle"]
         bad = np.abs(angle) >= 0.5 * np.pi
         shown = f"{np.degrees(angle[np.argmax(bad)]):.4g} degrees"
         remedy = "delete the row; or units = {loss_angle = ...}, if the file is in another unit"
         columns.refuse(bad, f"a loss angle of {shown}, where only 0 to 90 are possible", remedy)
-    for key in {"stiffness", "storage"} & values.keys():
+    for key in ("stiffness", "storage"):
+        if key not in values:
+            continue
         column, remedy = values[key], "rubber resists; delete the row"
         if key == "storage":
             remedy += ", or correct the force by the inertia of the fixture: K' + m omega^2"
@@ -148,21 +153,23 @@ def _refuse_impossible(columns: StiffnessColumns, values: Mapping[str, Array]) -
         columns.refuse(
             bad, f"{label}: {_SYMBOLS[key]} = {column[np.argmax(bad)]:.4g} is not possible", remedy
         )
-    remarks = []
+
+
+def _losses_below_zero(columns: StiffnessColumns, values: Mapping[str, Array]) -> Iterator[str]:
+    """Yield remarks about losses that are negative in some rows; refuse those that are in most."""
     for key in ("loss", "loss_angle", "tan_delta", "damping"):
         late = values[key] < 0.0 if key in values else np.zeros(1, dtype=bool)
+        said = f"{columns.labels.get(key)} is negative in {np.count_nonzero(late)} of {len(late)} rows"
         if late.mean() > 0.5:
-            what = f"{columns.labels[key]} is negative in {np.count_nonzero(late)} of {len(late)} rows, where rubber"
             expected = "change the sign of the column, if it has the phase of the motion behind the force"
-            raise columns.table.refusal(f"{what} dissipates", expected)
+            raise columns.table.refusal(f"{said}, but rubber dissipates", expected)
         if late.any():
             least = values[key].min()
             shown = f"{np.degrees(least):.3g} degrees" if key == "loss_angle" else f"{least:.3g}"
-            remarks.append(
-                f"{columns.labels[key]} is negative in {np.count_nonzero(late)} of {len(late)} rows, down to {shown}: "
-                "rubber dissipates, so that these scatter, or the force is logged late (effect time_lag)"
+            yield (
+                f"{said}, down to {shown}: rubber dissipates, so that these scatter, or the force is logged late "
+                "(effect time_lag)"
             )
-    return remarks
 
 
 def _refuse_contradictions(

@@ -341,13 +341,19 @@ def test_impossible_rows_are_refused_with_their_line(tmp_path, row, said):
     assert "table.csv:3" in message
 
 
-@pytest.mark.parametrize(("quantity", "values"), [("delta [deg]", (5, 1, -2)), ("K'' [N/mm]", (40, 9, -16))])
+@pytest.mark.parametrize(
+    ("quantity", "values"),
+    [("delta [deg]", (5, 1, -2)), ("delta [deg]", (5, 1, 358)), ("K'' [N/mm]", (40, 9, -16))],
+)
 def test_a_loss_below_zero_is_read_in_some_rows_and_refused_in_most(tmp_path, quantity, values):
     """A force that is logged late has it at high frequencies; throughout, the column has the other sign."""
     stiffness = "K* [N/mm]" if "deg" in quantity else "K' [N/mm]"
 
     def text(sign):
-        lines = (f"{f},500,{sign * value}" for f, value in zip((1, 10, 100), values, strict=True))
+        signed = [
+            value if value > 180 and sign > 0 else sign * (value - 360 * (value > 180)) for value in values
+        ]
+        lines = (f"{f},500,{value}" for f, value in zip((1, 10, 100), signed, strict=True))
         return "\n".join([f"f [Hz],{stiffness},{quantity}", *lines])
 
     table = read(tmp_path, text(1))
