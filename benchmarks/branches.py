@@ -106,6 +106,8 @@ def fitted_payne(
     _, _, response, _ = next(laws())
 
     def misfit(p: Array) -> Array:
+        # Most are logarithms.
+        p = np.clip(p, -30.0, 30.0)
         with np.errstate(all="ignore"):
             relaxing = np.exp(p[0]) + np.exp(p[1]) * response(p[2:-1], amplitude, omega)
             off = (rig(relaxing, omega, p[-1]) - K) / np.abs(K)

@@ -100,8 +100,8 @@ class Waiting(dict[Key, Queued]):
 
     @property
     def uncertain_weight(self) -> float:
-        """Logarithm of the weight by which the fits of all may change the posterior."""
-        return float(logsumexp([queued.uncertain_weight for queued in self.values()]))
+        """Logarithm of the weight by which the fits of all may change the posterior; their errors are independent."""
+        return 0.5 * float(logsumexp([2.0 * queued.uncertain_weight for queued in self.values()]))
 
     def ordered_models(self) -> list[Key]:
         """Return the models, the one whose fit may change the posterior most first."""
