@@ -40,7 +40,7 @@ class MaterialCells:
     moved
         Position of the stress-free body at the points; None where it is the mesh.
     drawn_in
-        Displacement in which a sleeve is free of stress; None in rubber.
+        Displacement at which a sleeve is free of stress; None in rubber.
 
     Attributes
     ----------
@@ -103,7 +103,7 @@ class MaterialCells:
         return None if rate is None else self.points.gradients(-rate)
 
     def strained(self, x: Array) -> Array:
-        """Return the displacement beyond the one in which the cells are free of stress, over this rank's unknowns."""
+        """Return the displacement beyond the one at which the cells are free of stress, over this rank's unknowns."""
         return x if self._drawn_in is None else self._drawn_in.beyond(x)
 
     def look(self, x: Array) -> None:

@@ -1,7 +1,8 @@
 """Elastic sleeves that are drawn in before the test.
 
 Swaging bends a sleeve for good: it is free of stress where it was drawn in to, and its strains are those of its further
-displacement. Its stiffness is taken to be that of the section before.
+displacement. Its stiffness is taken to be that of the section before, and it is not turned by more than a few degrees
+afterwards, as a sleeve that is held is not.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from cases.contact.surface import facets_of, on_region
 from cases.feature import Installed
 from cases.parameters import Parameters
+from cases.ranks import sum_over_ranks
 from geometry.dolfinx_api import collapse
 from geometry.mesh import NamedMesh
 
@@ -22,7 +24,7 @@ Array = NDArray[np.float64]
 
 
 class DrawnIn:
-    """The displacement in which an elastic sleeve is free of stress: not zero where features draw in its boundary.
+    """The displacement at which an elastic sleeve is free of stress, by the features that draw in its boundary.
 
     Parameters
     ----------
@@ -52,7 +54,8 @@ class DrawnIn:
         size = (dofmap.size_local + dofmap.num_ghosts) * space.dofmap.index_map_bs
         for installed in features:
             draw_in, boundary = installed.feature.reduction, installed.feature.reduced
-            if draw_in is None or not len(on_region(mesh, facets_of(mesh, [boundary]), region)):
+            held = len(on_region(mesh, facets_of(mesh, [boundary]), region))
+            if draw_in is None or not sum_over_ranks(mesh.mesh.comm, held):
                 continue
             rate = np.zeros(size)
             for component in range(space.sub(0).num_sub_spaces):
@@ -62,13 +65,13 @@ class DrawnIn:
             self._rates[installed.reducing_parameter] = rate
 
     def beyond(self, x: Array) -> Array:
-        """Return the displacement beyond it, with the present parameters and stage of assembly, as unknowns (n,)."""
+        """Return what of a displacement, given by the unknowns (n,), strains the sleeve at the present parameters."""
         share = float(self._parameters.stage.value)
         for name, rate in self._rates.items():
             x = x - share * float(self._parameters.constants[name].value) * rate
         return x
 
     def rate(self, name: str) -> Array | None:
-        """Return its derivative by a parameter, over the unknowns (n,); None where it does not depend on it."""
+        """Return the derivative of the stress-free displacement by a parameter, as unknowns (n,); None for zero."""
         rate = self._rates.get(name)
         return None if rate is None else float(self._parameters.stage.value) * rate

@@ -97,9 +97,9 @@ class Feature:
     dimensions : tuple of str
         Parameters that are dimensions of the mesh: they change with the model only, and have no derivative.
     reduction : callable, optional
-        Coordinates (d, n) in mm and kinematics -> displacement per unit of the first parameter of the boundary
-        `reduced`, and of an elastic sleeve there that is free of stress; shape (c, n), one row per component of the
-        unknown displacement.
+        Coordinates (d, n) in mm and kinematics -> displacement of the boundary `reduced`, and of an elastic sleeve
+        there without stress, per unit of the first parameter; shape (c, n), one row per component of the unknown
+        displacement.
     reduced : str
         Boundary that `reduction` moves: "inner" or "outer".
     surface : callable, optional

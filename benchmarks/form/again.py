@@ -82,8 +82,8 @@ class NeighbourhoodWithMisfits(Neighbourhood):
 class BesideWithMisfits(Beside):
     """Predictions with the misfit that the best point of their grid leaves."""
 
-    def _averaged(self, points: Any) -> Prediction:
-        average = super()._averaged(points)
+    def _mean_over_grid(self, points: Any, settles: bool = True) -> Prediction:
+        average = super()._mean_over_grid(points, settles)
         best = max((self._value(point)[0] for point in points), key=lambda value: value.judgement.log)
         object.__setattr__(average, "left", best.left)
         return average
@@ -100,7 +100,7 @@ def keep(case_file: Path, out: Path, budget: float) -> None:
     """
     with (
         patch.object(module, "Search", SearchWithMisfits),
-        patch("bushcli.selection.queue.Beside", BesideWithMisfits),
+        patch("bushcli.selection.neighbourhood.Beside", BesideWithMisfits),
     ):
         module.diagnose(load_case(case_file), maps=False, budget=budget)
     search = SearchWithMisfits.last

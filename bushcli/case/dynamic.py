@@ -50,9 +50,9 @@ class DynamicRecordingTable(CaseTable):
     across: Literal["amplitude", "preload"] | None = optional(
         "what a length or a strain in the names of the columns is"
     )
-    accept: list[Literal["unit", "spikes", "temperature", "loss_angle", "amplitude", "order"]] | None = (
-        optional("kinds of faults that are none")
-    )
+    accept: (
+        list[Literal["unit", "spikes", "temperature", "loss_angle", "amplitude", "order", "clipped"]] | None
+    ) = optional("kinds of faults that are none")
     quantity: Literal["E", "G"] | None = optional("modulus of a coupon")
     frequency: float | None = optional("Hz, of the whole file", gt=0)
     amplitude: float | None = optional("mm, degrees or strain, peak; of the whole file", gt=0)

@@ -22,11 +22,10 @@ force. Five limits: beyond the 95 % range of its prior pi(a) |a| counts as at th
 of form is there as improbable as the effect itself; an effect whose change is as large as what the others do is no
 error of form; the error of an effect lies in the channels on which it acts, and elsewhere there is only that of the
 law; the force that a law or an effect without memory makes wrong depends on the displacement alone, so that its
-error resembles no effect with memory; and the error of relaxation in a table resembles no effect of the rig. Of what
-three branches leave of 200 relaxations of other formulas a fourth branch leaves a third, a mass or a resonance more
-than 0.64 in 95 % of them, and a lag more than 0.5, always one of the displacement, which is what a fast branch does. Of
-what `payne` leaves of other relaxations that amplitude thins, each of them leaves more than 0.8
-(`benchmarks/branches.py`).
+error resembles no effect with memory; and the error of relaxation in a table resembles no lag, mass, resonance or
+compliance of the rig. Of what three branches leave of 200 relaxations of other formulas a fourth branch leaves a third
+(median), a lag 0.63, a mass or a resonance 0.8 and a compliance all; of what `payne` leaves of other relaxations that
+amplitude thins they leave nearly all (`benchmarks/branches.py`).
 
 References
 ----------
@@ -134,7 +133,7 @@ def resemblances(
                     if own is None or effect.channels is None or not set(own).isdisjoint(effect.channels)
                 ]
                 remembers = any(effect.effect.has_memory for effect in beside)
-                if (active[name].effect.has_memory and not remembers) or _seen_beside_relaxation(
+                if (active[name].effect.has_memory and not remembers) or _is_no_error_of_relaxation(
                     state, active[name], beside
                 ):
                     total = -math.inf
@@ -159,20 +158,26 @@ def _changes(state: State, active: ActiveEffect) -> list[Array]:
     return [slopes @ amplitudes for slopes in state.slopes]
 
 
-def _seen_beside_relaxation(state: State, active: ActiveEffect, beside: Sequence[ActiveEffect]) -> bool:
-    """Whether an effect of the rig changes tables most on which, of the effects beside it, only relaxation acts."""
-    if active.effect.acts != "rig":
+def _is_no_error_of_relaxation(state: State, active: ActiveEffect, beside: Sequence[ActiveEffect]) -> bool:
+    """Whether an effect is a lag, mass, resonance or compliance of the rig, seen in tables beside relaxation alone.
+
+    It is seen there if it changes tables on which, of the effects beside it, only relaxation acts more than all else.
+    """
+    rig = active.effect.rig
+    if rig is None or not (rig.vibrate or rig.clock or rig.spring):
         return False
-    sums = [0.0, 0.0]
+    beside_relaxation = elsewhere = 0.0
     for recording, change in zip(state.problem.recordings, _changes(state, active), strict=True):
         parts = {
             effect.effect.in_force_law
             for effect in beside
             if effect.acts_on(recording.name, recording.mode, recording.kind)
         }
-        relaxing = recording.kind == "dynamic" and bool(parts) and parts <= RELAXING
-        sums[relaxing] += float(change @ change)
-    return sums[True] > sums[False]
+        if recording.kind == "dynamic" and parts and parts <= RELAXING:
+            beside_relaxation += float(change @ change)
+        else:
+            elsewhere += float(change @ change)
+    return beside_relaxation > elsewhere
 
 
 def _fitted_size(state: State, left: Sequence[ActiveEffect], fits: Mapping[Key, State]) -> float:

@@ -57,9 +57,9 @@ _SAME = 0.03
 #: its standard errors and more than a servo-hydraulic rig's usual scatter (judgement). One maximum of the sweep is no
 #: other than a plateau within this factor.
 _AFTER, _SURE, _SOFTER, _LARGER = 3, 4.0, 0.01, 1.2
-#: So many loss angles that are exactly zero are no rounded ones where others differ by less than this (rad; no rubber's
-#: angle is so small): the rig's software shows none below zero.
-_CLIPPED, _FINE = 3, np.radians(0.1)
+#: So many losses that are exactly zero are no rounded ones where others, and their angles, differ by less than this
+#: (rad; no rubber's angle is so small): the rig's software shows none below zero.
+_CLIPPED, _FINE = 3, np.radians(0.05)
 #: Error of pi/2 d ln |K*| / d ln f as the loss angle: rubber, rigs with a mass or a lag (rad; judgement). At least so
 #: many frequencies, over this factor, give it.
 _RISE, _FREQUENCIES, _WIDE = np.radians(8.0), 5, 4.0
@@ -86,8 +86,11 @@ def table_faults(shape: Shape, tables: Sequence[DynamicTable]) -> tuple[DataFaul
             where += f", and {count} more row{'s are' if count > 1 else ' is'} off, too" if count else ""
             remedy = "correct the conditions of the row, or delete it; fits leave it out"
             candidates.append(DataFault(table.name, "spikes", where, remedy, False, off_curve))
-        candidates += [*_order(table, off_curve), *_temperatures(table, off_curve), *_angle(table, off_curve)]
-        candidates += _clipped(table)
+        clipped = list(_clipped(table))
+        candidates += [*_order(table, off_curve), *_temperatures(table, off_curve), *clipped]
+        if not clipped and (table.loss_angle >= 0.0).all():
+            # Neither complements of angles nor tangents are below zero.
+            candidates += _angle(table, off_curve)
         faults += [fault for fault in candidates if fault.kind not in table.accepted_faults]
     return tuple(sorted(faults, key=lambda fault: not fault.fatal))
 
@@ -132,10 +135,13 @@ def _angle(table: DynamicTable, off_curve: NDArray[np.bool_]) -> Iterator[DataFa
 
 def _clipped(table: DynamicTable) -> Iterator[DataFault]:
     """Yield a fault if loss angles below zero are shown as zero, which says nothing of how late the force is."""
-    # Without rounding errors.
-    zero, steps = table.loss_angle == 0.0, np.diff(np.unique(np.round(table.loss_angle, 9)))
-    if np.count_nonzero(zero) < _CLIPPED or not steps.size or steps.min() > _FINE:
+    zero = table.loss_angle == 0.0
+    if np.count_nonzero(zero) < _CLIPPED or zero.all():
         return
+    # The file has one of both, with so many digits; without rounding errors.
+    for values in (table.loss_angle, table.loss / np.median(table.stiffness)):
+        if np.diff(np.unique(np.round(values, 9))).min() > _FINE:
+            return
     low, high = table.frequency[zero].min(), table.frequency[zero].max()
     where = f"the loss angle is exactly 0 in {zero.sum()} rows, from {low:.3g} to {high:.3g} Hz: the rig shows no "
     where += "negative one, which a force that is logged late has there"

@@ -69,7 +69,12 @@ def fit_tables(
         faulty = np.zeros(len(table), dtype=bool)
         for fault in faults:
             faulty |= fault.samples & (not fault.fatal)
-        table = table.rows(~faulty)
+        negative = table.loss <= 0.0
+        if negative.any():
+            what = f"{source.label}: the loss is not positive in {np.count_nonzero(negative)} rows, which are left out"
+            remedy = "rubber dissipates: these rows scatter, or the force is logged late"
+            conditions.append(Condition("bad_samples", what, remedy))
+        table = table.rows(~(faulty | negative))
         if swept := _sweeps(table):
             fits.append(TableSweep(table, swept))
         # The rows of the smallest amplitude and of the preload nearest to zero: a spectrum is linear.

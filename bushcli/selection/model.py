@@ -65,8 +65,8 @@ class Model:
         return (f"{law}{' fixed' if self.fixed else ''}", *sorted(parts))
 
     @property
-    def kind(self) -> Key:
-        """Name of the model without the dimensions of its mesh, such as the thickness of sleeves."""
+    def without_sizes(self) -> Key:
+        """Name of the model without the numbers that its mesh is made for, such as the thickness of sleeves."""
         sizes = {
             f"{active.identity}.{p.name}={active.values[p.name]:g}"
             for active in self.effects

@@ -14,14 +14,14 @@ from typing import Protocol
 
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import Effect
+from bushcli.selection.additions import Fits
 from bushcli.selection.columns import incompatibility
-from bushcli.selection.derivatives import Derivatives
 from bushcli.selection.model import Key, Model
 from bushcli.selection.neighbours import other_laws, without_effects
 from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import FAINT, Addition, Prediction
 from bushcli.selection.queued import FAR, Queued, Waiting, slack_of
-from bushcli.selection.state import CommonData, State
+from bushcli.selection.state import State
 
 # Largest number of effects in a model: no recording so far could distinguish more.
 MOST_EFFECTS = 3
@@ -33,26 +33,16 @@ NEIGHBOURS = 0.01
 BORROWED = 2.0
 
 
-class Searched(Protocol):
+class Searched(Fits, Protocol):
     """What is known of a search: its fitted models and their weights, and its queue."""
 
-    problem: CommonData
     plain: State
     catalogue: Sequence[Effect]
-    states: dict[Key, State]
     waiting: Waiting
-    derivatives: Derivatives
-
-    @property
-    def total(self) -> float:
-        """Logarithm of the sum of all posterior weights."""
 
     @property
     def begun_models(self) -> Iterable[Model]:
         """Models whose fits have begun and not ended."""
-
-    def odds(self, model: Model) -> float:
-        """Logarithm of the prior odds of a model against the plain law."""
 
 
 class Neighbourhood:
@@ -80,10 +70,7 @@ class Neighbourhood:
         """
         search = self._search
         if state is search.plain or not state.model.effects:
-            found = Beside(state, search.derivatives.additions_beside(state, state is search.plain))
-            if state is search.plain:
-                self._beside_plain = found.grouped
-            return found
+            return Beside(state, search.derivatives.additions_beside(state, state is search.plain))
         borrowed, least = self._with_borrowed(state), search.total + math.log(NEIGHBOURS)
         silent, visible = {points[0].trial.effect.name for points in borrowed.grouped.values()}, set[str]()
         for points, prediction in zip(borrowed.grouped.values(), borrowed.singles(), strict=True):
@@ -98,6 +85,10 @@ class Neighbourhood:
             *(addition for addition in every if addition.trial.effect.name in silent),
         ]
         return Beside(state, own, before=borrowed)
+
+    def lend(self, beside: Beside) -> None:
+        """Keep the derivatives beside the plain law: those beside other models may be taken from there."""
+        self._beside_plain = beside.grouped
 
     def _with_borrowed(self, state: State) -> Beside:
         """Return further effects with their derivatives beside the plain law."""
@@ -212,26 +203,33 @@ class Neighbourhood:
         found = known.evidence.judgement.log
         return smaller.alone().log_likelihood > found + slack_of(state.evidence.judgement.log - found)
 
-    def correct(self, state: State, found: float, predicted: float) -> None:
+    def correct(self, state: State, fitted: Queued, error: float) -> None:
         """Correct what is predicted of models that differ from a fitted one in a dimension of the mesh alone.
 
         Sleeves of 1, 2 and 4 mm do nearly the same with other moduli, and their predictions err alike: in development
-        003 by 0.3, 0.3 and 0.1 nats, in 013 by 0.3 three times, in foreign 037 by 98 and 96.
+        003 by 0.3, 0.3 and 0.1 nats, in 013 by 0.3 three times, in foreign 037 by 98 and 96. A fit that was given up
+        says nothing of them.
 
         Parameters
         ----------
         state : State
-        found, predicted : float
-            Logarithms of its posterior weight.
+        fitted : Queued
+            What was predicted of the model.
+        error : float
+            Logarithm of its weight over the predicted one.
         """
-        waiting = self._search.waiting
-        for key, queued in waiting.items():
-            if queued.model.kind == state.model.kind:
-                log, slack = (
-                    queued.log_evidence + found - predicted,
-                    slack_of(queued.predicted_weight - predicted),
-                )
-                waiting[key] = replace(queued, base=state, log_evidence=log, slack=slack, hope=0.0)
+        if fitted.is_bound or not state.fitted.converged:
+            return
+        for key, other in self._search.waiting.items():
+            same = other.model.without_sizes == state.model.without_sizes and other.base is fitted.base
+            if not same or other.is_silent:
+                continue
+            slack = slack_of(other.predicted_weight - fitted.predicted_weight)
+            corrected = replace(
+                other, base=state, log_evidence=other.log_evidence + error, slack=slack, hope=0.0
+            )
+            if corrected.rank > other.rank:
+                self._search.waiting[key] = corrected
 
     def queue(
         self,

@@ -49,11 +49,12 @@ class FitOrder:
         least : float
             Logarithm of the posterior weight below which a model is not fitted in place of one that waits.
         """
+        begun = {model.without_sizes for model in self.begun}
         for key in self.waiting.ordered_models():
             queued = self.waiting[key]
-            if any(model.kind == queued.model.kind for model in self.begun):
-                continue
             chosen = self.law_first(queued) if queued.is_bound else self.single_first(queued)
+            if chosen is not None and chosen.model.without_sizes in begun:
+                chosen = None
             if chosen is not None or queued.uncertain_weight < least:
                 return chosen
         return None

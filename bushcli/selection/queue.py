@@ -49,10 +49,17 @@ AT_ONCE = 3
 
 @dataclass(frozen=True)
 class _Begun:
-    """A fit that another process does, or this one when its answer is waited for."""
+    """A fit that another process does, or this one when its answer is waited for.
+
+    Attributes
+    ----------
+    matters : bool
+        Whether it was begun whatever is predicted of it.
+    """
 
     queued: Queued
     answer: Callable[[], Fitted | None]
+    matters: bool
 
 
 @dataclass
@@ -236,7 +243,7 @@ class Search:
         odds = self.odds(queued.model), self.odds(queued.model, unknown=True)
         needed = None if matters else needed_of(self.total, *odds)
         question = (self.problem.case, queued.model, measured, inner, least, needed)
-        return _Begun(queued, self.workers.ask(fit, question))
+        return _Begun(queued, self.workers.ask(fit, question), matters)
 
     def _give_back(self) -> None:
         """Queue the models again whose fits have not ended: the time is over, or the user has interrupted them."""
@@ -246,8 +253,8 @@ class Search:
 
     def _receive_oldest(self) -> None:
         """Wait for the fit that began first, and enter it, or note that the model cannot be solved."""
-        queued = self._begun[0].queued
-        answer = self._begun[0].answer()
+        begun = self._begun[0]
+        queued, answer = begun.queued, begun.answer()
         state = None if answer is None else State(self.problem, answer)
         text = "cannot be solved"
         if state is not None:
@@ -258,6 +265,9 @@ class Search:
         del self._begun[0]
         if state is not None:
             self._enter(state, queued.predicted_weight)
+            if not begun.matters:
+                error = self.weights(state)[0] - queued.predicted_weight
+                self.neighbourhood.correct(state, queued, error)
             return
         none, why = float("nan"), "cannot be solved from any start"
         self.lost[queued.model.structure] = label(queued.model, variants=True)
@@ -291,8 +301,6 @@ class Search:
             self.neighbourhood.queue_borrowed(state)
         else:
             self.neighbourhood.queue_law(state, with_law_of(self.plain.model, state.model))
-        if math.isfinite(predicted):
-            self.neighbourhood.correct(state, self.weights(state)[0], predicted)
         row = self._row(state.model, predicted, self.weights(state)[0], state.misfit_over_noise, "")
         self.rows.append(replace(row, solves=state.fitted.solves))
 
@@ -318,6 +326,8 @@ class Search:
         """Predict and queue the neighbours of a fitted model."""
         state, near = self.states[key], self.neighbourhood
         beside = near.beside(state)
+        if state is self.plain:
+            near.lend(beside)
         further = MOST_EFFECTS - len(state.model.effects)
         near.queue_larger(state, beside.singles() if further > 0 else [])
         near.queue_other_laws(beside)

@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 
 
 def _inwards(x: Array, kinematics: str) -> Array:
-    """Return the displacement of the outer bond per unit of the reduction; only the radial component is not zero."""
+    """Return the displacement of the outer sleeve per unit of the reduction; only its radial component is not zero."""
     if kinematics == "cartesian":
         u = np.zeros((3, x.shape[1]))
         u[:2] = -x[:2] / np.maximum(np.hypot(x[0], x[1]), 1e-12)

@@ -21,10 +21,9 @@ _TOLERANCE = 0.02
 #: temperatures and frequencies; a table in which *every* row is above it has probably 90 degrees minus the angle.
 _IMPLAUSIBLE_ANGLE = np.radians(45.0)
 #: Symbols in messages.
-_SYMBOLS = {
-    "stiffness": "|K*|",
-    "storage": "K'",
-}
+_SYMBOLS = {"stiffness": "|K*|", "storage": "K'"}
+#: Quantities that are negative where rubber would return more than it takes.
+_LOSSES = ("loss", "loss_angle", "tan_delta", "damping")
 #: Pairs that give K' and K'', the best conditioned first.
 _PAIRS = (
     ("storage", "loss"), ("stiffness", "loss_angle"), ("stiffness", "tan_delta"), ("storage", "tan_delta"),
@@ -136,13 +135,19 @@ def _quantity_of_modulus(columns: StiffnessColumns, values: Mapping[str, Array])
 
 
 def _refuse_impossible(columns: StiffnessColumns, values: Mapping[str, Array]) -> None:
-    """Refuse values that no recording has: an angle of 90 degrees and more, a stiffness that is not positive."""
+    """Refuse what no recording has: most losses negative, an angle of 90 degrees and more, a stiffness below 0."""
+    for key in _LOSSES:
+        late = np.count_nonzero(values[key] < 0.0) if key in values else 0
+        if late and late > 0.5 * len(values[key]):
+            what = f"{columns.labels[key]} is negative in {late} of {len(values[key])} rows, but rubber dissipates"
+            expected = "change the sign of the column, if it has the phase of the motion behind the force"
+            raise columns.table.refusal(what, expected)
     if "loss_angle" in values:
         angle = values["loss_angle"]
         bad = np.abs(angle) >= 0.5 * np.pi
         shown = f"{np.degrees(angle[np.argmax(bad)]):.4g} degrees"
         remedy = "delete the row; or units = {loss_angle = ...}, if the file is in another unit"
-        columns.refuse(bad, f"a loss angle of {shown}, where only 0 to 90 are possible", remedy)
+        columns.refuse(bad, f"a loss angle of {shown}, where only -90 to 90 are possible", remedy)
     for key in ("stiffness", "storage"):
         if key not in values:
             continue
@@ -156,19 +161,14 @@ def _refuse_impossible(columns: StiffnessColumns, values: Mapping[str, Array]) -
 
 
 def _losses_below_zero(columns: StiffnessColumns, values: Mapping[str, Array]) -> Iterator[str]:
-    """Yield remarks about losses that are negative in some rows; refuse those that are in most."""
-    for key in ("loss", "loss_angle", "tan_delta", "damping"):
-        late = values[key] < 0.0 if key in values else np.zeros(1, dtype=bool)
-        said = f"{columns.labels.get(key)} is negative in {np.count_nonzero(late)} of {len(late)} rows"
-        if late.mean() > 0.5:
-            expected = "change the sign of the column, if it has the phase of the motion behind the force"
-            raise columns.table.refusal(f"{said}, but rubber dissipates", expected)
-        if late.any():
-            least = values[key].min()
+    """Yield remarks about losses that are negative in some rows: they scatter, or the force is logged late."""
+    for key in _LOSSES:
+        if key in values and (values[key] < 0.0).any():
+            late, least = np.count_nonzero(values[key] < 0.0), values[key].min()
             shown = f"{np.degrees(least):.3g} degrees" if key == "loss_angle" else f"{least:.3g}"
             yield (
-                f"{said}, down to {shown}: rubber dissipates, so that these scatter, or the force is logged late "
-                "(effect time_lag)"
+                f"{columns.labels[key]} is negative in {late} of {len(values[key])} rows, down to {shown}: rubber "
+                "dissipates, so that these scatter, or the force is logged late (effect time_lag)"
             )
 
 
@@ -180,7 +180,7 @@ def _refuse_contradictions(
     if pair == ("stiffness", "storage") or pair == ("stiffness", "loss"):
         whole, part, label = values["stiffness"], values[pair[1]], columns.labels.get(pair[1])
         columns.refuse(
-            whole < (1.0 - _TOLERANCE) * part,
+            whole < (1.0 - _TOLERANCE) * np.abs(part),
             lambda row: f"|K*| = {whole[row]:.5g} is less than its part {label} = {part[row]:.5g}",
             'columns = {...}, or stiffness_is = "storage"',
         )

@@ -122,8 +122,11 @@ def test_sleeves_of_another_thickness_are_predicted_from_those_that_are_fitted(w
     order = FitOrder(base, found.states, [thin, inner], set(), found.waiting)
     assert order.next_model(-math.inf).model is outer
     for one in (thin, inner):
-        fitted = State(base.problem, replace(base.fitted, model=one))
-        found.neighbourhood.correct(fitted, 9.0, 5.0)
+        fitted = State(base.problem, replace(base.fitted, model=one, converged=True))
+        predicted = queued.Queued(one, base, 6.0, odds=-1.0)
+        for silent in (replace(predicted, is_bound=True), replace(predicted, base=fitted)):
+            found.neighbourhood.correct(fitted, silent, 99.0)
+        found.neighbourhood.correct(fitted, predicted, 4.0)
     corrected = found.waiting[thick.structure]
     assert (corrected.log_evidence, corrected.hope) == (11.0, 0.0)
     assert corrected.slack == queued.slack_of(1.0)

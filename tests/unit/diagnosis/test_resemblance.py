@@ -150,6 +150,7 @@ def test_the_error_of_a_rig_is_not_in_the_channel_of_another(coupon, monkeypatch
         ("time_lag", ("payne",), {"dynamic": 1.0}, True),
         ("time_lag", ("viscoelasticity", "fixture_mass"), {"dynamic": 1.0}, False),
         ("payne", ("viscoelasticity",), {"dynamic": 1.0}, False),
+        ("gain", ("viscoelasticity",), {"dynamic": 1.0}, False),
     ],
 )
 def test_the_error_of_relaxation_in_a_table_is_no_effect_of_the_rig(name, beside, changes, seen):
@@ -164,7 +165,7 @@ def test_the_error_of_relaxation_in_a_table_is_no_effect_of_the_rig(name, beside
         slopes=[np.full((4, 1), change) for change in changes.values()],
     )
     others = [ActiveEffect(effect(other)) for other in beside]
-    assert resemblance._seen_beside_relaxation(state, active, others) == seen
+    assert resemblance._is_no_error_of_relaxation(state, active, others) == seen
 
 
 def test_a_fit_without_the_effects_says_what_the_rest_cannot_imitate(coupon):
