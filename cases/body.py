@@ -136,14 +136,17 @@ class MaterialCells:
         function = kernel(gradients.forces(self._name, self._setting))
         # All in one call: in the half-plane a call takes longer than the work at the points.
         inputs = {"gradients": self._repeated_gradients(count), "answer": answers.reshape(-1, length)}
-        return function(count * points, inputs).reshape(count, points, -1)
+        found = function(count * points, inputs)
+        # A rank may have no points of a part.
+        return found.reshape(count, points, found.shape[-1])
 
     def strain_rates(self, changes: Array) -> Array:
         """Return the changes of the strain variables due to changes of the gradients, (k, points, rows)."""
         count, points, rows = changes.shape
         function = kernel(gradients.strain_rates(self._name, self._setting))
         inputs = {"gradients": self._repeated_gradients(count), "change": changes.reshape(-1, rows)}
-        return function(count * points, inputs).reshape(count, points, -1)
+        found = function(count * points, inputs)
+        return found.reshape(count, points, found.shape[-1])
 
     def _repeated_gradients(self, count: int) -> Array:
         if count == 1:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import ufl
 from dolfinx import fem
+from dolfinx.la import InsertMode
 from numpy.typing import NDArray
 from typing_extensions import override
 from ufl.algorithms import expand_derivatives
@@ -147,8 +148,12 @@ class Motion:
             fem.locate_dofs_topological(part, tdim, mesh.cells.find(mesh.region[name]))
             for name in mesh.sleeves
         ]
-        rubber_dofs = fem.locate_dofs_topological(part, tdim, mesh.cells.find(mesh.region["rubber"]))
-        return [int(d) for d in np.setdiff1d(np.concatenate(idle), rubber_dofs)]
+        # The rubber beside an unknown may be on another rank.
+        shared = fem.Function(self._space)
+        shared.x.array[fem.locate_dofs_topological(part, tdim, mesh.cells.find(mesh.region["rubber"]))] = 1.0
+        shared.x.scatter_reverse(InsertMode.add)
+        shared.x.scatter_forward()
+        return [int(d) for d in np.unique(np.concatenate(idle)) if shared.x.array[d] == 0.0]
 
     def relocate(self, x: Array) -> None:
         """Move the constrained unknowns to other points, shape (n, 3), mm."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bushcli.case import Case
+from bushcli.errors import count_of
 from bushcli.faults import condition
 from bushcli.faults.dynamic import table_faults
 from bushcli.inverse.spectrum import SpectrumFit, fit_spectrum
@@ -71,7 +72,8 @@ def fit_tables(
             faulty |= fault.samples & (not fault.fatal)
         negative = table.loss <= 0.0
         if negative.any():
-            what = f"{source.label}: the loss is not positive in {np.count_nonzero(negative)} rows, which are left out"
+            rows = count_of(int(np.count_nonzero(negative)), "row")
+            what = f"{source.label}: the loss is not positive in {rows}, which the fit leaves out"
             remedy = "rubber dissipates: these rows scatter, or the force is logged late"
             conditions.append(Condition("bad_samples", what, remedy))
         table = table.rows(~(faulty | negative))

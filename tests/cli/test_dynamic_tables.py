@@ -72,6 +72,31 @@ def test_fit_gives_the_spectrum_of_a_coupon(case):
     assert found["equilibrium"] * sum(one["g"] for one in found["terms"]) == pytest.approx(1.5, rel=0.03)
 
 
+def test_fit_leaves_out_rows_of_a_coupon_that_dissipate_nothing(case):
+    """A negative loss, of a force that is logged late, has no place in a spectrum."""
+    expected = json.loads(run("fit", case, "--json").stdout)["dynamic"][0]
+    sweep = case.parent / "sweep.csv"
+    sweep.write_text(sweep.read_text() + "300,4.5,-0.2\n")
+    done = run("fit", case, "--json")
+    assert done.exit_code == 0, done.output
+    result = json.loads(done.stdout)
+    assert result["dynamic"][0]["terms"] == expected["terms"]
+    assert any("loss is not positive in 1 row" in problem["message"] for problem in result["problems"])
+
+
+def test_angles_that_a_rig_shows_as_zero_are_left_out_unless_the_case_accepts_them(case):
+    frequency = np.geomspace(1.0, 200.0, 20)
+    shown = np.maximum(6.0 - 0.08 * frequency, 0.0)
+    rows = "".join(f"{f:.4g},0.2,{900 + f:.5g},{d:.2f}\n" for f, d in zip(frequency, shown, strict=True))
+    head = "frequency_Hz,amplitude_mm,stiffness_N_per_mm,loss_angle_deg\n"
+    (case.parent / "radial.csv").write_text(head + rows)
+    assert "loss angle is exactly 0 in 4 rows" in " ".join(run("check", case).output.split())
+    case.write_text(CASE.replace('"double"', '"double"\naccept = ["clipped"]'))
+    done = run("check", case)
+    assert done.exit_code == 0
+    assert "exactly 0" not in done.output
+
+
 @pytest.mark.parametrize("command", ["diagnose", "inverse"])
 def test_a_command_without_use_for_moduli_of_a_coupon_names_the_one_that_has(case, command):
     bushing = CASE[CASE.index("[[recordings]]") : CASE.index("[[coupons]]")]

@@ -112,6 +112,14 @@ def test_angles_that_are_shown_as_zero_are_left_out():
             assert kinds(replace(shown, accepted_faults=("clipped",))) == []
 
 
+@pytest.mark.parametrize("lag", [1e-4, 2.2e-4, 2.5e-4, 5e-4])
+def test_a_force_that_is_logged_late_has_no_other_angles(lag):
+    """Whatever the mean of the angles, one below zero is neither 90 degrees minus another nor a tangent."""
+    table = relaxing(0.2)
+    K = (table.storage + 1j * table.loss) * np.exp(-2j * np.pi * table.frequency * lag)
+    assert kinds(replace(table, storage=K.real, loss=K.imag)) == []
+
+
 @pytest.mark.parametrize("at", [1, 2, 3])
 def test_two_sweeps_that_agree_beside_others_that_do_not_are_named(at):
     table = sweeps([0.0, 15.0, 30.0, 45.0])

@@ -331,6 +331,7 @@ def test_ninety_degrees_minus_the_angle_is_asked_for_where_only_the_magnitude_is
         ("1,0,500,5", "an amplitude of 0"),
         ("1,0.1,-500,5", "|K*| = -500 is not possible"),
         ("1,0.1,500,95", "a loss angle of 95 degrees"),
+        ("1,0.1,500,-95", "only -90 to 90 are possible"),
         ("1,0.1,500,x", "is not a number"),
     ],
 )
