@@ -186,7 +186,9 @@ class Beside:
         less = replace(left, across=across, excess=left.excess + across - left.across)
         gain = likelihood.judge(less).log - evidence.judgement.log
         variance = float(np.mean(evidence.judgement.scale))
-        return evidence.log + gain - 0.5 * more * math.log(1.0 + float(likelihood.signal.sum()) / variance)
+        explained = float(np.maximum(evidence.left.excess - less.excess, 0.0).sum())
+        # One of its parameters changes the force by what it explains at least, and is determined to the error of that.
+        return evidence.log + gain - (0.5 * math.log(1.0 + explained / variance) if more else 0.0)
 
     # -- the linear problem --------------------------------------------------------------------------------------
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
 from scipy.special import logsumexp
 
 from bushcli.selection.model import Key, Model
@@ -100,8 +101,13 @@ class Waiting(dict[Key, Queued]):
 
     @property
     def uncertain_weight(self) -> float:
-        """Logarithm of the weight by which the fits of all may change the posterior; their errors are independent."""
-        return 0.5 * float(logsumexp([2.0 * queued.uncertain_weight for queued in self.values()]))
+        """Logarithm of the weight by which the fits of all may change the posterior.
+
+        The errors of predictions are independent, so that their squares add; bounds of other laws have one reason.
+        """
+        predicted = [2.0 * queued.uncertain_weight for queued in self.values() if not queued.is_bound]
+        bounds = [queued.uncertain_weight for queued in self.values() if queued.is_bound]
+        return float(logsumexp([0.5 * logsumexp([-np.inf, *predicted]), *bounds]))
 
     def ordered_models(self) -> list[Key]:
         """Return the models, the one whose fit may change the posterior most first."""
