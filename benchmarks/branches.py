@@ -172,7 +172,7 @@ def main() -> None:
         low, middle = np.quantile(share, [0.05, 0.5])
         sys.stdout.write(f"three branches and {name} leave {middle:.2f} of that, one in twenty {low:.2f}\n")
     sys.stdout.write(f"lags of the force behind the motion: {np.mean(is_late):.2f}\n")
-    thinned(60)
+    thinned(30)
 
 
 if __name__ == "__main__":
