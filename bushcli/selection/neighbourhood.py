@@ -220,16 +220,12 @@ class Neighbourhood:
         """
         if fitted.is_bound or not state.fitted.converged:
             return
-        for key, other in self._search.waiting.items():
+        for other in list(self._search.waiting.values()):
             same = other.model.without_sizes == state.model.without_sizes and other.base is fitted.base
-            if not same or other.is_silent:
-                continue
-            slack = slack_of(other.predicted_weight - fitted.predicted_weight)
-            corrected = replace(
-                other, base=state, log_evidence=other.log_evidence + error, slack=slack, hope=0.0
-            )
-            if corrected.rank > other.rank:
-                self._search.waiting[key] = corrected
+            if same and not other.is_silent:
+                log = other.log_evidence + error
+                slack = slack_of(other.predicted_weight - fitted.predicted_weight)
+                self._search.waiting.put(replace(other, base=state, log_evidence=log, slack=slack, hope=0.0))
 
     def queue(
         self,
