@@ -1,8 +1,8 @@
 """Elastic sleeves that are drawn in before the test.
 
-Swaging bends a sleeve for good: it is free of stress where it was drawn in to, and its strains are those of its further
-displacement. Its stiffness is taken to be that of the section before, and it is not turned by more than a few degrees
-afterwards, as a sleeve that is held is not.
+Swaging bends a sleeve for good: it is free of stress in the shape that it was drawn into, and strained by its further
+displacement alone. Two approximations: its stiffness is that of the section before, and its turn is small, as that of a
+sleeve that the rig holds.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ class DrawnIn:
         The sleeve.
     features : sequence of Installed
     parameters : Parameters
-    space
-        Space of the unknowns, displacement first.
+    state
+        Unknowns of the model, displacement first.
     kinematics : str
         Name of the setting.
     """
@@ -45,21 +45,22 @@ class DrawnIn:
         region: str,
         features: Sequence[Installed],
         parameters: Parameters,
-        space: Any,
+        state: Any,
         kinematics: str,
     ) -> None:
         self._parameters = parameters
         self._rates: dict[str, Array] = {}
-        dofmap = space.dofmap.index_map
-        size = (dofmap.size_local + dofmap.num_ghosts) * space.dofmap.index_map_bs
+        displacement = state.function_space.sub(0)
         for installed in features:
-            draw_in, boundary = installed.feature.reduction, installed.feature.reduced
-            held = len(on_region(mesh, facets_of(mesh, [boundary]), region))
-            if draw_in is None or not sum_over_ranks(mesh.mesh.comm, held):
+            draw_in = installed.feature.reduction
+            if draw_in is None:
                 continue
-            rate = np.zeros(size)
-            for component in range(space.sub(0).num_sub_spaces):
-                subspace, dofs = collapse(space.sub(0).sub(component))
+            held = on_region(mesh, facets_of(mesh, [installed.feature.reduced]), region)
+            if not sum_over_ranks(mesh.mesh.comm, len(held)):
+                continue
+            rate = np.zeros(len(state.x.array))
+            for component in range(displacement.num_sub_spaces):
+                subspace, dofs = collapse(displacement.sub(component))
                 x = subspace.tabulate_dof_coordinates()[:, : mesh.dimension].T
                 rate[dofs] = draw_in(x, kinematics)[component]
             self._rates[installed.reducing_parameter] = rate

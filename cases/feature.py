@@ -97,8 +97,8 @@ class Feature:
     dimensions : tuple of str
         Parameters that are dimensions of the mesh: they change with the model only, and have no derivative.
     reduction : callable, optional
-        Coordinates (d, n) in mm and kinematics -> displacement of the boundary `reduced`, and of an elastic sleeve
-        there without stress, per unit of the first parameter; shape (c, n), one row per component of the unknown
+        Coordinates (d, n) in mm and kinematics -> displacement of the boundary `reduced`, at which an elastic sleeve
+        there is free of stress, per unit of the first parameter; shape (c, n), one row per component of the unknown
         displacement.
     reduced : str
         Boundary that `reduction` moves: "inner" or "outer".

@@ -154,7 +154,7 @@ class FiniteElementModel:
             return MetalAtPoints(self._gradients, points)
 
         drawn_in = {
-            name: DrawnIn(mesh, name, self.features, self.parameters, self.space, self.setting.kinematics)
+            name: DrawnIn(mesh, name, self.features, self.parameters, self.state, self.setting.kinematics)
             for name in mesh.sleeves
         }
         return Body(part("rubber", rubber), {name: part(name, metal, drawn_in[name]) for name in drawn_in})

@@ -149,11 +149,13 @@ class Motion:
             for name in mesh.sleeves
         ]
         # The rubber beside an unknown may be on another rank.
-        shared = fem.Function(self._space)
-        shared.x.array[fem.locate_dofs_topological(part, tdim, mesh.cells.find(mesh.region["rubber"]))] = 1.0
-        shared.x.scatter_reverse(InsertMode.add)
-        shared.x.scatter_forward()
-        return [int(d) for d in np.unique(np.concatenate(idle)) if shared.x.array[d] == 0.0]
+        in_rubber = fem.Function(self._space)
+        in_rubber.x.array[fem.locate_dofs_topological(part, tdim, mesh.cells.find(mesh.region["rubber"]))] = (
+            1.0
+        )
+        in_rubber.x.scatter_reverse(InsertMode.add)
+        in_rubber.x.scatter_forward()
+        return [int(d) for d in np.unique(np.concatenate(idle)) if in_rubber.x.array[d] == 0.0]
 
     def relocate(self, x: Array) -> None:
         """Move the constrained unknowns to other points, shape (n, 3), mm."""

@@ -159,9 +159,10 @@ def _changes(state: State, active: ActiveEffect) -> list[Array]:
 
 
 def _is_no_error_of_relaxation(state: State, active: ActiveEffect, beside: Sequence[ActiveEffect]) -> bool:
-    """Whether an effect is a lag, mass, resonance or compliance of the rig, seen in tables beside relaxation alone.
+    """Whether an effect is a lag, mass, resonance or compliance of the rig that tables show beside relaxation alone.
 
-    It is seen there if it changes tables on which, of the effects beside it, only relaxation acts more than all else.
+    They show it if it changes them more than the other recordings, and of the effects beside it only relaxation acts on
+    them.
     """
     rig = active.effect.rig
     if rig is None or not (rig.vibrate or rig.clock or rig.spring):

@@ -51,16 +51,7 @@ class Posterior(LeastSquaresProblem):
         stopping: Stopping,
         limits: Sequence[StepLimit],
     ) -> None:
-        super().__init__(
-            identification.channels,
-            identification.law,
-            identification.names,
-            identification.fixed,
-            identification.bounds,
-            identification.states,
-            stopping=stopping,
-            limits=limits,
-        )
+        super().__init__(*identification.posed, stopping=stopping, limits=limits)
         self.likelihood, self.variances, self.known = likelihood, variances, known
 
     @property

@@ -57,8 +57,8 @@ _SAME = 0.03
 #: its standard errors and more than a servo-hydraulic rig's usual scatter (judgement). One maximum of the sweep is no
 #: other than a plateau within this factor.
 _AFTER, _SURE, _SOFTER, _LARGER = 3, 4.0, 0.01, 1.2
-#: So many losses that are exactly zero are no rounded ones where others, and their angles, differ by less than this
-#: (rad; no rubber's angle is so small): the rig's software shows none below zero.
+#: So many losses of exactly zero are not rounded where others, and their angles, differ by less than this (rad): no
+#: rubber's angle is so small, and the rig's software shows none below zero. Judgement.
 _CLIPPED, _FINE = 3, np.radians(0.05)
 #: Error of pi/2 d ln |K*| / d ln f as the loss angle: rubber, rigs with a mass or a lag (rad; judgement). At least so
 #: many frequencies, over this factor, give it.
@@ -138,7 +138,7 @@ def _clipped(table: DynamicTable) -> Iterator[DataFault]:
     zero = table.loss_angle == 0.0
     if np.count_nonzero(zero) < _CLIPPED or zero.all():
         return
-    # The file has one of both, with so many digits; without rounding errors.
+    # The file has one of the two, and the other follows from it with all digits.
     for values in (table.loss_angle, table.loss / np.median(table.stiffness)):
         if np.diff(np.unique(np.round(values, 9))).min() > _FINE:
             return

@@ -70,13 +70,13 @@ def fit_tables(
         faulty = np.zeros(len(table), dtype=bool)
         for fault in faults:
             faulty |= fault.samples & (not fault.fatal)
-        negative = table.loss <= 0.0
-        if negative.any():
-            rows = count_of(int(np.count_nonzero(negative)), "row")
+        lossless = table.loss <= 0.0
+        if lossless.any():
+            rows = count_of(int(np.count_nonzero(lossless)), "row")
             what = f"{source.label}: the loss is not positive in {rows}, which the fit leaves out"
             remedy = "rubber dissipates: these rows scatter, or the force is logged late"
             conditions.append(Condition("bad_samples", what, remedy))
-        table = table.rows(~(faulty | negative))
+        table = table.rows(~(faulty | lossless))
         if swept := _sweeps(table):
             fits.append(TableSweep(table, swept))
         # The rows of the smallest amplitude and of the preload nearest to zero: a spectrum is linear.

@@ -130,6 +130,13 @@ class LeastSquaresProblem:
         self.limits = [replace(limit) for limit in limits] or [StepLimit() for _ in channels]
         self._known: dict[bytes, list[ChannelForces] | None] = {}
 
+    @property
+    def posed(
+        self,
+    ) -> tuple[Sequence[FitChannel], Law, Sequence[str], Mapping[str, float], Bounds, Array]:
+        """What is fitted, and by which parameters: arguments of another problem that weighs the misfit otherwise."""
+        return self.channels, self.law, self.names, self.fixed, self.bounds, self.states
+
     def watch(self, states: Array, best: Array | None = None) -> None:
         """Also require the law's stability in further states.
 

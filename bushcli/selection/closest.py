@@ -66,15 +66,7 @@ class _Closest(LeastSquaresProblem):
         start: Array,
         mesh_error: Sequence[Array],
     ) -> None:
-        super().__init__(
-            identification.channels,
-            identification.law,
-            identification.names,
-            identification.fixed,
-            identification.bounds,
-            identification.states,
-            stopping=STOPPING,
-        )
+        super().__init__(*identification.posed, stopping=STOPPING)
         self._recordings, self._mesh_error = recordings, mesh_error
         self._used, self._known_values, self._unit = used, known, 0.0
         size = np.linalg.norm(self._rows(start)[0])

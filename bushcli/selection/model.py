@@ -55,25 +55,23 @@ class Model:
     @property
     def structure(self) -> Key:
         """Name of the model: its law, whether that is fixed, its effects with their parameters and dimensions."""
+        return self._name(sizes=True)
+
+    @property
+    def without_sizes(self) -> Key:
+        """The same without the dimensions of the mesh, such as the thickness of sleeves."""
+        return self._name(sizes=False)
+
+    def _name(self, sizes: bool) -> Key:
         parts = []
         for active in self.effects:
             parts += [
-                f"{active.identity}.{p.name}" + (f"={active.values[p.name]:g}" if p.of_mesh else "")
+                f"{active.identity}.{p.name}"
+                + (f"={active.values[p.name]:g}" if p.of_mesh and (sizes or p.choices) else "")
                 for p in active.parameters
             ]
         law = self.law if self.terms is None else f"{self.law} {self.terms}"
         return (f"{law}{' fixed' if self.fixed else ''}", *sorted(parts))
-
-    @property
-    def without_sizes(self) -> Key:
-        """Name of the model without the numbers that its mesh is made for, such as the thickness of sleeves."""
-        sizes = {
-            f"{active.identity}.{p.name}={active.values[p.name]:g}"
-            for active in self.effects
-            for p in active.parameters
-            if p.of_mesh and not p.choices
-        }
-        return tuple(part for part in self.structure if part not in sizes)
 
     @property
     def values(self) -> dict[str, float]:

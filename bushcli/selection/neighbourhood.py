@@ -87,7 +87,12 @@ class Neighbourhood:
         return Beside(state, own, before=borrowed)
 
     def lend(self, beside: Beside) -> None:
-        """Keep the derivatives beside the plain law: those beside other models may be taken from there."""
+        """Keep the derivatives beside the plain law, which serve beside other models, too.
+
+        Parameters
+        ----------
+        beside : Beside
+        """
         self._beside_plain = beside.grouped
 
     def _with_borrowed(self, state: State) -> Beside:
@@ -139,8 +144,8 @@ class Neighbourhood:
         state = beside.state
         for model in other_laws(self._search.problem.case, state.model):
             if not self.queue_law(state, model):
-                more = len(model.start) - (0 if state.model.fixed else len(state.model.start))
-                bound = beside.any_law(more)
+                own = 0 if state.model.fixed else len(state.model.start)
+                bound = beside.any_law(has_more=len(model.start) > own)
                 self.queue(Prediction(model, bound, 0.0, bound, 0.0), state, 0.0, is_bound=True)
 
     def queue_law(self, state: State, model: Model) -> bool:

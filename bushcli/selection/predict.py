@@ -148,13 +148,13 @@ class Beside:
         G = self._weighted_features(addition.slopes)
         return np.linalg.norm(G, axis=0), np.linalg.norm(self._tangent.left(G), axis=0)
 
-    def any_law(self, more: int) -> float:
+    def any_law(self, has_more: bool) -> float:
         """Log evidence of the model if its law could remove all misfit that is a function of the displacement.
 
         Parameters
         ----------
-        more : int
-            Number of parameters that the other law has in addition.
+        has_more : bool
+            Whether the other law has more parameters.
         """
         features = self.state.problem.likelihood.features
         blocks = []
@@ -187,8 +187,9 @@ class Beside:
         gain = likelihood.judge(less).log - evidence.judgement.log
         variance = float(np.mean(evidence.judgement.scale))
         explained = float(np.maximum(evidence.left.excess - less.excess, 0.0).sum())
-        # One of its parameters changes the force by what it explains at least, and is determined to the error of that.
-        return evidence.log + gain - (0.5 * math.log(1.0 + explained / variance) if more else 0.0)
+        # A further parameter changes the force by what it explains at least: the prior admits that, and the recordings
+        # determine it.
+        return evidence.log + gain - (0.5 * math.log(1.0 + explained / variance) if has_more else 0.0)
 
     # -- the linear problem --------------------------------------------------------------------------------------
 

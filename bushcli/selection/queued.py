@@ -103,7 +103,8 @@ class Waiting(dict[Key, Queued]):
     def uncertain_weight(self) -> float:
         """Logarithm of the weight by which the fits of all may change the posterior.
 
-        The errors of predictions are independent, so that their squares add; bounds of other laws have one reason.
+        The errors of predictions are independent, so that their squares add. Bounds of other laws rest on the same
+        splines, and add as they are.
         """
         predicted = [2.0 * queued.uncertain_weight for queued in self.values() if not queued.is_bound]
         bounds = [queued.uncertain_weight for queued in self.values() if queued.is_bound]

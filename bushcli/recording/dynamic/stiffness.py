@@ -22,7 +22,7 @@ _TOLERANCE = 0.02
 _IMPLAUSIBLE_ANGLE = np.radians(45.0)
 #: Symbols in messages.
 _SYMBOLS = {"stiffness": "|K*|", "storage": "K'"}
-#: Quantities that are negative where rubber would return more than it takes.
+#: Quantities that have the sign of the loss.
 _LOSSES = ("loss", "loss_angle", "tan_delta", "damping")
 #: Pairs that give K' and K'', the best conditioned first.
 _PAIRS = (
@@ -135,7 +135,7 @@ def _quantity_of_modulus(columns: StiffnessColumns, values: Mapping[str, Array])
 
 
 def _refuse_impossible(columns: StiffnessColumns, values: Mapping[str, Array]) -> None:
-    """Refuse what no recording has: most losses negative, an angle of 90 degrees and more, a stiffness below 0."""
+    """Refuse what no recording has: most losses negative, an angle of 90 degrees and more, no stiffness."""
     for key in _LOSSES:
         late = np.count_nonzero(values[key] < 0.0) if key in values else 0
         if late and late > 0.5 * len(values[key]):
