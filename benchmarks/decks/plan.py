@@ -10,7 +10,7 @@ from benchmarks.concealed import draw
 from benchmarks.decks.manifest import Kind, Part
 from bushcli.effects.effect import effects
 
-SEEDS = {"dev": 70_001, "own": 71_001, "foreign": 72_001, "nothing": 73_001, "poor": 74_001}
+SEEDS = {"dev": 70_001, "own": 71_001, "foreign": 72_001, "nothing": 73_001, "poor": 74_001, "second": 75_001}
 # Effects of the catalogue on the day on which the decks were drawn.
 EFFECTS = (
     *(
@@ -113,15 +113,17 @@ def cards(deck: str) -> dict[str, Card]:
     """Recordings of a deck by name."""
     seed = SEEDS[deck]
     deck_cards: list[Card] = []
-    if deck in ("own", "dev"):
+    if deck in ("own", "dev", "second"):
         deck_cards += _own(seed, *((5, 10, 10) if deck == "own" else (1, 4, 4)))
     if deck == "foreign":
         deck_cards += _foreign(seed, [name for name, times in FOREIGN.items() for _ in range(times)])
     if deck == "dev":
         deck_cards += _foreign(seed, list(FOREIGN_DEV))
+    if deck == "second":
+        deck_cards += _foreign(seed, list(FOREIGN))
     if deck == "nothing":
         deck_cards += _nothing(seed, 20, [name for name, times in OUTSIDE.items() for _ in range(times)])
-    if deck == "dev":
+    if deck in ("dev", "second"):
         deck_cards += _nothing(seed, 6, list(OUTSIDE_DEV))
     if deck == "poor":
         deck_cards += _poor(seed)

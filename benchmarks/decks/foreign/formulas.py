@@ -441,15 +441,17 @@ def _ramp(v: Values, over: Array) -> Array:
 
 
 def _free(rng: np.random.Generator, s: Situation) -> dict[str, float]:
-    return {"amplitude": 0.12 * s.length}
+    # Both meshes have a line where the bond ends; in the first decks it ended at the last node.
+    return {"amplitude": 0.12 * s.length, "on_line": 1.0}
 
 
 def _debonded_force(sleeve: str, end: str) -> Callable[[Values, Specimen, Channel], Array]:
     def force(v: Values, body: Specimen, c: Channel) -> Array:
+        free, on_line = v["amplitude"], bool(v.get("on_line"))
         if c.name == "radial":
-            curve = solid(body, c, free=v["amplitude"], sleeve=sleeve, end=end)
+            curve = solid(body, c, free=free, sleeve=sleeve, end=end, on_line=on_line)
         else:
-            curve = halfplane(body, c, **{sleeve: Bond(v["amplitude"], end)})
+            curve = halfplane(body, c, **{sleeve: Bond(free, end, on_line)})
         return np.asarray(curve(c.displacement))
 
     return force

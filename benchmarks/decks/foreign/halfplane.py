@@ -72,10 +72,14 @@ class State:
 
 @dataclass(frozen=True)
 class Bond:
-    """Nodes that a sleeve holds: all but those within `free` mm of an end ("top", "bottom")."""
+    """Nodes that a sleeve holds: all but those within `free` mm of an end ("top", "bottom").
+
+    With `on_line` the mesh has a line where the bond ends; else it ends at the last node outside `free`.
+    """
 
     free: float = 0.0
     end: str = "top"
+    on_line: bool = False
 
 
 class HalfPlane:
@@ -112,7 +116,11 @@ class HalfPlane:
             dimensions.get(key, dimensions.get("length", 0.0)) for key in ("inner_length", "outer_length")
         ]
         along = max(8, round(ALONG * max(lengths) / (b - a)))
-        self.points, self.elements = _mesh(a, b, lengths[0], lengths[1], ACROSS, along)
+        lines = _graded_points(along)
+        for bond, length in zip((inner, outer), lengths, strict=True):
+            if bond.on_line:
+                lines = _with_line(lines, (1 if bond.end == "top" else -1) * (1 - 2 * bond.free / length))
+        self.points, self.elements = _mesh(a, b, lengths[0], lengths[1], ACROSS, lines)
         self.width = 3 if twist else 2
         n = len(self.points)
         R, Z = self.points.T
@@ -322,6 +330,12 @@ def _is_bonded(at: NDArray[np.bool_], Z: Array, bond: Bond) -> NDArray[np.bool_]
     return at & (height <= end - bond.free + 1e-9)
 
 
+def _with_line(lines: Array, at: float) -> Array:
+    """Stretch lines from -1 to 1 so that the nearest inner one is at this place."""
+    nearest = lines[1:-1][np.argmin(np.abs(lines[1:-1] - at))]
+    return np.interp(lines, [-1.0, nearest, 1.0], [-1.0, at, 1.0])
+
+
 def _graded_points(n: int) -> Array:
     """Points in [-1, 1], closer together at both ends."""
     k = np.arange(n)
@@ -330,14 +344,14 @@ def _graded_points(n: int) -> Array:
 
 
 def _mesh(
-    a: float, b: float, inner: float, outer: float, across: int, along: int
+    a: float, b: float, inner: float, outer: float, across: int, lines: Array
 ) -> tuple[Array, NDArray[np.int_]]:
     """Nodes (n, 2) in r, z and elements (e, 8): corners, then the middles of the sides."""
 
     def with_middles(x: Array) -> Array:
         return np.sort(np.concatenate([x, 0.5 * (x[1:] + x[:-1])]))
 
-    s, t = 0.5 * (1 + with_middles(_graded_points(across))), with_middles(_graded_points(along))
+    s, t = 0.5 * (1 + with_middles(_graded_points(across))), with_middles(lines)
     number = np.full((len(s), len(t)), -1)
     points = []
     for i, si in enumerate(s):
@@ -349,7 +363,7 @@ def _mesh(
             points.append((a + si * (b - a), tj * half))
     ring = [(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1)]
     elements = [
-        [number[2 * i + di, 2 * j + dj] for di, dj in ring] for i in range(across) for j in range(along)
+        [number[2 * i + di, 2 * j + dj] for di, dj in ring] for i in range(across) for j in range(len(lines) - 1)
     ]
     return np.array(points), np.array(elements)
 

@@ -4,8 +4,9 @@
 
 Run by `external.py` in FElupe's environment; it needs only NumPy, SciPy and FElupe. The task: `dimensions` (mm),
 `yeoh` (MPa), `bulk`, `volumetric` ("simple" or "log"), `targets` (mm, one side, outward), and as needed `free` (mm of
-debonded length, with `sleeve` and `end`), `reduction`, `shrinkage` and `offset`, each a mean and a slope (along the
-axis over half the length; of the shrinkage across the thickness). Prints the forces as JSON.
+debonded length, with `sleeve`, `end` and `on_line`: a line of the mesh where the bond ends), `reduction`, `shrinkage`
+and `offset`, each a mean and a slope (along the axis over half the length; of the shrinkage across the thickness).
+Prints the forces as JSON.
 """
 
 import json
@@ -70,6 +71,11 @@ def main():
     t = graded_points(HALF, 6.0, "stop")
     if whole:
         t = np.unique(np.concatenate([-t, t]))
+    if task.get("on_line"):
+        half = 0.5 * lengths[0 if task["sleeve"] == "inner" else 1]
+        at = (1 if task["end"] == "top" else -1) * (1 - free / half)
+        nearest = t[1:-1][np.argmin(np.abs(t[1:-1] - at))]
+        t = np.interp(t, [-1.0, nearest, 1.0], [-1.0, at, 1.0])
     mesh = fem.mesh.Grid(graded_points(ACROSS, 2.0, "both"), np.linspace(0, np.pi, AROUND + 1), t)
     mesh = mesh.add_midpoints_edges().add_midpoints_faces().add_midpoints_volumes()
     s, angle, t = mesh.points.T.copy()
