@@ -8,28 +8,33 @@ typedef void (*kernel)(double *, const double *, const double *, const double *,
 
 #define MOST_INPUTS 1024
 
-/* out[i] += f(inputs of point i), inputs from blocks of `width` numbers, `stride` apart (0: the same for all points);
- * before that, the first `clear` numbers of out[i] are zeroed. */
-void evaluate(uintptr_t function, long n, int blocks, const uintptr_t *block, const long *width, const long *stride,
-              double *out, long out_stride, long clear)
+/* out[t, i] += f(inputs of set t, point i), inputs from blocks of `width` numbers, `jump` apart from set to set and
+ * `stride` from point to point (0: the same for all); before that, the first `clear` numbers of out[t, i] are zeroed.
+ * With an `out_jump` of 0 the results of all sets are added up. */
+void evaluate(uintptr_t function, long sets, long n, int blocks, const uintptr_t *block, const long *width,
+              const long *jump, const long *stride, double *out, long out_jump, long out_stride, long clear)
 {
     kernel f = (kernel)function;
     double w[MOST_INPUTS];
     const double nowhere[6] = {0};
-    long at = 0;
-    for (int b = 0; b < blocks; at += width[b++])
-        if (n > 0)
-            memcpy(w + at, (const double *)block[b], sizeof(double) * width[b]);
-    for (long i = 0; i < n; ++i, out += out_stride)
+    for (long t = 0; t < sets && n > 0; ++t)
     {
-        at = 0;
+        long at = 0;
         for (int b = 0; b < blocks; at += width[b++])
-            if (stride[b] != 0)
-                for (long j = 0; j < width[b]; ++j)
-                    w[at + j] = ((const double *)block[b])[i * stride[b] + j];
-        for (long j = 0; j < clear; ++j)
-            out[j] = 0.0;
-        f(out, w, NULL, nowhere, NULL, NULL, NULL);
+            memcpy(w + at, (const double *)block[b] + t * jump[b], sizeof(double) * width[b]);
+        double *row = out + t * out_jump;
+        for (long i = 0; i < n; ++i, row += out_stride)
+        {
+            at = 0;
+            for (int b = 0; b < blocks; at += width[b++])
+                if (stride[b] != 0)
+                    for (long j = 0; j < width[b]; ++j)
+                        w[at + j] = ((const double *)block[b])[t * jump[b] + i * stride[b] + j];
+            if (t == 0 || out_jump != 0)
+                for (long j = 0; j < clear; ++j)
+                    row[j] = 0.0;
+            f(row, w, NULL, nowhere, NULL, NULL, NULL);
+        }
     }
 }
 

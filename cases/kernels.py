@@ -33,8 +33,8 @@ typedef struct
     const int32_t *displaced, *pressed;
     const double *weight;
 } group;
-void evaluate(uintptr_t function, long n, int blocks, const uintptr_t *block, const long *width, const long *stride,
-              double *out, long out_stride, long clear);
+void evaluate(uintptr_t function, long sets, long n, int blocks, const uintptr_t *block, const long *width,
+              const long *jump, const long *stride, double *out, long out_jump, long out_stride, long clear);
 void evaluate_batches(uintptr_t function, long n, long batch, int blocks, const uintptr_t *block, const long *width,
               const long *stride, const long *single, long size, double *out, long out_stride, long clear);
 void gradients(const group *s, const double *x, double *g);
@@ -115,16 +115,18 @@ class Kernel:
         self.singles = ffi.new("long[]", list(map(int, singles)) or [0])
 
     def bind(self, out: Array, inputs: Mapping[str, Array], clear: bool = False) -> Call:
-        """Return a call that adds the results at all points to the first columns of ``out``, shape (n, >= size).
+        """Return a call that adds the results at all points to the first columns of ``out``.
 
         It reads from and writes to these very arrays whenever it is called.
 
         Parameters
         ----------
         out : Array
-            Where the results go, shape (n, >= size).
+            Where the results go, shape (n, >= size), or (sets, n, >= size) for several sets of inputs; the first is
+            the sum over the sets.
         inputs : Mapping[str, Array]
-            By name: shape (n, >= width), of which the first columns are taken, or (width,) for all points alike.
+            By name: shape (sets, n, >= width), of which the first columns are taken; a length that is 1 or missing
+            means the same for all.
         clear : bool
             Whether ``out`` is zeroed first.
         """
@@ -132,7 +134,7 @@ class Kernel:
         for name, array, width in zip(self._names, arrays, self._widths, strict=True):
             assert array.shape[-1] >= width, name
             assert array.strides[-1] == 8 or width == 1 or not array.size, name
-        return Call(self, arrays, out, out.shape[1] if clear else 0)
+        return Call(self, arrays, out, out.shape[-1] if clear else 0)
 
     def __call__(self, n: int, inputs: Mapping[str, Array]) -> Array:
         """Results at n points, shape (n, size)."""
@@ -150,28 +152,24 @@ class Call:
         self._kept = (kernel, *inputs, out)
         # Directions without a change share one array.
         addresses = {key: _address(array) for key, array in {id(array): array for array in inputs}.items()}
-        strides = [array.strides[0] // 8 if array.ndim == 2 else 0 for array in inputs]
+        strides = ffi.new("long[]", [_step(array, -2) for array in inputs] or [0])
         blocks = (
             len(inputs),
             ffi.new("uintptr_t[]", [addresses[id(array)] for array in inputs] or [0]),
             kernel.widths,
-            ffi.new("long[]", strides or [0]),
         )
-        rows = (ffi.cast("double *", _address(out)), out.strides[0] // 8, clear)
+        begin, stride, n = ffi.cast("double *", _address(out)), out.strides[-2] // 8, out.shape[-2]
+        sets = max((array.shape[-3] for array in (*inputs, out) if array.ndim > 2), default=1)
         self._given: tuple[Any, ...]
         if kernel.batch == 1:
-            self._evaluate, self._given = loops().lib.evaluate, (kernel.function, len(out), *blocks, *rows)
+            jumps = ffi.new("long[]", [_step(array, -3) for array in inputs] or [0])
+            rows = (begin, _step(out, -3), stride, clear)
+            self._evaluate = loops().lib.evaluate
+            self._given = (kernel.function, sets, n, *blocks, jumps, strides, *rows)
         else:
-            self._evaluate = loops().lib.evaluate_batches
-            self._given = (
-                kernel.function,
-                len(out),
-                kernel.batch,
-                *blocks,
-                kernel.singles,
-                kernel.size,
-                *rows,
-            )
+            assert sets == 1, "sets of inputs in batches"
+            batch = (kernel.function, n, kernel.batch, *blocks, strides, kernel.singles, kernel.size)
+            self._evaluate, self._given = loops().lib.evaluate_batches, (*batch, begin, stride, clear)
 
     def __call__(self) -> None:
         """Evaluate the kernel."""
@@ -181,6 +179,11 @@ class Call:
 def _address(array: Array) -> int:
     # `array.ctypes` makes an object first, which takes longer than all the rest.
     return int(array.__array_interface__["data"][0])
+
+
+def _step(array: Array, axis: int) -> int:
+    """Numbers from one entry to the next along an axis counted from the end; 0 where all are the same."""
+    return array.strides[axis] // 8 if array.ndim >= -axis and array.shape[axis] > 1 else 0
 
 
 _KERNELS: dict[tuple[Hashable, ...], Kernel] = {}

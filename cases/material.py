@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,26 +37,39 @@ BATCH, WORTH_IT = 5, 3
 
 
 class Remembered:
-    """A branch at the points of the rubber.
+    """Branches of one formula at the points of the rubber, which are computed together.
+
+    Parameters
+    ----------
+    setting, branch
+        Kinematics and formula.
+    span : slice
+        Their places among all branches.
+    points : int
 
     Attributes
     ----------
-    values : shape (n, k)
-        Memory at the beginning of the step; always the same array.
-    parameters : shape (m,), or (n, m) on a clock
+    values : shape (b, n, k)
+        Memory of each branch at the beginning of the step; always the same array.
+    parameters : shape (b, 1, m), or (b, n, m) on a clock
         As in `cases.parameters.Numbers.branches`; on a clock each point has its own duration. Always the same array.
     clock : {"", "shown", "followed"}
         As in `forms.branch.Branch`.
     """
 
-    def __init__(self, setting: KinematicDescription, branch: Branch, points: int) -> None:
+    def __init__(self, setting: KinematicDescription, branch: Branch, span: slice, points: int) -> None:
         self._functions = branch_functions(setting, branch)
         self.needs_energy = self._functions.needs_energy
-        self.values = np.empty((points, self._functions.memory))
-        self.clock = branch.clock
-        count = len(branch.parameters) + len(GIVEN)
-        self.parameters = np.zeros((points, count) if self.clock == "followed" else count)
+        self.clock, self._span = branch.clock, span
+        count = span.stop - span.start
+        self.values = np.empty((count, points, self._functions.memory))
+        numbers = len(branch.parameters) + len(GIVEN)
+        self.parameters = np.zeros((count, points if self.clock == "followed" else 1, numbers))
         self.reset()
+
+    def among(self, branches: Sequence[Array]) -> Array:
+        """Return these branches' part of `cases.parameters.Numbers.branches`, shape (b, 1, m)."""
+        return np.array(branches[self._span])[:, None]
 
     def reset(self) -> None:
         """Forget all earlier deformation."""
@@ -63,15 +77,15 @@ class Remembered:
 
     @property
     def is_off(self) -> bool:
-        """Whether the branch's amplitude is zero, so that it adds nothing to stresses and moduli."""
+        """Whether all amplitudes are zero, so that the branches add nothing to stresses and moduli."""
         return not self.parameters[..., 0].any()
 
     def answer(self, moduli: bool) -> Kernel:
-        """Return the kernel of its stresses, with or without moduli."""
+        """Return the kernel of a branch's stresses, with or without moduli."""
         return kernel(self._functions.moduli if moduli else self._functions.stress)
 
     def by_duration(self, out: Array, inputs: Mapping[str, Array], clear: bool) -> Call:
-        """Return a call that adds the derivatives of its stresses by the step's duration to an array."""
+        """Return a call that adds the derivatives of all stresses by the step's duration to an array."""
         function = kernel(self._functions.stress_rate(1))
         last = np.zeros(self.parameters.shape[-1])
         last[-1] = 1.0
@@ -87,19 +101,21 @@ class Remembered:
     def rates(
         self, what: str, inputs: Mapping[str, Array], changes: Sequence[Mapping[str, Array]]
     ) -> list[Array]:
-        """Return derivatives of its stresses, or of its memory at the end of the step, along changes of the inputs.
+        """Return derivatives of the stresses, or of the memory at the end of the step, along changes of the inputs.
 
         Parameters
         ----------
         what : str
-            "stress" (at fixed strains) or "end".
+            "stress" (at fixed strains; the sum over the branches, shape (points, rows)) or "end" (shape (branches,
+            points, rows)).
         inputs : Mapping[str, Array]
-            Inputs of the kernel by name, shape (points, width) or (width,).
+            Inputs of the kernel by name, shape (branches, points, width) where nothing is the same for all.
         changes : Sequence[Mapping[str, Array]]
             For each direction, changes of the inputs by their names, in the shape of the inputs; those left out do not
             change.
         """
         function = self._functions.stress_rate if what == "stress" else self._functions.end_rate
+        shape = self.values.shape[1 if what == "stress" else 0 : 2]
         nothing = np.zeros(max(array.shape[-1] for array in inputs.values()))
         rates: list[Array] = []
         while len(rates) < len(changes):
@@ -109,14 +125,15 @@ class Remembered:
             for d in range(count):
                 change = remaining[d] if d < len(remaining) else {}
                 point_inputs |= {f"d{d} {name}": change.get(name, nothing) for name in inputs}
-            rows = kernel(function(count))(len(self.values), point_inputs).reshape(
-                len(self.values), count, -1
-            )
-            rates += [rows[:, d] for d in range(min(count, len(remaining)))]
+            evaluate = kernel(function(count))
+            rows = np.zeros((*shape, evaluate.size))
+            evaluate.bind(rows, point_inputs)()
+            by_direction = rows.reshape(*shape, count, -1)
+            rates += [by_direction[..., d, :] for d in range(min(count, len(remaining)))]
         return rates
 
     def inputs(self, strain: Array, law: Array) -> dict[str, Array]:
-        """Return the inputs of its kernels, given strains and the law's [W, ...].
+        """Return the inputs of the kernels, given strains and the law's [W, ...].
 
         Parameters
         ----------
@@ -147,7 +164,7 @@ class _Answered:
     begin : Call
         The law's answer, into ``law``.
     adding : list of (Remembered, Call, Array)
-        Branches; the answer of one that depends on the law's energy has an array of its own.
+        Branches by formula; the answer of those that depend on the law's energy has an array of its own.
     volumetric : Call
     pacing : list of Call
         With moduli and a clock: what writes s_a and z_a.
@@ -182,6 +199,7 @@ class RubberAtPoints:
     strain : shape (points, variables)
         Strain variables and pressure at which answers are computed; written by others.
     branches : list of Remembered
+        Branches of one formula that follow each other are one entry.
     skew : shape (2, points, 1 + variables), or None without a clock
         s_a and z_a at the last moduli, each after an entry for an energy, as an answer without moduli.
     """
@@ -199,7 +217,13 @@ class RubberAtPoints:
         self._guard = guard
         self.variables = len(setting.names) + 1
         self.strain = np.zeros((points, self.variables))
-        self.branches = [Remembered(setting, branch, points) for branch in branches]
+        self.branches: list[Remembered] = []
+        begin = 0
+        for _, same in groupby(branches, id):
+            branch, *others = same
+            end = begin + 1 + len(others)
+            self.branches.append(Remembered(setting, branch, slice(begin, end), points))
+            begin = end
         self._clock = next((branch for branch in self.branches if branch.clock == "shown"), None)
         self.skew = None if self._clock is None else np.zeros((2, points, 1 + self.variables))
         self._parameters = {"law": np.zeros(len(names)), "volumetric": np.zeros(answers.VOLUMETRIC)}
@@ -210,10 +234,10 @@ class RubberAtPoints:
         """Set the material numbers."""
         self._parameters["law"][:] = numbers.law
         self._parameters["volumetric"][:] = numbers.volumetric
-        for branch, parameters in zip(self.branches, numbers.branches, strict=True):
+        for branch in self.branches:
             # What has passed on the clock comes from the strains.
             columns = slice(-1 if branch.clock == "followed" else None)
-            branch.parameters[..., columns] = parameters[columns]
+            branch.parameters[..., columns] = branch.among(numbers.branches)[..., columns]
 
     def answer(self, moduli: bool) -> Array:
         """Return energy, stresses and moduli at `strain`, shape (points, length); the energy excludes the branches.
@@ -256,7 +280,7 @@ class RubberAtPoints:
         end()
         for branch in self.branches:
             if branch.clock == "followed":
-                branch.parameters[:, -1] = row[:, 1]
+                branch.parameters[..., -1] = row[..., 1]
 
     def _calls(self, moduli: bool) -> _Answered:
         return self._with_moduli if moduli else self._without_moduli
@@ -329,7 +353,7 @@ class RubberAtPoints:
         stored += row[:, 0]
         for _, end, state in self._ends:
             end()
-            stored += state[:, 0]
+            stored += state[..., 0].sum(axis=0)
         return stored
 
     def commit(self) -> None:
@@ -339,7 +363,7 @@ class RubberAtPoints:
             self._wind()
         for branch, end, row in self._ends:
             end()
-            branch.values[:] = row[:, 1:]
+            branch.values[:] = row[..., 1:]
 
     @cached_property
     def _volumetric_call(self) -> tuple[Call, Array]:
@@ -353,10 +377,10 @@ class RubberAtPoints:
 
     @cached_property
     def _ends(self) -> list[tuple[Remembered, Call, Array]]:
-        """Calls that compute each branch's stored energy and memory at the end of the step, each with its output."""
+        """Calls that compute stored energy and memory at the end of the step, each with its output for each branch."""
         ends: list[tuple[Remembered, Call, Array]] = []
         for branch in self.branches:
-            row = np.zeros((self._points, branch.end.size))
+            row = np.zeros((len(branch.values), self._points, branch.end.size))
             inputs = branch.inputs(self.strain, self._without_moduli.law)
             ends.append((branch, branch.end.bind(row, inputs, clear=True), row))
         return ends
@@ -406,14 +430,14 @@ class RubberAtPoints:
         )
 
     def by_energy(self, state: PointState, i: int) -> Array:
-        """V_e of a branch that depends on the law's energy, shape (points,).
+        """V_e of branches that depend on the law's energy, shape (points,).
 
         Parameters
         ----------
         state : PointState
             State that `point_state` returned.
         i : int
-            Index of the branch.
+            Index of the formula.
         """
         branch = self.branches[i]
         row = branch.answer(moduli=False)(self._points, branch.inputs(state.strain, state.law))

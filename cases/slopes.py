@@ -22,7 +22,7 @@ from cases.points import Moving
 Array = NDArray[np.float64]
 
 Memory = Sequence[Array | None]
-"""Derivative of each branch's memory at the points; None where it is still zero."""
+"""Derivative of the memory of each formula's branches at the points; None where it is still zero."""
 
 
 Stresses = tuple[list[int], Array]
@@ -175,14 +175,14 @@ class Slopes:
         passed: list[Array] = []
         for i, branch in enumerate(material.branches):
             changes = [
-                _changes(change.branches[i], own_memory[i], energy) | {"strain": strain}
+                _changes(branch.among(change.branches), own_memory[i], energy) | {"strain": strain}
                 for change, own_memory, energy, strain in zip(rates, memory, energies, strains, strict=True)
             ]
             if branch.clock == "followed":
                 _pace(changes, passed)
             rows = branch.rates("end", branch.inputs(self._at.strain, self._at.law), changes)
             if branch.clock == "shown":
-                passed = [row[:, 0] for row in rows]
+                passed = [row[..., 0] for row in rows]
             for memory_rows, row in zip(memories, rows, strict=True):
                 memory_rows.append(row)
         return memories
@@ -219,18 +219,18 @@ class Slopes:
         for i, branch in enumerate(material.branches):
             through = np.logical_and(by_law, branch.needs_energy)
             paced = passed if branch.clock == "followed" else {}
+            own = [branch.among(change.branches) for change in rates]
             affected = [
                 k
-                for k, change in enumerate(rates)
-                if change.branches[i].any() or memory[k][i] is not None or through[k] or k in paced
+                for k, parameters in enumerate(own)
+                if parameters.any() or memory[k][i] is not None or through[k] or k in paced
             ]
             changes = [
-                _changes(rates[k].branches[i], memory[k][i], laws[k, :, 0] if through[k] else None)
-                for k in affected
+                _changes(own[k], memory[k][i], laws[k, :, 0] if through[k] else None) for k in affected
             ]
             if branch.clock == "shown":
                 ends = branch.rates("end", branch.inputs(state.strain, state.law), changes)
-                passed = {k: row[:, 0] for k, row in zip(affected, ends, strict=True)}
+                passed = {k: row[..., 0] for k, row in zip(affected, ends, strict=True)}
                 continue
             if paced:
                 _pace(changes, [passed.get(k) for k in affected])
@@ -284,7 +284,7 @@ class Slopes:
 
 
 def _changes(parameters: Array, memory: Array | None, energy: Array | None) -> dict[str, Array]:
-    """Return the changes of a branch's inputs, by their names."""
+    """Return the changes of the inputs of a formula's branches, by their names."""
     changes = {"parameters": parameters}
     if memory is not None:
         changes["memory"] = memory
@@ -294,12 +294,13 @@ def _changes(parameters: Array, memory: Array | None, energy: Array | None) -> d
 
 
 def _pace(changes: list[dict[str, Array]], passed: Sequence[Array | None]) -> None:
-    """Replace the change of the step's duration by that of the clock's advance, (points,) each."""
+    """Replace the change of the step's duration by that of the clock's advance, (1, points) each."""
     for change, row in zip(changes, passed, strict=True):
         if row is not None:
-            parameters = np.empty((len(row), change["parameters"].shape[-1]))
-            parameters[:] = change["parameters"]
-            parameters[:, -1] = row
+            own = change["parameters"]
+            parameters = np.empty((len(own), row.shape[-1], own.shape[-1]))
+            parameters[:] = own
+            parameters[..., -1] = row
             change["parameters"] = parameters
 
 
