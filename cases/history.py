@@ -57,6 +57,8 @@ class History:
         `cases.six`).
     reaction_sensitivity : shape (n, 6, parameters) or None
         Derivative of the reactions with respect to the same parameters.
+    stretches : tuple of (p, 3) arrays
+        Of a sweep: principal stretches of the rubber on this rank at each end.
     """
 
     displacement: Array
@@ -71,6 +73,7 @@ class History:
     motion: Array | None = None
     reactions: Array | None = None
     reaction_sensitivity: Array | None = None
+    stretches: tuple[Array, ...] = ()
 
 
 class NotConverged(RuntimeError):

@@ -16,6 +16,7 @@ from cases.mode import Mode, setting_for
 from cases.model import FiniteElementModel
 from cases.program import Program
 from cases.snubber import plates
+from cases.stretches import principal_stretches
 from forms.law import Law
 from geometry.mesh import build
 from geometry.shape import Mirrors, Refinement, Shape
@@ -158,14 +159,14 @@ def sweep(
     Returns
     -------
     History
-        Ordered by displacement, each target once.
+        Ordered by displacement, each target once, with the rubber's stretches at the ends.
 
     Raises
     ------
     NotConverged, Interrupted
         One side could not be followed to its end; carries both sides as far as they went.
     """
-    sides, histories = _sides(targets), list[History]()
+    sides, histories, stretches = _sides(targets), list[History](), list[Array]()
     failure: NotConverged | Interrupted | None = None
     for number, side in enumerate(sides):
         try:
@@ -179,12 +180,13 @@ def sweep(
                 observer=observer,
                 failure_limit=failure_limit,
             )
+            stretches.append(principal_stretches(model).reshape(-1, 3))
         except (NotConverged, Interrupted) as stopped:
             failure, history = stopped, stopped.history
         histories.append(history)
         if isinstance(failure, Interrupted):
             break
-    joined = _join(histories)
+    joined = replace(_join(histories), stretches=tuple(stretches))
     if failure is None:
         return joined
     raise failure.with_history(joined) from failure

@@ -122,10 +122,7 @@ class ActiveEffect:
     @property
     def can_branch(self) -> bool:
         """Whether the effect has optional parameters that this one is without."""
-        return any(
-            p.optional and p.searched and not p.motions and p.name not in self.values
-            for p in self.effect.parameters
-        )
+        return any(p.is_of_branch and p.name not in self.values for p in self.effect.parameters)
 
     def at(self, temperature: float | None) -> ActiveEffect:
         """Return the effect at a temperature, degrees C, if it depends on that."""

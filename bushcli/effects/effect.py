@@ -100,6 +100,8 @@ class EffectParameter:
         The choice of the effect with which the parameter is used; empty for any.
     searched : bool
         Whether a diagnosis may add it to a model; else only a case file gives it.
+    variant : bool
+        For an optional shape parameter: whether a diagnosis tries the effect both with it and without it.
     of_amplitude : bool
         Whether it refines how the effect depends on the amplitude, so that tables of several amplitudes show it.
     within : (str, float) or None
@@ -132,6 +134,7 @@ class EffectParameter:
     twins: tuple[tuple[str, str], ...] = ()
     under: str = ""
     searched: bool = True
+    variant: bool = False
     of_amplitude: bool = False
     within: tuple[Literal["thickness", "length", "thickness/length"], float] | None = None
     prior: Prior | None = None
@@ -161,6 +164,11 @@ class EffectParameter:
         """Key of the branch: the number at the end of the name, or the optional parameter that it is or belongs to."""
         number = self.name[len(self.stem) :]
         return number or self.belongs_to or (self.name if self.optional else "")
+
+    @property
+    def is_of_branch(self) -> bool:
+        """Whether a diagnosis may add it to an effect that a model already has."""
+        return self.optional and self.searched and not self.motions and not self.variant
 
     def admits(self, value: float) -> bool:
         """Whether ``value`` is a finite number within the bounds, and the index of a choice where there are choices."""
@@ -355,7 +363,7 @@ class Effect:
     @property
     def branches(self) -> int:
         """Largest number of branches that a diagnosis tries: one, and those whose parameters are optional."""
-        return 1 + len({p.branch for p in self.parameters if p.optional and p.searched and not p.motions})
+        return 1 + len({p.branch for p in self.parameters if p.is_of_branch})
 
     @property
     def slides(self) -> bool:

@@ -32,6 +32,7 @@ class BushingLaw:
                     "clocks": len(channel.data["clock"].get("classes", ())),
                     "softens": bool(channel.data["softening"]),
                     "set": channel.data["set"],
+                    "set_cycles": channel.data["set_cycles"],
                     "warming": dict(zip(("amount", "tau"), channel.data["warming"], strict=False)),
                     "displacement_from": _in_file_units(channel, channel.data["displacement"][0]),
                     "displacement_to": _in_file_units(channel, channel.data["displacement"][-1]),
@@ -125,5 +126,6 @@ def _channel(channel: ReducedChannel, units: UnitSystem) -> dict[str, Any]:
         "clock": clock,
         "softening": softening,
         "set": data["set"],
+        "set_cycles": data["set_cycles"],
         "warming": data["warming"],
     }

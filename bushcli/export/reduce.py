@@ -152,7 +152,7 @@ class _Bushing:
         """Return the force law between two displacements."""
         from scipy.interpolate import CubicSpline
 
-        permanent_set, *_ = self._values("set") or (0.0,)
+        permanent_set, set_cycles = (*self._values("set"), 0.0, 0.0)[:2]
         # Largest distances of the rubber from its set position, after the largest displacement to the other side.
         remaining = 1.0 - permanent_set
         grid = _grid(low * remaining - permanent_set * high, high * remaining - permanent_set * low)
@@ -180,7 +180,7 @@ class _Bushing:
         data = {
             key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in data.items()
         }
-        data |= {"clock": clock, "set": permanent_set, "warming": warming}
+        data |= {"clock": clock, "set": permanent_set, "set_cycles": set_cycles, "warming": warming}
         times = [tau for _, tau in (*series, *clock.get("maxwell", ()))] + warming[1:]
         program = _program(low, high, times, grows=mullins is not None or permanent_set > 0.0)
         simulated = self.force(program[:, 1], program[:, 0], list(self.states.values()))

@@ -28,14 +28,12 @@ from bushcli.recording import Recording
 from bushcli.simulate.derivatives import local_slopes
 from bushcli.simulate.extent import Extent, of_path
 from bushcli.simulate.simulation import FollowedPath
-from bushcli.simulate.steps import IDENTIFIED
-from cases.equilibrium import Equilibrium
+from bushcli.simulate.steps import steps_of_sweep
 from cases.local import Cells
-from cases.march import History, failure_at_start
+from cases.march import TOLERANCE, History, failure_at_start
 from cases.mode import modes
 from cases.model import FiniteElementModel
 from cases.simulate import even_targets, is_odd, sweep
-from cases.stretches import principal_stretches
 
 Array = NDArray[np.float64]
 
@@ -210,7 +208,8 @@ class Channel(FitChannel):
             is_odd(model.mesh.shape, mode),
         )
         ends = swept_range(q, self.odd)
-        self.targets = _coupon_targets(q) if self.coupon else even_targets(*ends, IDENTIFIED)
+        steps = steps_of_sweep(model.mesh.shape, model.mesh.dimension)
+        self.targets = _coupon_targets(q) if self.coupon else even_targets(*ends, steps)
         size = np.abs(force)
         if weighting is None:
             self.scale = np.full(len(q), max(noise, NOISE_FLOOR * float(np.ptp(force))))
@@ -239,7 +238,7 @@ class Channel(FitChannel):
         return of_path(path.mode, path.displacement, path.time, temperature)
 
     def plan(self, fineness: float, tolerance: float) -> None:
-        """Choose the steps along a path that is followed, and the tolerance of its march.
+        """Choose the steps along a path that is followed, and the tolerance of the march.
 
         Parameters
         ----------
@@ -277,6 +276,11 @@ class SweptChannel(Channel):
         super().__init__(recording, model, noise, weighting, faulty, branch)
         # Solved curves by parameter values and names of the derivatives.
         self._solved: dict[tuple[object, ...], ChannelForces] = {}
+        self._tolerance = TOLERANCE
+
+    @override
+    def plan(self, fineness: float, tolerance: float) -> None:
+        self._tolerance = tolerance
 
     @override
     def solve(
@@ -290,17 +294,16 @@ class SweptChannel(Channel):
         return self._solved[key]
 
     def _sweep(self, names: Sequence[str], limit: StepLimit) -> ChannelForces:
-        ends: list[Array] = []
-
-        def at_the_end(solver: Equilibrium) -> None:
-            if not self.coupon and solver.q in (self.targets[0], self.targets[-1]) and solver.q != 0.0:
-                ends.append(principal_stretches(self.model).reshape(-1, 3))
-
-        names, most = tuple(names), limit.steps
-        history = sweep(self.model, self.targets, sensitivity=names, observer=at_the_end, failure_limit=most)
+        history = sweep(
+            self.model,
+            self.targets,
+            tolerance=self._tolerance,
+            sensitivity=tuple(names),
+            failure_limit=limit.steps,
+        )
         limit.learn(history)
         q, force, slope = history.displacement, history.force, history.sensitivity
-        states = None if self.coupon else isochoric_sample(self.model.comm, ends)
+        states = None if self.coupon else isochoric_sample(self.model.comm, history.stretches)
         return ChannelForces(q, force, np.zeros((len(force), 0)) if slope is None else slope, states)
 
     @override
@@ -365,14 +368,16 @@ class FollowedChannel(Channel):
             raise failure_at_start(str(error)) from None
         limit.learn(answer.history)
         places = self.recording.places
-        return ChannelForces(self.recording.displacement, answer.force[places], answer.slope[places])
+        ends = answer.history.stretches
+        states = isochoric_sample(self.comm, ends) if ends and not self.coupon else None
+        return ChannelForces(self.recording.displacement, answer.force[places], answer.slope[places], states)
 
     @override
     def reached_stretches(
         self, parameters: Mapping[str, float], answer: ChannelForces, limit: StepLimit
     ) -> Array:
-        if self.coupon:
-            return np.zeros((0, 3))
+        if self.coupon or answer.states is not None:
+            return super().reached_stretches(parameters, answer, limit)
         self._set_constants(parameters)
         return isochoric_sample(self.comm, self.simulation.stretches_at_ends(limit.given))
 

@@ -177,6 +177,7 @@ def _grid(
     shapes = [p for p in chosen if p.off is None]
     if not amplitudes:
         return []
+    variants = [[], *([p] for p in effect.parameters if p.variant and present is None)]
     before = {} if present is None else dict(present.values)
     sizes_of = {"shear": shear, "duration": scales["duration"], "amplitude": scales["travel"]}
 
@@ -197,9 +198,13 @@ def _grid(
     degrees = temperatures(case, recordings) if effect.needs_temperature else {}
     warm = np.concatenate([*degrees.values(), np.zeros(0)])
     at = {name: float(np.mean(own)) for name, own in degrees.items()}
+    points = [
+        dict(zip((p.name for p in used), point, strict=True))
+        for used in ([*shapes, *variant] for variant in variants)
+        for point in product(*map(values, used))
+    ]
     candidates = []
-    for point in product(*(values(p) for p in shapes)):
-        shape = dict(zip((p.name for p in shapes), point, strict=True))
+    for shape in points:
         off = {p.name: float(p.off or 0.0) for p in amplitudes}
         active = ActiveEffect(
             effect, before | off | shape, rig, "" if present is None else rig_of(present.name), at
@@ -256,8 +261,7 @@ def _parameters(
     """
     if present is None:
         return tuple(p for p in effect.parameters if not p.optional or p.motions & set(motions))
-    searched = [p for p in effect.parameters if p.optional and p.searched and not p.motions]
-    missing = [p for p in searched if p.name not in present.values]
+    missing = [p for p in effect.parameters if p.is_of_branch and p.name not in present.values]
     return tuple(p for p in missing if p.branch == missing[0].branch)
 
 

@@ -77,10 +77,11 @@ class Beside:
         self.edge: LawEdge = LawEdge(state, self._own_optimum) if before is None else before.edge
         grouped: dict[str, list[Addition]] = {}
         for addition in additions:
-            # Each value of a mesh dimension is a separate model; times and gaps are averaged over.
+            # Each value of a mesh dimension is a separate model, as is a variant; times and gaps are averaged over.
             active = addition.trial.active
             fixed = [f"{p.name}={active.values[p.name]:g}" for p in active.parameters if p.of_mesh]
-            grouped.setdefault(" ".join([active.identity, *fixed]), []).append(addition)
+            variants = [p.name for p in active.parameters if p.variant]
+            grouped.setdefault(" ".join([active.identity, *fixed, *variants]), []).append(addition)
         self.grouped = grouped
         self._solutions: dict[tuple[Addition, ...], tuple[Evidence, Array]] = {}
         self._settled: dict[tuple[Addition, ...], tuple[Evidence, Array]] = {}

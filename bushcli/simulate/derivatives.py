@@ -11,7 +11,7 @@ from bushcli.curve.symmetry import both_halves, swept_range
 from bushcli.effects import rig
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.change import Signal
-from bushcli.simulate.steps import IDENTIFIED
+from bushcli.simulate.steps import steps_of_sweep
 from cases import local
 from cases.march import History
 from cases.model import FiniteElementModel
@@ -98,7 +98,8 @@ def local_slopes(model: FiniteElementModel, displacement: Array, odd: bool) -> t
     from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
     from scipy.spatial import KDTree
 
-    sweep = local.differentiate_sweep(model, even_targets(*swept_range(displacement, odd), IDENTIFIED))
+    count = steps_of_sweep(model.mesh.shape, model.mesh.dimension)
+    sweep = local.differentiate_sweep(model, even_targets(*swept_range(displacement, odd), count))
     q, slope = sweep.history.displacement, sweep.slope
     if odd:
         # Mirrored halves of the rubber change places with the sign of the load.

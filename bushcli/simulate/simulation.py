@@ -27,7 +27,7 @@ from bushcli.effects.assembly import features_of
 from bushcli.effects.change import Signal
 from bushcli.simulate.derivatives import columns, elastic_curve, extension_in_series, local_slopes
 from bushcli.simulate.schedule import Schedule, prescribed_schedule, schedule
-from bushcli.simulate.steps import CONTACT, FEWEST_OF_LEG, IDENTIFIED, PLANE, SOLID
+from bushcli.simulate.steps import FEWEST_OF_LEG, steps_of_sweep
 from cases.elastic_path import acts_through_branches_off, along_elastic_path
 from cases.local import Cells, differentiate_march
 from cases.march import TOLERANCE, History, march
@@ -36,7 +36,6 @@ from cases.model import FiniteElementModel
 from cases.program import Program
 from cases.series import SeriesSpring
 from cases.simulate import Prepare, Rubber, even_targets, is_odd, prepare, sweep
-from cases.stretches import principal_stretches
 from geometry.shape import Refinement, Shape
 
 Array = NDArray[np.float64]
@@ -307,9 +306,7 @@ class Simulation(FollowedPath):
         self.time, self.displacement, self.noise = time, np.asarray(displacement, dtype=float), noise
         self.before = before
         self.odd = is_odd(shape, mode) and not any(mode.reversed_by in item.breaks for item in features)
-        solid = self.model.mesh.dimension == 3
-        contact = getattr(shape, "snubber", None) is not None
-        self._count = CONTACT if contact else SOLID if solid else PLANE
+        self._count = steps_of_sweep(shape, self.model.mesh.dimension)
         self.plan(1.0)
 
     @property
@@ -371,12 +368,10 @@ class Simulation(FollowedPath):
 
     @override
     def stretches_at_ends(self, failure_limit: int | None = None) -> list[Array]:
-        targets = even_targets(*swept_range(self.displacement, self.odd), IDENTIFIED)
-        stretches: list[Array] = []
-        for side in filter(len, (targets[targets < 0.0], targets[targets > 0.0])):
-            sweep(self.model, side, failure_limit=failure_limit)
-            stretches.append(principal_stretches(self.model).reshape(-1, 3))
-        return stretches
+        targets = even_targets(*swept_range(self.displacement, self.odd), self._count)
+        return list(
+            sweep(self.model, targets, tolerance=self._tolerance, failure_limit=failure_limit).stretches
+        )
 
     @override
     def local_slopes(self) -> tuple[Array, Cells]:

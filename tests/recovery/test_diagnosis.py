@@ -284,6 +284,16 @@ def test_a_preload_zeroed_out_and_a_lost_bond_are_told_apart(tmp_path: Path, nam
         assert abs(preload.value - 3.0) < 3 * preload.std < 2.0
 
 
+@pytest.mark.slow
+def test_a_set_that_grows_is_no_drift_and_no_viscosity(tmp_path: Path) -> None:
+    concealed = case(tmp_path, {"permanent_set": {"set": 0.08, "cycles": 1.5}})
+    found = diagnose(concealed, effects=["permanent_set", "drift", "viscoelasticity", "mullins"], maps=False)
+    assert names(found) == ["permanent_set"]
+    assert found.probability["permanent_set"] > 0.95
+    cycles = found.effects[0].parameters["cycles"]
+    assert cycles.lower < 1.5 < cycles.upper < 6.0
+
+
 RIGS = ["offset", "free_play", "bump_stop", "rig_compliance"]
 
 

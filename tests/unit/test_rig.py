@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -108,6 +110,31 @@ def test_set_grows_with_the_largest_excursion_and_returns_to_zero_force_there():
     np.testing.assert_allclose(path.slope[:, 0], -(high + low), atol=1e-15)
     assert path.value[3] == pytest.approx(0.0, abs=1e-15)
     assert path.value[5] == pytest.approx(0.0, abs=1e-15)
+
+
+def test_set_that_grows_lags_behind_in_closed_form_however_the_path_is_sampled():
+    """A first loading leaves w / (1 + w) of it behind, w = 2 cycles; each cycle over the range exp(-1 / cycles)."""
+    legs = [0.0, 4.0, 0.0, 4.0, 0.0, -2.0, 4.0, 4.0, 0.0]
+    names = ["permanent_set.set", "permanent_set.cycles"]
+
+    def path(parts, set_=0.1, cycles=0.4):
+        q = np.concatenate([np.linspace(a, b, parts, endpoint=False) for a, b in pairwise(legs)])
+        found = bushing_path(
+            [active("permanent_set", set=set_, cycles=cycles)], np.append(q, legs[-1]), names
+        )
+        return found.value[::parts], found.slope[::parts]
+
+    few, slope = path(1)
+    lag = 0.4 * 0.8 / 1.8 * np.exp(-np.arange(4) / 0.8)
+    np.testing.assert_allclose(few[1:5] - legs[1:5], lag - 0.4, rtol=1e-12)
+    np.testing.assert_allclose(path(7)[0], few, atol=1e-12)
+    assert few[6] == few[7]  # nothing sets without motion
+    for column, step in zip(slope.T, ({"set_": 1e-6}, {"cycles": 1e-6}), strict=True):
+        (name, size), (value,) = next(iter(step.items())), [0.1 if "set_" in step else 0.4]
+        difference = path(1, **{name: value + size})[0] - path(1, **{name: value - size})[0]
+        np.testing.assert_allclose(difference / (2 * size), column, atol=1e-8)
+    at_once, _ = path(1, cycles=0.02)
+    np.testing.assert_allclose(at_once[4], -0.4, atol=1e-12)
 
 
 def test_offsets_shift_the_curve():

@@ -32,6 +32,8 @@ Memory = Mapping[str, Array]
 
 # Elements across the rubber; elements along it per thickness of length; ratio of the longest to the shortest.
 ACROSS, ALONG, GRADING = 6, 4.0, 3.0
+# Further lines beside one where a bond ends, over the distance to its neighbours.
+CLOSING_IN = (0.5, 0.2, 0.07)
 # Tolerance of the residual relative to the reaction; largest number of iterations.
 TOLERANCE, MOST = 1e-7, 12
 # Least reference for the residual, as a share of the largest reaction so far, because the reaction vanishes at rest.
@@ -331,9 +333,13 @@ def _is_bonded(at: NDArray[np.bool_], Z: Array, bond: Bond) -> NDArray[np.bool_]
 
 
 def _with_line(lines: Array, at: float) -> Array:
-    """Stretch lines from -1 to 1 so that the nearest inner one is at this place."""
-    nearest = lines[1:-1][np.argmin(np.abs(lines[1:-1] - at))]
-    return np.interp(lines, [-1.0, nearest, 1.0], [-1.0, at, 1.0])
+    """Stretch lines from -1 to 1 so that the nearest inner one is at this place, and add some that close in on it."""
+    i = 1 + int(np.argmin(np.abs(lines[1:-1] - at)))
+    lines = np.interp(lines, [-1.0, lines[i], 1.0], [-1.0, at, 1.0])
+    below, above = lines[i] - lines[i - 1], lines[i + 1] - lines[i]
+    return np.unique(
+        np.concatenate([lines, *(at + share * np.array([-below, above]) for share in CLOSING_IN)])
+    )
 
 
 def _graded_points(n: int) -> Array:
@@ -363,7 +369,9 @@ def _mesh(
             points.append((a + si * (b - a), tj * half))
     ring = [(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1)]
     elements = [
-        [number[2 * i + di, 2 * j + dj] for di, dj in ring] for i in range(across) for j in range(len(lines) - 1)
+        [number[2 * i + di, 2 * j + dj] for di, dj in ring]
+        for i in range(across)
+        for j in range(len(lines) - 1)
     ]
     return np.array(points), np.array(elements)
 

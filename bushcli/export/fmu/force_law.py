@@ -113,8 +113,8 @@ class ChannelForceLaw:
         ``displacement``, ``force``, ``force_slope``: the curve S; ``elastic``, ``elastic_slope``: H at the same
         points; ``maxwell``: pairs (g, tau); ``sliders``: pairs (stiffness on H, limit). Optional: ``clock``, that of
         each `StrainClass`, with the data of the ``classes``; ``softening``, data of a `Softening`; ``set``, the share
-        of the largest displacements that remains; ``warming``, the share of the force that is finally lost and its time
-        constant. The states of these four follow those of the branches.
+        of the largest displacements that remains, and ``set_cycles``, in which it grows; ``warming``, the share of the
+        force that is finally lost and its time constant. The states of these four follow those of the branches.
     """
 
     def __init__(self, data: dict) -> None:  # type: ignore[type-arg]  # JSON
@@ -127,7 +127,7 @@ class ChannelForceLaw:
         self.classes = [StrainClass(clock, data_of_class, q) for data_of_class in clock["classes"]]
         self.range = q[-1] - q[0]
         self.softening = Softening(data["softening"]) if data.get("softening") else None
-        self.set = float(data.get("set") or 0.0)
+        self.set, self.set_cycles = (float(data.get(key) or 0.0) for key in ("set", "set_cycles"))
         self.warming = tuple(float(value) for value in data.get("warming") or ())
         self.q = 0.0
         # The branches on the clocks follow the others.
@@ -137,7 +137,8 @@ class ChannelForceLaw:
         self.reached = self.branches
         self.largest = self.reached + 2 * len(self.classes)
         self.extremes = self.largest + (self.softening is not None)
-        self.elapsed = self.extremes + (2 if self.set else 0)
+        # Largest displacements to both sides, and what the set lags behind.
+        self.elapsed = self.extremes + (3 if self.set else 0)
         self.state = [0.0] * (self.elapsed + bool(self.warming))
 
     @property
@@ -145,7 +146,8 @@ class ChannelForceLaw:
         """Displacement from the position to which the rubber has set, mm or rad, or in the unit of the data."""
         if not self.set:
             return self.q
-        return self.q - self.set * (self.state[self.extremes] + self.state[self.extremes + 1])
+        up, down, lag = self.state[self.extremes : self.extremes + 3]
+        return self.q - self.set * (up + down) + lag
 
     @property
     def force(self) -> float:
@@ -192,12 +194,29 @@ class ChannelForceLaw:
 
     def _move(self, q: float) -> None:
         """Move to a displacement, and store it if it is the largest so far."""
-        self.q = q
+        path, self.q = abs(q - self.q), q
         if self.set:
             index = self.extremes
-            self.state[index : index + 2] = max(self.state[index], q), min(self.state[index + 1], q)
+            up, down, lag = self.state[index : index + 3]
+            farthest = max(up, q), min(down, q)
+            if self.set_cycles:
+                lag = self._lag(
+                    lag, path, self.set * (sum(farthest) - up - down), up - down, farthest[0] - farthest[1]
+                )
+            self.state[index : index + 3] = *farthest, lag
         if self.softening is not None:
             self.state[self.largest] = max(self.state[self.largest], abs(self.displacement_from_set))
+
+    def _lag(self, lag: float, path: float, rise: float, before: float, after: float) -> float:
+        """Return what the set lags behind after a path on which its full value rises and the range grows."""
+        way, wider = 2.0 * self.set_cycles, after - before
+        lag *= math.exp(-(path - wider) / (way * before)) if before else 0.0
+        if wider:
+            steady = way / (1.0 + way) * rise / wider
+            lag = steady * after + (
+                (lag - steady * before) * (before / after) ** (1.0 / way) if before else 0.0
+            )
+        return lag
 
     def _follow(self, start: float, end: float, duration: float) -> None:
         """Advance the branches by a motion; the result is exact for a rise of H that is linear in time."""
