@@ -42,7 +42,7 @@ def acts_through_branches_off(model: FiniteElementModel, names: Sequence[str]) -
         return False
     model.take_parameters()
     if not all(name in model.constants for name in names) or not all(
-        branch.is_off for branch in model.body.material.branches if branch.clock != "shown"
+        branch.is_off for branch in model.body.material.families if branch.clock != "shown"
     ):
         return False
     return not any(
@@ -115,6 +115,7 @@ def along_elastic_path(
         attempts=curve.history.attempts,
         sensitivity=slope + stiffness[:, None] * path_slope,
         path_sensitivity=path_slope,
+        stretches=curve.history.stretches,
     )
 
 
@@ -187,7 +188,7 @@ def _works(model: FiniteElementModel, names: Sequence[str], changes: Sequence[Nu
     slopes = Slopes(body, model.state.x.array)
     # A clock follows the strain.
     body.material.isochoric(moduli=False)
-    memory = [[None] * len(body.material.branches)] * len(names)
+    memory = [[None] * len(body.material.families)] * len(names)
     (active, answers), *_ = slopes.stresses(changes, memory)
     along, works = slopes.along(rate), np.zeros(len(names))
     others = [None] * (len(body.parts) - 1)

@@ -28,7 +28,7 @@ class Internal:
 
     def reset(self) -> None:
         """Forget all earlier deformation."""
-        for branch in self._body.material.branches:
+        for branch in self._body.material.families:
             branch.reset()
 
     def commit(self, state: Array) -> None:

@@ -131,7 +131,13 @@ class Kernel:
             Whether ``out`` is zeroed first.
         """
         arrays = [inputs[name] for name in self._names]
+        n, sets = (
+            out.shape[-2],
+            max((array.shape[-3] for array in (*arrays, out) if array.ndim > 2), default=1),
+        )
         for name, array, width in zip(self._names, arrays, self._widths, strict=True):
+            assert array.ndim < 2 or array.shape[-2] in (1, n), name
+            assert array.ndim < 3 or array.shape[-3] in (1, sets), name
             assert array.shape[-1] >= width, name
             assert array.strides[-1] == 8 or width == 1 or not array.size, name
         return Call(self, arrays, out, out.shape[-1] if clear else 0)

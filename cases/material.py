@@ -65,7 +65,17 @@ class Remembered:
         self.values = np.empty((count, points, self._functions.memory))
         numbers = len(branch.parameters) + len(GIVEN)
         self.parameters = np.zeros((count, points if self.clock == "followed" else 1, numbers))
+        # Kept apart: a rank without rubber has none on a clock.
+        self._amplitudes = np.zeros(count)
         self.reset()
+
+    def take(self, branches: Sequence[Array]) -> None:
+        """Set the parameters, given those of all branches as in `cases.parameters.Numbers`."""
+        own = self.among(branches)
+        self._amplitudes[:] = own[:, 0, 0]
+        # What has passed on the clock comes from the strains.
+        columns = slice(-1 if self.clock == "followed" else None)
+        self.parameters[..., columns] = own[..., columns]
 
     def among(self, branches: Sequence[Array]) -> Array:
         """Return these branches' part of `cases.parameters.Numbers.branches`, shape (b, 1, m)."""
@@ -78,7 +88,7 @@ class Remembered:
     @property
     def is_off(self) -> bool:
         """Whether all amplitudes are zero, so that the branches add nothing to stresses and moduli."""
-        return not self.parameters[..., 0].any()
+        return not self._amplitudes.any()
 
     def answer(self, moduli: bool) -> Kernel:
         """Return the kernel of a branch's stresses, with or without moduli."""
@@ -128,7 +138,7 @@ class Remembered:
             evaluate = kernel(function(count))
             rows = np.zeros((*shape, evaluate.size))
             evaluate.bind(rows, point_inputs)()
-            by_direction = rows.reshape(*shape, count, -1)
+            by_direction = rows.reshape(*shape, count, evaluate.size // count)
             rates += [by_direction[..., d, :] for d in range(min(count, len(remaining)))]
         return rates
 
@@ -198,8 +208,8 @@ class RubberAtPoints:
     ----------
     strain : shape (points, variables)
         Strain variables and pressure at which answers are computed; written by others.
-    branches : list of Remembered
-        Branches of one formula that follow each other are one entry.
+    families : list of Remembered
+        Branches of one formula that follow each other are a family.
     skew : shape (2, points, 1 + variables), or None without a clock
         s_a and z_a at the last moduli, each after an entry for an energy, as an answer without moduli.
     """
@@ -217,14 +227,14 @@ class RubberAtPoints:
         self._guard = guard
         self.variables = len(setting.names) + 1
         self.strain = np.zeros((points, self.variables))
-        self.branches: list[Remembered] = []
+        self.families: list[Remembered] = []
         begin = 0
         for _, same in groupby(branches, id):
             branch, *others = same
             end = begin + 1 + len(others)
-            self.branches.append(Remembered(setting, branch, slice(begin, end), points))
+            self.families.append(Remembered(setting, branch, slice(begin, end), points))
             begin = end
-        self._clock = next((branch for branch in self.branches if branch.clock == "shown"), None)
+        self._clock = next((branch for branch in self.families if branch.clock == "shown"), None)
         self.skew = None if self._clock is None else np.zeros((2, points, 1 + self.variables))
         self._parameters = {"law": np.zeros(len(names)), "volumetric": np.zeros(answers.VOLUMETRIC)}
         # Row and column of each curvature in an answer.
@@ -234,10 +244,8 @@ class RubberAtPoints:
         """Set the material numbers."""
         self._parameters["law"][:] = numbers.law
         self._parameters["volumetric"][:] = numbers.volumetric
-        for branch in self.branches:
-            # What has passed on the clock comes from the strains.
-            columns = slice(-1 if branch.clock == "followed" else None)
-            branch.parameters[..., columns] = branch.among(numbers.branches)[..., columns]
+        for branch in self.families:
+            branch.take(numbers.branches)
 
     def answer(self, moduli: bool) -> Array:
         """Return energy, stresses and moduli at `strain`, shape (points, length); the energy excludes the branches.
@@ -263,7 +271,7 @@ class RubberAtPoints:
             if branch.needs_energy:
                 self._add_through_energy(calls.total, calls.law, row, moduli)
         if moduli and self.skew is not None:
-            is_paced = not all(branch.is_off for branch in self.branches if branch.clock == "followed")
+            is_paced = not all(branch.is_off for branch in self.families if branch.clock == "followed")
             self.skew[:] = 0.0
             for call in calls.pacing if is_paced else ():
                 call()
@@ -278,7 +286,7 @@ class RubberAtPoints:
         """Advance the clock of the branches by the path from the start of the step to `strain`."""
         (end, row), *_ = ((end, row) for branch, end, row in self._ends if branch is self._clock)
         end()
-        for branch in self.branches:
+        for branch in self.families:
             if branch.clock == "followed":
                 branch.parameters[..., -1] = row[..., 1]
 
@@ -295,7 +303,7 @@ class RubberAtPoints:
 
     def _bind(self, moduli: bool) -> _Answered:
         law = total = np.zeros((self._points, length(self.variables, moduli)))
-        if any(branch.needs_energy for branch in self.branches):
+        if any(branch.needs_energy for branch in self.families):
             total = np.zeros_like(law)
         law_function = answers.law_answer(self._setting, self._law, self._names, moduli)
         law_call = kernel(law_function).bind(
@@ -303,7 +311,7 @@ class RubberAtPoints:
         )
         adding: list[tuple[Remembered, Call, Array]] = []
         pacing: list[Call] = []
-        for branch in self.branches:
+        for branch in self.families:
             if moduli and self.skew is not None and branch.clock:
                 pacing.append(self._clock_call(branch, law, len(pacing)))
             if branch.clock == "shown":
@@ -379,7 +387,7 @@ class RubberAtPoints:
     def _ends(self) -> list[tuple[Remembered, Call, Array]]:
         """Calls that compute stored energy and memory at the end of the step, each with its output for each branch."""
         ends: list[tuple[Remembered, Call, Array]] = []
-        for branch in self.branches:
+        for branch in self.families:
             row = np.zeros((len(branch.values), self._points, branch.end.size))
             inputs = branch.inputs(self.strain, self._without_moduli.law)
             ends.append((branch, branch.end.bind(row, inputs, clear=True), row))
@@ -430,15 +438,15 @@ class RubberAtPoints:
         )
 
     def by_energy(self, state: PointState, i: int) -> Array:
-        """V_e of branches that depend on the law's energy, shape (points,).
+        """V_e of a family that depends on the law's energy, shape (points,).
 
         Parameters
         ----------
         state : PointState
             State that `point_state` returned.
         i : int
-            Index of the formula.
+            Index of the family.
         """
-        branch = self.branches[i]
+        branch = self.families[i]
         row = branch.answer(moduli=False)(self._points, branch.inputs(state.strain, state.law))
         return row[:, 1 + self.variables]

@@ -109,7 +109,7 @@ class FiniteElementModel:
         self.duration, self.stage = self.parameters.duration, self.parameters.stage
         self._stress_free = StressFree(mesh, self.features, self.parameters)
         self.body = self._body()
-        self.internal = Internal(self.body) if self.body.material.branches else None
+        self.internal = Internal(self.body) if self.body.material.families else None
         touching = contact_of(mesh, self.space, mode, self._stress_free)
         self.surfaces = self._surfaces(followed, touching)
         self.motion = (Motion if self.setting.six is None else PoseMotion)(

@@ -65,7 +65,7 @@ class Sensitivity:
 
     def begin(self) -> None:
         """Forget the steps so far: the rubber is virgin."""
-        count = len(self.model.body.material.branches)
+        count = len(self.model.body.material.families)
         self.memory: Sequence[Sequence[Array | None]] = [[None] * count for _ in self.names]
         self._rates: dict[str, Numbers] = {}
         self._rates_at: tuple[float, ...] = ()

@@ -22,7 +22,7 @@ from cases.points import Moving
 Array = NDArray[np.float64]
 
 Memory = Sequence[Array | None]
-"""Derivative of the memory of each formula's branches at the points; None where it is still zero."""
+"""Derivative of each family's memory at the points, (branches, points, k); None where it is still zero."""
 
 
 Stresses = tuple[list[int], Array]
@@ -154,7 +154,7 @@ class Slopes:
         memory: Sequence[Memory],
         directions: Sequence[Array],
     ) -> list[list[Array]]:
-        """Derivatives of each branch's memory at the end of the step with each parameter.
+        """Derivatives of the memory at the end of the step with each parameter, of each family (branches, points, k).
 
         Parameters
         ----------
@@ -173,7 +173,7 @@ class Slopes:
             energies += np.tensordot(law, self._law_slopes[:, :, 0], 1)
         memories: list[list[Array]] = [[] for _ in names]
         passed: list[Array] = []
-        for i, branch in enumerate(material.branches):
+        for i, branch in enumerate(material.families):
             changes = [
                 _changes(branch.among(change.branches), own_memory[i], energy) | {"strain": strain}
                 for change, own_memory, energy, strain in zip(rates, memory, energies, strains, strict=True)
@@ -210,13 +210,13 @@ class Slopes:
         # All parameters in one product.
         if law.any():
             stresses += np.tensordot(law, self._law_slopes, 1)
-        laws = stresses.copy() if any(branch.needs_energy for branch in material.branches) else stresses
+        laws = stresses.copy() if any(branch.needs_energy for branch in material.families) else stresses
         if volumetric.any():
             stresses += np.tensordot(volumetric, self._volumetric_slopes, 1)
         by_law = np.any(law != 0.0, axis=1)
         active = np.logical_or(by_law, np.any(volumetric != 0.0, axis=1))
         passed = dict[int, Array]()
-        for i, branch in enumerate(material.branches):
+        for i, branch in enumerate(material.families):
             through = np.logical_and(by_law, branch.needs_energy)
             paced = passed if branch.clock == "followed" else {}
             own = [branch.among(change.branches) for change in rates]
@@ -284,7 +284,7 @@ class Slopes:
 
 
 def _changes(parameters: Array, memory: Array | None, energy: Array | None) -> dict[str, Array]:
-    """Return the changes of the inputs of a formula's branches, by their names."""
+    """Return the changes of the inputs of a family, by their names."""
     changes = {"parameters": parameters}
     if memory is not None:
         changes["memory"] = memory

@@ -101,7 +101,8 @@ class EffectParameter:
     searched : bool
         Whether a diagnosis may add it to a model; else only a case file gives it.
     variant : bool
-        For an optional shape parameter: whether a diagnosis tries the effect both with it and without it.
+        For an optional shape parameter: whether a diagnosis tries the effect both with it and without it. At its lowest
+        value the effect is as without it.
     of_amplitude : bool
         Whether it refines how the effect depends on the amplitude, so that tables of several amplitudes show it.
     within : (str, float) or None
@@ -271,8 +272,8 @@ class Effect:
     in_force_law : {"curve", "maxwell", "clock", "sliders", "softening", "set", "warming"} or None
         Where the force law of an export contains an effect of the rubber: in its curves or in a state; None where it
         cannot. The feature of a "clock" has a clock as its first branch, and after it those that follow it. The first
-        parameter of a "set" is the share of the largest displacements that stays, those of a "warming" are the share of
-        the force that is lost and the time constant.
+        parameters of a "set" are the share of the largest displacements that stays and the cycles in which it grows,
+        those of a "warming" are the share of the force that is lost and the time constant.
     on_card : callable, optional
         Returns what it adds to a material card, from the values of its parameters by name; None where a card cannot
         hold it.
@@ -362,8 +363,13 @@ class Effect:
 
     @property
     def branches(self) -> int:
-        """Largest number of branches that a diagnosis tries: one, and those whose parameters are optional."""
+        """Largest number of branches that a diagnosis tries: one, and those that it may add."""
         return 1 + len({p.branch for p in self.parameters if p.is_of_branch})
+
+    @property
+    def variants(self) -> tuple[EffectParameter, ...]:
+        """Optional parameters with each of which, and without all of them, a diagnosis tries the effect."""
+        return tuple(p for p in self.parameters if p.variant and p.searched)
 
     @property
     def slides(self) -> bool:

@@ -96,8 +96,8 @@ def log_odds(
         elif rigs > 1 and active.effect.of_channel:
             odds /= rigs
         total += math.log(odds)
-        # Each number of branches, and each value of a choice or of a scanned dimension, is a separate model.
-        total -= math.log(active.effect.branches)
+        # Each number of branches, each variant, each value of a choice or of a scanned dimension is a separate model.
+        total -= math.log(active.effect.branches + len(active.effect.variants))
         for parameter in active.parameters:
             total -= math.log(max(1, len(parameter.choices or parameter.scan))) if parameter.of_mesh else 0.0
     paths = all(kind == "static" for _, kind in channels)

@@ -153,8 +153,9 @@ class _Bushing:
         from scipy.interpolate import CubicSpline
 
         permanent_set, set_cycles = (*self._values("set"), 0.0, 0.0)[:2]
-        # Largest distances of the rubber from its set position, after the largest displacement to the other side.
-        remaining = 1.0 - permanent_set
+        # Largest distances of the rubber from its set position, after the largest displacement to the other side; while
+        # the set grows it is farther from there.
+        remaining = 1.0 if set_cycles else 1.0 - permanent_set
         grid = _grid(low * remaining - permanent_set * high, high * remaining - permanent_set * low)
         static, _ = self._there_and_back(grid)
         data: dict[str, Any] = {"displacement": grid, "maxwell": [], "sliders": []}

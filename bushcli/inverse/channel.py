@@ -281,6 +281,7 @@ class SweptChannel(Channel):
     @override
     def plan(self, fineness: float, tolerance: float) -> None:
         self._tolerance = tolerance
+        self._solved.clear()
 
     @override
     def solve(

@@ -83,7 +83,7 @@ def removable_parts(task: Task, recordings: Sequence[Recording]) -> list[Contain
         latest: dict[str, str] = {}
         branches: dict[str, dict[str, EffectParameter]] = {}
         for name, p in free.items():
-            branches.setdefault(p.branch if p.optional else "", {})[name] = p
+            branches.setdefault(p.branch if p.optional and not p.variant else "", {})[name] = p
         for branch in branches.values():
             absent = {name: p.off for name, p in branch.items() if p.off is not None}
             grids = {n: _grid(p, scales, task.period(active)) for n, p in branch.items() if p.off is None}

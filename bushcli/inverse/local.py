@@ -113,8 +113,9 @@ class Watched:
         rows = self.problem.residual(x)
         if not np.isfinite(rows).all():
             self.failed, self.row, self._met_failure = self.failed + 1, self.row + 1, True
-            # It has brought the search no closer.
-            self._falling.append(self.best[0])
+            if self.row == 1:
+                # A run of failures counts once among the evaluations that have to gain something.
+                self._falling.append(self.best[0])
             if self.explained is not None and self.best[0] < np.inf and self.explained(self.best[1]):
                 raise Stopped("the law is unstable in the states reached")
             if self.row >= self.most_in_row:

@@ -61,7 +61,8 @@ class Stopping:
     tolerance : float
         Relative change of parameters and misfit that counts as none.
     valley : (int, float)
-        Evaluations, failed ones included, and the share of the misfit that they have to gain together.
+        Evaluations, in which a run of failed ones counts once, and the share of the misfit that they have to gain
+        together.
     rounds : int
         Searches after which the stability in the states reached is required once more.
     evaluations, failures : int

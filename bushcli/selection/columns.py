@@ -177,7 +177,7 @@ def _grid(
     shapes = [p for p in chosen if p.off is None]
     if not amplitudes:
         return []
-    variants = [[], *([p] for p in effect.parameters if p.variant and present is None)]
+    variants = [[], *([p] for p in effect.variants if present is None)]
     before = {} if present is None else dict(present.values)
     sizes_of = {"shear": shear, "duration": scales["duration"], "amplitude": scales["travel"]}
 
@@ -199,9 +199,9 @@ def _grid(
     warm = np.concatenate([*degrees.values(), np.zeros(0)])
     at = {name: float(np.mean(own)) for name, own in degrees.items()}
     points = [
-        dict(zip((p.name for p in used), point, strict=True))
-        for used in ([*shapes, *variant] for variant in variants)
-        for point in product(*map(values, used))
+        dict(zip((p.name for p in scanned), point, strict=True))
+        for scanned in ([*shapes, *variant] for variant in variants)
+        for point in product(*map(values, scanned))
     ]
     candidates = []
     for shape in points:

@@ -122,7 +122,8 @@ class Model:
             for p in active.parameters:
                 name = f"{active.identity}.{p.name}"
                 in_other = name in values and (not p.of_mesh or f"{name}={active.values[p.name]:g}" in known)
-                value = values[name] if in_other else active.values[p.name] if p.off is None else p.off
+                off = p.lower if p.variant else active.values[p.name] if p.off is None else p.off
+                value = values[name] if in_other else off
                 by_name[active.full_name(p)] = float(value)
         return by_name
 

@@ -95,7 +95,7 @@ class ModelCache:
             Parameters of the law alone (MPa or dimensionless) at which the force of a coarse body is corrected to that
             of the default mesh.
         tolerance : float
-            Of paths that are followed (`cases.march.march`), a ratio.
+            Of the marches and sweeps (`cases.march.march`), a ratio.
         """
         whole = replace(task.case, effects=())
         name = canonical((whole, _law(task), _structure(task.effects), fineness, coarse, anchor, tolerance))

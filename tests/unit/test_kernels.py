@@ -20,6 +20,7 @@ from cases.rates import Rates
 from cases.simulate import prepare
 from forms import answers
 from forms.branch import branches
+from forms.branch_answers import branch_functions
 from forms.law import law
 from forms.potential import Attached
 from forms.setting import SETTINGS
@@ -163,3 +164,30 @@ def test_a_law_from_elsewhere_has_no_note(compiled):
     assert records._file(function) is None
     known = answers.law_answer(SETTINGS["axisymmetric"], law("neo_hookean"), ("C10",), moduli=False)
     assert records._file(known) is not None
+
+
+def test_sets_of_inputs_are_added_up_or_kept_apart():
+    """Two branches of one formula, their strains alike: rows of points (n, width), and of branches (2, n, width)."""
+    setting, branch = SETTINGS["axisymmetric"], branches()["maxwell"]
+    functions = branch_functions(setting, branch)
+    kernel, n, rng = kernels.kernel(functions.stress), 4, np.random.default_rng(3)
+    memory = np.array(functions.virgin) * (1.0 + 0.01 * rng.normal(size=(2, n, functions.memory)))
+    strain = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])[: len(setting.names)] + 0.05 * rng.normal(
+        size=(n, len(setting.names))
+    )
+    common = {"strain": np.column_stack([strain, np.zeros(n)]), "law energy": np.zeros((n, 1))}
+    parameters = np.array([[[0.3, 2.0, 0.5, 1.0]], [[0.1, 9.0, 0.5, 1.0]]])
+    together, apart = np.ones((n, kernel.size)), np.ones((2, n, kernel.size))
+    kernel.bind(together, {**common, "memory": memory, "parameters": parameters}, clear=True)()
+    kernel.bind(apart, {**common, "memory": memory, "parameters": parameters}, clear=True)()
+    singly = [
+        kernel(n, {**common, "memory": m, "parameters": p[0]})
+        for m, p in zip(memory, parameters, strict=True)
+    ]
+    np.testing.assert_array_equal(apart, singly)
+    np.testing.assert_allclose(together, sum(singly), rtol=1e-14)
+    assert np.abs(singly[0] - singly[1]).max() > 1e-3
+    with pytest.raises(AssertionError, match="memory"):
+        kernel.bind(together, {**common, "memory": memory[:, :3], "parameters": parameters})
+    empty = {key: value[..., :0, :] for key, value in {**common, "memory": memory}.items()}
+    kernel.bind(np.zeros((0, kernel.size)), {**empty, "parameters": parameters}, clear=True)()

@@ -129,10 +129,9 @@ def test_set_that_grows_lags_behind_in_closed_form_however_the_path_is_sampled()
     np.testing.assert_allclose(few[1:5] - legs[1:5], lag - 0.4, rtol=1e-12)
     np.testing.assert_allclose(path(7)[0], few, atol=1e-12)
     assert few[6] == few[7]  # nothing sets without motion
-    for column, step in zip(slope.T, ({"set_": 1e-6}, {"cycles": 1e-6}), strict=True):
-        (name, size), (value,) = next(iter(step.items())), [0.1 if "set_" in step else 0.4]
-        difference = path(1, **{name: value + size})[0] - path(1, **{name: value - size})[0]
-        np.testing.assert_allclose(difference / (2 * size), column, atol=1e-8)
+    for column, name, value in zip(slope.T, ("set_", "cycles"), (0.1, 0.4), strict=True):
+        difference = path(1, **{name: value + 1e-6})[0] - path(1, **{name: value - 1e-6})[0]
+        np.testing.assert_allclose(difference / 2e-6, column, atol=1e-8)
     at_once, _ = path(1, cycles=0.02)
     np.testing.assert_allclose(at_once[4], -0.4, atol=1e-12)
 

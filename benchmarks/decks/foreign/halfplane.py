@@ -119,6 +119,7 @@ class HalfPlane:
         ]
         along = max(8, round(ALONG * max(lengths) / (b - a)))
         lines = _graded_points(along)
+        assert not (inner.on_line and outer.on_line), "the second line would move the first"
         for bond, length in zip((inner, outer), lengths, strict=True):
             if bond.on_line:
                 lines = _with_line(lines, (1 if bond.end == "top" else -1) * (1 - 2 * bond.free / length))

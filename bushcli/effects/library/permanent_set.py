@@ -38,7 +38,10 @@ def drive(q: Signal, parameters: Given) -> Signal:
 
 
 def _lag(q: Signal, full: Signal, reach: Signal, cycles: Signal) -> Signal:
-    """Return what the set lags behind its full value; exact for steps in one direction."""
+    """Return what the set lags behind its full value; exact for steps in one direction.
+
+    Within a range it fades by a factor of e on a path of `way` times the range.
+    """
 
     def complex_steps(signal: Signal) -> NDArray[np.complex128]:
         slope = signal.slope if signal.slope.shape[-1] else np.zeros((*signal.slope.shape[:-1], 1))
@@ -93,7 +96,8 @@ EFFECT = Effect(
         EffectParameter(
             "cycles",
             "1",
-            "cycles over the range so far in which the set grows to 63 %; without it the set is there at once",
+            "cycles over the range so far in which what is lacking of the set falls by a factor of e; without it the set "
+            "is there at once",
             (0.5, 0.02, 100.0),
             optional=True,
             variant=True,
@@ -111,8 +115,9 @@ EFFECT = Effect(
     how_often="occasional",
     families=("softening in use",),
     in_force_law="set",
-    needs="unloading through zero force from at least two amplitudes, more to one side than to the other",
-    rivals=("offset",),
+    needs="unloading through zero force from at least two amplitudes, more to one side than to the other; for its "
+    "growth several cycles over the same range",
+    rivals=("drift", "offset", "viscoelasticity"),
     source="Dorfmann and Ogden (2004), Mullins effect with permanent set, doi:10.1016/j.ijsolstr.2003.11.014",
     specimens=frozenset({"bushing", "coupon"}),
     has_memory=True,

@@ -5,8 +5,8 @@ The force is F = S(q) + sum_i F_i + sum_j f_j: the curve after a long rest S, Ma
 slips. S and H are cubic between points with given slopes, straight beyond. Rubber that amplitude thins has further
 branches, whose time is that of internal clocks, one for each class of local strain. Rubber that softens after its first
 loading loses L(q, a) of S at displacements within the largest displacement a so far. With permanent set, q is replaced
-by q less a share of the largest displacements to both sides; with warming, the whole force decreases by a share with
-time. The code needs the standard library only.
+by q less a share of the largest displacements to both sides, which may grow with the cycles; with warming, the whole
+force decreases by a share with time. The code needs the standard library only.
 """
 
 from __future__ import annotations

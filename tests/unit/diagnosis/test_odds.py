@@ -125,6 +125,12 @@ def test_numbers_of_branches_share_the_odds_of_their_effect():
     )
 
 
+def test_variants_share_the_odds_of_their_effect():
+    ways = [ActiveEffect(effects()["permanent_set"], {"set": 0.1} | more) for more in ({}, {"cycles": 1.0})]
+    together = sum(math.exp(log_odds((one,), False, False, False, static("axial"))) for one in ways)
+    assert together == pytest.approx(effect_odds("permanent_set"))
+
+
 def test_uniform_odds_prefer_no_effect():
     assert len({effect_odds(name, uniform=True) for name in effects()}) == 1
 

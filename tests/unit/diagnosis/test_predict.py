@@ -162,8 +162,9 @@ def test_predictions_of_the_catalogue_are_what_fits_bring(made, name):
     features = made.problem.likelihood.features[0]
     (points,) = columns(made.cache, made.case, made.state.model, some)
     added = [Addition(trial, (features.of(column),)) for trial, column in zip(some, points, strict=True)]
-    # One prediction for each variant.
-    for found in Beside(made.state, added).singles():
+    predictions = Beside(made.state, added).singles()
+    assert len(predictions) == 1 + len(effect(name).variants)
+    for found in predictions:
         state = made.fit(found.model, made.state)
         gained, predicted = (
             log - made.state.evidence.log for log in (state.evidence.log, found.log_evidence)
