@@ -96,8 +96,8 @@ EFFECT = Effect(
         EffectParameter(
             "cycles",
             "1",
-            "cycles over the range so far in which what is lacking of the set falls by a factor of e; without it the set "
-            "is there at once",
+            "cycles over the range so far in which what the set lacks falls by a factor of e; without it the set is "
+            "there at once",
             (0.5, 0.02, 100.0),
             optional=True,
             variant=True,
