@@ -210,7 +210,8 @@ def test_a_small_second_effect_is_not_taken_for_certain(coupon, monkeypatch):
 
 
 def test_the_most_probable_model_is_fitted_even_if_the_search_gave_it_up(coupon, monkeypatch):
-    world = World(coupon, **{"drift.rate": 3.0, "permanent_set.set": 1.0})
+    # So small a set that the drift alone, which is taken away, is the most probable model.
+    world = World(coupon, **{"drift.rate": 3.0, "permanent_set.set": 0.8})
     found = world.search(monkeypatch)
     for key, state in list(found.states.items()):
         if state.model.identities == ("drift",):
