@@ -9,6 +9,7 @@ from cases.march import NotConverged, march
 from cases.mode import modes
 from cases.program import Program
 from cases.simulate import even_targets, is_odd, prepare, sweep
+from cases.stretches import principal_stretches
 from geometry.shape import Refinement, shapes
 
 COARSE = Refinement(across=2, along=4, around=8)
@@ -49,6 +50,9 @@ def test_sweep_goes_outward_on_both_sides_and_returns_in_order(axial):
     assert [news[:2] for news in told] == [(i + 1, 6) for i in range(6)]
     each = [march(axial, Program(np.array([q]))).force[0] for q in history.displacement]
     np.testing.assert_allclose(history.force, each, rtol=1e-6, atol=1e-6)
+    for stretches, end in zip(history.stretches, (-3.0, 2.0), strict=True):
+        march(axial, Program(np.array([end])))
+        np.testing.assert_allclose(stretches, principal_stretches(axial).reshape(-1, 3), atol=1e-6)
 
 
 def test_sweep_keeps_both_sides_as_far_as_they_went(reference_bushing, rubber):
@@ -56,6 +60,7 @@ def test_sweep_keeps_both_sides_as_far_as_they_went(reference_bushing, rubber):
     with pytest.raises(NotConverged) as caught:
         sweep(gent, np.array([-2.0, -0.4, 0.2, 0.4]))
     assert caught.value.target == -2.0
+    assert len(caught.value.history.stretches) == 1  # of the side that reached its end
     assert -0.61 < caught.value.last < -0.4
     np.testing.assert_array_equal(caught.value.history.displacement, [caught.value.last, -0.4, 0.0, 0.2, 0.4])
 

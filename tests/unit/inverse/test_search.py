@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from contextlib import nullcontext
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +13,7 @@ import pytest
 from bushcli.evidence.stopping_rule import StoppingRule
 from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.edge import minimise_at_edge
-from bushcli.inverse.local import minimise, predicted_decrease
+from bushcli.inverse.local import FlatValley, Watched, minimise, predicted_decrease
 from bushcli.inverse.minimum_search import search
 from bushcli.inverse.problem import LeastSquaresProblem, Stopping, differences
 from bushcli.inverse.starts import OUTPERFORMED_AFTER, is_outperformed
@@ -248,3 +251,26 @@ def test_a_modulus_keeps_its_part_of_the_stiffness_where_an_exponent_changes(nam
         after = point(y)
         assert rubber.shear_modulus(**dict(zip(names, after, strict=True))) == pytest.approx(stiffness)
         np.testing.assert_allclose(derivative(y), differences(point, y), rtol=1e-4, atol=1e-5)
+
+
+def test_a_run_of_failed_trials_is_one_evaluation_that_gained_nothing():
+    """Beside a wall each small success is bracketed by failures: four evaluations have to gain 1 % together."""
+    nan = math.nan
+    for trials, is_flat in (
+        ([10.0, nan, nan, 9.99, nan, 9.98], True),
+        ([10.0, nan, nan, nan, 9.99, 9.98], False),
+    ):
+        remaining = iter(trials)
+        problem = SimpleNamespace(
+            samples=1,
+            states=(),
+            stopping=Stopping(valley=(4, 0.01)),
+            answers=lambda *given: None,
+            instability=lambda x: np.zeros(0),
+            residual=lambda x, remaining=remaining: np.array([next(remaining)]),
+        )
+        watched = Watched(problem, squares=True, most_in_row=9)
+        for _ in trials[:-1]:
+            watched.residual(np.zeros(1))
+        with pytest.raises(FlatValley) if is_flat else nullcontext():
+            watched.residual(np.zeros(1))
