@@ -131,16 +131,14 @@ class Kernel:
             Whether ``out`` is zeroed first.
         """
         arrays = [inputs[name] for name in self._names]
-        n, sets = (
-            out.shape[-2],
-            max((array.shape[-3] for array in (*arrays, out) if array.ndim > 2), default=1),
-        )
+        n = out.shape[-2]
+        sets = max((array.shape[-3] for array in (*arrays, out) if array.ndim > 2), default=1)
         for name, array, width in zip(self._names, arrays, self._widths, strict=True):
             assert array.ndim < 2 or array.shape[-2] in (1, n), name
             assert array.ndim < 3 or array.shape[-3] in (1, sets), name
             assert array.shape[-1] >= width, name
             assert array.strides[-1] == 8 or width == 1 or not array.size, name
-        return Call(self, arrays, out, out.shape[-1] if clear else 0)
+        return Call(self, arrays, out, sets, out.shape[-1] if clear else 0)
 
     def __call__(self, n: int, inputs: Mapping[str, Array]) -> Array:
         """Results at n points, shape (n, size)."""
@@ -152,7 +150,7 @@ class Kernel:
 class Call:
     """A kernel with its arrays: input blocks and output."""
 
-    def __init__(self, kernel: Kernel, inputs: Sequence[Array], out: Array, clear: int) -> None:
+    def __init__(self, kernel: Kernel, inputs: Sequence[Array], out: Array, sets: int, clear: int) -> None:
         ffi = loops().ffi
         # They have to live as long as this call.
         self._kept = (kernel, *inputs, out)
@@ -165,7 +163,6 @@ class Call:
             kernel.widths,
         )
         begin, stride, n = ffi.cast("double *", _address(out)), out.strides[-2] // 8, out.shape[-2]
-        sets = max((array.shape[-3] for array in (*inputs, out) if array.ndim > 2), default=1)
         self._given: tuple[Any, ...]
         if kernel.batch == 1:
             jumps = ffi.new("long[]", [_step(array, -3) for array in inputs] or [0])
