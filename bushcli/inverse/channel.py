@@ -28,7 +28,7 @@ from bushcli.recording import Recording
 from bushcli.simulate.derivatives import local_slopes
 from bushcli.simulate.extent import Extent, of_path
 from bushcli.simulate.simulation import FollowedPath
-from bushcli.simulate.steps import steps_of_sweep
+from bushcli.simulate.steps import IDENTIFIED, steps_of_sweep
 from cases.local import Cells
 from cases.march import TOLERANCE, History, failure_at_start
 from cases.mode import modes
@@ -208,7 +208,8 @@ class Channel(FitChannel):
             is_odd(model.mesh.shape, mode),
         )
         ends = swept_range(q, self.odd)
-        steps = steps_of_sweep(model.mesh.shape, model.mesh.dimension)
+        dimension = model.mesh.dimension
+        steps = steps_of_sweep(model.mesh.shape, dimension) if dimension == 3 else IDENTIFIED
         self.targets = _coupon_targets(q) if self.coupon else even_targets(*ends, steps)
         size = np.abs(force)
         if weighting is None:
@@ -280,8 +281,9 @@ class SweptChannel(Channel):
 
     @override
     def plan(self, fineness: float, tolerance: float) -> None:
-        self._tolerance = tolerance
-        self._solved.clear()
+        if self.model.mesh.dimension == 3:
+            self._tolerance = tolerance
+            self._solved.clear()
 
     @override
     def solve(
