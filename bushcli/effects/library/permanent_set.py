@@ -24,7 +24,8 @@ from bushcli.effects.change import Given, RigChange, Signal
 from bushcli.effects.effect import Amplitude, Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
-# Imaginary part of a complex step, as in `cases.parameters`.
+# Imaginary part of a complex step, as in `cases.parameters`, which loads DOLFINx: so small that nothing but the first
+# derivative is left in double precision.
 STEP = 1e-30
 
 
