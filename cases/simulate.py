@@ -67,6 +67,8 @@ def prepare(
     if "z" in setting_for(mode, dimension).mirrors & shape.mirror_planes - mirrors:
         # The change by the features must not be mixed with that by another mesh.
         refinement = replace(refinement, doubled=True)
+    if any(installed.feature.released for installed in features):
+        refinement = replace(refinement, partly_bonded=True)
     for installed in features:
         if installed.feature.shape is not None:
             shape = installed.feature.shape(shape, installed.values)

@@ -93,7 +93,8 @@ class Refinement:
     """How fine the mesh is: rubber elements in each direction of the whole bushing (None = the shape's default).
 
     `factor` multiplies them all, the defaults too: for the finer mesh of a convergence check. `doubled` meshes a whole
-    bushing with twice the mesh of its upper half, so that it compares with a model of that half alone.
+    bushing with twice the mesh of its upper half, so that it compares with a model of that half alone. `partly_bonded`
+    resolves the whole length of a bond that may end anywhere along it, not its ends alone.
     """
 
     across: int | None = None
@@ -101,6 +102,7 @@ class Refinement:
     around: int | None = None
     factor: float = 1.0
     doubled: bool = False
+    partly_bonded: bool = False
 
     def elements(self, number: int | None, default: int) -> int:
         """Return the number of elements in a direction: the given one, or else the default.
