@@ -54,7 +54,9 @@ def main() -> None:
         rows = []
         for mesh in MESHES:
             found, seconds = forces(shape, *mesh)
-            rows.append([f"{mesh[0]}, {mesh[2]:g}", *(f"{100 * e:.1f}" for e in found / exact - 1), f"{seconds:.1f}"])
+            rows.append(
+                [f"{mesh[0]}, {mesh[2]:g}", *(f"{100 * e:.1f}" for e in found / exact - 1), f"{seconds:.1f}"]
+            )
         print(", ".join(f"{v:g}" for v in dimensions.values()))
         print(table(["elements along, grading", *map(str, OFF), "s"], rows))
 

@@ -26,8 +26,9 @@ SOLID = Refinement(across=3, along=8, around=12)
 SECTION_GRADING = (2.0, 2.0)
 SOLID_GRADING = (2.0, 6.0)
 # A bond that ends between the free ends carries the singularity with it. With half the grading, half as many elements
-# again are as short at the free ends, and shorter between: the radial stiffness at rest with the outer bond off over 0.1 to 1.7 thicknesses errs by 1.2 % of itself in place of 7 % (8.48/18.4/35.1 mm), by 2.9 in place of 4.5 %
-# (12/22/60 mm), in 2.3 times the time (`benchmarks/crack.py`).
+# again are as short at the free ends, and shorter between: the radial stiffness at rest with the outer bond off over
+# 0.1 to 1.7 thicknesses errs by 1.2 % in place of 7 % (8.48/18.4/35.1 mm), by 2.9 in place of 4.5 % (12/22/60 mm), in
+# 2.3 times the time (`benchmarks/crack.py`).
 PARTLY_BONDED = (1.5, 0.5)
 # Elements of a sleeve, through its thickness: it bends little and is stiff, two second-order elements resolve it.
 SLEEVE_ELEMENTS = 2
