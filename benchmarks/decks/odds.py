@@ -81,7 +81,10 @@ def frequencies(items: Sequence[Item]) -> Frequencies:
 
 
 def tool_odds(names: Names) -> float:
-    """Prior odds of a set of effects in a diagnosis, without the division among rigs, branches and choices."""
+    """Prior odds of a set of effects in a diagnosis, without the division among rigs, branches and choices.
+
+    They are those of the ledgers until `0e8e176`, in which no effect was more probable beside another.
+    """
     others = {"unknown": UNKNOWN_ODDS, FREE_LAW: FREED_LAW}
     return math.prod(others[name] if name in others else effect_odds(name) for name in names)
 

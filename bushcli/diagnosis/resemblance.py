@@ -9,7 +9,7 @@ catalogue with probability `RESEMBLES`, and is then the change that this effect 
 The likelihood of this is that of the model with the second effect; its prior differs: the odds are those of the
 resemblance, and the density of the effect's amplitude a follows from the size of its change, r, in proportion to a:
 
-    ratio = RESEMBLES / (1 - RESEMBLES) / n / (odds of the effect) p(ln r) / (|a| pi(a))
+    ratio = RESEMBLES / (1 - RESEMBLES) / n / (odds of the effect beside those left) p(ln r) / (|a| pi(a))
 
 for n effects in the catalogue, with pi the prior density of the amplitude, and p log-normal about phi. Of several
 amplitudes, such as those of a force and of a displacement, a is the one that changes the recordings most; the others
@@ -47,7 +47,7 @@ from scipy.special import ndtr
 
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import EffectParameter, effects_on
-from bushcli.evidence.prior import RESEMBLES, effect_odds
+from bushcli.evidence.prior import RESEMBLES, log_odds_together
 from bushcli.likelihood.form import LAMBDA, LAMBDA_SPREAD, PHI, PHI_MOST, PHI_SPREAD
 from bushcli.selection.additions import RELAXING
 from bushcli.selection.model import Key
@@ -108,7 +108,11 @@ def resemblances(
     active = {effect.identity: effect for effect in state.model.effects}
     if not active:
         return
-    odds = {name: _odds(state, effect, uniform) for name, effect in active.items()}
+    names = {name: effect.effect.name for name, effect in active.items()}
+    odds = log_odds_together(list(names.values()), uniform)
+    densities = {name: _log_density_of_size(state, effect) for name, effect in active.items()}
+    # Any effect of the catalogue that acts on recordings along a path, whichever the user asks for.
+    resembles = math.log(RESEMBLES / (1.0 - RESEMBLES) / len(effects_on("static")))
     likelihood = state.problem.likelihood
     explained, signal = (
         math.sqrt(float(values.sum())) for values in (likelihood.explained_squares, likelihood.signal)
@@ -123,7 +127,7 @@ def resemblances(
             largest = max(removed, key=lambda name: sizes[name].own)
             together = _fitted_size(state, left, fits or {})
             sizes[largest] = replace(sizes[largest], own=max(sizes[largest].own, together))
-            total = 0.0
+            total = log_odds_together([names[effect.identity] for effect in left], uniform) - odds
             for name in removed:
                 # An error of form of one effect can resemble another in a channel that both have.
                 own = active[name].channels
@@ -139,7 +143,8 @@ def resemblances(
                     total = -math.inf
                     break
                 size, others = sizes[name], [sizes[effect.identity] for effect in beside]
-                total += odds[name] + (
+                total += resembles - densities[name]
+                total += (
                     _log_density(
                         size.relative_to(others, explained, likelihood.form), PHI, PHI_SPREAD, PHI_MOST / PHI
                     )
@@ -193,24 +198,18 @@ def _fitted_size(state: State, left: Sequence[ActiveEffect], fits: Mapping[Key, 
     return math.sqrt(max(float(more), 0.0))
 
 
-def _odds(state: State, active: ActiveEffect, uniform: bool) -> float:
-    """Logarithm of the odds that an error of form resembles an effect, over the effect's own odds and density.
-
-    The density is that of the logarithm of the size of its leading amplitude; other parameters keep their priors.
-    """
+def _log_density_of_size(state: State, active: ActiveEffect) -> float:
+    """Logarithm of the prior density of the logarithm of an effect's leading amplitude; infinity without an effect."""
     parameter = _leading_amplitude(state, active)
     known = state.priors.get(active.full_name(parameter))
     off, value = float(parameter.off or 0.0), float(active.values[parameter.name])
     size = abs(value - off)
     if known is None or size == 0.0:
-        return -math.inf
+        return math.inf
     # An error of form resembles an effect as it may be: beyond the range of its prior both are equally improbable.
     most = min(size, known.prior.range(known.scales)[1])
     density = known.prior.log_density(off + math.copysign(most, value - off), known.scales) + math.log(most)
-    density += 0.0 if known.one_sided else math.log(2.0)
-    # Any effect of the catalogue that acts on recordings along a path, whichever the user asks for.
-    odds = RESEMBLES / (1.0 - RESEMBLES) / len(effects_on("static"))
-    return math.log(odds / effect_odds(active.effect.name, uniform)) - density
+    return density + (0.0 if known.one_sided else math.log(2.0))
 
 
 def _leading_amplitude(state: State, active: ActiveEffect) -> EffectParameter:

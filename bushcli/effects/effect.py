@@ -264,6 +264,9 @@ class Effect:
         the prior odds of a diagnosis.
     families : tuple of str
         What it has in common with effects that recordings often cannot tell from it, in words.
+    of_fillers : {"dissipation", "softening", "set"} or None
+        What of the behaviour of filled rubber it describes, which shows all three together; None where fillers are
+        not its cause.
     fades : bool
         Whether its force fades with time or is bounded at any displacement, so that one stiffness needs a choice of
         state.
@@ -329,6 +332,7 @@ class Effect:
     source: str
     how_often: Literal["usual", "occasional", "rare"] = "rare"
     families: tuple[str, ...] = ()
+    of_fillers: Literal["dissipation", "softening", "set"] | None = None
     of_a_person: bool = False
     fades: bool = False
     is_factor: bool = False

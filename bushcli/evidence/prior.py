@@ -25,6 +25,11 @@ from cases.mode import modes
 # the rest is rare. According to all odds together, an effect is missing in one test of four.
 USUAL, OCCASIONAL, RARE = 0.03, 0.01, 0.005
 ODDS = {"usual": USUAL, "occasional": OCCASIONAL, "rare": RARE}
+# Factor on the odds of each further kind of what filled rubber does, beside one that is present: dissipation, softening
+# and set have one cause, the filler, and are measured together (Diani, Fayolle and Gilormini 2009,
+# doi:10.1016/j.eurpolymj.2008.11.017). Judgement: 2 to 10 change the answers of the decks by two recordings at most
+# (`benchmarks/decks/odds.md`), and with 1 a virgin filled rubber is answered by one of its three effects.
+FILLED = 5.0
 # Share of the odds of an effect of the rig that all modes may share, for that case: a load frame is as often at fault
 # as a fixture. Engineering judgement.
 SHARED = 0.5
@@ -61,6 +66,21 @@ def effect_odds(name: str, uniform: bool = False) -> float:
     return OCCASIONAL if uniform else ODDS[effect(name).how_often]
 
 
+def log_odds_together(names: Collection[str], uniform: bool = False) -> float:
+    """Logarithm of the odds of effects together, before they are divided among rigs, branches and choices.
+
+    Parameters
+    ----------
+    names : collection of str
+        Names of effects, each once or several times.
+    uniform : bool
+        Whether all effects have the same odds, and none is more probable beside another.
+    """
+    kinds = {effect(name).of_fillers for name in names} - {None}
+    further = 0 if uniform else max(len(kinds) - 1, 0)
+    return sum(math.log(effect_odds(name, uniform)) for name in names) + further * math.log(FILLED)
+
+
 def log_odds(
     effects: Sequence[ActiveEffect],
     other_law: bool,
@@ -87,9 +107,9 @@ def log_odds(
         Whether the case's law has a single parameter. That counts where all channels are paths: tables show little of
         a law's shape.
     """
-    total = 0.0
+    total = log_odds_together([active.effect.name for active in effects], uniform)
     for active in effects:
-        odds = effect_odds(active.effect.name, uniform)
+        odds = 1.0
         rigs = len({channel for channel in channels if active.effect.acts_on(*channel)})
         if rigs > 1 and active.effect.may_be_shared:
             odds *= SHARED if active.channels is None else (1.0 - SHARED) / rigs

@@ -53,13 +53,13 @@ class _Begun:
 
     Attributes
     ----------
-    matters : bool
-        Whether it was begun whatever is predicted of it.
+    chosen : bool
+        Whether it was begun for what is predicted of it.
     """
 
     queued: Queued
     answer: Callable[[], Fitted | None]
-    matters: bool
+    chosen: bool
 
 
 @dataclass
@@ -144,7 +144,7 @@ class Search:
                 self._receive_oldest()
             else:
                 self._tried.add(outweighed.model.structure)
-                self.fit_anyway(outweighed)
+                self.fit_anyway(outweighed, matters=False)
 
     @property
     def share_left(self) -> float:
@@ -224,18 +224,25 @@ class Search:
             queued = self._next_model()
             if queued is None:
                 return
-            self._begun.append(self._begin(queued))
+            self._begun.append(self._begin(queued, chosen=True, matters=False))
 
-    def fit_anyway(self, *models: Queued) -> None:
-        """Fit models, whether or not their fits may change the posterior."""
-        self._begun += [self._begin(queued, matters=True) for queued in models]
+    def fit_anyway(self, *models: Queued, matters: bool = True) -> None:
+        """Fit models whatever is predicted of them.
+
+        Parameters
+        ----------
+        models : Queued
+        matters : bool
+            Whether their fits go to the end even if they change the posterior by nothing.
+        """
+        self._begun += [self._begin(queued, chosen=False, matters=matters) for queued in models]
         try:
             while self._begun:
                 self._receive_oldest()
         finally:
             self._give_back()
 
-    def _begin(self, queued: Queued, matters: bool = False) -> _Begun:
+    def _begin(self, queued: Queued, chosen: bool, matters: bool) -> _Begun:
         measured = FittedSamples(self.problem.used, self.problem.likelihood.plain, self.problem.noises)
         contained = (state for state in self.states.values() if queued.model.contains(state.model))
         best = min(contained, key=lambda state: state.objective, default=None)
@@ -243,7 +250,7 @@ class Search:
         odds = self.odds(queued.model), self.odds(queued.model, unknown=True)
         needed = None if matters else needed_of(self.total, *odds)
         question = (self.problem.case, queued.model, measured, inner, least, needed)
-        return _Begun(queued, self.workers.ask(fit, question), matters)
+        return _Begun(queued, self.workers.ask(fit, question), chosen)
 
     def _give_back(self) -> None:
         """Queue the models again whose fits have not ended: the time is over, or the user has interrupted them."""
@@ -265,7 +272,7 @@ class Search:
         del self._begun[0]
         if state is not None:
             self._enter(state, queued.predicted_weight)
-            if not begun.matters:
+            if begun.chosen:
                 error = self.weights(state)[0] - queued.predicted_weight
                 self.neighbourhood.correct(state, queued, error)
             return

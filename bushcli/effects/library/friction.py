@@ -85,6 +85,7 @@ EFFECT = Effect(
     parameters=(*_branch(1, 0.2, 0.05), *_branch(2, 0.1, 0.2), *_branch(3, 0.1, 0.02)),
     how_often="usual",
     families=("dissipation",),
+    of_fillers="dissipation",
     fades=True,
     in_force_law="sliders",
     needs="reversals at two amplitudes; a second rate or a hold distinguishes it from viscoelasticity",

@@ -89,6 +89,7 @@ EFFECT = Effect(
     ),
     how_often="usual",
     families=("softening in use",),
+    of_fillers="softening",
     in_force_law="softening",
     on_card=card,
     needs="a reload below an earlier peak; first loadings to growing amplitudes determine m and beta",

@@ -164,6 +164,7 @@ EFFECT = Effect(
     ),
     how_often="usual",
     families=("dissipation",),
+    of_fillers="dissipation",
     fades=True,
     in_force_law="clock",
     needs="reversals at two amplitudes, and two rates or a hold",

@@ -115,6 +115,7 @@ EFFECT = Effect(
     ),
     how_often="occasional",
     families=("softening in use",),
+    of_fillers="set",
     in_force_law="set",
     needs="unloading through zero force from at least two amplitudes, more to one side than to the other; for its "
     "growth several cycles over the same range",

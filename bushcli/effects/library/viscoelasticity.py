@@ -154,6 +154,7 @@ EFFECT = Effect(
     ),
     how_often="usual",
     families=("dissipation",),
+    of_fillers="dissipation",
     fades=True,
     in_force_law="maxwell",
     on_card=card,

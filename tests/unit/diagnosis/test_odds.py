@@ -131,6 +131,29 @@ def test_variants_share_the_odds_of_their_effect():
     assert together == pytest.approx(effect_odds("permanent_set"))
 
 
+def test_what_fillers_do_comes_together():
+    """Softening and set are more probable beside dissipation, a second formula of the same kind is not."""
+
+    def odds(*names, **options):
+        return log_odds([active(name) for name in names], False, False, False, static("axial"), **options)
+
+    def alone(*names):
+        return sum(map(odds, names))
+
+    further = math.log(prior.FILLED)
+    assert odds("mullins", "payne") == pytest.approx(alone("mullins", "payne") + further)
+    three = ("mullins", "payne", "permanent_set")
+    assert odds(*three) == pytest.approx(alone(*three) + 2 * further)
+    assert odds("friction", "payne") == pytest.approx(alone("friction", "payne"))
+    assert odds("friction", "payne", "mullins") == pytest.approx(
+        alone("friction", "payne", "mullins") + further
+    )
+    assert odds("mullins", "offset") == pytest.approx(alone("mullins", "offset"))
+    assert prior.log_odds_together(["mullins", "payne"], uniform=True) == pytest.approx(
+        2 * math.log(prior.OCCASIONAL)
+    )
+
+
 def test_uniform_odds_prefer_no_effect():
     assert len({effect_odds(name, uniform=True) for name in effects()}) == 1
 

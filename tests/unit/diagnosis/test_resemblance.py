@@ -16,6 +16,7 @@ from bushcli.diagnosis.resemblance import Size, resemblances
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect, effects, effects_on
 from bushcli.effects.rig import elastic_response
+from bushcli.evidence import prior
 from bushcli.evidence.prior import effect_odds
 from bushcli.likelihood.form import LAMBDA, LAMBDA_SPREAD, PHI, PHI_MOST, PHI_SPREAD
 from bushcli.selection.queue import LEFT
@@ -93,6 +94,20 @@ def test_of_several_amplitudes_the_one_that_changes_most_counts(coupon, leading)
     assert math.exp(dict(resemblances(state))["viscoelasticity",]) == pytest.approx(one, rel=1e-6)
 
 
+def test_fillers_make_an_effect_more_probable_than_an_error_of_form(coupon, monkeypatch):
+    """Softening beside a set has the odds of both; an error of form has not."""
+    world = World(coupon, **{"mullins.inverse_r": 3.0, "permanent_set.set": 0.3})
+    started = tuple(ActiveEffect(effect(name)).with_start_values() for name in ("mullins", "permanent_set"))
+    model = replace(world.base.model, effects=started)
+    state = State(world.problem, world.fit(world.one.case, model, None))
+    together = dict(resemblances(state))
+    monkeypatch.setattr(prior, "FILLED", 1.0)
+    apart = dict(resemblances(state))
+    ratios = {removed: together[removed] - apart[removed] for removed in together}
+    assert ("permanent_set",) in ratios
+    assert ratios == pytest.approx(dict.fromkeys(ratios, -math.log(5.0)))
+
+
 @pytest.mark.parametrize("times", [0.3, 0.999, 1.001, 20.0])
 def test_it_resembles_no_effect_that_is_larger_than_its_prior_admits(coupon, times):
     """Beyond the 95 % range the error is as improbable as the effect, whose density is in the evidence."""
@@ -100,13 +115,13 @@ def test_it_resembles_no_effect_that_is_larger_than_its_prior_admits(coupon, tim
     active = next(one for one in state.model.effects if one.effect.name == "permanent_set")
     known = state.priors["permanent_set.set"]
     end = known.prior.range(known.scales)[1]
-    found = resemblance._odds(state, replace(active, values={**active.values, "set": times * end}), False)
+    found = resemblance._log_density_of_size(
+        state, replace(active, values={**active.values, "set": times * end})
+    )
     at = min(times, 1.0) * end
     signs = 1.0 if known.one_sided else 2.0
-    w = resemblance.RESEMBLES
-    ratio = w / (1.0 - w) / len(effects_on("static")) / effect_odds("permanent_set")
     density = signs * at * math.exp(known.prior.log_density(at, known.scales))
-    assert found == pytest.approx(math.log(ratio / density))
+    assert found == pytest.approx(math.log(density))
 
 
 def test_the_error_of_a_law_resembles_effects_without_memory_only(coupon, monkeypatch):
@@ -211,7 +226,7 @@ def test_a_small_second_effect_is_not_taken_for_certain(coupon, monkeypatch):
 
 def test_the_most_probable_model_is_fitted_even_if_the_search_gave_it_up(coupon, monkeypatch):
     # So small a set that the drift alone, which is taken away, is the most probable model.
-    world = World(coupon, **{"drift.rate": 3.0, "permanent_set.set": 0.8})
+    world = World(coupon, **{"drift.rate": 3.0, "permanent_set.set": 0.7})
     found = world.search(monkeypatch)
     for key, state in list(found.states.items()):
         if state.model.identities == ("drift",):
