@@ -32,7 +32,7 @@ from bushcli.selection.neighbourhood import MOST_EFFECTS, NEIGHBOURS, Neighbourh
 from bushcli.selection.neighbours import label, other_laws, with_law_of
 from bushcli.selection.order import FitOrder
 from bushcli.selection.prediction import FAINT
-from bushcli.selection.queued import FAR, Queued, Waiting
+from bushcli.selection.queued import FAR, Known, Queued, Waiting
 from bushcli.selection.search_extent import Ended, TriedModel
 from bushcli.selection.state import CommonData, State
 
@@ -148,10 +148,18 @@ class Search:
 
     @property
     def share_left(self) -> float:
-        """Share of the posterior that further fits may change; all of it before any neighbour is predicted."""
+        """Share of the posterior of the effects that further fits may change; all of it before any prediction."""
         if not self.waiting:
             return 0.0 if self._expanded else 1.0
-        return float(1.0 / (1.0 + math.exp(min(self.total - self.waiting.uncertain_weight, 700.0))))
+        return float(
+            1.0 / (1.0 + math.exp(min(self.total - self.waiting.uncertain_weight(self._known), 700.0)))
+        )
+
+    @property
+    def _known(self) -> Known:
+        fitted = [(state.model.identities, self.weights(state)[0]) for state in self.states.values()]
+        counted = [(queued.model.identities, queued.predicted_weight) for queued in self.counted_models]
+        return Known.of([*fitted, *counted], self.total)
 
     @property
     def total(self) -> float:
@@ -219,7 +227,7 @@ class Search:
         """Begin the fits that may change the posterior most, as many as may run at once."""
         while len(self._begun) < AT_ONCE and self.waiting:
             # If those that have begun turn out as predicted, the search may end without others.
-            if self.waiting.uncertain_weight <= self._total_with_begun + math.log(LEFT):
+            if self.waiting.uncertain_weight(self._known) <= self._total_with_begun + math.log(LEFT):
                 return
             queued = self._next_model()
             if queued is None:
@@ -283,7 +291,7 @@ class Search:
 
     def _next_model(self) -> Queued | None:
         """Take the model to be fitted next; None if those that matter wait for a fit that has begun."""
-        order = FitOrder(self.plain, self.states, self.begun_models, self._tried, self.waiting)
+        order = FitOrder(self.plain, self.states, self.begun_models, self._tried, self.waiting, self._known)
         queued = order.next_model(self._total_with_begun + math.log(NEIGHBOURS))
         if queued is not None:
             self._tried.add(queued.model.structure)

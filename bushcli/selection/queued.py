@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +24,10 @@ FAR = 100.0
 # Predictions with no more slack than this are reliable: they count until the model is fitted. The slack of a gain of
 # 4 nats.
 SURE = 1.5
+# Share of its uncertain weight with which a model counts at least that has the same effects as the probable ones, with
+# other branches, another place or another law: what its fit finds does not change how probable the effects are. With a
+# tenth, a model is fitted if its weight may be off by half of all: it may be the one whose values are reported.
+SAME_EFFECTS = 0.1
 
 
 @dataclass(frozen=True)
@@ -96,23 +101,63 @@ def slack_of(reach: float) -> float:
     return SLACK + SHARE_SLACK * abs(reach)
 
 
+@dataclass(frozen=True)
+class Known:
+    """What is known of the effects: the logarithms of the shares of the posterior that other effects have.
+
+    Attributes
+    ----------
+    others : mapping of tuple of str to float
+        By the identities of effects that are probable together.
+    """
+
+    others: Mapping[tuple[str, ...], float]
+
+    @classmethod
+    def of(cls, weights: Iterable[tuple[tuple[str, ...], float]], total: float) -> Known:
+        """Return it for the logarithms of the weights of models, by their effects, and that of the sum of all."""
+        shares: dict[tuple[str, ...], float] = {}
+        for identities, weight in weights:
+            shares[identities] = shares.get(identities, 0.0) + math.exp(min(weight - total, 0.0))
+        return cls({effects: math.log(max(1.0 - share, SAME_EFFECTS)) for effects, share in shares.items()})
+
+    def uncertain_weight(self, queued: Queued) -> float:
+        """Return the logarithm of the weight by which a fit may change the posterior of the effects.
+
+        What is found of a model with effects that are probable already changes it by the share of the others alone.
+
+        Parameters
+        ----------
+        queued : Queued
+        """
+        return queued.uncertain_weight + self.others.get(queued.model.identities, 0.0)
+
+
 class Waiting(dict[Key, Queued]):
     """Models that are not fitted."""
 
-    @property
-    def uncertain_weight(self) -> float:
-        """Logarithm of the weight by which the fits of all may change the posterior.
+    def uncertain_weight(self, known: Known) -> float:
+        """Return the logarithm of the weight by which the fits of all may change the posterior of the effects.
 
         The errors of predictions are independent, so that their squares add. Bounds of other laws rest on the same
         splines, and add as they are.
+
+        Parameters
+        ----------
+        known : Known
         """
-        predicted = [2.0 * queued.uncertain_weight for queued in self.values() if not queued.is_bound]
-        bounds = [queued.uncertain_weight for queued in self.values() if queued.is_bound]
+        predicted = [2.0 * known.uncertain_weight(queued) for queued in self.values() if not queued.is_bound]
+        bounds = [known.uncertain_weight(queued) for queued in self.values() if queued.is_bound]
         return float(logsumexp([0.5 * logsumexp([-np.inf, *predicted]), *bounds]))
 
-    def ordered_models(self) -> list[Key]:
-        """Return the models, the one whose fit may change the posterior most first."""
-        return sorted(self, key=lambda key: (-self[key].uncertain_weight, key))
+    def ordered_models(self, known: Known) -> list[Key]:
+        """Return the models, the one whose fit may change the posterior of the effects most first.
+
+        Parameters
+        ----------
+        known : Known
+        """
+        return sorted(self, key=lambda key: (-known.uncertain_weight(self[key]), key))
 
     def put(self, new: Queued) -> None:
         """Add a prediction. Of several for one model the most reliable counts."""
