@@ -10,7 +10,26 @@ from benchmarks.concealed import draw
 from benchmarks.decks.manifest import Kind, Part
 from bushcli.effects.effect import effects
 
-SEEDS = {"dev": 70_001, "own": 71_001, "foreign": 72_001, "nothing": 73_001, "poor": 74_001, "second": 75_001}
+SEEDS = {
+    "dev": 70_001,
+    "own": 71_001,
+    "foreign": 72_001,
+    "nothing": 73_001,
+    "poor": 74_001,
+    "second": 75_001,
+    "third": 76_001,
+}
+# Decks drawn in November 2026, for the calculation of the day.
+FRESH = ("second", "third")
+# What fillers do, together: of the third deck.
+FILLED = (
+    ("viscoelasticity", "mullins"),
+    ("friction", "mullins"),
+    ("viscoelasticity", "permanent_set"),
+    ("viscoelasticity", "mullins", "permanent_set"),
+    ("friction", "mullins", "permanent_set"),
+    ("viscoelasticity", "mullins", "permanent_set"),
+)
 # Effects of the catalogue on the day on which the decks were drawn.
 EFFECTS = (
     *(
@@ -113,20 +132,26 @@ def cards(deck: str) -> dict[str, Card]:
     """Recordings of a deck by name."""
     seed = SEEDS[deck]
     deck_cards: list[Card] = []
-    if deck in ("own", "dev", "second"):
+    if deck in ("own", "dev", *FRESH):
         deck_cards += _own(seed, *((5, 10, 10) if deck == "own" else (1, 4, 4)))
     if deck == "foreign":
         deck_cards += _foreign(seed, [name for name, times in FOREIGN.items() for _ in range(times)])
     if deck == "dev":
         deck_cards += _foreign(seed, list(FOREIGN_DEV))
-    if deck == "second":
+    if deck in FRESH:
         deck_cards += _foreign(seed, list(FOREIGN))
     if deck == "nothing":
         deck_cards += _nothing(seed, 20, [name for name, times in OUTSIDE.items() for _ in range(times)])
-    if deck in ("dev", "second"):
+    if deck in ("dev", *FRESH):
         deck_cards += _nothing(seed, 6, list(OUTSIDE_DEV))
     if deck == "poor":
         deck_cards += _poor(seed)
+    if deck == "third":
+        channels = (("axial",), ("axial", "torsional"))
+        deck_cards += [
+            Card("own", "pair", names, "rich", channels[i % 2], False, (seed, 5, i))
+            for i, names in enumerate(FILLED)
+        ]
     order = np.random.default_rng([seed, 99]).permutation(len(deck_cards))
     return {f"{i:03d}": deck_cards[k] for i, k in enumerate(order)}
 
