@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case
 from bushcli.effects.active import ActiveEffect
+from bushcli.effects.assembly import features_of
 from bushcli.inverse.channel import MeshCorrection
 from bushcli.inverse.dynamic_simulation import Store
 from bushcli.inverse.table_channel import AnyChannel, TableChannel, recorded_tables
@@ -108,7 +109,10 @@ class ModelCache:
             def mesh_correction(channel: str, model: FiniteElementModel) -> MeshCorrection | None:
                 if anchor is None or model.mode.name not in modes:
                     return None
-                plain = replace(task, case=whole, start=anchor, fixed=tuple(anchor))
+                # A bond that may end anywhere has a mesh of its own.
+                bonds = [a.off() for a in task.effects if any(i.feature.released for i in features_of([a]))]
+                bonded = replace(whole, effects=tuple(bonds))
+                plain = replace(task, case=bonded, start=anchor, fixed=tuple(anchor))
                 return self._mesh_corrections(plain, anchor)[channel]
 
             recorded = self.recorded_tables(whole)
@@ -164,15 +168,23 @@ class ModelCache:
     def _mesh_corrections(self, plain: Task, anchor: Mapping[str, float]) -> dict[str, MeshCorrection]:
         """Return the corrections of the force of a coarse mesh to the default one, by channel.
 
-        They are computed for the law alone, at its parameters `anchor`. A coarse mesh is too stiff by a factor that
-        hardly depends on the rubber's memory; the difference that the factor leaves is added as it is.
+        They are computed for the law alone, at its parameters `anchor`, with the effects of the task off. A coarse mesh
+        is too stiff by a factor that hardly depends on the rubber's memory; the difference that the factor leaves is
+        added as it is.
         """
 
         def made() -> dict[str, MeshCorrection]:
             corrections = {}
             meshes = self.channels(plain), self.channels(plain, coarse="always")
+            off = {
+                active.full_name(p): active.values[p.name]
+                for active in plain.effects
+                for p in active.parameters
+            }
             for pair in zip(*meshes, strict=True):
-                exact, rough = (channel.at_samples(channel.solve(anchor, ()))[0] for channel in pair)
+                exact, rough = (
+                    channel.at_samples(channel.solve({**anchor, **off}, ()))[0] for channel in pair
+                )
                 share = float(rough @ exact) / max(float(rough @ rough), 1e-300)
                 corrections[pair[0].name] = MeshCorrection(share, exact - share * rough)
             return corrections

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 from bushcli.selection.model import Key, Model
 from bushcli.selection.neighbours import without_effects
-from bushcli.selection.queued import Known, Queued, Waiting
+from bushcli.selection.queued import OtherShares, Queued, Waiting
 from bushcli.selection.state import State
 
 
@@ -33,8 +33,7 @@ class FitOrder:
         All whose fits have begun.
     waiting : Waiting
         Models that are not fitted.
-    known : Known
-        What is known of the effects.
+    others : OtherShares
     """
 
     plain: State
@@ -42,7 +41,7 @@ class FitOrder:
     begun: Sequence[Model]
     tried: AbstractSet[Key]
     waiting: Waiting
-    known: Known
+    others: OtherShares
 
     def next_model(self, least: float) -> Queued | None:
         """Return the model to be fitted next; None if all that matter wait for a fit that has begun.
@@ -53,12 +52,12 @@ class FitOrder:
             Logarithm of the posterior weight below which a model is not fitted in place of one that waits.
         """
         begun = {model.without_sizes for model in self.begun}
-        for key in self.waiting.ordered_models(self.known):
+        for key in self.waiting.ordered_models(self.others):
             queued = self.waiting[key]
             chosen = self.law_first(queued) if queued.is_bound else self.single_first(queued)
             if chosen is not None and chosen.model.without_sizes in begun:
                 chosen = None
-            if chosen is not None or self.known.uncertain_weight(queued) < least:
+            if chosen is not None or self.others.uncertain_weight(queued) < least:
                 return chosen
         return None
 

@@ -32,7 +32,7 @@ from bushcli.selection.neighbourhood import MOST_EFFECTS, NEIGHBOURS, Neighbourh
 from bushcli.selection.neighbours import label, other_laws, with_law_of
 from bushcli.selection.order import FitOrder
 from bushcli.selection.prediction import FAINT
-from bushcli.selection.queued import FAR, Known, Queued, Waiting
+from bushcli.selection.queued import FAR, OtherShares, Queued, Waiting
 from bushcli.selection.search_extent import Ended, TriedModel
 from bushcli.selection.state import CommonData, State
 
@@ -53,13 +53,13 @@ class _Begun:
 
     Attributes
     ----------
-    chosen : bool
-        Whether it was begun for what is predicted of it.
+    corrects : bool
+        Whether the error of its prediction corrects those of models that differ in a dimension of the mesh alone.
     """
 
     queued: Queued
     answer: Callable[[], Fitted | None]
-    chosen: bool
+    corrects: bool
 
 
 @dataclass
@@ -151,15 +151,14 @@ class Search:
         """Share of the posterior of the effects that further fits may change; all of it before any prediction."""
         if not self.waiting:
             return 0.0 if self._expanded else 1.0
-        return float(
-            1.0 / (1.0 + math.exp(min(self.total - self.waiting.uncertain_weight(self._known), 700.0)))
-        )
+        uncertain = self.waiting.uncertain_weight(self._other_shares)
+        return float(1.0 / (1.0 + math.exp(min(self.total - uncertain, 700.0))))
 
     @property
-    def _known(self) -> Known:
-        fitted = [(state.model.identities, self.weights(state)[0]) for state in self.states.values()]
-        counted = [(queued.model.identities, queued.predicted_weight) for queued in self.counted_models]
-        return Known.of([*fitted, *counted], self.total)
+    def _other_shares(self) -> OtherShares:
+        fitted = [(state.model, self.weights(state)[0]) for state in self.states.values()]
+        counted = [(queued.model, queued.predicted_weight) for queued in self.counted_models]
+        return OtherShares.of([*fitted, *counted], self.total)
 
     @property
     def total(self) -> float:
@@ -227,12 +226,12 @@ class Search:
         """Begin the fits that may change the posterior most, as many as may run at once."""
         while len(self._begun) < AT_ONCE and self.waiting:
             # If those that have begun turn out as predicted, the search may end without others.
-            if self.waiting.uncertain_weight(self._known) <= self._total_with_begun + math.log(LEFT):
+            if self.waiting.uncertain_weight(self._other_shares) <= self._total_with_begun + math.log(LEFT):
                 return
             queued = self._next_model()
             if queued is None:
                 return
-            self._begun.append(self._begin(queued, chosen=True, matters=False))
+            self._begun.append(self._begin(queued, corrects=True, matters=False))
 
     def fit_anyway(self, *models: Queued, matters: bool = True) -> None:
         """Fit models whatever is predicted of them.
@@ -243,14 +242,14 @@ class Search:
         matters : bool
             Whether their fits go to the end even if they change the posterior by nothing.
         """
-        self._begun += [self._begin(queued, chosen=False, matters=matters) for queued in models]
+        self._begun += [self._begin(queued, corrects=False, matters=matters) for queued in models]
         try:
             while self._begun:
                 self._receive_oldest()
         finally:
             self._give_back()
 
-    def _begin(self, queued: Queued, chosen: bool, matters: bool) -> _Begun:
+    def _begin(self, queued: Queued, corrects: bool, matters: bool) -> _Begun:
         measured = FittedSamples(self.problem.used, self.problem.likelihood.plain, self.problem.noises)
         contained = (state for state in self.states.values() if queued.model.contains(state.model))
         best = min(contained, key=lambda state: state.objective, default=None)
@@ -258,7 +257,7 @@ class Search:
         odds = self.odds(queued.model), self.odds(queued.model, unknown=True)
         needed = None if matters else needed_of(self.total, *odds)
         question = (self.problem.case, queued.model, measured, inner, least, needed)
-        return _Begun(queued, self.workers.ask(fit, question), chosen)
+        return _Begun(queued, self.workers.ask(fit, question), corrects)
 
     def _give_back(self) -> None:
         """Queue the models again whose fits have not ended: the time is over, or the user has interrupted them."""
@@ -280,7 +279,7 @@ class Search:
         del self._begun[0]
         if state is not None:
             self._enter(state, queued.predicted_weight)
-            if begun.chosen:
+            if begun.corrects:
                 error = self.weights(state)[0] - queued.predicted_weight
                 self.neighbourhood.correct(state, queued, error)
             return
@@ -291,7 +290,9 @@ class Search:
 
     def _next_model(self) -> Queued | None:
         """Take the model to be fitted next; None if those that matter wait for a fit that has begun."""
-        order = FitOrder(self.plain, self.states, self.begun_models, self._tried, self.waiting, self._known)
+        order = FitOrder(
+            self.plain, self.states, self.begun_models, self._tried, self.waiting, self._other_shares
+        )
         queued = order.next_model(self._total_with_begun + math.log(NEIGHBOURS))
         if queued is not None:
             self._tried.add(queued.model.structure)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -101,3 +102,26 @@ def test_marches_that_compare_models_take_fewer_corrections_for_the_same_force(v
     for one, error in ((compared, 2e-6), (estimated, 2e-5)):
         assert np.abs(one.force - usual.force).max() < error * np.ptp(usual.force)
         assert (np.abs(one.slope - usual.slope).max(axis=0) < 3e-3 * np.abs(usual.slope).max(axis=0)).all()
+
+
+def test_a_coarse_mesh_is_corrected_beside_a_bond_that_may_end_anywhere(viscous, tmp_path: Path) -> None:
+    """The correction is that between its own meshes, which differ from those of a bushing bonded to its ends."""
+    task, model = viscous
+    rows = [
+        f"{i},{q:.6g},{1500.0 * q:.6g}" for i, q in enumerate(0.5 * np.sin(np.linspace(0.0, 2.0 * np.pi, 20)))
+    ]
+    (tmp_path / "axial.csv").write_text("\n".join(["time_s,displacement_mm,force_N", *rows]) + "\n")
+    radial = replace(task.case.recordings[0], mode="radial")
+    bond = ActiveEffect(effect("debonding"), {"length": 0.0, "bond": 2.0})
+    both = replace(model, effects=(*model.effects, bond))
+    task = both.task(replace(task.case, recordings=(radial,)))
+    values = both.values | {"viscoelasticity.g1": 0.0}
+    cache = ModelCache()
+
+    def force(**given):
+        (channel,) = cache.channels(task, **given)
+        return channel.at_samples(channel.solve(values, ()))[0]
+
+    exact, corrected = force(), force(coarse="memory", anchor=model.start)
+    assert np.abs(corrected - exact).max() < 1e-4 * np.ptp(exact)
+    assert np.abs(force(coarse="memory") - exact).max() > 1e-3 * np.ptp(exact)

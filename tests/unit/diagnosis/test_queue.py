@@ -51,7 +51,8 @@ def test_the_best_waits_least(world, monkeypatch):
     def spied(self):
         waiting = dict(self.waiting)
         taken = whole(self)
-        best = waiting[min(waiting, key=lambda key: (-waiting[key].uncertain_weight, key))]
+        others = self._other_shares
+        best = waiting[min(waiting, key=lambda key: (-others.uncertain_weight(waiting[key]), key))]
         if taken is not None:
             order.append((taken, best))
         return taken
@@ -67,7 +68,7 @@ def test_the_best_waits_least(world, monkeypatch):
 
 
 def test_a_model_with_the_probable_effects_matters_by_the_share_of_others(world, monkeypatch):
-    """What is found of a further branch divides the probability of its effects; a better fit is found all the same."""
+    """Its weight is multiplied by the share of models with other effects, by `SAME_EFFECTS` at least."""
     found = world.search(monkeypatch)
     base = found.plain
 
@@ -77,14 +78,16 @@ def test_a_model_with_the_probable_effects_matters_by_the_share_of_others(world,
 
     one, other = waiting("friction"), waiting("mullins")
     total = math.log(1.0 + 3.0)
-    known = queued.Known.of([(("friction",), 0.0), (("friction",), math.log(2.0)), ((), 0.0)], total)
+    known = queued.OtherShares.of([(one.model, 0.0), (one.model, math.log(2.0)), (base.model, 0.0)], total)
     assert known.uncertain_weight(one) == pytest.approx(one.uncertain_weight + math.log(1.0 / 4.0))
     assert known.uncertain_weight(other) == other.uncertain_weight
-    sure = queued.Known.of([(("friction",), 0.0)], 0.0)
+    freed = replace(one, model=replace(one.model, fixed=not one.model.fixed))
+    assert known.uncertain_weight(freed) == freed.uncertain_weight
+    sure = queued.OtherShares.of([(one.model, 0.0)], 0.0)
     assert sure.uncertain_weight(one) == pytest.approx(one.uncertain_weight + math.log(queued.SAME_EFFECTS))
     both = queued.Waiting({one.model.structure: one, other.model.structure: other})
     assert both.ordered_models(known) == [other.model.structure, one.model.structure]
-    assert both.uncertain_weight(known) < both.uncertain_weight(queued.Known({}))
+    assert both.uncertain_weight(known) < both.uncertain_weight(queued.OtherShares({}))
 
 
 def test_the_better_of_two_effects_is_fitted_before_both_and_before_another_law(world, monkeypatch):
@@ -98,7 +101,7 @@ def test_the_better_of_two_effects_is_fitted_before_both_and_before_another_law(
         q for q in found.waiting.values() if both.model.contains(q.model) and len(q.model.effects) == 1
     ]
     better = max(singles, key=lambda single: single.predicted_weight)
-    order = FitOrder(found.plain, found.states, [], set(), found.waiting, queued.Known({}))
+    order = FitOrder(found.plain, found.states, [], set(), found.waiting, queued.OtherShares({}))
     assert order.single_first(both) is better
     assert len(order.law_first(bound).model.effects) == 1
     # Neither is fitted while that fit has begun.
@@ -140,7 +143,7 @@ def test_sleeves_of_another_thickness_are_predicted_from_those_that_are_fitted(w
     found.waiting.clear()
     found.waiting.update({one.structure: waiting(one) for one in (thick, outer)})
     # Not at the same time.
-    order = FitOrder(base, found.states, [thin, inner], set(), found.waiting, queued.Known({}))
+    order = FitOrder(base, found.states, [thin, inner], set(), found.waiting, queued.OtherShares({}))
     assert order.next_model(-math.inf).model is outer
     for one in (thin, inner):
         fitted = State(base.problem, replace(base.fitted, model=one, converged=True))
@@ -396,7 +399,7 @@ def test_a_poor_single_effect_is_fitted_with_one_branch_more_where_no_model_expl
     assert not list(with_branch_more(search, search.states.keys(), 1e30))
     search.waiting.clear()
     assert search._queue_branch_more()
-    assert search.waiting.ordered_models(queued.Known({})) == [more.model.structure]
+    assert search.waiting.ordered_models(queued.OtherShares({})) == [more.model.structure]
     found = State(world.problem, world.fit(world.one.case, more.model, None))
     assert search.weights(found)[0] < more.optimistic_weight <= more.limit
     # Not where a probable model explains the recordings.
