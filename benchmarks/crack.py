@@ -1,4 +1,4 @@
-"""Errors of the radial stiffness over the length from which the bond is off, with several meshes."""
+"""Errors of the radial stiffness over the length that is off, with several meshes."""
 
 from __future__ import annotations
 

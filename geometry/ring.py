@@ -17,7 +17,8 @@ from geometry.metal import Metal
 from geometry.shape import Meets, Mirrors, Refinement, Shape, Sleeve, Snubber, Stops
 from geometry.wall import Annulus, Wall
 
-# Defaults with which the force stays within 1 % of the converged one (measured: benchmarks/README.md).
+# Defaults with which the force of bushings that are bonded to their ends stays within 1 % of the converged one
+# (measured: benchmarks/README.md).
 SECTION = Refinement(across=6)
 SOLID = Refinement(across=3, along=8, around=12)
 # Longest over shortest element, across and along. The bond edges at the free ends carry a singularity, and under radial
@@ -28,7 +29,7 @@ SOLID_GRADING = (2.0, 6.0)
 # A bond that ends between the free ends carries the singularity with it. With half the grading, half as many elements
 # again are as short at the free ends, and shorter between: the radial stiffness at rest with the outer bond off over
 # 0.1 to 1.7 thicknesses errs by 1.2 % in place of 7 % (8.48/18.4/35.1 mm), by 2.9 in place of 4.5 % (12/22/60 mm), in
-# 2.3 times the time (`benchmarks/crack.py`).
+# 2.3 to 2.6 times the time. Twice the elements leave 0.4 % and take 1.5 times as long again (`benchmarks/crack.py`).
 PARTLY_BONDED = (1.5, 0.5)
 # Elements of a sleeve, through its thickness: it bends little and is stiff, two second-order elements resolve it.
 SLEEVE_ELEMENTS = 2

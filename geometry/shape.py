@@ -93,8 +93,9 @@ class Refinement:
     """How fine the mesh is: rubber elements in each direction of the whole bushing (None = the shape's default).
 
     `factor` multiplies them all, the defaults too: for the finer mesh of a convergence check. `doubled` meshes a whole
-    bushing with twice the mesh of its upper half, so that it compares with a model of that half alone. `partly_bonded`
-    resolves the whole length of a bond that may end anywhere along it, not its ends alone.
+    bushing with twice the mesh of its upper half, so that it compares with a model of that half alone. `partly_bonded`:
+    the bond may end anywhere along the axis; solid rings then have more and more even elements (`ring.PARTLY_BONDED`),
+    other shapes ignore it.
     """
 
     across: int | None = None

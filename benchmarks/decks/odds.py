@@ -17,14 +17,16 @@ from benchmarks.decks.answer import UNKNOWN, Names
 from benchmarks.decks.score import Item
 from bushcli.effects.effect import effects_on
 from bushcli.effects.titles import FREE_LAW
-from bushcli.evidence.prior import FREED_LAW, effect_odds
+from bushcli.evidence.prior import FREED_LAW, effect_odds, log_odds_together
 from bushcli.evidence.prior import UNKNOWN as UNKNOWN_ODDS
 
-# Frequency of sets of more than two effects, and of the unknown effect beside others: no deck conceals any, but they
+# Frequency of sets of more than three effects, and of the unknown effect beside others: no deck conceals any, but they
 # remain possible.
 ABSENT = 1e-6
 # Half a recording; and the probability from which on nothing is missing.
 HALF = 0.5
+# Odds of what is no effect of the catalogue.
+_OTHERS = {"unknown": UNKNOWN_ODDS, FREE_LAW: FREED_LAW}
 # Verdict by kind of answer.
 VERDICTS = {"nothing": "explained", "effects": "missing_physics", "unknown": "unexplained"}
 
@@ -37,8 +39,8 @@ class Frequencies:
     ----------
     count : int
         Recordings.
-    nothing, unknown, pairs : int
-        Recordings with nothing concealed, with physics outside the catalogue, with two effects.
+    nothing, unknown, pairs, triples : int
+        Recordings with nothing concealed, with physics outside the catalogue, with two effects, with three.
     single : mapping
         Effect -> recordings that conceal it alone.
     """
@@ -47,10 +49,11 @@ class Frequencies:
     nothing: int
     unknown: int
     pairs: int
+    triples: int
     single: Mapping[str, int]
 
     def of(self, names: Names) -> float:
-        """Share of the recordings that conceal exactly these effects; pairs are taken to be equally frequent."""
+        """Share of the recordings that conceal exactly these effects; all pairs are as frequent as each other, all triples too."""
         if names == UNKNOWN:
             return self.unknown / self.count
         if not names:
@@ -58,8 +61,9 @@ class Frequencies:
         if len(names) == 1:
             # Half a recording more, so that an effect that no recording conceals remains possible.
             return (self.single.get(next(iter(names)), 0) + HALF) / self.count
-        if len(names) == 2 and "unknown" not in names:
-            return self.pairs / self.count / math.comb(len(effects_on("static")), 2)
+        several = {2: self.pairs, 3: self.triples}.get(len(names), 0)
+        if several and "unknown" not in names:
+            return several / self.count / math.comb(len(effects_on("static")), len(names))
         return ABSENT
 
 
@@ -76,29 +80,32 @@ def frequencies(items: Sequence[Item]) -> Frequencies:
         sum(not names for names in truths),
         sum(names == UNKNOWN for names in truths),
         sum(len(names) == 2 for names in truths),
+        sum(len(names) == 3 for names in truths),
         Counter(next(iter(names)) for names in truths if len(names) == 1 and names != UNKNOWN),
     )
 
 
 def tool_odds(names: Names) -> float:
-    """Prior odds of a set of effects in a diagnosis, without the division among rigs, branches and choices.
-
-    They are those of the ledgers until `0e8e176`, in which no effect was more probable beside another.
-    """
-    others = {"unknown": UNKNOWN_ODDS, FREE_LAW: FREED_LAW}
-    return math.prod(others[name] if name in others else effect_odds(name) for name in names)
+    """Prior odds of a set of effects in a diagnosis, without the division among rigs, branches and choices."""
+    known = [name for name in names if name not in _OTHERS]
+    return math.exp(log_odds_together(known)) * math.prod(_OTHERS[name] for name in names - set(known))
 
 
-def reweigh(item: Item, odds: Callable[[Names], float]) -> Item:
+def independent_odds(names: Names) -> float:
+    """Return those of the ledgers until `0e8e176`, in which no effect was more probable beside another."""
+    return math.prod(_OTHERS[name] if name in _OTHERS else effect_odds(name) for name in names)
+
+
+def reweigh(item: Item, odds: Callable[[Names], float], before: Callable[[Names], float] = tool_odds) -> Item:
     """Return the answer that these odds would have given.
 
     Parameters
     ----------
     item : Item
-    odds : callable
-        Odds of a set of effects.
+    odds, before : callable
+        Odds of a set of effects; those with which the answer was calculated.
     """
-    weights = {names: p * odds(names) / tool_odds(names) for names, p in item.answer.sets}
+    weights = {names: p * odds(names) / before(names) for names, p in item.answer.sets}
     total = sum(weights.values())
     if not total:
         return item

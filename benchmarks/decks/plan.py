@@ -19,10 +19,10 @@ SEEDS = {
     "second": 75_001,
     "third": 76_001,
 }
-# Decks drawn in November 2026, for the calculation of the day.
+# Decks that test a calculation finished before they were drawn, with each foreign formula once.
 FRESH = ("second", "third")
-# What fillers do, together: of the third deck.
-FILLED = (
+# Sets of effects that fillers cause together, in the third deck.
+TOGETHER = (
     ("viscoelasticity", "mullins"),
     ("friction", "mullins"),
     ("viscoelasticity", "permanent_set"),
@@ -150,7 +150,7 @@ def cards(deck: str) -> dict[str, Card]:
         channels = (("axial",), ("axial", "torsional"))
         deck_cards += [
             Card("own", "pair", names, "rich", channels[i % 2], False, (seed, 5, i))
-            for i, names in enumerate(FILLED)
+            for i, names in enumerate(TOGETHER)
         ]
     order = np.random.default_rng([seed, 99]).permutation(len(deck_cards))
     return {f"{i:03d}": deck_cards[k] for i, k in enumerate(order)}

@@ -12,7 +12,7 @@ from benchmarks.concealed.score import Count
 from benchmarks.decks import ledger, manifest, score, why
 from benchmarks.decks.answer import answer_of
 from benchmarks.decks.manifest import Entry
-from benchmarks.decks.odds import frequencies, reweigh
+from benchmarks.decks.odds import frequencies, independent_odds, reweigh
 from benchmarks.decks.score import Item
 
 ABOUT = Path(__file__).parent / "about.md"
@@ -136,7 +136,10 @@ def _with_other_odds(by_deck: Runs) -> str:
     if not every:
         return ""
     known = frequencies(every)
-    other = {deck: [reweigh(item, known.of) for item in items_] for deck, items_ in by_deck.items()}
+    other = {
+        deck: [reweigh(item, known.of, independent_odds) for item in items_]
+        for deck, items_ in by_deck.items()
+    }
     rows = [
         [deck, what, wanted, count_text(of(by_deck[deck])), count_text(of(other[deck]))]
         for deck, what, wanted, of in WANTED

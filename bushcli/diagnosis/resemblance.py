@@ -9,7 +9,7 @@ catalogue with probability `RESEMBLES`, and is then the change that this effect 
 The likelihood of this is that of the model with the second effect; its prior differs: the odds are those of the
 resemblance, and the density of the effect's amplitude a follows from the size of its change, r, in proportion to a:
 
-    ratio = RESEMBLES / (1 - RESEMBLES) / n / (odds of the effect beside those left) p(ln r) / (|a| pi(a))
+    ratio = RESEMBLES / (1 - RESEMBLES) / n / (odds of all effects / odds of those left) p(ln r) / (|a| pi(a))
 
 for n effects in the catalogue, with pi the prior density of the amplitude, and p log-normal about phi. Of several
 amplitudes, such as those of a force and of a displacement, a is the one that changes the recordings most; the others
@@ -199,7 +199,7 @@ def _fitted_size(state: State, left: Sequence[ActiveEffect], fits: Mapping[Key, 
 
 
 def _log_density_of_size(state: State, active: ActiveEffect) -> float:
-    """Logarithm of the prior density of the logarithm of an effect's leading amplitude; infinity without an effect."""
+    """Logarithm of the prior density of ln |a|, a being the leading amplitude; infinite without a prior, or at zero."""
     parameter = _leading_amplitude(state, active)
     known = state.priors.get(active.full_name(parameter))
     off, value = float(parameter.off or 0.0), float(active.values[parameter.name])

@@ -265,8 +265,8 @@ class Effect:
     families : tuple of str
         What it has in common with effects that recordings often cannot tell from it, in words.
     of_fillers : {"dissipation", "softening", "set"} or None
-        What of the behaviour of filled rubber it describes, which shows all three together; None where fillers are
-        not its cause.
+        Kind of behaviour that fillers give to rubber, which usually shows all three; None where fillers are not its
+        cause.
     fades : bool
         Whether its force fades with time or is bounded at any displacement, so that one stiffness needs a choice of
         state.

@@ -1,7 +1,8 @@
 """Priors: odds of each effect and law, and the scales of the priors of values.
 
 The file of an effect says how often it occurs, in three classes. Their odds are an engineer's judgement of how often a
-bushing on a rig has an effect that is large enough to be seen. `uniform=True` gives all effects the same odds.
+bushing on a rig has an effect that is large enough to be seen. `uniform=True` gives all effects the same odds, beside
+any others.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ USUAL, OCCASIONAL, RARE = 0.03, 0.01, 0.005
 ODDS = {"usual": USUAL, "occasional": OCCASIONAL, "rare": RARE}
 # Factor on the odds of each further kind of what filled rubber does, beside one that is present: dissipation, softening
 # and set have one cause, the filler, and are measured together (Diani, Fayolle and Gilormini 2009,
-# doi:10.1016/j.eurpolymj.2008.11.017). Judgement: 2 to 10 change the answers of the decks by two recordings at most
-# (`benchmarks/decks/odds.md`), and with 1 a virgin filled rubber is answered by one of its three effects.
+# doi:10.1016/j.eurpolymj.2008.11.017). Judgement: 2 to 10 change the answers of each deck by two recordings at most
+# (`benchmarks/decks/odds.md`).
 FILLED = 5.0
 # Share of the odds of an effect of the rig that all modes may share, for that case: a load frame is as often at fault
 # as a fixture. Engineering judgement.

@@ -4,8 +4,8 @@ Every fitted model that may still matter adds its neighbours to the queue: model
 more), with two more beside the plain law, with fewer effects, with one in place of others, or with another law. Their
 evidence is predicted to first order beside the fitted model (`predict`). The nearer the two models are, the more
 reliable is the prediction; a reliable one counts like a fit. The search ends when further fits could change no more
-than a few per cent of the posterior, or when the time allowed is over. What says more of others is fitted before them
-(`order`). Several fits run at once: when the oldest ends, its neighbours are predicted and the next one begins beside
+than a few per cent of the effects' probability, or when the time allowed is over. What says more of others is fitted
+before them (`order`). Several fits run at once: when the oldest ends, its neighbours are predicted and the next one begins beside
 the others. What is chosen depends on the fits received, in the order in which they were begun, so that the answer does
 not depend on the number of processes.
 """
@@ -39,7 +39,7 @@ from bushcli.selection.state import CommonData, State
 Progress = Callable[[str, str, str], None]
 """Called with the stage, its subject, and a text about it."""
 
-# Share of the posterior that further fits may still change when the search ends. Accepted error of the probabilities.
+# Share of the effects' probability that further fits may still change when the search ends: its accepted error.
 LEFT = 0.05
 # Fits at once. One number, so that the answer does not depend on the workers. With three, of which two run, neither of
 # two processes waits for the other: in 003 of the development deck they work 82 in place of 68 % of the time, and the

@@ -46,9 +46,9 @@ class SearchExtent:
     Attributes
     ----------
     complete : bool
-        Whether the search ended because further fits could change no more than `queue.LEFT` of the posterior.
+        Whether the search ended because further fits could change at most `queue.LEFT` of the effects' probability.
     left : float
-        Share of the posterior that fits of the models in the queue may change, by their predictions.
+        Share of the effects' probability that fits of the models in the queue may change, by their predictions.
     lost : tuple of str
         Models that could not be solved from any start, in words.
     untestable : mapping of str to str

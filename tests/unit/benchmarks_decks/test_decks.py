@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -29,10 +30,11 @@ from benchmarks.decks.foreign.rubbers import (
     inverse,
 )
 from benchmarks.decks.manifest import Entry, Program, Sensor
-from benchmarks.decks.odds import frequencies, reweigh, tool_odds
+from benchmarks.decks.odds import frequencies, independent_odds, reweigh, tool_odds
 from benchmarks.decks.run import run_all
 from benchmarks.decks.sensing import compare_digests, correlated_noise, digest, logged_signals
 from bushcli.effects.effect import effects
+from bushcli.evidence.prior import FILLED
 
 Array = NDArray[np.float64]
 
@@ -55,7 +57,16 @@ ENTRY = Entry(
 
 
 @pytest.mark.parametrize(
-    ("deck", "count"), [("own", 100), ("foreign", 60), ("nothing", 40), ("dev", 60), ("poor", 54)]
+    ("deck", "count"),
+    [
+        ("own", 100),
+        ("foreign", 60),
+        ("nothing", 40),
+        ("dev", 60),
+        ("poor", 54),
+        ("second", 63),
+        ("third", 69),
+    ],
 )
 def test_a_deck_has_its_number_of_recordings_whose_plan_does_not_change(deck: str, count: int) -> None:
     cards = plan.cards(deck)
@@ -466,6 +477,11 @@ def test_frequencies_are_counted_by_what_is_concealed() -> None:
     # A quarter is divided among the pairs of the 22 effects.
     assert found.of(frozenset({"offset", "gain"})) == pytest.approx(0.25 / 231)
     assert found.of(frozenset({"offset", "unknown"})) < 1e-5
+    assert found.of(frozenset({"offset", "gain", "mullins"})) < 1e-5
+    three = frequencies(
+        [*items, _item(_old("explained", [], []), truth=("friction", "mullins", "permanent_set"))]
+    )
+    assert three.of(frozenset({"offset", "gain", "mullins"})) == pytest.approx(0.2 / math.comb(22, 3))
 
 
 def test_an_answer_with_other_odds_is_bayes_rule() -> None:
@@ -487,6 +503,8 @@ def test_with_other_odds_the_verdict_follows_from_sums_over_sets() -> None:
     models = [([], 0.2), (["friction"], 0.3), (["mullins"], 0.2), (["unknown"], 0.3)]
     item = _item(_new("missing_physics", models, {"friction": 0.3, "mullins": 0.2, "unknown": 0.3}))
     assert reweigh(item, tool_odds).answer.verdict == "missing_physics"
+    together = frozenset({"friction", "mullins"})
+    assert tool_odds(together) == pytest.approx(FILLED * independent_odds(together))
     rare = reweigh(item, lambda names: tool_odds(names) * (10.0 if "unknown" in names else 1.0))
     assert rare.answer.verdict == "unexplained"
     assert not rare.answer.named

@@ -15,6 +15,7 @@ from bushcli.diagnosis.posterior import posterior, probabilities
 from bushcli.diagnosis.words import possible_shift
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
+from bushcli.evidence.stopping_rule import NEGLIGIBLE
 from bushcli.runtime.workers import Workers
 from bushcli.selection import queue, queued
 from bushcli.selection.additions import with_branch_more
@@ -250,6 +251,21 @@ def test_a_lost_model_is_said_and_has_no_probability(world, monkeypatch):
     doubts = answer.doubts(world.one.case, (), (), best, found.problem, said)
     (condition,) = [one for one in doubts if one.name == "models_lost"]
     assert "drift" in condition.message
+
+
+@pytest.mark.parametrize("matters", [True, False])
+def test_a_fit_that_need_not_go_to_the_end_is_told_what_it_has_to_reach(world, monkeypatch, matters):
+    found = world.search(monkeypatch)
+    one = next(q for q in found.waiting.values() if "mullins" in q.model.identities)
+    world.always, fit, told = matters, world.fit, []
+    monkeypatch.setattr(queue, "fit", lambda *question: (told.append(question[-1]), fit(*question))[1])
+    found.fit_anyway(one, matters=matters)
+    (needed,) = told
+    assert (needed is None) == matters
+    if needed is not None:
+        assert needed.log == pytest.approx(
+            found.total + math.log(NEGLIGIBLE) - found.odds(one.model), abs=0.1
+        )
 
 
 def test_a_model_that_is_solved_at_last_is_not_lost(world, monkeypatch):

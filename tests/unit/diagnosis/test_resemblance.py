@@ -94,18 +94,18 @@ def test_of_several_amplitudes_the_one_that_changes_most_counts(coupon, leading)
     assert math.exp(dict(resemblances(state))["viscoelasticity",]) == pytest.approx(one, rel=1e-6)
 
 
-def test_fillers_make_an_effect_more_probable_than_an_error_of_form(coupon, monkeypatch):
+def test_an_error_of_form_has_not_the_odds_of_effects_that_come_together(coupon, monkeypatch):
     """Softening beside a set has the odds of both; an error of form has not."""
     world = World(coupon, **{"mullins.inverse_r": 3.0, "permanent_set.set": 0.3})
     started = tuple(ActiveEffect(effect(name)).with_start_values() for name in ("mullins", "permanent_set"))
     model = replace(world.base.model, effects=started)
     state = State(world.problem, world.fit(world.one.case, model, None))
-    together = dict(resemblances(state))
+    together, filled = dict(resemblances(state)), prior.FILLED
     monkeypatch.setattr(prior, "FILLED", 1.0)
     apart = dict(resemblances(state))
     ratios = {removed: together[removed] - apart[removed] for removed in together}
     assert ("permanent_set",) in ratios
-    assert ratios == pytest.approx(dict.fromkeys(ratios, -math.log(5.0)))
+    assert ratios == pytest.approx(dict.fromkeys(ratios, -math.log(filled)))
 
 
 @pytest.mark.parametrize("times", [0.3, 0.999, 1.001, 20.0])
