@@ -5,9 +5,9 @@ more), with two more beside the plain law, with fewer effects, with one in place
 evidence is predicted to first order beside the fitted model (`predict`). The nearer the two models are, the more
 reliable is the prediction; a reliable one counts like a fit. The search ends when further fits could change no more
 than a few per cent of the effects' probability, or when the time allowed is over. What says more of others is fitted
-before them (`order`). Several fits run at once: when the oldest ends, its neighbours are predicted and the next one begins beside
-the others. What is chosen depends on the fits received, in the order in which they were begun, so that the answer does
-not depend on the number of processes.
+before them (`order`). Several fits run at once: when the oldest ends, its neighbours are predicted and the next one
+begins beside the others. What is chosen depends on the fits received, in the order in which they were begun, so that
+the answer does not depend on the number of processes.
 """
 
 from __future__ import annotations

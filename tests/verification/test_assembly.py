@@ -250,6 +250,15 @@ def test_a_debonded_bushing_is_one_whose_boundary_is_free(mode, q, sleeve):
         assert found(length) == pytest.approx(lost, rel=0.05)
 
 
+def test_a_bond_that_is_off_nowhere_has_a_mesh_of_its_own_and_the_same_force():
+    shape, q = shapes()["plain"](inner_radius=8.48, outer_radius=18.4, length=35.1), [0.2, 2.0]
+    whole, off = (
+        curve(shape, "radial", YEOH, q, Refinement(), features).force
+        for features in ((), loose("outer_top", 0.0))
+    )
+    np.testing.assert_allclose(off, whole, rtol=1e-3)
+
+
 @pytest.mark.parametrize("length", [3.0, 10.0, 14.0])
 def test_the_default_mesh_resolves_a_bond_that_ends_up_to_one_and_a_half_thicknesses_from_the_end(length):
     """Graded for the free ends alone, it was up to 7 % too stiff there."""
