@@ -53,7 +53,7 @@ class Frequencies:
     single: Mapping[str, int]
 
     def of(self, names: Names) -> float:
-        """Share of the recordings that conceal exactly these effects; all pairs are equally frequent, and all triples."""
+        """Share of the recordings that conceal exactly these effects; pairs are equally frequent, triples likewise."""
         if names == UNKNOWN:
             return self.unknown / self.count
         if not names:
