@@ -135,6 +135,23 @@ def test_nothing_is_found_where_nothing_is_concealed(tmp_path: Path) -> None:
     adds_up(found)
 
 
+@pytest.mark.slow
+def test_what_fillers_do_is_found_together(tmp_path: Path) -> None:
+    """Virgin filled rubber relaxes, softens and sets; of these the first alone leaves several times the noise."""
+    virgin = {
+        "viscoelasticity": {"g1": 0.2, "tau1": 5.0},
+        "mullins": {"inverse_r": 0.4, "m": 0.05, "beta": 0.1},
+        "permanent_set": {"set": 0.06},
+    }
+    found = diagnose(case(tmp_path, virgin), effects=[*virgin, "friction", "rig_compliance", "drift"], maps=False)
+    assert sorted(found.models[0].effects) == sorted(virgin)
+    assert found.models[0].probability > 0.5
+    assert found.channels[0].after_percent < 1.2 * 100 * NOISE < 0.3 * found.channels[0].before_percent
+    value, known = found.parameters["permanent_set.set"], virgin["permanent_set"]["set"]
+    assert abs(value.value - known) < 3.0 * value.std
+    adds_up(found)
+
+
 def test_a_force_of_the_other_sign_is_not_blamed_on_the_rubber(tmp_path: Path) -> None:
     told: list[tuple[str, ...]] = []
     reversed_force = case(tmp_path, {}, change=lambda time, q, force: -force)
