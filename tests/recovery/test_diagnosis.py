@@ -143,7 +143,9 @@ def test_what_fillers_do_is_found_together(tmp_path: Path) -> None:
         "mullins": {"inverse_r": 0.4, "m": 0.05, "beta": 0.1},
         "permanent_set": {"set": 0.06},
     }
-    found = diagnose(case(tmp_path, virgin), effects=[*virgin, "friction", "rig_compliance", "drift"], maps=False)
+    found = diagnose(
+        case(tmp_path, virgin), effects=[*virgin, "friction", "rig_compliance", "drift"], maps=False
+    )
     assert sorted(found.models[0].effects) == sorted(virgin)
     assert found.models[0].probability > 0.5
     assert found.channels[0].after_percent < 1.2 * 100 * NOISE < 0.3 * found.channels[0].before_percent
