@@ -1,8 +1,8 @@
 """Priors: odds of each effect and law, and the scales of the priors of values.
 
 The file of an effect says how often it occurs, in three classes. Their odds are an engineer's judgement of how often a
-bushing on a rig has an effect that is large enough to be seen. `uniform=True` gives all effects the same odds, beside
-any others.
+bushing on a rig has an effect that is large enough to be seen. `uniform=True` gives all effects the same odds, whatever
+else is present.
 """
 
 from __future__ import annotations

@@ -250,11 +250,10 @@ def test_a_debonded_bushing_is_one_whose_boundary_is_free(mode, q, sleeve):
         assert found(length) == pytest.approx(lost, rel=0.05)
 
 
-def test_a_bond_that_is_off_nowhere_has_a_mesh_of_its_own_and_the_same_force():
+def test_a_whole_bond_gives_the_same_force_on_the_mesh_of_one_that_may_end_anywhere():
     shape, q = shapes()["plain"](inner_radius=8.48, outer_radius=18.4, length=35.1), [0.2, 2.0]
     whole, off = (
-        curve(shape, "radial", YEOH, q, Refinement(), features).force
-        for features in ((), loose("outer_top", 0.0))
+        curve(shape, "radial", YEOH, q, Refinement(), given).force for given in ((), loose("outer_top", 0.0))
     )
     np.testing.assert_allclose(off, whole, rtol=1e-3)
 

@@ -94,8 +94,8 @@ def test_of_several_amplitudes_the_one_that_changes_most_counts(coupon, leading)
     assert math.exp(dict(resemblances(state))["viscoelasticity",]) == pytest.approx(one, rel=1e-6)
 
 
-def test_an_error_of_form_has_not_the_odds_of_effects_that_come_together(coupon, monkeypatch):
-    """Softening beside a set has the odds of both; an error of form has not."""
+def test_an_error_of_form_does_not_have_the_odds_of_effects_that_come_together(coupon, monkeypatch):
+    """Softening beside a set has the odds of both together; an error of form does not."""
     world = World(coupon, **{"mullins.inverse_r": 3.0, "permanent_set.set": 0.3})
     started = tuple(ActiveEffect(effect(name)).with_start_values() for name in ("mullins", "permanent_set"))
     model = replace(world.base.model, effects=started)
