@@ -50,8 +50,8 @@ class MaterialCells:
         Derivatives of the energy by the entries of `g`, as the last `answer` computed them.
     A : shape (points, upper triangle)
         Second derivatives of the energy by the entries of `g`, as the last `stiffen` computed them.
-    skew : shape (2, points, rows), or None where the tangent is symmetric
-        Vectors s and z of its skew part, (s_k z_l - z_k s_l) / 2; `A` is then its symmetric part.
+    skew : shape (clocks, 2, points, rows), or None where the tangent is symmetric
+        Vectors s and z of its skew part, the sum of (s_k z_l - z_k s_l) / 2; `A` is then its symmetric part.
     """
 
     def __init__(
@@ -170,7 +170,9 @@ class MaterialCells:
         self.material.answer(moduli=True)
         self._moduli()
         if isinstance(self.material, RubberAtPoints) and self.material.skew is not None:
-            self.skew = self.by_gradients(self.material.skew)
+            skew = self.material.skew
+            rows = self.by_gradients(skew.reshape(-1, *skew.shape[2:]))
+            self.skew = rows.reshape(*skew.shape[:2], *rows.shape[1:])
 
     def resting_moduli(self) -> Array:
         """Return what `A` is of a spring of unit modulus that is at rest at the state of `look` (`resting_answer`)."""
@@ -186,8 +188,7 @@ class MaterialCells:
         """Return the product of the second derivatives and a change of the gradients."""
         P = np.empty_like(change)
         loops().lib.contract(len(change), change.shape[1], pointer(self.A), pointer(change), pointer(P))
-        if self.skew is not None:
-            s, z = self.skew
+        for s, z in () if self.skew is None else self.skew:
             P += (s * np.einsum("pk,pk->p", z, change)[:, None]) / 2
             P -= (z * np.einsum("pk,pk->p", s, change)[:, None]) / 2
         return P

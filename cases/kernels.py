@@ -40,7 +40,8 @@ void evaluate_batches(uintptr_t function, long n, long batch, int blocks, const 
 void gradients(const group *s, const double *x, double *g);
 void forces(const group *s, const double *P, double *r);
 void stiffness(const group *s, const double *A, const int32_t *place, double *values);
-void action(const group *s, const double *A, const double *skew, long count, long size, const double *x, double *r);
+void action(const group *s, const double *A, const double *skew, long pairs, long count, long size, const double *x,
+            double *r);
 void locate(long cells, int n, const int32_t *unknown, const uint8_t *fixed, const int32_t *start,
             const int32_t *column, int32_t nowhere, int32_t missing, int32_t *place);
 void contract(long n, int rows, const double *A, const double *g, double *P);

@@ -94,14 +94,14 @@ class Remembered:
         """Return the kernel of a branch's stresses, with or without moduli."""
         return kernel(self._functions.moduli if moduli else self._functions.stress)
 
-    def by_duration(self, out: Array, inputs: Mapping[str, Array], clear: bool) -> Call:
+    def by_duration(self, out: Array, inputs: Mapping[str, Array]) -> Call:
         """Return a call that adds the derivatives of all stresses by the step's duration to an array."""
         function = kernel(self._functions.stress_rate(1))
         last = np.zeros(self.parameters.shape[-1])
         last[-1] = 1.0
         nothing = np.zeros(self.values.shape[-1])
         no_change = {f"d0 {name}": nothing for name in inputs}
-        return function.bind(out, {**inputs, **no_change, "d0 parameters": last}, clear)
+        return function.bind(out, {**inputs, **no_change, "d0 parameters": last})
 
     @property
     def end(self) -> Kernel:
@@ -177,7 +177,7 @@ class _Answered:
         Branches by formula; the answer of those that depend on the law's energy has an array of its own.
     volumetric : Call
     pacing : list of Call
-        With moduli and a clock: what writes s_a and z_a.
+        With moduli and a clock: what adds s_a and z_a.
     """
 
     law: Array
@@ -210,8 +210,8 @@ class RubberAtPoints:
         Strain variables and pressure at which answers are computed; written by others.
     families : list of Remembered
         Branches of one formula that follow each other are a family.
-    skew : shape (2, points, 1 + variables), or None without a clock
-        s_a and z_a at the last moduli, each after an entry for an energy, as an answer without moduli.
+    skew : shape (clocks, 2, points, 1 + variables), or None without a clock
+        s_a and z_a of each clock at the last moduli, each after an entry for an energy, as an answer without moduli.
     """
 
     def __init__(
@@ -234,8 +234,8 @@ class RubberAtPoints:
             end = begin + 1 + len(others)
             self.families.append(Remembered(setting, branch, slice(begin, end), points))
             begin = end
-        self._clock = next((branch for branch in self.families if branch.clock == "shown"), None)
-        self.skew = None if self._clock is None else np.zeros((2, points, 1 + self.variables))
+        clocks = sum(branch.clock == "shown" for branch in self.families)
+        self.skew = np.zeros((clocks, 2, points, 1 + self.variables)) if clocks else None
         self._parameters = {"law": np.zeros(len(names)), "volumetric": np.zeros(answers.VOLUMETRIC)}
         # Row and column of each curvature in an answer.
         self._upper = np.triu_indices(self.variables)
@@ -262,8 +262,7 @@ class RubberAtPoints:
         calls.begin()
         if calls.law is not calls.total:
             calls.total[:] = calls.law
-        if self._clock is not None:
-            self._wind()
+        self._wind()
         for branch, call_branch, row in calls.adding:
             if branch.is_off:
                 continue
@@ -275,20 +274,23 @@ class RubberAtPoints:
             self.skew[:] = 0.0
             for call in calls.pacing if is_paced else ():
                 call()
-            stress, pace = self.skew[:, :, 1:]
             a, b = self._upper
-            calls.total[:, 1 + self.variables :] += (
-                stress[:, a] * pace[:, b] + stress[:, b] * pace[:, a]
-            ) / 2
+            for stress, pace in self.skew[..., 1:]:
+                calls.total[:, 1 + self.variables :] += (
+                    stress[:, a] * pace[:, b] + stress[:, b] * pace[:, a]
+                ) / 2
         return calls.total
 
     def _wind(self) -> None:
-        """Advance the clock of the branches by the path from the start of the step to `strain`."""
-        (end, row), *_ = ((end, row) for branch, end, row in self._ends if branch is self._clock)
-        end()
-        for branch in self.families:
-            if branch.clock == "followed":
-                branch.parameters[..., -1] = row[..., 1]
+        """Advance the clocks of the branches from the start of the step to `strain`."""
+        if self.skew is None:
+            return
+        for branch, end, row in self._ends:
+            if branch.clock == "shown":
+                end()
+                passed = row[..., 1]
+            elif branch.clock == "followed":
+                branch.parameters[..., -1] = passed
 
     def _calls(self, moduli: bool) -> _Answered:
         return self._with_moduli if moduli else self._without_moduli
@@ -311,11 +313,15 @@ class RubberAtPoints:
         )
         adding: list[tuple[Remembered, Call, Array]] = []
         pacing: list[Call] = []
+        clocks = iter(() if self.skew is None else self.skew)
         for branch in self.families:
-            if moduli and self.skew is not None and branch.clock:
-                pacing.append(self._clock_call(branch, law, len(pacing)))
             if branch.clock == "shown":
+                stress, pace = next(clocks)
+                if moduli:
+                    pacing.append(branch.answer(moduli=False).bind(pace, branch.inputs(self.strain, law)))
                 continue
+            if moduli and branch.clock == "followed":
+                pacing.append(branch.by_duration(stress[:, 1:], branch.inputs(self.strain, law)))
             function = branch.answer(moduli)
             row = np.zeros((self._points, function.size)) if branch.needs_energy else total
             inputs = branch.inputs(self.strain, law)
@@ -323,15 +329,6 @@ class RubberAtPoints:
         function = kernel(answers.volumetric_answer(self._setting, moduli))
         volumetric = function.bind(total, self._volumetric_inputs(self.strain))
         return _Answered(law, total, law_call, adding, volumetric, pacing)
-
-    def _clock_call(self, branch: Remembered, law: Array, number: int) -> Call:
-        """Return the call that writes z_a for a clock, which comes first, or adds V_az of a branch on it."""
-        assert self.skew is not None
-        stress, pace = self.skew
-        inputs = branch.inputs(self.strain, law)
-        if branch.clock == "shown":
-            return branch.answer(moduli=False).bind(pace, inputs, clear=True)
-        return branch.by_duration(stress[:, 1:], inputs, clear=number == 1)
 
     def _add_through_energy(self, total: Array, law: Array, row: Array, moduli: bool) -> None:
         n = self.variables
@@ -354,8 +351,7 @@ class RubberAtPoints:
         """Stored energy per volume at `strain`, MPa, shape (points,)."""
         self._without_moduli.begin()
         stored: Array = self._without_moduli.law[:, 0].copy()
-        if self._clock is not None:
-            self._wind()
+        self._wind()
         volumetric, row = self._volumetric_call
         volumetric()
         stored += row[:, 0]
@@ -367,8 +363,7 @@ class RubberAtPoints:
     def commit(self) -> None:
         """Accept `strain` as the strain at the end of the step."""
         self._without_moduli.begin()
-        if self._clock is not None:
-            self._wind()
+        self._wind()
         for branch, end, row in self._ends:
             end()
             branch.values[:] = row[..., 1:]

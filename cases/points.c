@@ -100,10 +100,10 @@ void contract(long n, int rows, const double *A, const double *g, double *P)
 }
 
 /* r[m] += stiffness of A[cells][points][upper triangle] times x[m], for m of `count` vectors of `size` unknowns; where
- * skew[2][cells][points][gradients + 1] = (a, b) is not NULL, (a_k b_l - b_k a_l) / 2 is added to A. */
+ * (a_k b_l - b_k a_l) / 2 is added to A for each of the pairs skew[pairs][2][cells][points][gradients + 1] = (a, b). */
 static inline void act(const group *s, const int nodes, const int fours, const int components, const int tables,
-                       const double *restrict A, const double *restrict skew, const long count, const long size,
-                       const double *restrict x, double *restrict r)
+                       const double *restrict A, const double *restrict skew, const long pairs, const long count,
+                       const long size, const double *restrict x, double *restrict r)
 {
     const int rows = s->gradients + 1, row_fours = (rows + 3) / 4;
     double g[s->points * rows], P[s->points * rows], out[4 * row_fours];
@@ -120,9 +120,10 @@ static inline void act(const group *s, const int nodes, const int fours, const i
             for (int k = 0; k < rows; ++k)
                 for (int l = k; l < rows; ++l)
                     F[k * 4 * row_fours + l] = F[l * 4 * row_fours + k] = *A++;
-            if (skew)
+            const long vector = s->cells * s->points * rows;
+            for (long pair = 0; pair < pairs; ++pair)
             {
-                const double *a = skew + (c * s->points + q) * rows, *b = a + s->cells * s->points * rows;
+                const double *a = skew + 2 * pair * vector + (c * s->points + q) * rows, *b = a + vector;
                 for (int k = 0; k < rows; ++k)
                     for (int l = 0; l < rows; ++l)
                         F[l * 4 * row_fours + k] += (a[k] * b[l] - b[k] * a[l]) / 2;
@@ -145,7 +146,8 @@ static inline void act(const group *s, const int nodes, const int fours, const i
     }
 }
 
-void action(const group *s, const double *A, const double *skew, long count, long size, const double *x, double *r)
+void action(const group *s, const double *A, const double *skew, long pairs, long count, long size, const double *x,
+            double *r)
 {
-    FOR_SIZES(act, s, A, skew, count, size, x, r);
+    FOR_SIZES(act, s, A, skew, pairs, count, size, x, r);
 }

@@ -165,12 +165,13 @@ class Points:
         forces : Array
             The same shape, contiguous; changed in place.
         skew : Array or None
-            Vectors s and z, shape (2, number, rows), where (s_k z_l - z_k s_l) / 2 belongs to the stiffness too.
+            Pairs of vectors s and z, shape (pairs, 2, number, rows): (s_k z_l - z_k s_l) / 2 of each belongs to the
+            stiffness too.
         """
         count, size = directions.shape
         x, r = pointer(directions), pointer(forces)
-        turn = loops().ffi.NULL if skew is None else pointer(skew)
-        loops().lib.action(self._group.struct, pointer(A), turn, count, size, x, r)
+        pairs, turn = (0, loops().ffi.NULL) if skew is None else (len(skew), pointer(skew))
+        loops().lib.action(self._group.struct, pointer(A), turn, pairs, count, size, x, r)
 
     def add_inertia(self, x: Array, directions: Array, forces: Array) -> None:
         """Add the products of the mass of a body of unit density and some directions, at a state.

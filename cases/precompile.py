@@ -18,9 +18,8 @@ from concurrent.futures import ProcessPoolExecutor
 from cases.kernels import kernel, loops
 from cases.material import BATCH
 from forms import answers, gradients
-from forms.branch import branches
+from forms.branch import branches, clocks
 from forms.branch_answers import branch_functions
-from forms.branches import payne
 from forms.law import Law, laws
 from forms.point import PointFunction
 from forms.setting import SETTINGS
@@ -82,7 +81,7 @@ def _functions() -> Iterator[PointFunction]:
                 yield answers.law_answer(setting, law, names, moduli)
             slopes = answers.law_slopes(setting, law, names)
             yield from (slopes, answers.work_slopes(slopes, len(names)))
-        for branch in (*branches().values(), payne.BRANCH):
+        for branch in (*branches().values(), *clocks().values()):
             functions = branch_functions(setting, branch)
             yield from (functions.stress, functions.end)
             for directions in (1, BATCH):

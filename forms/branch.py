@@ -105,7 +105,7 @@ class Branch:
         Whether the duration of a step matters.
     source : str
     clock : {"", "shown", "followed"}
-        Whether it is no energy but a clock (`forms.branches.payne`), or takes the duration of a step from the clock
+        Whether it is no energy but a clock (`forms.branches.payne`, `forms.branches.activated`), or takes the duration of a step from the clock
         before it.
     """
 
@@ -121,13 +121,19 @@ class Branch:
     clock: Literal["", "shown", "followed"] = ""
 
 
-@cache
 def branches() -> Mapping[str, Branch]:
     """All branches found in ``forms/branches`` that are energies, by name."""
-    package = importlib.import_module("forms.branches")
+    return MappingProxyType({name: branch for name, branch in _found().items() if not branch.clock})
 
-    members = (
-        importlib.import_module(f"{package.__name__}.{m.name}").BRANCH
-        for m in pkgutil.iter_modules(package.__path__)
-    )
-    return MappingProxyType({b.name: b for b in sorted(members, key=lambda b: b.name) if not b.clock})
+
+def clocks() -> Mapping[str, Branch]:
+    """All clocks found there, by name."""
+    return MappingProxyType({name: branch for name, branch in _found().items() if branch.clock})
+
+
+@cache
+def _found() -> Mapping[str, Branch]:
+    package = importlib.import_module("forms.branches")
+    modules = sorted(module.name for module in pkgutil.iter_modules(package.__path__))
+    found = [importlib.import_module(f"{package.__name__}.{name}").BRANCH for name in modules]
+    return {branch.name: branch for branch in found}

@@ -5,13 +5,16 @@ UFL's own matrices carry structural zeros into the generated code; here a compon
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import ufl
 from ufl.classes import Zero
 
 from forms.law import Scalar
+
+#: A distance much shorter than this shear strain is rounded to none, so that a hold has a derivative.
+ROUNDED = 1e-7
 
 
 @dataclass(frozen=True)
@@ -89,3 +92,38 @@ def _zero(component: Scalar) -> bool:
 def cube_root(x: Scalar) -> Scalar:
     """Return x^(1/3) of a positive scalar."""
     return ufl.exp(ufl.ln(x) / 3)
+
+
+def interpolate(A: Symmetric, B: Symmetric, share: Scalar) -> Symmetric:
+    """Return the unimodular tensor between A (share 0) and B (share 1)."""
+    mixed = (1 - share) * A + share * B
+    return (1 / cube_root(mixed.det())) * mixed
+
+
+def distance(A: Symmetric, B: Symmetric) -> Scalar:
+    """Return how far two isochoric right Cauchy-Green tensors are apart, as an amount of shear.
+
+    |A, B|^2 = (tr(A^-1 B) + tr(B^-1 A)) / 2 - 3 = tr(A^-1 (B - A) B^-1 (B - A)) / 2 is the square of the difference of
+    the amounts of shear in simple shear, and 2 e : e for a small isochoric strain e.
+
+    Parameters
+    ----------
+    A, B : Symmetric
+        Of determinant 1.
+    """
+    # The form without differences of large numbers.
+    change = (B + -1 * A).rows()
+    first, second = (
+        [
+            [_sum(row[k] * change[k][j] for k in range(3)) for j in range(3)]
+            for row in tensor.adjugate().rows()
+        ]
+        for tensor in (A, B)
+    )
+    square = _sum(first[i][j] * second[j][i] for i in range(3) for j in range(3)) / 2
+    return ufl.sqrt(square + ROUNDED**2) - ROUNDED
+
+
+def _sum(terms: Iterable[Scalar]) -> Scalar:
+    """Sum without the terms that are the number 0."""
+    return sum(term for term in terms if not (isinstance(term, int) and term == 0))

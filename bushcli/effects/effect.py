@@ -103,6 +103,8 @@ class EffectParameter:
     variant : bool
         For an optional shape parameter: whether a diagnosis tries the effect both with it and without it. At its lowest
         value the effect is as without it.
+    along_path : bool
+        Whether it has no meaning in a vibration, so that a diagnosis gives it to recordings along a path alone.
     of_amplitude : bool
         Whether it refines how the effect depends on the amplitude, so that tables of several amplitudes show it.
     within : (str, float) or None
@@ -136,6 +138,7 @@ class EffectParameter:
     under: str = ""
     searched: bool = True
     variant: bool = False
+    along_path: bool = False
     of_amplitude: bool = False
     within: tuple[Literal["thickness", "length", "thickness/length"], float] | None = None
     prior: Prior | None = None
@@ -278,8 +281,8 @@ class Effect:
         parameters of a "set" are the share of the largest displacements that stays and the cycles in which it grows,
         those of a "warming" are the share of the force that is lost and the time constant.
     on_card : callable, optional
-        Returns what it adds to a material card, from the values of its parameters by name; None where a card cannot
-        hold it.
+        Returns what it adds to a material card, from the values of its parameters by name, or None if a card cannot
+        hold it with these; None where no card can.
     needs : str
         Content that a recording must have for the effect to be identified.
     rivals : tuple of str
@@ -337,7 +340,7 @@ class Effect:
     fades: bool = False
     is_factor: bool = False
     in_force_law: ForceLawPart | None = None
-    on_card: Callable[[Mapping[str, float]], CardPart] | None = None
+    on_card: Callable[[Mapping[str, float]], CardPart | None] | None = None
     modes: frozenset[str] | None = None
     specimens: frozenset[str] = frozenset({"bushing"})
     kinds: frozenset[Kind] = frozenset({"static", "dynamic"})

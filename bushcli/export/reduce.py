@@ -101,8 +101,10 @@ def reduce(
 ) -> tuple[ReducedChannel, ...]:
     """Return the force law of each channel; refuse effects that it cannot express, and a range without equilibrium."""
     for active in case.effects:
-        if active.effect.acts == "rubber" and active.effect.in_force_law is None:
-            what = f"a force law with memory cannot express the effect {active.effect.name}"
+        used = [p.name for p in active.parameters if p.along_path]
+        if active.effect.acts == "rubber" and (used or active.effect.in_force_law is None):
+            with_it = f" with {used[0]}" if used else ""
+            what = f"a force law with memory cannot express the effect {active.effect.name}{with_it}"
             remedy = f"use --without {active.effect.name} for a force law without it"
             raise InputError(Problem("--to fmu", what, "", remedy))
     laws = []
@@ -161,7 +163,8 @@ class _Bushing:
         data: dict[str, Any] = {"displacement": grid, "maxwell": [], "sliders": []}
         viscous, friction, mullins = (self.states.get(part) for part in ("maxwell", "sliders", "softening"))
         on_card = None if viscous is None else viscous.effect.on_card
-        series = () if viscous is None or on_card is None else on_card(viscous.values).series
+        part = None if viscous is None or on_card is None else on_card(viscous.values)
+        series = () if part is None else part.series
         warming = self._values("warming")
         elastic, clock = np.zeros_like(static), dict[str, Any]()
         if series or friction is not None or "clock" in self.states:

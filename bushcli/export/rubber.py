@@ -59,12 +59,12 @@ def rubber_of(material: Material, active: Sequence[ActiveEffect]) -> ExportedRub
         Effects of the case, all with values.
     """
     present = [effect for effect in active if not effect.is_off]
-    parts = {
-        effect.effect.name: effect.effect.on_card(effect.values)
+    on_card = [
+        (effect, None if effect.effect.on_card is None else effect.effect.on_card(effect.values))
         for effect in present
-        if effect.effect.on_card is not None
-    }
-    inexpressible = [effect for effect in present if effect.effect.on_card is None]
+    ]
+    parts = {effect.effect.name: part for effect, part in on_card if part is not None}
+    inexpressible = [effect for effect, part in on_card if part is None]
     factor = math.prod(part.factor for part in parts.values())
     compliance = 1.0 / material.bulk_modulus + sum(part.compliance for part in parts.values())
     long_term = ExportedRubber(material.law, dict(material.parameters), math.inf)

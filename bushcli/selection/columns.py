@@ -177,7 +177,10 @@ def _grid(
     shapes = [p for p in chosen if p.off is None]
     if not amplitudes:
         return []
-    variants = [[], *([p] for p in effect.variants if present is None)]
+    along_path = all(recording.kind == "static" for recording in recordings)
+    variants = [
+        [], *([p] for p in effect.variants if present is None and (along_path or not p.along_path))
+    ]
     before = {} if present is None else dict(present.values)
     sizes_of = {"shear": shear, "duration": scales["duration"], "amplitude": scales["travel"]}
 

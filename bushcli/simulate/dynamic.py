@@ -139,7 +139,12 @@ def effects_without_stiffness(where: str, name: str, active: Sequence[ActiveEffe
         Effects that act on it, with values.
     """
     problems = []
-    if not branches_of(active) and thinned_of(active) is None:
+    for effect in active:
+        for parameter in (p.name for p in effect.parameters if p.along_path):
+            what = f"{name}: with {parameter}, {readable_name(effect.name)} has no dynamic stiffness"
+            expected = f"leave {parameter} out; several branches relax over as many decades"
+            problems.append(Problem(where, what, "", expected))
+    if not problems and not branches_of(active) and thinned_of(active) is None:
         what = f"{name}: no viscoelastic branch acts, so that there is no loss angle"
         branch = effect_in_force_law("maxwell")
         parameters = ", ".join(f"{p.name} = ..." for p in branch.parameters if not p.optional)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import ufl
 
 from forms.branch import Branch, Contribution, Internal, Step
@@ -107,3 +109,6 @@ BRANCH = Branch(
     timed=True,
     source="Lion (1997), doi:10.1007/BF01178397; Shutov et al. (2013), doi:10.1016/j.cma.2013.07.004",
 )
+
+#: The same on the clock before it.
+PACED = replace(BRANCH, clock="followed")

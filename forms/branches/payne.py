@@ -8,14 +8,10 @@ passes on the clock, with p the path of local shear strain in the step and a hal
 branches on it are viscous; in fast cycles their loops do not depend on the rate, and their stiffness falls with
 amplitude. All branches follow one clock, which is a `Branch` of its own and comes before them.
 
-The distance between two states of strain, for p and for the range, is the invariant
-
-    |A, B|^2 = (tr(A^-1 B) + tr(B^-1 A)) / 2 - 3 = tr(A^-1 (B - A) B^-1 (B - A)) / 2,
-
-A and B isochoric right Cauchy-Green tensors: the difference of the amounts of shear in simple shear, and
-sqrt(2 e : e) for a small isochoric strain e. The range so far is the diameter of a surface in strain space with centre
-Xi and radius a: a strain that leaves it by x enlarges the radius by x / 2, and moves the centre towards it by as much.
-With a rate of fading it forgets: the radius decays, and the centre moves to the present strain.
+The distance between two states of strain, for p and for the range, is `forms.symmetric.distance`. The range so far is
+the diameter of a surface in strain space with centre Xi and radius a: a strain that leaves it by x enlarges the radius
+by x / 2, and moves the centre towards it by as much. With a rate of fading it forgets: the radius decays, and the
+centre moves to the present strain.
 
 The stress of a branch on the clock is the derivative of its incremental energy at a fixed z, so that dissipation is
 never negative; but z depends on the strain at the end of the step, so that the tangent has a part V_az z_b, which is
@@ -33,27 +29,19 @@ steel, SMiRT-5, Berlin, paper L11/3 (the surface in strain space).
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import replace
-
 import numpy as np
 import ufl
 from numpy.typing import NDArray
 
 from forms.branch import Branch, Contribution, Internal, Step
-from forms.branches import maxwell
 from forms.law import Scalar
-from forms.symmetric import Symmetric, cube_root
+from forms.symmetric import ROUNDED, Symmetric, distance, interpolate
 
 Array = NDArray[np.float64]
 
 # Number of branches, which is part of the law. Against 96, eight give the first harmonic of a sine within 0.5 % of the
 # spectrum's modulus over 3 decades, 1.4 % over 5, and twelve within 0.6 % over 5 (0.01 to 100 Hz, 0.01 to 20 % strain).
 BRANCHES = 8
-
-# A path much shorter than this shear strain is rounded to none, so that a hold has a derivative.
-ROUNDED = 1e-7
-
 
 def spectrum(g: Scalar, tau: Scalar, decades: Scalar, slope: Scalar) -> tuple[Array, Array]:
     """Return moduli (over the law's) and relaxation times at rest (s) of the branches, shape (BRANCHES,) each.
@@ -109,9 +97,9 @@ def update(step: Step, *, path: Scalar, offset: Scalar, exponent: Scalar, fading
     path, offset, exponent, fading : Scalar
         As in `contribution`.
     """
-    passed, beyond, distance = _clock_advance(step, path, offset, exponent, fading)
+    passed, beyond, apart = _clock_advance(step, path, offset, exponent, fading)
     Xi, radius = _faded_range(step, fading)
-    centre = _interpolate(Xi, step.isochoric, beyond / (2 * (distance + ROUNDED)))
+    centre = interpolate(Xi, step.isochoric, beyond / (2 * (apart + ROUNDED)))
     return {"passed": passed, "C": step.isochoric, "Xi": centre, "radius": radius + beyond / 2}
 
 
@@ -120,41 +108,17 @@ def _clock_advance(
 ) -> tuple[Scalar, Scalar, Scalar]:
     """Return the clock's advance, how far the strain leaves its previous range, and its distance from the centre."""
     Xi, radius = _faded_range(step, fading)
-    way, distance = (_distance(tensor, step.isochoric) for tensor in (step.internal["C"], Xi))
-    beyond = ufl.max_value(distance - radius, 0)
+    way, apart = (distance(tensor, step.isochoric) for tensor in (step.internal["C"], Xi))
+    beyond = ufl.max_value(apart - radius, 0)
     # The mean of the radii at beginning and end.
     speed = path * ufl.exp(exponent * ufl.ln(offset + radius + beyond / 4))
-    return step.duration + speed * way, beyond, distance
+    return step.duration + speed * way, beyond, apart
 
 
 def _faded_range(step: Step, fading: Scalar) -> tuple[Symmetric, Scalar]:
     """Return centre and radius of the range of strain, after it has faded during the step."""
     decay = ufl.exp(-fading * step.duration)
-    return _interpolate(step.internal["Xi"], step.internal["C"], 1 - decay), decay * step.internal["radius"]
-
-
-def _interpolate(A: Symmetric, B: Symmetric, share: Scalar) -> Symmetric:
-    mixed = (1 - share) * A + share * B
-    return (1 / cube_root(mixed.det())) * mixed
-
-
-def _distance(A: Symmetric, B: Symmetric) -> Scalar:
-    # The form without differences of large numbers.
-    change = (B + -1 * A).rows()
-    first, second = (
-        [
-            [_sum(row[k] * change[k][j] for k in range(3)) for j in range(3)]
-            for row in tensor.adjugate().rows()
-        ]
-        for tensor in (A, B)
-    )
-    square = _sum(first[i][j] * second[j][i] for i in range(3) for j in range(3)) / 2
-    return ufl.sqrt(square + ROUNDED**2) - ROUNDED
-
-
-def _sum(terms: Iterable[Scalar]) -> Scalar:
-    """Sum without the terms that are the number 0."""
-    return sum(term for term in terms if not (isinstance(term, int) and term == 0))
+    return interpolate(step.internal["Xi"], step.internal["C"], 1 - decay), decay * step.internal["radius"]
 
 
 BRANCH = Branch(
@@ -169,6 +133,3 @@ BRANCH = Branch(
     source="Lion and Kardelky (2004), doi:10.1016/j.ijplas.2003.07.001",
     clock="shown",
 )
-
-#: A Maxwell branch on the clock before it.
-PACED = replace(maxwell.BRANCH, clock="followed")

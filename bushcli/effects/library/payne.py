@@ -34,7 +34,8 @@ LEAST, LINEAR = 1e-5, 1.0
 
 def _branches(values: Values) -> list[Attached]:
     """Return the clock, and the branches on it."""
-    from forms.branches.payne import BRANCH, PACED, spectrum
+    from forms.branches.maxwell import PACED
+    from forms.branches.payne import BRANCH, spectrum
     from forms.potential import Attached
 
     clock = {

@@ -9,8 +9,14 @@ With ``decades`` and ``slope`` the first branch is a spectrum: relaxation times 
 modulus per decade is g1 time^slope times the law's, time in s. Tables of dynamic stiffness beside slow loops show five
 decades and more, in which rubber relaxes everywhere (Ferry 1980): a few branches leave waves in its moduli there.
 
+With ``exponent`` the first branch relaxes the faster, the more its spring is stretched (`forms.branches.activated`):
+tau1 is then its time at a shear of 0.2 in the spring. Such a branch loses a similar force at rates of several decades,
+which takes several constant times, and holds still in small vibrations: it is no part of a dynamic stiffness.
+
 References
 ----------
+Bergstroem and Boyce (1998), Constitutive modeling of the large strain time-dependent behavior of elastomers, J. Mech.
+Phys. Solids 46:931-954, doi:10.1016/S0022-5096(97)00075-6: a rate that grows with a power of the stress.
 Ferry (1980), Viscoelastic Properties of Polymers, 3rd ed., Wiley, chapter 12: spectra of rubbers.
 Simo (1987), On a fully three-dimensional finite-strain viscoelastic damage model, Comput. Methods Appl. Mech. Eng.
 60:153-173, doi:10.1016/0045-7825(87)90107-1.
@@ -104,6 +110,25 @@ _SPECTRUM = (
 )
 
 
+_ACTIVATED = EffectParameter(
+    "exponent",
+    "1",
+    "power of the overstress in the rate at which branch 1 relaxes; without it the rate is constant",
+    (3.0, 0.05, 10.0),
+    optional=True,
+    variant=True,
+    along_path=True,
+    scan=(3.0,),
+    prior=Prior(
+        "log_normal",
+        3.0,
+        0.5,
+        source="engineering judgement: 3 in chloroprene rubber (Bergstroem and Boyce 1998, "
+        "doi:10.1016/S0022-5096(97)00075-6)",
+    ),
+)
+
+
 def _series(values: Values) -> list[tuple[Scalar, Scalar]]:
     """Return modulus over the law's and relaxation time (s) of each branch whose parameters have values."""
     from forms.branches.payne import spectrum
@@ -118,10 +143,17 @@ def _series(values: Values) -> list[tuple[Scalar, Scalar]]:
 
 def _branches(values: Values) -> list[Attached]:
     """Return the branches whose parameters have values."""
-    from forms.branches.maxwell import BRANCH
+    from forms.branches import activated
+    from forms.branches.maxwell import BRANCH, PACED
     from forms.potential import Attached
 
-    return [Attached(BRANCH, {"g": g, "tau": tau}) for g, tau in _series(values)]
+    branches = [Attached(BRANCH, {"g": g, "tau": tau}) for g, tau in _series(values)]
+    if "exponent" not in values:
+        return branches
+    first, *others = branches
+    clock = {"tau": values["tau1"], "exponent": values["exponent"]}
+    # Behind the others, which are one family.
+    return [*others, Attached(activated.BRANCH, clock), Attached(PACED, first.parameters)]
 
 
 def feature() -> Feature:
@@ -131,8 +163,10 @@ def feature() -> Feature:
     return Feature(branches=_branches)
 
 
-def card(values: Mapping[str, float]) -> CardPart:
-    """Return the series of branches."""
+def card(values: Mapping[str, float]) -> CardPart | None:
+    """Return the series of branches; None with a rate that depends on the stress."""
+    if "exponent" in values:
+        return None
     return CardPart(series=tuple((float(g), float(tau)) for g, tau in _series(values) if float(g) > 0.0))
 
 
@@ -151,6 +185,7 @@ EFFECT = Effect(
             for p in _branch(i, 0.1, 0.3 * 10.0 ** (i - SEARCHED - 1))
         ),
         *_SPECTRUM,
+        _ACTIVATED,
     ),
     how_often="usual",
     families=("dissipation",),
