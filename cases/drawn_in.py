@@ -52,18 +52,18 @@ class DrawnIn:
         self._rates: dict[str, Array] = {}
         displacement = state.function_space.sub(0)
         for installed in features:
-            draw_in = installed.feature.reduction
-            if draw_in is None:
+            if not installed.reductions:
                 continue
             held = on_region(mesh, facets_of(mesh, [installed.feature.reduced]), region)
             if not sum_over_ranks(mesh.mesh.comm, len(held)):
                 continue
-            rate = np.zeros(len(state.x.array))
-            for component in range(displacement.num_sub_spaces):
-                subspace, dofs = collapse(displacement.sub(component))
-                x = subspace.tabulate_dof_coordinates()[:, : mesh.dimension].T
-                rate[dofs] = draw_in(x, kinematics)[component]
-            self._rates[installed.reducing_parameter] = rate
+            for name, draw_in in installed.reductions.items():
+                rate = np.zeros(len(state.x.array))
+                for component in range(displacement.num_sub_spaces):
+                    subspace, dofs = collapse(displacement.sub(component))
+                    x = subspace.tabulate_dof_coordinates()[:, : mesh.dimension].T
+                    rate[dofs] = draw_in(x, kinematics)[component]
+                self._rates[name] = rate
 
     def beyond(self, x: Array) -> Array:
         """Return what of a displacement, given by the unknowns (n,), strains the sleeve at the present parameters."""

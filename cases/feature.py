@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -96,12 +96,12 @@ class Feature:
         where they are those of the mesh.
     dimensions : tuple of str
         Parameters that are dimensions of the mesh: they change with the model only, and have no derivative.
-    reduction : callable, optional
-        Coordinates (d, n) in mm and kinematics -> displacement of the boundary `reduced`, at which an elastic sleeve
-        there is free of stress, per unit of the first parameter; shape (c, n), one row per component of the unknown
-        displacement.
+    reductions : mapping of str to callable
+        Parameter -> function from coordinates (d, n) in mm and kinematics to the displacement of the boundary
+        `reduced`, at which an elastic sleeve there is free of stress, per unit of the parameter; shape (c, n), one row
+        per component of the unknown displacement.
     reduced : str
-        Boundary that `reduction` moves: "inner" or "outer".
+        Boundary that `reductions` move: "inner" or "outer".
     surface : callable, optional
         Parameters and `Place` -> surface energies, UFL forms of rank 0.
     released : tuple of str
@@ -129,7 +129,7 @@ class Feature:
     metal: Callable[[Values, Metal], Scalar | None] | None = None
     stress_free: Callable[[Values, Scalar, Shape], Moved] | None = None
     arms: Callable[[Values, Scalar, Shape], Scalar | None] | None = None
-    reduction: Callable[[Array, str], Array] | None = None
+    reductions: Mapping[str, Callable[[Array, str], Array]] = field(default_factory=dict)
     reduced: str = "outer"
     surface: Callable[[Values, Place], Sequence[Scalar]] | None = None
     dimensions: tuple[str, ...] = ()
@@ -159,9 +159,10 @@ class Installed:
     temperature: float = math.nan
 
     @property
-    def reducing_parameter(self) -> str:
-        """Full name of the parameter to which `Feature.reduction` is proportional."""
-        return f"{self.name}.{next(iter(self.values))}"
+    def reductions(self) -> Mapping[str, Callable[[Array, str], Array]]:
+        """`Feature.reductions` of the parameters that have values, by their full names."""
+        by_name = self.feature.reductions.items()
+        return {f"{self.name}.{name}": rate for name, rate in by_name if name in self.values}
 
     @property
     def breaks(self) -> Mirrors:

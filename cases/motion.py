@@ -317,12 +317,11 @@ class Motion:
         dimension = 3 if self._setting.kinematics == "cartesian" else 2
         reductions = {}
         for installed in self._features:
-            if installed.feature.reduction is None:
-                continue
-            rates = installed.feature.reduction(c.x[:, :dimension].T, self._setting.kinematics)
             on_boundary = c.boundary == installed.feature.reduced
-            rate = np.where(on_boundary, rates[np.maximum(c.component, 0), np.arange(len(c.dofs))], 0.0)
-            reductions[installed.reducing_parameter] = rate
+            for name, rate in installed.reductions.items():
+                rates = rate(c.x[:, :dimension].T, self._setting.kinematics)
+                own = rates[np.maximum(c.component, 0), np.arange(len(c.dofs))]
+                reductions[name] = np.where(on_boundary, own, 0.0)
         return reductions
 
 

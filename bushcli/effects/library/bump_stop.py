@@ -4,6 +4,9 @@ With q the bushing's displacement, the force stiffness max(0, q - gap) is added 
 stiffness min(0, q - gap) if gap < 0, a stop on the negative side. The curve has a knee at the gap. The amplitude is the
 stiffness. At the knee itself the force has no derivative by the gap; that of free travel is used.
 
+With ``onset`` the stop's stiffness rises in proportion to the travel beyond the gap until this has the length of the
+onset, as a rounded or conical rubber stop is met little by little; its force is smooth there.
+
 References
 ----------
 Shaw and Holmes (1983), A periodically forced piecewise linear oscillator, J. Sound Vib. 90:129-155,
@@ -18,8 +21,15 @@ from bushcli.effects.prior import Prior
 def parallel(q: Signal, force: Signal, time: Array | None, parameters: Given) -> Signal:
     """Add the force of the stop to the force of the bushing."""
     over = q - parameters["gap"]
-    engaged = over.value > 0.0 if parameters["gap"].value >= 0.0 else over.value < 0.0
-    return force + parameters["stiffness"] * over.where(engaged)
+    side = 1.0 if parameters["gap"].value >= 0.0 else -1.0
+    engaged = side * over.value > 0.0
+    if "onset" not in parameters:
+        return force + parameters["stiffness"] * over.where(engaged)
+    onset, travel = parameters["onset"], side * over.value
+    rising = Signal(0.5 * side / onset.value, -0.5 * side / onset.value**2 * onset.slope) * over * over
+    risen = over - Signal(0.5 * side * onset.value, 0.5 * side * onset.slope)
+    gradual = engaged & (travel < onset.value)
+    return force + parameters["stiffness"] * (rising.where(gradual) + risen.where(engaged & ~gradual))
 
 
 _GAPS = tuple(round(0.05 * i, 2) for i in range(8, 20))
@@ -62,6 +72,24 @@ EFFECT = Effect(
                 signed=True,
                 source="engineering judgement: a stop beyond the travel is not met, one near rest is part "
                 "of the bushing",
+            ),
+        ),
+        EffectParameter(
+            "onset",
+            "mm",
+            "travel in which the stop engages fully; without it at once",
+            (0.5, 1e-3, 1000.0),
+            optional=True,
+            variant=True,
+            scan=(0.1, 0.4),
+            scale="amplitude",
+            of_channel=True,
+            prior=Prior(
+                "log_normal",
+                0.15,
+                0.8,
+                of="travel",
+                source="engineering judgement: rubber stops are rounded or conical",
             ),
         ),
     ),

@@ -6,7 +6,8 @@ rubber is squeezed out at the ends: the axial one by 9 % at a reduction of a twe
 at a ninth, where the model ends. Far from the ends the reduction does not affect axial shear (the deformation of
 Klingbeil and Shield, with which Hill solves the problem, leaves the axial stiffness as it is); the bond is held along
 the axis here, while a real sleeve grows longer as it shrinks, so that the loss is an upper bound. The amplitude is
-the reduction of the radius.
+the reduction of the radius. With ``slope`` the sleeve was drawn in to a cone, as by a die from one end: the reduction
+grows by it along the axis, from the middle of the bushing, and the rubber at rest presses the sleeves apart axially.
 
 References
 ----------
@@ -32,7 +33,7 @@ Array = NDArray[np.float64]
 
 
 def _inwards(x: Array, kinematics: str) -> Array:
-    """Return the displacement of the outer sleeve per unit of the reduction; only its radial component is not zero."""
+    """Return the displacement of the outer sleeve per unit of the reduction: radial, inwards."""
     if kinematics == "cartesian":
         u = np.zeros((3, x.shape[1]))
         u[:2] = -x[:2] / np.maximum(np.hypot(x[0], x[1]), 1e-12)
@@ -42,11 +43,21 @@ def _inwards(x: Array, kinematics: str) -> Array:
     return u
 
 
+def _to_a_cone(x: Array, kinematics: str) -> Array:
+    """Return the same per unit of the slope, which changes the reduction with the axial coordinate."""
+    return _inwards(x, kinematics) * x[-1]
+
+
 def feature() -> Feature:
     """Return the motion of the outer sleeve before the test."""
     from cases.feature import Feature
 
-    return Feature(reduction=_inwards, reduced="outer", assembled=True)
+    return Feature(
+        reductions={"reduction": _inwards, "slope": _to_a_cone},
+        reduced="outer",
+        breaks_with=(("slope", frozenset("z")),),
+        assembled=True,
+    )
 
 
 EFFECT = Effect(
@@ -70,6 +81,19 @@ EFFECT = Effect(
                 of="thickness",
                 source="engineering judgement: reductions are commonly 2 to 5 % of the rubber's wall, enough "
                 "to undo the tension of cooling",
+            ),
+        ),
+        Amplitude(
+            "slope",
+            "1",
+            "growth of the reduction along the axis, of a sleeve drawn in to a cone",
+            (0.005, -0.1, 0.1),
+            optional=True,
+            prior=Prior(
+                "t",
+                0.01,
+                source="engineering judgement: ends of a sleeve differ by some tenths of a millimetre, or by "
+                "the reduction itself",
             ),
         ),
     ),
