@@ -178,9 +178,7 @@ def _grid(
     if not amplitudes:
         return []
     along_path = all(recording.kind == "static" for recording in recordings)
-    variants = [
-        [], *([p] for p in effect.variants if present is None and (along_path or not p.along_path))
-    ]
+    variants = [[], *([p] for p in effect.variants if present is None and (along_path or not p.along_path))]
     before = {} if present is None else dict(present.values)
     sizes_of = {"shear": shear, "duration": scales["duration"], "amplitude": scales["travel"]}
 

@@ -43,6 +43,7 @@ Array = NDArray[np.float64]
 # spectrum's modulus over 3 decades, 1.4 % over 5, and twelve within 0.6 % over 5 (0.01 to 100 Hz, 0.01 to 20 % strain).
 BRANCHES = 8
 
+
 def spectrum(g: Scalar, tau: Scalar, decades: Scalar, slope: Scalar) -> tuple[Array, Array]:
     """Return moduli (over the law's) and relaxation times at rest (s) of the branches, shape (BRANCHES,) each.
 

@@ -26,6 +26,7 @@ from geometry.shape import Refinement, shapes
 SPECTRUM = {"g": 0.2, "tau": 20.0, "decades": 4.0, "slope": -0.1}
 CLOCK = {"path": 300.0, "offset": 0.01, "exponent": 1.3}
 RECOVERY = 30.0
+ACTIVATED = {"g1": 0.3, "tau1": 5.0, "exponent": 2.5}
 MU = 1.0  # of LAWS["yeoh"] in tests/conftest.py
 SHARP = 1e-11
 DIMENSIONS = {"inner_radius": 9.0, "outer_radius": 18.0, "length": 20.0}
@@ -33,14 +34,16 @@ DIMENSIONS = {"inner_radius": 9.0, "outer_radius": 18.0, "length": 20.0}
 
 @pytest.fixture(scope="module")
 def model(rubber):
-    """Return a function from a mode to a model with the effect; each is built once."""
+    """Return a function from a mode to a model with the effect, with a second clock or without; each is built once."""
 
     @cache
-    def make(mode):
+    def make(mode, second_clock=False):
         coupon = mode in ("uniaxial", "equibiaxial", "planar")
         shape = shapes()["coupon"]() if coupon else shapes()["plain"](**DIMENSIONS)
         values = SPECTRUM | CLOCK | {"recovery": RECOVERY}
         features = [Installed("payne", effect("payne").feature(), values)]
+        if second_clock:
+            features.append(Installed("viscoelasticity", effect("viscoelasticity").feature(), ACTIVATED))
         law = rubber("yeoh", np.inf if coupon else 500.0)
         return prepare(shape, modes()[mode], law, Refinement(2, 4, 8), features=features)
 
@@ -154,9 +157,9 @@ TIME = np.array([1.0, 2.0, 9.0, 9.5, 12.0, 13.0, 20.0])
 BODIES = {"axial": 3.0, "torsional": 0.15, "radial": 1.5}
 
 
-@pytest.mark.parametrize("mode", BODIES)
-def test_the_tangent_with_its_skew_part_is_the_derivative_of_the_forces(mode, model):
-    chosen, errors = model(mode), []
+@pytest.mark.parametrize(("mode", "second_clock"), [*((mode, False) for mode in BODIES), ("radial", True)])
+def test_the_tangent_with_its_skew_part_is_the_derivative_of_the_forces(mode, second_clock, model):
+    chosen, errors = model(mode, second_clock), []
     direction = np.random.default_rng(0).normal(size=len(chosen.state.x.array))
 
     def compare(solver):
@@ -179,11 +182,16 @@ def test_the_tangent_with_its_skew_part_is_the_derivative_of_the_forces(mode, mo
 
 
 # A spring is in series with any model; one in space with it says no more, and takes as long as all others.
-@pytest.mark.parametrize(("mode", "spring"), [("axial", 0.0), ("axial", 1e-3), ("radial", 0.0)])
-def test_derivatives_are_exact(mode, spring, model):
+@pytest.mark.parametrize(
+    ("mode", "spring", "second_clock"),
+    [("axial", 0.0, False), ("axial", 1e-3, False), ("radial", 0.0, False), ("axial", 0.0, True)],
+)
+def test_derivatives_are_exact(mode, spring, second_clock, model):
     """Through a hold and reversals, at a given travel and with a spring in series (whose travel is found to 1e-7)."""
-    chosen = model(mode)
+    chosen = model(mode, second_clock)
     values = {"C10": 0.5} | {f"payne.{k}": v for k, v in (SPECTRUM | CLOCK | {"recovery": RECOVERY}).items()}
+    if second_clock:
+        values |= {f"viscoelasticity.{k}": v for k, v in ACTIVATED.items()}
     drive = None
     if spring:
         drive = SeriesSpring(lambda q, force, time: Extension(spring * force, 0.0, spring))
