@@ -18,10 +18,11 @@ SEEDS = {
     "poor": 74_001,
     "second": 75_001,
     "third": 76_001,
+    "fourth": 77_001,
 }
 # Decks that test a calculation finished before they were drawn, with each foreign formula once.
-FRESH = ("second", "third")
-# Sets of effects that fillers cause together, in the third deck.
+FRESH = ("second", "third", "fourth")
+# Sets of effects that fillers cause together, from the third deck on.
 TOGETHER = (
     ("viscoelasticity", "mullins"),
     ("friction", "mullins"),
@@ -146,7 +147,7 @@ def cards(deck: str) -> dict[str, Card]:
         deck_cards += _nothing(seed, 6, list(OUTSIDE_DEV))
     if deck == "poor":
         deck_cards += _poor(seed)
-    if deck == "third":
+    if deck in FRESH[1:]:
         channels = (("axial",), ("axial", "torsional"))
         deck_cards += [
             Card("own", "pair", names, "rich", channels[i % 2], False, (seed, 5, i))

@@ -313,6 +313,26 @@ def test_a_set_that_grows_is_no_drift_and_no_viscosity(tmp_path: Path) -> None:
     assert cycles.lower < 1.5 < cycles.upper < 6.0
 
 
+@pytest.mark.slow
+def test_a_rate_that_grows_with_the_stress_is_told_from_several_branches(tmp_path: Path) -> None:
+    concealed = case(tmp_path, {"viscoelasticity": {"g1": 0.4, "tau1": 15.0, "exponent": 3.0}})
+    found = diagnose(concealed, effects=["viscoelasticity", "friction", "payne"], maps=False)
+    assert names(found) == ["viscoelasticity"]
+    assert found.probability["viscoelasticity"] > 0.95
+    exponent = found.effects[0].parameters["exponent"]
+    assert exponent.lower < 3.0 < exponent.upper < 5.0
+
+
+@pytest.mark.slow
+def test_a_stop_that_engages_little_by_little_is_a_stop(tmp_path: Path) -> None:
+    concealed = case(tmp_path, {"bump_stop": {"stiffness": 900.0, "gap": 1.5, "onset": 2.5}})
+    found = diagnose(concealed, effects=["bump_stop", "free_play", "permanent_set"], maps=False)
+    assert names(found) == ["bump_stop"]
+    assert found.probability["bump_stop"] > 0.95
+    onset = found.effects[0].parameters["onset"]
+    assert onset.lower < 2.5 < onset.upper < 5.0
+
+
 RIGS = ["offset", "free_play", "bump_stop", "rig_compliance"]
 
 

@@ -87,6 +87,35 @@ def test_a_stop_makes_a_knee_on_its_side(gap):
     assert np.all(got * SWEEP >= 0)  # a stop pushes back
 
 
+@pytest.mark.parametrize("gap", [2.0, -2.0])
+def test_a_stop_with_an_onset_stiffens_in_proportion_until_it_is_engaged(gap):
+    """Its stiffness is an integral: a half of the onset later it is as if it had engaged at once."""
+    onset = 0.8
+    got = force(active("bump_stop", stiffness=500.0, gap=gap, onset=onset)) - 300.0 * SWEEP
+    over = np.maximum(np.sign(gap) * SWEEP - abs(gap), 0.0)
+    expected = 500.0 * np.where(over < onset, over**2 / (2 * onset), over - onset / 2)
+    np.testing.assert_allclose(got, np.sign(gap) * expected, atol=1e-9)
+    knee = force(active("bump_stop", stiffness=500.0, gap=gap))
+    abrupt = force(active("bump_stop", stiffness=500.0, gap=gap, onset=1e-9))
+    np.testing.assert_allclose(abrupt, knee, atol=1e-6)
+
+
+def test_derivatives_of_a_gradual_stop_are_those_of_differences():
+    at = {"stiffness": 500.0, "gap": -1.5, "onset": 0.8}
+    q = Signal(SWEEP, np.zeros((len(SWEEP), len(at))))
+    still = Signal(np.zeros(len(SWEEP)), np.zeros((len(SWEEP), len(at))))
+
+    def solved(**change: float) -> Signal:
+        rows = zip((at | change).items(), np.eye(len(at)), strict=True)
+        given = {name: Signal(np.array(value), row) for (name, value), row in rows}
+        return effect("bump_stop").rig.parallel(q, still, None, given)
+
+    found = solved()
+    for i, (name, value) in enumerate(at.items()):
+        two = (solved(**{name: value + 1e-6}).value - solved(**{name: value - 1e-6}).value) / 2e-6
+        np.testing.assert_allclose(found.slope[:, i], two, rtol=1e-5, atol=1e-5 * np.abs(two).max())
+
+
 def test_a_stop_carried_by_a_spring_is_behind_it():
     acting = [active("bump_stop", stiffness=500.0, gap=1.0), active("rig_compliance", compliance=2e-3)]
     got = force(*acting, q=np.array([4.0]))

@@ -308,6 +308,31 @@ def test_a_swaged_sleeve_takes_the_bond_with_it():
     np.testing.assert_allclose(found.sensitivity[:, 0], (ends[1] - ends[0]) / (2 * step), rtol=1e-3)
 
 
+def test_a_sleeve_drawn_in_to_a_cone_is_pushed_towards_its_wide_end():
+    """At rest; turned about, it is pushed the other way. Without a mean reduction the radial stiffness is as before."""
+    cone = {"reduction": 0.3, "slope": 0.01}
+
+    def axial(**change):
+        by = ["swaging.reduction", "swaging.slope"]
+        swaged = features(swaging=cone | change)
+        return curve(bushing(), "axial", YEOH, [0.0, 1.0], installed_features=swaged, sensitivity=by)
+
+    found = axial()
+    turned = axial(slope=-0.01).force
+    straight = axial(slope=0.0).force
+    assert found.force[0] * turned[0] < 0
+    assert found.force[0] == pytest.approx(-turned[0], rel=1e-6)
+    assert straight[0] == pytest.approx(0.0, abs=1e-6 * straight[1])
+    assert abs(found.force[0]) > 0.002 * straight[1]
+    for i, (name, value) in enumerate(cone.items()):
+        ends = [axial(**{name: value + sign * 1e-4}).force for sign in (1, -1)]
+        np.testing.assert_allclose(found.sensitivity[:, i], (ends[0] - ends[1]) / 2e-4, rtol=1e-5)
+    plain = curve(bushing(), "radial", YEOH, [0.5]).force
+    conical = features(swaging={"reduction": 0.0, "slope": 0.005})
+    whole = curve(bushing(), "radial", YEOH, [0.5], installed_features=conical).force
+    assert whole == pytest.approx(plain, rel=0.01)
+
+
 @pytest.mark.parametrize("mode", ["axial", "torsional", "radial"])
 @pytest.mark.parametrize("grip", ["ends", "surface"])
 def test_a_swaged_elastic_sleeve_is_free_of_stress(mode, grip):
