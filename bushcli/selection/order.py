@@ -55,6 +55,7 @@ class FitOrder:
         for key in self.waiting.ordered_models(self.others):
             queued = self.waiting[key]
             chosen = self.law_first(queued) if queued.is_bound else self.single_first(queued)
+            chosen = chosen and self.simpler_first(chosen, least)
             if chosen is not None and chosen.model.without_sizes in begun:
                 chosen = None
             if chosen is not None or self.others.uncertain_weight(queued) < least:
@@ -93,3 +94,35 @@ class FitOrder:
             return None
         waiting = [self.waiting[single] for single in singles & self.waiting.keys()]
         return max(waiting, key=lambda single: single.predicted_weight, default=queued)
+
+    def simpler_first(self, queued: Queued, least: float) -> Queued | None:
+        """Return what is fitted in place of an effect with many parameters: one of its family with fewer.
+
+        None where the fit of such a model has begun.
+
+        Parameters
+        ----------
+        queued : Queued
+        least : float
+            As in `next_model`.
+        """
+        simpler = [model for model in self.begun if _is_simpler(model, queued.model)]
+        if simpler:
+            return None
+        waiting = [
+            other
+            for other in self.waiting.values()
+            if _is_simpler(other.model, queued.model) and self.others.uncertain_weight(other) > least
+        ]
+        return max(waiting, key=lambda other: other.predicted_weight, default=queued)
+
+
+def _is_simpler(model: Model, other: Model) -> bool:
+    """Whether a model has in place of one effect another of its family with fewer parameters."""
+    mine = [active for active in model.effects if active not in other.effects]
+    theirs = [active for active in other.effects if active not in model.effects]
+    if (model.law, model.fixed, len(mine), len(theirs)) != (other.law, other.fixed, 1, 1):
+        return False
+    (own,), (its,) = mine, theirs
+    alike = set(own.effect.families) & set(its.effect.families)
+    return bool(alike) and own.effect is not its.effect and len(own.parameters) < len(its.parameters)

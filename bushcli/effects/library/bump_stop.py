@@ -81,7 +81,7 @@ EFFECT = Effect(
             (0.5, 1e-3, 1000.0),
             optional=True,
             variant=True,
-            scan=(0.1, 0.4),
+            scan=(0.2,),
             scale="amplitude",
             of_channel=True,
             prior=Prior(
