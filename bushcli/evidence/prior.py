@@ -109,6 +109,7 @@ def log_odds(
         a law's shape.
     """
     total = log_odds_together([active.effect.name for active in effects], uniform)
+    paths = all(kind == "static" for _, kind in channels)
     for active in effects:
         odds = 1.0
         rigs = len({channel for channel in channels if active.effect.acts_on(*channel)})
@@ -118,10 +119,10 @@ def log_odds(
             odds /= rigs
         total += math.log(odds)
         # Each number of branches, each variant, each value of a choice or of a scanned dimension is a separate model.
-        total -= math.log(active.effect.branches + len(active.effect.variants))
+        variants = [p for p in active.effect.variants if paths or not p.along_path]
+        total -= math.log(active.effect.branches + len(variants))
         for parameter in active.parameters:
             total -= math.log(max(1, len(parameter.choices or parameter.scan))) if parameter.of_mesh else 0.0
-    paths = all(kind == "static" for _, kind in channels)
     other = OTHER_THAN_ONE_PARAMETER if of_one_parameter and paths else OTHER_LAW
     for applies, odds in ((other_law, other), (freed, FREED_LAW), (unknown, UNKNOWN)):
         if applies:
