@@ -171,7 +171,8 @@ class MaterialCells:
         self._moduli()
         if isinstance(self.material, RubberAtPoints) and self.material.skew is not None:
             skew = self.material.skew
-            rows = self.by_gradients(skew.reshape(-1, *skew.shape[2:]))
+            # Not -1: a rank may have no points of the rubber.
+            rows = self.by_gradients(skew.reshape(2 * len(skew), *skew.shape[2:]))
             self.skew = rows.reshape(*skew.shape[:2], *rows.shape[1:])
 
     def resting_moduli(self) -> Array:

@@ -318,8 +318,8 @@ class Motion:
         reductions = {}
         for installed in self._features:
             on_boundary = c.boundary == installed.feature.reduced
-            for name, rate in installed.reductions.items():
-                rates = rate(c.x[:, :dimension].T, self._setting.kinematics)
+            for name, draw_in in installed.reductions.items():
+                rates = draw_in(c.x[:, :dimension].T, self._setting.kinematics)
                 own = rates[np.maximum(c.component, 0), np.arange(len(c.dofs))]
                 reductions[name] = np.where(on_boundary, own, 0.0)
         return reductions

@@ -105,8 +105,8 @@ class Branch:
         Whether the duration of a step matters.
     source : str
     clock : {"", "shown", "followed"}
-        Whether it is no energy but a clock (`forms.branches.payne`, `forms.branches.activated`), or takes the duration of a step from the clock
-        before it.
+        Whether it is no energy but a clock (`forms.branches.payne`, `forms.branches.activated`), or takes the duration of
+        a step from the clock before it.
     """
 
     name: str
@@ -128,7 +128,7 @@ def branches() -> Mapping[str, Branch]:
 
 def clocks() -> Mapping[str, Branch]:
     """All clocks found there, by name."""
-    return MappingProxyType({name: branch for name, branch in _found().items() if branch.clock})
+    return MappingProxyType({name: branch for name, branch in _found().items() if branch.clock == "shown"})
 
 
 @cache

@@ -162,6 +162,9 @@ def _values(
             what = f"has no meaning with this {words}"
             expected = f'{expected}; or {words} = "{parameter.under}"'
             findings.append(wrong_key(at, what, expected))
+        elif parameter.not_with in table.parameters:
+            what = f"has no meaning beside {parameter.not_with}"
+            findings.append(wrong_key(at, what, "give one of them"))
         elif parameter.choices:
             if raw in parameter.choices:
                 chosen[name] = float(parameter.choices.index(str(raw)))

@@ -103,6 +103,8 @@ class EffectParameter:
     variant : bool
         For an optional shape parameter: whether a diagnosis tries the effect both with it and without it. At its lowest
         value the effect is as without it.
+    not_with : str
+        Name of an optional parameter beside which it has no meaning.
     along_path : bool
         Whether it has no meaning in a vibration, so that a diagnosis gives it to recordings along a path alone.
     of_amplitude : bool
@@ -138,6 +140,7 @@ class EffectParameter:
     under: str = ""
     searched: bool = True
     variant: bool = False
+    not_with: str = ""
     along_path: bool = False
     of_amplitude: bool = False
     within: tuple[Literal["thickness", "length", "thickness/length"], float] | None = None

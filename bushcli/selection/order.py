@@ -55,7 +55,8 @@ class FitOrder:
         for key in self.waiting.ordered_models(self.others):
             queued = self.waiting[key]
             chosen = self.law_first(queued) if queued.is_bound else self.single_first(queued)
-            chosen = chosen and self.simpler_first(chosen, least)
+            if chosen is not None and not chosen.is_bound:
+                chosen = self.simpler_first(chosen, least)
             if chosen is not None and chosen.model.without_sizes in begun:
                 chosen = None
             if chosen is not None or self.others.uncertain_weight(queued) < least:
@@ -96,7 +97,7 @@ class FitOrder:
         return max(waiting, key=lambda single: single.predicted_weight, default=queued)
 
     def simpler_first(self, queued: Queued, least: float) -> Queued | None:
-        """Return what is fitted in place of an effect with many parameters: one of its family with fewer.
+        """Return what is fitted in place of an effect of fillers: one of its kind with fewer parameters, if it may do.
 
         None where the fit of such a model has begun.
 
@@ -106,23 +107,34 @@ class FitOrder:
         least : float
             As in `next_model`.
         """
-        simpler = [model for model in self.begun if _is_simpler(model, queued.model)]
-        if simpler:
+        if any(_is_simpler(model, queued.model) for model in self.begun):
             return None
-        waiting = [
+        simpler = [
             other
-            for other in self.waiting.values()
-            if _is_simpler(other.model, queued.model) and self.others.uncertain_weight(other) > least
+            for key, other in self.waiting.items()
+            if key not in self.tried
+            and not other.is_bound
+            and other.optimistic_weight > queued.predicted_weight
+            and self.others.uncertain_weight(other) > least
+            and _is_simpler(other.model, queued.model)
         ]
-        return max(waiting, key=lambda other: other.predicted_weight, default=queued)
+        return min(simpler, key=lambda other: (_count(other.model), -other.predicted_weight), default=queued)
 
 
 def _is_simpler(model: Model, other: Model) -> bool:
-    """Whether a model has in place of one effect another of its family with fewer parameters."""
-    mine = [active for active in model.effects if active not in other.effects]
-    theirs = [active for active in other.effects if active not in model.effects]
-    if (model.law, model.fixed, len(mine), len(theirs)) != (other.law, other.fixed, 1, 1):
+    """Whether a model has another effect of fillers in place of one of its kind with more parameters."""
+    if (model.law, model.terms, model.fixed) != (other.law, other.terms, other.fixed):
         return False
-    (own,), (its,) = mine, theirs
-    alike = set(own.effect.families) & set(its.effect.families)
-    return bool(alike) and own.effect is not its.effect and len(own.parameters) < len(its.parameters)
+    mine, theirs = (
+        [active for active in one.effects if active.identity not in two.identities]
+        for one, two in ((model, other), (other, model))
+    )
+    if len(mine) != 1 or len(theirs) != 1 or _count(model) >= _count(other):
+        return False
+    kind = mine[0].effect.of_fillers
+    return kind is not None and kind == theirs[0].effect.of_fillers
+
+
+def _count(model: Model) -> int:
+    """Number of parameters of a model's effects."""
+    return sum(len(active.parameters) for active in model.effects)

@@ -142,7 +142,7 @@ def effects_without_stiffness(where: str, name: str, active: Sequence[ActiveEffe
     for effect in active:
         for parameter in (p.name for p in effect.parameters if p.along_path):
             what = f"{name}: with {parameter}, {readable_name(effect.name)} has no dynamic stiffness"
-            expected = f"leave {parameter} out; several branches relax over as many decades"
+            expected = f"leave {parameter} out; several branches relax over decades of time, too"
             problems.append(Problem(where, what, "", expected))
     if not problems and not branches_of(active) and thinned_of(active) is None:
         what = f"{name}: no viscoelastic branch acts, so that there is no loss angle"

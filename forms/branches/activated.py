@@ -4,13 +4,16 @@ The time of relaxation is tau (f / STRAIN)^-exponent, f the amount of shear of t
 slip by activated jumps, which stress helps: rubber relaxes with a power of the time over decades, and its stress
 depends on a small power of the rate, 1 / (1 + exponent). An exponent of zero is a Maxwell branch, a large one friction.
 
-While the spring is not stretched further f' = -f (f / STRAIN)^exponent / tau, so that after a time t
+While the strain stands still f' = -f (f / STRAIN)^exponent / tau, so that after a time t
 
     ln(f / f_begin) = -x,   x = ln(1 + exponent (t / tau) (f_begin / STRAIN)^exponent) / exponent,
 
-and tau x passes on the clock. In a step, f_begin is the shear that the spring would have in its middle, had it not
-relaxed. That is exact in a hold, of second order in motion, and stable at any step: a fast flow ends the step on the
-same stretch from wherever it began.
+and tau x passes on the clock: exact in a hold at small strain, however long. In motion a step is divided into `PARTS`
+in which the spring, a e + b d with its strain e at the beginning of the step and the change d of the strain, is taken as
+it would be in the middle of the part, had it not relaxed there; it then relaxes by x. The step is of second order, and
+stable at any length. With the steps of a fit (12 in a leg to a shear of one) the stress of the branch errs by 0.5 to 2.5 %
+of its largest (rms) where it flows at a shear of 0.3 to 0.1 in the spring, without parts by 5 to 26 % (one dimension,
+exponent 3).
 
 As that of the Payne effect the clock depends on the strain at the end of the step, and the stress of the branch is the
 derivative of its incremental energy at a fixed advance: dissipation is never negative, and the tangent has a skew part.
@@ -30,13 +33,17 @@ import ufl
 from forms.branch import Branch, Contribution, Internal, Step
 from forms.branches import maxwell
 from forms.law import Scalar
-from forms.symmetric import distance, interpolate
+from forms.symmetric import distance
 
 #: Shear of the spring at which tau is the relaxation time: that of overstress in bushings, so that tau and exponent
 #: correlate little.
 STRAIN = 0.2
+#: Parts of a step in motion. Four leave 0.7 and 3.7 %, eight 0.5 and 2.1 % of what six leave 0.5 and 2.5 % (above).
+PARTS = 6
 # Shear below which nothing slips: its logarithm is taken.
 LEAST = 1e-6
+# Below this the share of a change of strain that remains is computed by its series, which is exact to rounding there.
+SERIES_BELOW = 1e-3
 
 
 def contribution(step: Step, *, tau: Scalar, exponent: Scalar) -> Contribution:
@@ -69,10 +76,23 @@ def update(step: Step, *, tau: Scalar, exponent: Scalar) -> Internal:
 
 
 def _advance(step: Step, tau: Scalar, exponent: Scalar) -> Scalar:
-    middle = interpolate(step.internal["C"], step.isochoric, 0.5)
-    shear = distance(step.internal["Ci"], middle) + LEAST
-    faster = ufl.exp(exponent * ufl.ln(shear / STRAIN))
-    return tau / exponent * ufl.ln(1 + exponent * step.duration / tau * faster)
+    # Squares of e, of d and of e + d, amounts of shear.
+    Ci, begin, end = step.internal["Ci"], step.internal["C"], step.isochoric
+    ee, dd, whole = (distance(A, B) ** 2 for A, B in ((Ci, begin), (begin, end), (Ci, end)))
+    ed = (whole - ee - dd) / 2
+    rate = exponent * step.duration / (PARTS * tau)
+    a, b, passed = ufl.as_ufl(1.0), ufl.as_ufl(0.0), ufl.as_ufl(0.0)
+    for _ in range(PARTS):
+        middle = b + 0.5 / PARTS
+        square = a * a * ee + 2 * a * middle * ed + middle * middle * dd
+        shear = ufl.sqrt(ufl.max_value(square, 0) + LEAST**2)
+        x = ufl.ln(1 + rate * ufl.exp(exponent * ufl.ln(shear / STRAIN))) / exponent
+        decay = ufl.exp(-x)
+        remaining = ufl.conditional(
+            ufl.lt(x, SERIES_BELOW), 1 - x * (1 / 2 - x * (1 / 6 - x / 24)), (1 - decay) / x
+        )
+        a, b, passed = decay * a, decay * b + remaining / PARTS, passed + x
+    return tau * passed
 
 
 BRANCH = Branch(

@@ -7,7 +7,8 @@ at a ninth, where the model ends. Far from the ends the reduction does not affec
 Klingbeil and Shield, with which Hill solves the problem, leaves the axial stiffness as it is); the bond is held along
 the axis here, while a real sleeve grows longer as it shrinks, so that the loss is an upper bound. The amplitude is
 the reduction of the radius. With ``slope`` the sleeve was drawn in to a cone, as by a die from one end: the reduction
-grows by it along the axis, from the middle of the bushing, and the rubber at rest presses the sleeves apart axially.
+grows by it along the axis, from z = 0, where the case has the bushing's centre, and the rubber at rest pushes the outer
+sleeve towards its wide end.
 
 References
 ----------
@@ -87,8 +88,10 @@ EFFECT = Effect(
             "slope",
             "1",
             "growth of the reduction along the axis, of a sleeve drawn in to a cone",
-            (0.005, -0.1, 0.1),
+            (0.005, -1.0, 1.0),
             optional=True,
+            # At the ends it changes the reduction by as much as this may be.
+            within=("thickness/length", 0.24),
             prior=Prior(
                 "t",
                 0.01,

@@ -117,6 +117,7 @@ _ACTIVATED = EffectParameter(
     (3.0, 0.05, 10.0),
     optional=True,
     variant=True,
+    not_with="decades",
     along_path=True,
     scan=(3.0,),
     prior=Prior(
