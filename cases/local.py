@@ -2,9 +2,8 @@
 
 Let a factor s(x), 1 everywhere, multiply the rubber's law and its branches, but not the volumetric part. At equilibrium
 dQ/ds = v . dR/ds, with v = dx/dq the tangent's answer to a motion of the sleeve (`cases.sensitivity`): the tangent is
-symmetric (nearly so in `forms.branches.payne`), so that v is the adjoint solution too, and one solution per step serves
-every cell. A cell's share of
-v . dR/ds is the work of its stresses on the strains of v.
+symmetric (nearly so with a clock, `forms.branch`), so that v is the adjoint solution too, and one solution per step
+serves every cell. A cell's share of v . dR/ds is the work of its stresses on the strains of v.
 
 The rubber's memory is held fixed: that a stiffer spot would also have another memory is neglected. The sum over
 all cells is the derivative with respect to a factor on all rubber at once.

@@ -5,7 +5,7 @@ One row per point, as `forms.point` describes it. A branch that depends on the l
     V_e W_a   and   V_e W_ab + V_ee W_a W_b + V_ae W_b + V_be W_a
 
 to its own slopes and curvatures, W the law's energy alone. Where branches follow a clock z that depends on the strain
-(`forms.branches.payne`), the stresses are V_a at fixed z, and the moduli are V_ab + V_az z_b, whose symmetric part is
+(`forms.branch`), the stresses are V_a at fixed z, and the moduli are V_ab + V_az z_b, whose symmetric part is
 in the answer and whose skew part is kept as s_a = V_az and z_b (`RubberAtPoints.skew`).
 """
 

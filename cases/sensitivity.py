@@ -4,7 +4,7 @@ At equilibrium the residual R(x, h; c) vanishes in every direction that leaves t
 rubber's memory of the earlier steps. The force is the work of R on v = dx/dq, the tangent's response to a motion of the
 sleeve, and because the tangent is symmetric the total derivative is dQ/dc = v . (dR/dc + dR/dh h'), with no need for
 dx/dc. Without memory that is all: one back-substitution for all parameters together, then one scalar each. A tangent K
-that is not symmetric (`forms.branches.payne`) adds v . K dx/dc.
+that is not symmetric (with a clock, `forms.branch`) adds v . K dx/dc.
 
 With memory its derivative h' = dh/dc is marched along: one back-substitution per step, for v and all parameters
 together (or, after a short step, two or three with an older factorisation: `cases.refinement`), gives x' = dx/dc,

@@ -105,8 +105,8 @@ class Branch:
         Whether the duration of a step matters.
     source : str
     clock : {"", "shown", "followed"}
-        Whether it is no energy but a clock (`forms.branches.payne`, `forms.branches.activated`), or takes the duration of
-        a step from the clock before it.
+        Whether it is no energy but a clock (`forms.branches.payne`, `forms.branches.activated`), or takes the duration
+        of a step from the clock before it.
     """
 
     name: str

@@ -106,6 +106,7 @@ def reduce(
             with_it = f" with {used[0]}" if used else ""
             what = f"a force law with memory cannot express the effect {active.effect.name}{with_it}"
             remedy = f"use --without {active.effect.name} for a force law without it"
+            remedy += f", or leave {used[0]} out" if used else ""
             raise InputError(Problem("--to fmu", what, "", remedy))
     laws = []
     for name, mode, low, high in channels:

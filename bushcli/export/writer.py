@@ -112,8 +112,12 @@ class Writer:
 
         if form != TIME_PRONY and not rubber.series:
             effect_name = effect_in_force_law("maxwell").name
+            what = f"a rubber without {effect_name} has no {form} form"
             remedy = f'add [[effects]] name = "{effect_name}", or leave --viscoelastic out'
-            refuse(f"a rubber without viscoelasticity has no {form} form", remedy)
+            if effect_name in rubber.inexpressible:
+                what = f"{effect_name} of this case is no series of branches, so that it has no {form} form"
+                remedy = "leave exponent out of its parameters, or leave --viscoelastic out"
+            refuse(what, remedy)
         if rubber.law not in self.laws:
             remedy = (
                 f"identify another one: {', '.join(self.laws)}, with --model of `bushcli fit` or `inverse`"

@@ -8,12 +8,12 @@ While the strain stands still f' = -f (f / STRAIN)^exponent / tau, so that after
 
     ln(f / f_begin) = -x,   x = ln(1 + exponent (t / tau) (f_begin / STRAIN)^exponent) / exponent,
 
-and tau x passes on the clock: exact in a hold at small strain, however long. In motion a step is divided into `PARTS`
-in which the spring, a e + b d with its strain e at the beginning of the step and the change d of the strain, is taken as
-it would be in the middle of the part, had it not relaxed there; it then relaxes by x. The step is of second order, and
-stable at any length. With the steps of a fit (12 in a leg to a shear of one) the stress of the branch errs by 0.5 to 2.5 %
-of its largest (rms) where it flows at a shear of 0.3 to 0.1 in the spring, without parts by 5 to 26 % (one dimension,
-exponent 3).
+and tau x passes on the clock: exact in a hold at small strain, however long. In motion a step is divided into `PARTS`.
+In each of them the spring, a e + b d with its strain e at the beginning of the step and the change d of the strain, is
+taken as it would be in the middle of the part, had it not relaxed there; it then relaxes by x. The step is of second
+order, and stable at any length. With the steps of a fit (12 in a leg to a shear of one) the stress of the branch errs
+by 0.5 to 2.5 % of its largest (rms) where it flows at a shear of 0.3 to 0.1 in the spring, without parts by 5 to 26 %
+(in one dimension, exponent 3).
 
 As that of the Payne effect the clock depends on the strain at the end of the step, and the stress of the branch is the
 derivative of its incremental energy at a fixed advance: dissipation is never negative, and the tangent has a skew part.
@@ -38,7 +38,7 @@ from forms.symmetric import distance
 #: Shear of the spring at which tau is the relaxation time: that of overstress in bushings, so that tau and exponent
 #: correlate little.
 STRAIN = 0.2
-#: Parts of a step in motion. Four leave 0.7 and 3.7 %, eight 0.5 and 2.1 % of what six leave 0.5 and 2.5 % (above).
+#: Parts of a step in motion. The errors above are 0.7 and 3.7 % with four, 0.5 and 2.1 % with eight.
 PARTS = 6
 # Shear below which nothing slips: its logarithm is taken.
 LEAST = 1e-6

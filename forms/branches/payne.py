@@ -15,9 +15,9 @@ centre moves to the present strain.
 
 The stress of a branch on the clock is the derivative of its incremental energy at a fixed z, so that dissipation is
 never negative; but z depends on the strain at the end of the step, so that the tangent has a part V_az z_b, which is
-symmetric only where overstress and path are parallel. A clock of overstress or of dissipation would have a potential
-and a symmetric tangent, but on measured strain sweeps of filled rubber it leaves 18 to 25 % of the storage modulus,
-this one 1 % (`benchmarks/payne.md`).
+symmetric only where overstress and path are parallel. A rate that depends on the overstress or on the dissipation at
+the end of the step would have a potential and a symmetric tangent, but on measured strain sweeps of filled rubber it
+leaves 18 to 25 % of the storage modulus, this one 1 % (`benchmarks/payne.md`).
 
 References
 ----------

@@ -754,6 +754,14 @@ def test_a_choice_is_a_word_with_a_usual_one(folder):
         assert what in problems(folder, rigid, one.replace("BOND", f", bond={value}"))[0]
 
 
+def test_a_rate_that_grows_with_stress_is_not_that_of_a_spectrum(folder):
+    parameters = "{g1=0.1, tau1=9.0, decades=5.0, slope=0.0, exponent=3.0}"
+    both = f"effects=[{{name='viscoelasticity', parameters={parameters}}}]"
+    assert "parameters.exponent has no meaning beside decades" in str(problems(folder, CASE, both))
+    alone = both.replace("decades=5.0, slope=0.0, ", "")
+    assert "no meaning" not in str(problems(folder, CASE, alone))
+
+
 def test_an_effect_on_the_shape_is_bounded_by_it(folder):
     swaged = "effects=[{name='swaging', parameters={reduction=5.0}}]"
     assert "reduction = 5.0 is out of bounds (0 to 1.2 mm: 0.12 of the rubber's thickness)" in str(

@@ -265,6 +265,7 @@ def test_stated_errors_and_rows_that_do_not_count(specimen):
     [
         (lambda text: text.partition("[[effects]]")[0] + STATIC + TABLE, 'name = "viscoelasticity"'),
         (lambda text: text + MULLINS, "changes the force along a path"),
+        (lambda text: text.replace("tau1 =", "exponent = 3.0, tau1 ="), "has no dynamic stiffness"),
         (lambda text: text + EFFECT.format("free_play"), "the stiffness depends on the amplitude"),
         (
             lambda text: text + EFFECT.format("bump_stop"),

@@ -11,6 +11,8 @@ import fmpy.validation
 import numpy as np
 import pytest
 
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import effect
 from bushcli.export import Order, read_source, unit_system, writer_for
 from bushcli.export.bushing import bushing_of
 from bushcli.export.fmu.force_law import ChannelForceLaw, Cubic
@@ -242,6 +244,9 @@ def test_an_effect_without_a_place_in_the_law_is_refused_by_name(worn):
     other = replace(warming, effect=replace(warming.effect, name="ageing", in_force_law=None))
     with pytest.raises(InputError, match=r"cannot express the effect ageing.*--without ageing"):
         reduce(replace(case, effects=(other,)), [("axial", "axial", -1.0, 1.0)])
+    activated = ActiveEffect(effect("viscoelasticity"), {"g1": 0.2, "tau1": 3.0, "exponent": 3.0})
+    with pytest.raises(InputError, match=r"viscoelasticity with exponent.*leave exponent out"):
+        reduce(replace(case, effects=(activated,)), [("axial", "axial", -1.0, 1.0)])
 
 
 @pytest.fixture(scope="module")

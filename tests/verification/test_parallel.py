@@ -20,6 +20,7 @@ SCRIPT = textwrap.dedent(
     import json
     import numpy as np
     from mpi4py import MPI
+    from bushcli.effects.library import viscoelasticity
     from bushcli.effects.library.swaging import feature
     from cases.feature import Installed
     from cases.march import NotConverged, march
@@ -46,6 +47,13 @@ SCRIPT = textwrap.dedent(
     )
     history = march(swaged, ramp(1.0, 2), tolerance=1e-11, sensitivity=("swaging.reduction",))
     result["swaged"] = [history.force.tolist(), history.sensitivity.ravel().tolist()]
+    # A clock that the strain drives; a sleeve so fine that a rank may have no rubber.
+    thick = shapes()["plain"](**dimensions, outer_sleeve=Sleeve(thickness=8.0))
+    values = {"g1": 0.3, "tau1": 1.0, "exponent": 3.0}
+    activated = [Installed("viscoelasticity", viscoelasticity.feature(), values)]
+    model = prepare(thick, modes()["axial"], yeoh, Refinement(across=1, along=1), features=activated)
+    history = march(model, ramp(4.0, 2), tolerance=1e-11, sensitivity=("viscoelasticity.exponent",))
+    result["clock"] = [history.force.tolist(), history.sensitivity.ravel().tolist()]
     for name, shape, mode, end in (
         ("axial", rigid, "axial", 4.0),
         ("radial", rigid, "radial", 2.0),

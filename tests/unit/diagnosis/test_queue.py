@@ -115,6 +115,42 @@ def test_the_better_of_two_effects_is_fitted_before_both_and_before_another_law(
     assert order.law_first(bound) is bound
 
 
+def test_of_effects_of_fillers_the_one_with_fewest_parameters_is_fitted_first(world, monkeypatch):
+    """If it may do as well as the other is predicted to do, and beside the same further effects."""
+    found = world.search(monkeypatch, deadline=time.perf_counter() - 1.0)
+    base = found.plain
+
+    def waiting(*names, weight=7.0, slack=20.0, **values):
+        actives = [ActiveEffect(effect(name)).with_start_values() for name in names]
+        first = replace(actives[0], values={**actives[0].values, **values})
+        model = replace(base.model, effects=(first, *actives[1:]))
+        return queued.Queued(model, base, weight, odds=-1.0, slack=slack)
+
+    def first(*models, begun=(), tried=()):
+        found.waiting.clear()
+        found.waiting.update({one.model.structure: one for one in models})
+        others = queued.OtherShares({})
+        order = FitOrder(base, found.states, [*begun], {*tried}, found.waiting, others)
+        return order.simpler_first(models[0], -math.inf)
+
+    payne, visco, friction = (waiting(name) for name in ("payne", "viscoelasticity", "friction"))
+    activated = waiting("viscoelasticity", weight=9.0, exponent=3.0)
+    assert first(payne, activated, visco) is visco
+    assert first(visco, payne) is visco
+    assert first(visco, friction) is visco
+    # One that has begun is waited for; one that cannot do as well, or that has failed, is not.
+    assert first(payne, begun=[visco.model]) is None
+    assert first(payne, waiting("viscoelasticity", weight=-50.0)) is payne
+    assert first(payne, visco, tried=[visco.model.structure]) is payne
+    # Each beside the same others, in whatever size these were predicted.
+    both = waiting("payne", "offset")
+    assert first(both, visco) is both
+    beside = waiting("viscoelasticity", "offset", weight=6.0)
+    assert first(both, beside) is beside
+    # A lag is no effect of fillers.
+    assert first(visco, waiting("time_lag")) is visco
+
+
 def test_of_two_predictions_the_surer_one_counts(world, monkeypatch):
     """A model that is predicted from the plain law is predicted again from a model that is nearer to it."""
     found = world.search(monkeypatch, deadline=time.perf_counter() - 1.0)

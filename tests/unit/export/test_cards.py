@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 
 from bushcli.case import Material, load_case
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import effect
 from bushcli.effects.exported import OgdenRoxburgh
 from bushcli.errors import InputError
 from bushcli.export import Order, all_writers, unit_system, writer_for
@@ -542,9 +544,6 @@ def test_a_title_cannot_break_a_card():
 
 
 def test_effects_of_the_rubber_go_into_the_card():
-    from bushcli.effects.active import ActiveEffect
-    from bushcli.effects.effect import effect
-
     active = [
         ActiveEffect(effect("batch_stiffness"), {"log_factor": np.log(1.5)}),
         ActiveEffect(effect("compressibility"), {"compliance": 5e-4}),
@@ -561,3 +560,14 @@ def test_effects_of_the_rubber_go_into_the_card():
     assert found.softening == OgdenRoxburgh(0.5, pytest.approx(0.15), 0.1)
     assert found.inexpressible == ()
     assert found.beside == ("swaging",)
+
+
+def test_a_rate_that_grows_with_stress_is_no_series():
+    active = ActiveEffect(effect("viscoelasticity"), {"g1": 0.2, "tau1": 3.0, "exponent": 3.0})
+    found = rubber_of(Material("yeoh", BULK, LAWS["yeoh"]), [active])
+    assert found.series == ()
+    assert found.inexpressible == ("viscoelasticity",)
+    with pytest.raises(InputError, match="cannot express the effect viscoelasticity"):
+        written("abaqus", found)
+    with pytest.raises(InputError, match="leave exponent out"):
+        written("abaqus", found, form="frequency-prony")
