@@ -13,6 +13,8 @@ Shaw and Holmes (1983), A periodically forced piecewise linear oscillator, J. So
 doi:10.1016/0022-460X(83)90407-8.
 """
 
+import numpy as np
+
 from bushcli.effects.change import Array, Given, RigChange, Signal
 from bushcli.effects.effect import Amplitude, Effect, EffectParameter
 from bushcli.effects.prior import Prior
@@ -26,8 +28,9 @@ def parallel(q: Signal, force: Signal, time: Array | None, parameters: Given) ->
     if "onset" not in parameters:
         return force + parameters["stiffness"] * over.where(engaged)
     onset, travel = parameters["onset"], side * over.value
-    rising = Signal(0.5 * side / onset.value, -0.5 * side / onset.value**2 * onset.slope) * over * over
-    risen = over - Signal(0.5 * side * onset.value, 0.5 * side * onset.slope)
+    half = Signal(np.asarray(0.5 * side), np.zeros_like(onset.slope))
+    inverse = Signal(np.float64(1.0) / onset.value, -onset.slope / onset.value**2)
+    rising, risen = half * inverse * over * over, over - half * onset
     gradual = engaged & (travel < onset.value)
     return force + parameters["stiffness"] * (rising.where(gradual) + risen.where(engaged & ~gradual))
 

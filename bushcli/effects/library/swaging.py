@@ -56,7 +56,7 @@ def feature() -> Feature:
     return Feature(
         reductions={"reduction": _inwards, "slope": _to_a_cone},
         reduced="outer",
-        breaks_with=(("slope", frozenset("z")),),
+        breaks_with=(("slope", frozenset({"z"})),),
         assembled=True,
     )
 
