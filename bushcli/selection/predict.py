@@ -105,7 +105,10 @@ class Beside:
         return Prediction(self.state.model, evidence.log, 0.0, evidence.judgement.log, 0.0)
 
     def pairs(self) -> list[Prediction]:
-        """Return predictions with two more effects, each at the best points of its grid."""
+        """Return predictions with two more effects, each at the best points of its grid.
+
+        A variant of one of them is predicted beside the fit of the other.
+        """
         best = {
             name: [
                 addition
@@ -114,6 +117,7 @@ class Beside:
                 )[:POINTS]
             ]
             for name, points in self.grouped.items()
+            if not any(p.variant for p in points[0].trial.active.parameters)
         }
         top = max((self._value((points[0],))[0].log for points in best.values()), default=-np.inf)
         names = [
