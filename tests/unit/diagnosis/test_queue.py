@@ -524,10 +524,11 @@ def test_no_second_fit_begins_when_the_time_is_over(world, monkeypatch):
 
 def test_fits_that_others_have_begun_are_finished_when_the_time_is_over(world, monkeypatch):
     monkeypatch.setattr(queue, "LEFT", 1e-6)
-    clock = [0.0]
+    clock, begun = [0.0], []
     receive = Search._receive_oldest
 
     def slow(self):
+        begun.append(len(self._begun))
         receive(self)
         clock[0] += 10.0
 
@@ -536,6 +537,7 @@ def test_fits_that_others_have_begun_are_finished_when_the_time_is_over(world, m
     with ThreadPoolExecutor(2) as pool:
         found = world.search(monkeypatch, Workers(1, None, pool), deadline=5.0)
     assert world.ended == "budget"
-    # Beside the law alone, the three that had begun.
-    assert len(found.states) == 4
+    # Beside the law alone, those that had begun.
+    assert begun[0] > 1
+    assert len(found.states) == 1 + begun[0]
     assert not found._begun
