@@ -35,12 +35,12 @@ from forms.branches import maxwell
 from forms.law import Scalar
 from forms.symmetric import distance
 
-#: Shear of the spring at which tau is the relaxation time: that of overstress in bushings, so that tau and exponent
-#: correlate little.
+#: Shear of the spring at which tau is the relaxation time. Judgement: overstress in bushings is of this order, so that
+#: tau and exponent can be identified apart.
 STRAIN = 0.2
 #: Parts of a step in motion. The errors above are 0.7 and 3.7 % with four, 0.5 and 2.1 % with eight.
 PARTS = 6
-# Shear below which nothing slips: its logarithm is taken.
+# Added to the shear, because its logarithm is taken: far below any strain that is measured. Judgement.
 LEAST = 1e-6
 # Below this the share of a change of strain that remains is computed by its series, which is exact to rounding there.
 SERIES_BELOW = 1e-3
