@@ -184,9 +184,15 @@ class LeastSquaresProblem:
         return penalty(self._smallest_eigenvalues(x, self.states if states is None else states))
 
     def penalty_and_margins(self, x: Array) -> tuple[Array, Array]:
-        """`instability` in the states watched, and their margins in shear moduli, negative beyond the edge."""
+        """`instability` in the states watched, and their margins (MPa), negative beyond the edge.
+
+        In MPa, margins are concave in the parameters that the energy is linear in, and finite in rubber whose initial
+        shear modulus vanishes.
+        """
         smallest = self._smallest_eigenvalues(x, self.states)
-        return penalty(smallest), smallest - STABILITY_MARGIN
+        parameters = self.law_parameters(x)
+        shear = abs(self.law.shear_modulus(**parameters)) if parameters else 1.0
+        return penalty(smallest), shear * (smallest - STABILITY_MARGIN)
 
     # -- what an optimiser asks for ------------------------------------------------------------------------------
 

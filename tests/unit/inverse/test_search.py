@@ -274,3 +274,18 @@ def test_a_run_of_failed_trials_is_one_evaluation_that_gained_nothing():
             watched.residual(np.zeros(1))
         with pytest.raises(FlatValley) if is_flat else nullcontext():
             watched.residual(np.zeros(1))
+
+
+def test_the_law_remains_stable_between_two_stable_points_also_where_its_shear_modulus_vanishes():
+    """Moduli of a law that is linear in its parameters: least eigenvalues of their sums exceed the sums of theirs."""
+    rubber = law("yeoh")
+    stretches = np.linspace(0.6, 1.9, 12)
+    states = np.column_stack([stretches, np.ones(12), 1.0 / stretches])
+    names = tuple(parameter.name for parameter in rubber.parameters)
+    bounds = Bounds(np.full(3, -np.inf), np.full(3, np.inf))
+    problem = LeastSquaresProblem([], rubber, names, {}, bounds, states)
+    vanishing, sound = np.array([1e-9, 3.5, -1.2]), np.array([0.4, -0.03, 0.012])
+    ends = [problem.penalty_and_margins(x)[1] for x in (vanishing, sound)]
+    between = problem.penalty_and_margins(0.5 * (vanishing + sound))[1]
+    assert (between >= 0.5 * (ends[0] + ends[1]) - 1e-12).all()
+    assert max(np.abs(ends[0]).max(), np.abs(ends[1]).max()) < 1e3
