@@ -114,12 +114,28 @@ class StoppingRule:
             return HeldBack("the law's stability limits the search")
         if gain < (NOTHING_AT_WALL if failed else NOTHING):
             return Settled("no step lowers the misfit")
-        self._short = self._short + 1 if self._change(x, step, gain) < UNCHANGED else 0
-        if self._short >= (TWICE if gain > ROUGH else 1):
+        if self._gives_up(x, step, gain):
             return Hopeless("a lower misfit would not change the posterior")
         if not last and gain < ROUGH and self._problem.variance_change(x)[0] > SETTLED:
             return Settled("the variances of the misfit have changed")
         return None
+
+    def is_hopeless_along(self, x: Array, step: Array, decrease: float) -> bool:
+        """Whether the fit is given up at a point of its search along the edge of the law's stability.
+
+        Parameters
+        ----------
+        x, step : (p,) array
+            Parameters, each in its unit, and the best step within the edge.
+        decrease : float
+            Predicted decrease of the sum of squares.
+        """
+        return self._gives_up(x, step, 0.5 * decrease / self._problem.unit**2)
+
+    def _gives_up(self, x: Array, step: Array, gain: float) -> bool:
+        """Whether steps (p,) that gain so many nats have been too little, twice in a row from far off the minimum."""
+        self._short = self._short + 1 if self._change(x, step, gain) < UNCHANGED else 0
+        return self._short >= (TWICE if gain > ROUGH else 1)
 
     def is_at_wall(self, x: Array) -> bool:
         """Whether a search that ended at `x` (p,) might have gone on to a visibly better fit."""

@@ -13,6 +13,7 @@ Nocedal and Wright (2006), Numerical Optimization, Springer, doi:10.1007/978-0-3
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -30,12 +31,20 @@ STEPS = 15
 # radius is a quarter of that step; after one that lowers it by more than three quarters it is doubled.
 POOR, SHRINK, GOOD, GROW = 0.25, 0.25, 0.75, 2.0
 
+IsHopeless = Callable[[Array, Array, float], bool]
+"""Whether a search along the edge cannot reach a misfit low enough to matter.
 
-def minimise_at_edge(problem: LeastSquaresProblem, ended: Minimum) -> Minimum:
+Given are one of its points and the next step, shape (parameters,) each, and the predicted decrease of the sum of
+squares.
+"""
+
+
+def minimise_at_edge(problem: LeastSquaresProblem, ended: Minimum, is_hopeless: IsHopeless | None = None) -> Minimum:
     """Continue a search that the law's stability held back, to a minimum within the edge of stability."""
-    x, steps, settled = descend(problem, ended.x, min(STATIONARY, problem.stopping.tolerance))
+    enough = min(STATIONARY, problem.stopping.tolerance)
+    x, steps, settled, hopeless = descend(problem, ended.x, enough, is_hopeless=is_hopeless)
     if not steps or not problem.cost(x) < ended.cost:
-        return ended
+        return replace(ended, hopeless=hopeless)
     return replace(
         ended,
         x=x,
@@ -46,16 +55,21 @@ def minimise_at_edge(problem: LeastSquaresProblem, ended: Minimum) -> Minimum:
         beside_failure=ended.beside_failure and not settled,
         at_edge=bool(problem.instability(x).max(initial=0.0) > ACTIVE),
         stationary=False,
+        hopeless=hopeless,
     )
 
 
 def descend(
-    problem: LeastSquaresProblem, x: Array, enough: float, held: int | None = None
-) -> tuple[Array, int, bool]:
+    problem: LeastSquaresProblem,
+    x: Array,
+    enough: float,
+    held: int | None = None,
+    is_hopeless: IsHopeless | None = None,
+) -> tuple[Array, int, bool, bool]:
     """Lower the misfit from a solvable point, within the edge of stability, with one parameter held, if any.
 
-    Returned are the point (p,), the number of trials, and whether it is a minimum: no step is predicted to remove a
-    share of more than `enough` of the sum of squares.
+    Returned are the point (p,), the number of trials, whether it is a minimum (no step is predicted to remove a share
+    of more than `enough` of the sum of squares), and whether it was given up as hopeless.
     """
     radius, steps, rejected, predicted, settled = np.inf, 0, 0, np.inf, False
     value, slope = problem.residual(x), problem.jacobian(x)
@@ -72,6 +86,8 @@ def descend(
             break
         if length <= min(problem.stopping.tolerance, SHORT) * float(np.linalg.norm(x * linearised.norms)):
             break
+        if is_hopeless is not None and not rejected and is_hopeless(x, trial - x, predicted):
+            return x, steps, False, True
         after = problem.residual(trial)
         steps += 1
         fell = before - float(after @ after) if np.isfinite(after).all() else -np.inf
@@ -86,7 +102,7 @@ def descend(
             radius = GROW * max(radius, length)
     # Where trials no longer fall by what is predicted, which is next to nothing, the march's own error hides the rest.
     settled = settled or predicted <= STATIONARY * max(float(value @ value), least)
-    return x, steps, settled
+    return x, steps, settled, False
 
 
 class LinearisedProblem:
