@@ -38,11 +38,13 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 FOLDER = Path(__file__).parent / "dynamic_deck"
-SEEDS = {"dev": 7000, "frozen": 91000, "second": 92000}
+SEEDS = {"dev": 7000, "frozen": 91000, "second": 92000, "third": 93000}
 TABLES, STATIC = 40, 20
 MODES = (("axial",), ("torsional",), ("axial",), ("radial",), ("axial", "torsional"))
 RIGS = ("fixture_mass", "rig_resonance", "time_lag", "rig_compliance")
 SURE = 0.95
+# Odds of an effect of the rig when these decks were diagnosed.
+ODDS_OF_THE_DAY = {"frozen": 0.01, "second": 0.01}
 # Kelvins, kJ/mol: gas constant.
 ZERO, GAS = 273.15, 8.314462618e-3
 
@@ -409,7 +411,7 @@ def diagnose_entry(truth: Truth, deck: str) -> dict[str, Any]:
         }
 
 
-def at_deck_odds(truths: dict[str, Truth], probability: dict[str, float]) -> dict[str, float]:
+def at_deck_odds(truths: dict[str, Truth], deck: str, probability: dict[str, float]) -> dict[str, float]:
     """Return the probabilities of an answer with the frequencies of the deck in place of the tool's odds.
 
     A table of the deck has a given effect of the rig some twenty times as often as an engineer's. Answers have no
@@ -418,14 +420,18 @@ def at_deck_odds(truths: dict[str, Truth], probability: dict[str, float]) -> dic
     often = {name: sum(name in t.right for t in truths.values()) / len(truths) for name in RIGS}
     open_ones = {name: probability.get(name, 0.0) for name in RIGS if probability.get(name, 0.0) < SURE}
     weights = {
-        name: p * often[name] / (1.0 - often[name]) / effect_odds(name) for name, p in open_ones.items()
+        name: p
+        * often[name]
+        / (1.0 - often[name])
+        / ODDS_OF_THE_DAY.get(deck, effect_odds(name, in_tables=True))
+        for name, p in open_ones.items()
     }
     total = max(1.0 - sum(open_ones.values()), 0.0) + sum(weights.values())
     return probability | {name: weight / total for name, weight in weights.items() if total > 0.0}
 
 
-def score_lines(truths: dict[str, Truth], answers: dict[str, dict[str, Any]]) -> list[str]:
-    """Return the lines of the score."""
+def score_lines(truths: dict[str, Truth], deck: str, answers: dict[str, dict[str, Any]]) -> list[str]:
+    """Return the lines of the score of a deck."""
     groups = {
         "tables": lambda t: not t.static,
         "static beside tables": lambda t: t.static,
@@ -448,7 +454,7 @@ def score_lines(truths: dict[str, Truth], answers: dict[str, dict[str, Any]]) ->
             if p > SURE and n not in t.right
         ]
         errors = []
-        for convert in (dict, partial(at_deck_odds, truths)):
+        for convert in (dict, partial(at_deck_odds, truths, deck)):
             said = [
                 (p, n in t.right)
                 for t, a in own
@@ -506,7 +512,7 @@ def main(what: str, deck: str = "dev", first: int = 0, last: int = TABLES + STAT
             sys.stdout.write(f"{name} {'+'.join(sorted(truths[name].right))}: {answer}\n")
             sys.stdout.flush()
         return
-    sys.stdout.write("\n".join(score_lines(truths, answers)) + "\n")
+    sys.stdout.write("\n".join(score_lines(truths, deck, answers)) + "\n")
 
 
 if __name__ == "__main__":

@@ -158,6 +158,10 @@ def odds_text() -> str:
     for name in effects_on("static"):
         by_odds.setdefault(prior.effect_odds(name), []).append(f"[`{name}`](effects.md#{name})")
     rows = [(", ".join(names), f"{odds:g}") for odds, names in sorted(by_odds.items(), reverse=True)]
+    for name in effects_on("dynamic"):
+        odds = prior.effect_odds(name, in_tables=True)
+        if name not in effects_on("static") or odds != prior.effect_odds(name):
+            rows.append((f"[`{name}`](effects.md#{name}), beside tables of dynamic stiffness", f"{odds:g}"))
     rows += [
         ("`unknown`: something that is not in the catalogue", f"{prior.UNKNOWN:g}"),
         ("another law than the case's", f"{prior.OTHER_LAW:g}"),

@@ -109,7 +109,11 @@ def document(labels: Sequence[str], decks: Sequence[str], output: Path | None = 
         _reliability(together, None if output is None else output.with_name(f"{output.stem}-reliability.svg"))
     )
     parts += [_misses(deck, runs) for deck, runs in by_deck.items()]
-    parts += [why.section(decks, labels), RUNS.read_text(encoding="utf-8"), fresh.section(items, FRESH, KINDS)]
+    parts += [
+        why.section(decks, labels),
+        RUNS.read_text(encoding="utf-8"),
+        fresh.section(items, FRESH, KINDS),
+    ]
     return "\n".join(parts)
 
 

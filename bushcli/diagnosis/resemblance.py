@@ -109,7 +109,8 @@ def resemblances(
     if not active:
         return
     names = {name: effect.effect.name for name, effect in active.items()}
-    odds = log_odds_together(list(names.values()), uniform)
+    in_tables = any(recording.kind == "dynamic" for recording in state.problem.recordings)
+    odds = log_odds_together(list(names.values()), uniform, in_tables)
     densities = {name: _log_density_of_size(state, effect) for name, effect in active.items()}
     # Any effect of the catalogue that acts on recordings along a path, whichever the user asks for.
     resembles = math.log(RESEMBLES / (1.0 - RESEMBLES) / len(effects_on("static")))
@@ -127,7 +128,7 @@ def resemblances(
             largest = max(removed, key=lambda name: sizes[name].own)
             together = _fitted_size(state, left, fits or {})
             sizes[largest] = replace(sizes[largest], own=max(sizes[largest].own, together))
-            total = log_odds_together([names[effect.identity] for effect in left], uniform) - odds
+            total = log_odds_together([names[effect.identity] for effect in left], uniform, in_tables) - odds
             for name in removed:
                 # An error of form of one effect can resemble another in a channel that both have.
                 own = active[name].channels

@@ -268,6 +268,8 @@ class Effect:
     how_often : {"usual", "occasional", "rare"}
         How many bushings on their rigs have it in a size that is visible beside the errors of the formulas; it sets
         the prior odds of a diagnosis.
+    how_often_in_tables : {"usual", "occasional", "rare"}, optional
+        The same for tables of dynamic stiffness; None if it is as often in them.
     families : tuple of str
         What it has in common with effects that recordings often cannot tell from it, in words.
     of_fillers : {"dissipation", "softening", "set"} or None
@@ -337,6 +339,7 @@ class Effect:
     rivals: tuple[str, ...]
     source: str
     how_often: Literal["usual", "occasional", "rare"] = "rare"
+    how_often_in_tables: Literal["usual", "occasional", "rare"] | None = None
     families: tuple[str, ...] = ()
     of_fillers: Literal["dissipation", "softening", "set"] | None = None
     of_a_person: bool = False

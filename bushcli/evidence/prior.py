@@ -55,7 +55,7 @@ LAW_SHARE = 1.0
 NEAR_ZERO = 0.1
 
 
-def effect_odds(name: str, uniform: bool = False) -> float:
+def effect_odds(name: str, uniform: bool = False, in_tables: bool = False) -> float:
     """Odds of an effect of the catalogue.
 
     Parameters
@@ -63,11 +63,16 @@ def effect_odds(name: str, uniform: bool = False) -> float:
     name : str
     uniform : bool
         Whether all effects have the same odds.
+    in_tables : bool
+        Whether tables of dynamic stiffness are among the recordings.
     """
-    return OCCASIONAL if uniform else ODDS[effect(name).how_often]
+    if uniform:
+        return OCCASIONAL
+    known = effect(name)
+    return ODDS[(known.how_often_in_tables if in_tables else None) or known.how_often]
 
 
-def log_odds_together(names: Collection[str], uniform: bool = False) -> float:
+def log_odds_together(names: Collection[str], uniform: bool = False, in_tables: bool = False) -> float:
     """Logarithm of the odds of effects together, before they are divided among rigs, branches and choices.
 
     Parameters
@@ -76,10 +81,13 @@ def log_odds_together(names: Collection[str], uniform: bool = False) -> float:
         Names of effects, each once or several times.
     uniform : bool
         Whether all effects have the same odds, and none is more probable beside another.
+    in_tables : bool
+        As in `effect_odds`.
     """
     kinds = {effect(name).of_fillers for name in names} - {None}
     further = 0 if uniform else max(len(kinds) - 1, 0)
-    return sum(math.log(effect_odds(name, uniform)) for name in names) + further * math.log(FILLED)
+    odds = (effect_odds(name, uniform, in_tables) for name in names)
+    return sum(map(math.log, odds)) + further * math.log(FILLED)
 
 
 def log_odds(
@@ -108,8 +116,8 @@ def log_odds(
         Whether the case's law has a single parameter. That counts where all channels are paths: tables show little of
         a law's shape.
     """
-    total = log_odds_together([active.effect.name for active in effects], uniform)
     paths = all(kind == "static" for _, kind in channels)
+    total = log_odds_together([active.effect.name for active in effects], uniform, in_tables=not paths)
     for active in effects:
         odds = 1.0
         rigs = len({channel for channel in channels if active.effect.acts_on(*channel)})

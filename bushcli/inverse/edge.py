@@ -39,7 +39,9 @@ squares.
 """
 
 
-def minimise_at_edge(problem: LeastSquaresProblem, ended: Minimum, is_hopeless: IsHopeless | None = None) -> Minimum:
+def minimise_at_edge(
+    problem: LeastSquaresProblem, ended: Minimum, is_hopeless: IsHopeless | None = None
+) -> Minimum:
     """Continue a search that the law's stability held back, to a minimum within the edge of stability."""
     enough = min(STATIONARY, problem.stopping.tolerance)
     x, steps, settled, hopeless = descend(problem, ended.x, enough, is_hopeless=is_hopeless)

@@ -50,7 +50,8 @@ EFFECT = Effect(
             ),
         ),
     ),
-    how_often="occasional",
+    # Every fixture has a mass: ISO 10846-2 and ASTM D5992 have its force measured and subtracted, or the range limited.
+    how_often="usual",
     families=("stiffness that depends on the frequency",),
     needs="a table of dynamic stiffness to frequencies at which it falls",
     rivals=("rig_resonance",),

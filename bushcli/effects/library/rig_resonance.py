@@ -48,7 +48,8 @@ EFFECT = Effect(
             ),
         ),
     ),
-    how_often="occasional",
+    # Every rig has one: ISO 10846-2 and ASTM D5992 limit the range of frequency by it.
+    how_often="usual",
     families=("stiffness that depends on the frequency",),
     needs="a table of dynamic stiffness to some tenths of the resonance",
     rivals=("fixture_mass",),

@@ -40,6 +40,8 @@ EFFECT = Effect(
         ),
     ),
     how_often="occasional",
+    # 0.1 ms are 7 degrees at 200 Hz: the delay of two channels against each other has to be measured and corrected.
+    how_often_in_tables="usual",
     families=("dissipation",),
     needs="time, and two rates or a hold",
     rivals=("viscoelasticity",),

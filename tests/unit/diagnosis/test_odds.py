@@ -188,3 +188,16 @@ def test_a_fit_meets_the_density_of_the_prior(name, parameter):
     step = 1e-6 * (high - low)
     slopes = [(known.row(v + step)[0] - known.row(v - step)[0]) / (2 * step) for v in values]
     np.testing.assert_allclose([known.row(v)[1] for v in values], slopes, rtol=1e-4, atol=1e-6 / (high - low))
+
+
+def test_what_every_rig_has_is_more_probable_beside_tables():
+    """Mass, resonance and delay of a rig show at the frequencies of tables, unless these were corrected."""
+    assert effect_odds("time_lag", in_tables=True) == ODDS["usual"] > effect_odds("time_lag")
+    lag = active("time_lag", ("axial",))
+    table, path = (log_odds((lag,), False, False, False, [("axial", kind)]) for kind in ("dynamic", "static"))
+    assert table - path == pytest.approx(math.log(ODDS["usual"] / ODDS["occasional"]))
+    uniform = (
+        log_odds((lag,), False, False, False, [("axial", kind)], uniform=True)
+        for kind in ("dynamic", "static")
+    )
+    assert len(set(uniform)) == 1
