@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -32,14 +33,16 @@ DRAWS, QUANTILES = 400, (0.5, 0.05, 0.95)
 PARTS = ("own", "foreign")
 TEXT = """## The new decks together
 
-*Second*, *third* and *fourth*, each as it was diagnosed after its drawing: recordings that the code of their day did not know.
+*Second*, *third* and *fourth*, each as it was diagnosed after its drawing: recordings that the code of their day did
+not know.
 """
-PERFECT = """The last column is what chance leaves of a posterior whose probabilities are exactly right: the truth of each recording was drawn from its own answer, {draws}
-times.
+PERFECT = f"""The last column is what chance leaves of a posterior whose probabilities are exactly right: the truth of
+each recording was drawn from its own answer, {DRAWS} times.
 """
-FIRST = """How often the most probable set is right, by its probability, at the tool's odds (recordings with effects of the catalogue). *Named outright* are nearly all
-from 0.95 on. So the answers that are not outright are as uncertain as they say: other odds would state more and be wrong more often, and only better
-formulas or richer recordings can name more.
+FIRST = """How often the most probable set is right, by its probability, at the tool's odds (recordings with effects of
+the catalogue). *Named outright* are nearly all from 0.95 on. So the answers that are not outright are as uncertain as
+they say: other odds would state more and be wrong more often. Only formulas that err less, and with them a smaller
+error of form, or richer recordings can name more.
 """
 
 
@@ -80,7 +83,7 @@ def section(
             both = [count([i for i in answers if i.entry.part == part]) for answers in (items, at_odds)]
             counts.append([part, what, *map(count_text, both)])
     parts = [TEXT, table(["recordings", "score", "the tool's odds", "frequencies of these decks"], counts)]
-    parts += [table(head, rows), PERFECT.format(draws=DRAWS), FIRST]
+    parts += [table(head, rows), PERFECT, FIRST]
     return "\n".join([*parts, table(["probability", *PARTS], list(_first_sets(items)))])
 
 
@@ -108,7 +111,7 @@ def _by_chance(items: Sequence[Item], of: Callable[[Item], Iterable[tuple[float,
 def _first_sets(items: Sequence[Item]) -> Iterator[list[str]]:
     """Rows of the table: for each range the mean probability of the most probable set, and how often it is right."""
     concealed = [item for item in items if item.entry.truth and not item.entry.outside and item.answer.sets]
-    for low, high in zip(RANGES[:-1], RANGES[1:], strict=True):
+    for low, high in pairwise(RANGES):
         row = [f"{low:g} to {high:g}"]
         for part in PARTS:
             inside = [
