@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from bushcli.inverse.local import NOTHING, SHORT, STATIONARY, WALL, Minimum
+from bushcli.inverse.local import HOPELESS, NOTHING, SHORT, STATIONARY, WALL, Minimum
 from bushcli.inverse.problem import ACTIVE, LeastSquaresProblem, differences
 
 Array = NDArray[np.float64]
@@ -30,12 +30,13 @@ STEPS = 15
 # Rules of SciPy's trust region (trf): after a step that lowers the cost by less than a quarter of the prediction, the
 # radius is a quarter of that step; after one that lowers it by more than three quarters it is doubled.
 POOR, SHRINK, GOOD, GROW = 0.25, 0.25, 0.75, 2.0
+MINIMUM = "a minimum within the edge of stability"
 
 IsHopeless = Callable[[Array, Array, float], bool]
 """Whether a search along the edge cannot reach a misfit low enough to matter.
 
-Given are one of its points and the next step, shape (parameters,) each, and the predicted decrease of the sum of
-squares.
+Given are one of its points and the best step within the edge, shape (parameters,) each, and the predicted decrease of
+the sum of squares.
 """
 
 
@@ -46,14 +47,14 @@ def minimise_at_edge(
     enough = min(STATIONARY, problem.stopping.tolerance)
     x, steps, settled, hopeless = descend(problem, ended.x, enough, is_hopeless=is_hopeless)
     if not steps or not problem.cost(x) < ended.cost:
-        return replace(ended, hopeless=hopeless)
+        return replace(ended, converged=False, message=HOPELESS, hopeless=True) if hopeless else ended
     return replace(
         ended,
         x=x,
         cost=problem.cost(x),
         iterations=ended.iterations + steps,
         converged=settled,
-        message="a minimum within the edge of stability" if settled else "no further step lowers the misfit",
+        message=HOPELESS if hopeless else MINIMUM if settled else "no further step lowers the misfit",
         beside_failure=ended.beside_failure and not settled,
         at_edge=bool(problem.instability(x).max(initial=0.0) > ACTIVE),
         stationary=False,
@@ -88,8 +89,11 @@ def descend(
             break
         if length <= min(problem.stopping.tolerance, SHORT) * float(np.linalg.norm(x * linearised.norms)):
             break
-        if is_hopeless is not None and not rejected and is_hopeless(x, trial - x, predicted):
-            return x, steps, False, True
+        if is_hopeless is not None and not rejected:
+            # A step that the radius has cut says nothing of what can be gained.
+            whole, left = (trial, remaining) if np.isinf(radius) else linearised.step(held=held)
+            if is_hopeless(x, whole - x, before - left):
+                return x, steps, False, True
         after = problem.residual(trial)
         steps += 1
         fell = before - float(after @ after) if np.isfinite(after).all() else -np.inf

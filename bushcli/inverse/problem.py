@@ -189,10 +189,8 @@ class LeastSquaresProblem:
         In MPa, margins are concave in the parameters that the energy is linear in, and finite in rubber whose initial
         shear modulus vanishes.
         """
-        smallest = self._smallest_eigenvalues(x, self.states)
-        parameters = self.law_parameters(x)
-        shear = abs(self.law.shear_modulus(**parameters)) if parameters else 1.0
-        return penalty(smallest), shear * (smallest - STABILITY_MARGIN)
+        smallest, parameters = self._smallest_eigenvalues(x, self.states), self.law_parameters(x)
+        return penalty(smallest), _positive_modulus(self.law, parameters) * (smallest - STABILITY_MARGIN)
 
     # -- what an optimiser asks for ------------------------------------------------------------------------------
 
@@ -390,12 +388,17 @@ def smallest_moduli(law: Law, parameters: Mapping[str, float], states: Array) ->
     states : Array
         Principal stretches, shape (n, 3).
     """
-    shear = max(abs(law.shear_modulus(**parameters)), 1e-12)
+    shear = _positive_modulus(law, parameters)
     tangents = moduli(law, parameters, states)
     finite = np.isfinite(tangents).all(axis=(1, 2))
     smallest = np.full(len(states), -1.0)
     smallest[finite] = np.linalg.eigvalsh(tangents[finite])[:, 0] / shear
     return smallest
+
+
+def _positive_modulus(law: Law, parameters: Mapping[str, float]) -> float:
+    """Size of the initial shear modulus, MPa, as margins are divided by it; 1 where no law is given."""
+    return max(abs(float(law.shear_modulus(**parameters))), 1e-12) if parameters else 1.0
 
 
 def penalty(smallest: Array) -> Array:

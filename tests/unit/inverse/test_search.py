@@ -125,6 +125,37 @@ def test_a_search_that_keeps_little_of_its_promise_beside_an_edge_goes_along_it_
     assert asked[1] < asked[0]
 
 
+def test_a_search_along_the_edge_is_given_up_where_it_cannot_matter(linear):
+    """It is asked at each of its points, with the best step within the edge."""
+    problem = linear()
+    x, covariance = problem.minimum()
+    normal = np.array([0.3, 1.0])
+    level = normal @ x + 3.0 * np.sqrt(normal @ covariance @ normal)
+    problem.margin = lambda p: normal @ p - level
+    problem.edge = lambda p: 1e5 * max(-problem.margin(p), 0.0)
+    lowest = best_on(problem, normal, level)
+    start = lowest + 0.4 * np.array([1.0, -0.3]) / np.hypot(1.0, 0.3) + 1e-6 * normal
+    ended = minimise(problem, start)
+    asked = []
+
+    def is_hopeless(at, step, decrease):
+        asked.append((at, step, decrease))
+        return True
+
+    solved = len(problem.asked)
+    found = minimise_at_edge(problem, ended, is_hopeless)
+    assert found.hopeless
+    assert not found.converged
+    assert found.x == pytest.approx(ended.x)
+    ((at, step, decrease),) = asked
+    assert at + step == pytest.approx(lowest, abs=0.01 * np.sqrt(covariance[1, 1]))
+    remaining = float(np.sum(problem.residual(lowest) ** 2))
+    assert decrease == pytest.approx(float(np.sum(problem.residual(at) ** 2)) - remaining, rel=1e-3)
+    # Nothing was solved but the point itself.
+    assert {point.tobytes() for point in problem.asked[solved:-2]} == {ended.x.tobytes()}
+    assert minimise_at_edge(problem, ended, lambda *_: False).x == pytest.approx(lowest, abs=1e-3)
+
+
 def test_an_end_on_the_edge_without_a_lower_misfit_along_it_stays(linear):
     problem = linear()
     x, covariance = problem.minimum()
@@ -276,8 +307,8 @@ def test_a_run_of_failed_trials_is_one_evaluation_that_gained_nothing():
             watched.residual(np.zeros(1))
 
 
-def test_the_law_remains_stable_between_two_stable_points_also_where_its_shear_modulus_vanishes():
-    """Moduli of a law that is linear in its parameters: least eigenvalues of their sums exceed the sums of theirs."""
+def test_margins_of_a_linear_law_are_concave_and_finite_where_its_shear_modulus_vanishes():
+    """Least eigenvalues of sums are no less than the sums of least eigenvalues."""
     rubber = law("yeoh")
     stretches = np.linspace(0.6, 1.9, 12)
     states = np.column_stack([stretches, np.ones(12), 1.0 / stretches])
