@@ -158,10 +158,14 @@ def odds_text() -> str:
     for name in effects_on("static"):
         by_odds.setdefault(prior.effect_odds(name), []).append(f"[`{name}`](effects.md#{name})")
     rows = [(", ".join(names), f"{odds:g}") for odds, names in sorted(by_odds.items(), reverse=True)]
+    in_tables: dict[float, list[str]] = {}
     for name in effects_on("dynamic"):
         odds = prior.effect_odds(name, in_tables=True)
         if name not in effects_on("static") or odds != prior.effect_odds(name):
-            rows.append((f"[`{name}`](effects.md#{name}), beside tables of dynamic stiffness", f"{odds:g}"))
+            in_tables.setdefault(odds, []).append(f"[`{name}`](effects.md#{name})")
+    rows += [
+        (", ".join(n) + ", with tables of dynamic stiffness", f"{odds:g}") for odds, n in in_tables.items()
+    ]
     rows += [
         ("`unknown`: something that is not in the catalogue", f"{prior.UNKNOWN:g}"),
         ("another law than the case's", f"{prior.OTHER_LAW:g}"),

@@ -23,7 +23,7 @@ from cases.mode import modes
 
 # Odds that an effect is present in a size that is visible beside the errors of the formulas. Engineering judgement, in
 # three classes: filled rubber softens, creeps and slips visibly in many tests; assembly and rig are imperfect in some;
-# the rest is rare. According to all odds together, an effect is missing in one test of four.
+# the rest is rare. According to all odds together, an effect is missing in one test of four (tables: one of three).
 USUAL, OCCASIONAL, RARE = 0.03, 0.01, 0.005
 ODDS = {"usual": USUAL, "occasional": OCCASIONAL, "rare": RARE}
 # Factor on the odds of each further kind of what filled rubber does, beside one that is present: dissipation, softening
@@ -64,7 +64,7 @@ def effect_odds(name: str, uniform: bool = False, in_tables: bool = False) -> fl
     uniform : bool
         Whether all effects have the same odds.
     in_tables : bool
-        Whether tables of dynamic stiffness are among the recordings.
+        Whether tables of dynamic stiffness are among the recordings; what slow curves beside them show counts alike.
     """
     if uniform:
         return OCCASIONAL

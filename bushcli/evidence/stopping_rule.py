@@ -129,7 +129,7 @@ class StoppingRule:
         x, step : (p,) array
             Parameters, each in its unit, and the best step within the edge.
         decrease : float
-            Predicted decrease of the sum of squares.
+            Predicted decrease of the sum of squares, dimensionless.
         """
         gain = 0.5 * decrease / self._problem.unit**2
         return gain >= NOTHING and self._gives_up(x, step, gain)

@@ -50,7 +50,7 @@ EFFECT = Effect(
             ),
         ),
     ),
-    # Every fixture has a mass: ISO 10846-2 and ASTM D5992 have its force measured and subtracted, or the range limited.
+    # Judgement: every fixture has a mass, and many tables are not, or not quite, corrected for it.
     how_often="usual",
     families=("stiffness that depends on the frequency",),
     needs="a table of dynamic stiffness to frequencies at which it falls",

@@ -48,7 +48,7 @@ EFFECT = Effect(
             ),
         ),
     ),
-    # Every rig has one: ISO 10846-2 and ASTM D5992 limit the range of frequency by it.
+    # Judgement: every rig has one, and many tables go on to where it shows.
     how_often="usual",
     families=("stiffness that depends on the frequency",),
     needs="a table of dynamic stiffness to some tenths of the resonance",

@@ -40,7 +40,7 @@ EFFECT = Effect(
         ),
     ),
     how_often="occasional",
-    # 0.1 ms are 7 degrees at 200 Hz: the delay of two channels against each other has to be measured and corrected.
+    # Judgement: at 200 Hz a delay of 0.1 ms is 7 degrees, which many tables have not been corrected for.
     how_often_in_tables="usual",
     families=("dissipation",),
     needs="time, and two rates or a hold",
