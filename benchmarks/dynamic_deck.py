@@ -413,7 +413,7 @@ def diagnose_entry(truth: Truth, deck: str) -> dict[str, Any]:
 def at_deck_odds(truths: dict[str, Truth], deck: str, probability: dict[str, float]) -> dict[str, float]:
     """Return the probabilities of an answer with the frequencies of the deck in place of the tool's odds.
 
-    A table of the deck has a given effect of the rig some ten to thirty times as often as an engineer's. Answers have no
+    A table of the deck has a given effect of the rig ten to thirty times as often as an engineer's. Answers have no
     probabilities of sets: effects of the rig that are not sure (95 %) are taken for alternatives, one of them or none.
     """
     often = {name: sum(name in t.right for t in truths.values()) / len(truths) for name in RIGS}

@@ -156,6 +156,22 @@ def test_a_search_along_the_edge_is_given_up_where_it_cannot_matter(linear):
     assert minimise_at_edge(problem, ended, lambda *_: False).x == pytest.approx(lowest, abs=1e-3)
 
 
+def test_a_fit_along_the_edge_is_given_up_at_two_points_from_which_nothing_can_matter(monkeypatch):
+    """A point counts once; one from which next to nothing is gained is a minimum, which no fit gives up."""
+    rule = StoppingRule(SimpleNamespace(unit=0.5), [0.0], None)
+    monkeypatch.setattr(rule, "_change", lambda x, step, gain: 1e-4)
+    first, second, step = np.array([1.0]), np.array([2.0]), np.array([0.1])
+    # Twice 5 nats: the unit is squared, and half the sum of squares counts.
+    assert not rule.is_hopeless_along(first, step, 2.5)
+    assert not rule.is_hopeless_along(first, step, 2.5)
+    assert rule.is_hopeless_along(second, step, 2.5)
+    # Near a minimum one point is enough, in it none.
+    rule = StoppingRule(SimpleNamespace(unit=0.5), [0.0], None)
+    monkeypatch.setattr(rule, "_change", lambda x, step, gain: 1e-4)
+    assert not rule.is_hopeless_along(first, step, 0.001)
+    assert rule.is_hopeless_along(first, step, 0.25)
+
+
 def test_an_end_on_the_edge_without_a_lower_misfit_along_it_stays(linear):
     problem = linear()
     x, covariance = problem.minimum()
