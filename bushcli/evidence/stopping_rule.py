@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from bushcli.evidence.density import SETTLED, Posterior
 from bushcli.evidence.laplace import Evidence
-from bushcli.inverse.local import HOPELESS, HeldBack, Hopeless, Settled, Stopped, full_step
+from bushcli.inverse.local import HeldBack, Hopeless, Settled, Stopped, full_step
 
 Array = NDArray[np.float64]
 
@@ -73,7 +73,7 @@ def needed_of(total: float, odds: float, odds_unknown: float) -> Needed:
 
 
 class StoppingRule:
-    """Decides when a fit ends, from the gain predicted for a full Gauss-Newton step, or for one within the edge.
+    """Decides when a fit ends, from the gain predicted for a full Gauss-Newton step.
 
     Parameters
     ----------
@@ -88,7 +88,6 @@ class StoppingRule:
     def __init__(self, problem: Posterior, off: list[float], needed: Needed | None) -> None:
         self._problem, self._off, self._needed = problem, off, needed
         self._short = self._slow = 0
-        self._counted = b""
         # Variances, sum of squares and gain at the last point.
         self._last: tuple[tuple[float, ...], float, float] = ((), 0.0, 0.0)
 
@@ -115,32 +114,12 @@ class StoppingRule:
             return HeldBack("the law's stability limits the search")
         if gain < (NOTHING_AT_WALL if failed else NOTHING):
             return Settled("no step lowers the misfit")
-        if self._gives_up(x, step, gain):
-            return Hopeless(HOPELESS)
+        self._short = self._short + 1 if self._change(x, step, gain) < UNCHANGED else 0
+        if self._short >= (TWICE if gain > ROUGH else 1):
+            return Hopeless("a lower misfit would not change the posterior")
         if not last and gain < ROUGH and self._problem.variance_change(x)[0] > SETTLED:
             return Settled("the variances of the misfit have changed")
         return None
-
-    def is_hopeless_along(self, x: Array, step: Array, decrease: float) -> bool:
-        """Whether the fit is given up at a point of its search along the edge of the law's stability.
-
-        Parameters
-        ----------
-        x, step : (p,) array
-            Parameters, each in its unit, and the best step within the edge.
-        decrease : float
-            Predicted decrease of the sum of squares, dimensionless.
-        """
-        gain = 0.5 * decrease / self._problem.unit**2
-        return gain >= NOTHING and self._gives_up(x, step, gain)
-
-    def _gives_up(self, x: Array, step: Array, gain: float) -> bool:
-        """Count a point from which a step (p,) gains too little to matter; return whether the fit is given up."""
-        if self._change(x, step, gain) >= UNCHANGED:
-            self._short = 0
-        elif x.tobytes() != self._counted:
-            self._short, self._counted = self._short + 1, x.tobytes()
-        return self._short >= (TWICE if gain > ROUGH else 1)
 
     def is_at_wall(self, x: Array) -> bool:
         """Whether a search that ended at `x` (p,) might have gone on to a visibly better fit."""

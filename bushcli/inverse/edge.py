@@ -13,14 +13,13 @@ Nocedal and Wright (2006), Numerical Optimization, Springer, doi:10.1007/978-0-3
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from bushcli.inverse.local import HOPELESS, NOTHING, SHORT, STATIONARY, WALL, Minimum
+from bushcli.inverse.local import NOTHING, SHORT, STATIONARY, WALL, Minimum
 from bushcli.inverse.problem import ACTIVE, LeastSquaresProblem, differences
 
 Array = NDArray[np.float64]
@@ -30,49 +29,33 @@ STEPS = 15
 # Rules of SciPy's trust region (trf): after a step that lowers the cost by less than a quarter of the prediction, the
 # radius is a quarter of that step; after one that lowers it by more than three quarters it is doubled.
 POOR, SHRINK, GOOD, GROW = 0.25, 0.25, 0.75, 2.0
-MINIMUM = "a minimum within the edge of stability"
-
-IsHopeless = Callable[[Array, Array, float], bool]
-"""Whether a search along the edge cannot reach a misfit low enough to matter.
-
-Given are one of its points and the best step within the edge, shape (parameters,) each, and the predicted decrease of
-the sum of squares.
-"""
 
 
-def minimise_at_edge(
-    problem: LeastSquaresProblem, ended: Minimum, is_hopeless: IsHopeless | None = None
-) -> Minimum:
+def minimise_at_edge(problem: LeastSquaresProblem, ended: Minimum) -> Minimum:
     """Continue a search that the law's stability held back, to a minimum within the edge of stability."""
-    enough = min(STATIONARY, problem.stopping.tolerance)
-    x, steps, settled, hopeless = descend(problem, ended.x, enough, is_hopeless=is_hopeless)
+    x, steps, settled = descend(problem, ended.x, min(STATIONARY, problem.stopping.tolerance))
     if not steps or not problem.cost(x) < ended.cost:
-        return replace(ended, converged=False, message=HOPELESS, hopeless=True) if hopeless else ended
+        return ended
     return replace(
         ended,
         x=x,
         cost=problem.cost(x),
         iterations=ended.iterations + steps,
         converged=settled,
-        message=HOPELESS if hopeless else MINIMUM if settled else "no further step lowers the misfit",
+        message="a minimum within the edge of stability" if settled else "no further step lowers the misfit",
         beside_failure=ended.beside_failure and not settled,
         at_edge=bool(problem.instability(x).max(initial=0.0) > ACTIVE),
         stationary=False,
-        hopeless=hopeless,
     )
 
 
 def descend(
-    problem: LeastSquaresProblem,
-    x: Array,
-    enough: float,
-    held: int | None = None,
-    is_hopeless: IsHopeless | None = None,
-) -> tuple[Array, int, bool, bool]:
+    problem: LeastSquaresProblem, x: Array, enough: float, held: int | None = None
+) -> tuple[Array, int, bool]:
     """Lower the misfit from a solvable point, within the edge of stability, with one parameter held, if any.
 
-    Returned are the point (p,), the number of trials, whether it is a minimum (no step is predicted to remove a share
-    of more than `enough` of the sum of squares), and whether it was given up as hopeless.
+    Returned are the point (p,), the number of trials, and whether it is a minimum: no step is predicted to remove a
+    share of more than `enough` of the sum of squares.
     """
     radius, steps, rejected, predicted, settled = np.inf, 0, 0, np.inf, False
     value, slope = problem.residual(x), problem.jacobian(x)
@@ -89,11 +72,6 @@ def descend(
             break
         if length <= min(problem.stopping.tolerance, SHORT) * float(np.linalg.norm(x * linearised.norms)):
             break
-        if is_hopeless is not None and not rejected:
-            # A step that the radius has cut says nothing of what can be gained.
-            whole, left = (trial, remaining) if np.isinf(radius) else linearised.step(held=held)
-            if is_hopeless(x, whole - x, before - left):
-                return x, steps, False, True
         after = problem.residual(trial)
         steps += 1
         fell = before - float(after @ after) if np.isfinite(after).all() else -np.inf
@@ -108,7 +86,7 @@ def descend(
             radius = GROW * max(radius, length)
     # Where trials no longer fall by what is predicted, which is next to nothing, the march's own error hides the rest.
     settled = settled or predicted <= STATIONARY * max(float(value @ value), least)
-    return x, steps, settled, False
+    return x, steps, settled
 
 
 class LinearisedProblem:
@@ -140,7 +118,7 @@ class LinearisedProblem:
         return 0.5 * float(residual @ residual + values[0]), self._slope.T @ residual + 0.5 * slopes[0]
 
     def stability(self, s: Array) -> tuple[Array, Array]:
-        """Sum of squares of the penalty, then the margin in each state; and their derivative."""
+        """Sum of squares of the penalty, then the margin in each state, MPa; and their derivative."""
         key = s.tobytes()
         if key not in self._known:
             x = self.x + s / self.norms

@@ -56,9 +56,6 @@ class Stopped(Exception):
     """Raised by the misfit function to stop an optimiser early."""
 
 
-HOPELESS = "a lower misfit would not change the posterior"
-
-
 class Hopeless(Stopped):
     """Raised where the search cannot reach a misfit low enough to matter."""
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.inverse.edge import IsHopeless, minimise_at_edge
+from bushcli.inverse.edge import minimise_at_edge
 from bushcli.inverse.local import WALL, Ends, Loss, Minimum, minimise
 from bushcli.inverse.problem import ACTIVE, LeastSquaresProblem
 from bushcli.inverse.start_values import first_point
@@ -24,11 +24,7 @@ Array = NDArray[np.float64]
 
 
 def search(
-    problem: LeastSquaresProblem,
-    start: Array,
-    loss: Loss = "linear",
-    ends: Ends | None = None,
-    is_hopeless: IsHopeless | None = None,
+    problem: LeastSquaresProblem, start: Array, loss: Loss = "linear", ends: Ends | None = None
 ) -> Minimum:
     """Minimise the misfit from a start, within the bounds and where the law is stable in the states reached.
 
@@ -42,8 +38,6 @@ def search(
         As in `scipy.optimize.least_squares`.
     ends
         Called at each point of the search; returns why it ends there, or None.
-    is_hopeless
-        Called at each point along the edge of the law's stability: whether the minimum cannot matter.
     """
     iterations, point = 0, start
     evaluated: set[bytes] = set()
@@ -63,7 +57,7 @@ def search(
         if last or (len(problem.states) == states and not is_explained(point)):
             break
     if loss == "linear" and (end.rejected or end.at_edge):
-        end = minimise_at_edge(problem, end, is_hopeless)
+        end = minimise_at_edge(problem, end)
     return replace(end, start=start, iterations=iterations)
 
 

@@ -260,8 +260,7 @@ def _search_from(problem: Posterior, initial: Array, rule: StoppingRule) -> _End
         # A little inside the bounds a model may fail that can be solved on them.
         if not np.isfinite(problem.residual(point)).all():
             break
-        ends = partial(rule.ends, last=turn == TURNS)
-        end = search(problem, point, ends=ends, is_hopeless=rule.is_hopeless_along)
+        end = search(problem, point, ends=partial(rule.ends, last=turn == TURNS))
         result = _End(problem.objective(end.x), end.x, end.converged, end.beside_failure, end.hopeless)
         # Variances and parameters may take turns about the optimum instead of settling.
         better = result.objective < best.objective - WORSE

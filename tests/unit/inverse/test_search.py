@@ -125,53 +125,6 @@ def test_a_search_that_keeps_little_of_its_promise_beside_an_edge_goes_along_it_
     assert asked[1] < asked[0]
 
 
-def test_a_search_along_the_edge_is_given_up_where_it_cannot_matter(linear):
-    """It is asked at each of its points, with the best step within the edge."""
-    problem = linear()
-    x, covariance = problem.minimum()
-    normal = np.array([0.3, 1.0])
-    level = normal @ x + 3.0 * np.sqrt(normal @ covariance @ normal)
-    problem.margin = lambda p: normal @ p - level
-    problem.edge = lambda p: 1e5 * max(-problem.margin(p), 0.0)
-    lowest = best_on(problem, normal, level)
-    start = lowest + 0.4 * np.array([1.0, -0.3]) / np.hypot(1.0, 0.3) + 1e-6 * normal
-    ended = minimise(problem, start)
-    asked = []
-
-    def is_hopeless(at, step, decrease):
-        asked.append((at, step, decrease))
-        return True
-
-    solved = len(problem.asked)
-    found = minimise_at_edge(problem, ended, is_hopeless)
-    assert found.hopeless
-    assert not found.converged
-    assert found.x == pytest.approx(ended.x)
-    ((at, step, decrease),) = asked
-    assert at + step == pytest.approx(lowest, abs=0.01 * np.sqrt(covariance[1, 1]))
-    remaining = float(np.sum(problem.residual(lowest) ** 2))
-    assert decrease == pytest.approx(float(np.sum(problem.residual(at) ** 2)) - remaining, rel=1e-3)
-    # Nothing was solved but the point itself.
-    assert {point.tobytes() for point in problem.asked[solved:-2]} == {ended.x.tobytes()}
-    assert minimise_at_edge(problem, ended, lambda *_: False).x == pytest.approx(lowest, abs=1e-3)
-
-
-def test_a_fit_along_the_edge_is_given_up_at_two_points_from_which_nothing_can_matter(monkeypatch):
-    """A point counts once; one from which next to nothing is gained is a minimum, which no fit gives up."""
-    rule = StoppingRule(SimpleNamespace(unit=0.5), [0.0], None)
-    monkeypatch.setattr(rule, "_change", lambda x, step, gain: 1e-4)
-    first, second, step = np.array([1.0]), np.array([2.0]), np.array([0.1])
-    # Twice 5 nats: the unit is squared, and half the sum of squares counts.
-    assert not rule.is_hopeless_along(first, step, 2.5)
-    assert not rule.is_hopeless_along(first, step, 2.5)
-    assert rule.is_hopeless_along(second, step, 2.5)
-    # Near a minimum one point is enough, in it none.
-    rule = StoppingRule(SimpleNamespace(unit=0.5), [0.0], None)
-    monkeypatch.setattr(rule, "_change", lambda x, step, gain: 1e-4)
-    assert not rule.is_hopeless_along(first, step, 0.001)
-    assert rule.is_hopeless_along(first, step, 0.25)
-
-
 def test_an_end_on_the_edge_without_a_lower_misfit_along_it_stays(linear):
     problem = linear()
     x, covariance = problem.minimum()
