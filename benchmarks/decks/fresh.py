@@ -32,7 +32,7 @@ RANGES = (0.0, 0.4, 0.6, 0.8, 0.9, 0.95, 0.99, 1.0)
 # Draws of the truths from the answers, and the quantiles that are stated.
 DRAWS, QUANTILES = 400, (0.5, 0.05, 0.95)
 # Parts of the decks whose effects are in the catalogue.
-PARTS = ("own", "foreign")
+PARTS = {"own": "own formulas", "foreign": "foreign formulas"}
 TEXT = """## The new decks together
 
 *Second* (82dfdac), *third* (a48e417) and *fourth* (23cba668, its first twelve 9921d07f): each as it was first
@@ -68,10 +68,10 @@ def section(
         for column, odds in zip(answers, (before, others.of), strict=True):
             column += [reweigh(item, odds, before) for item in diagnosed[deck]]
     rows = []
-    for part in PARTS:
+    for part, title in PARTS.items():
         for what, count in scores.items():
             both = [count([item for item in column if item.entry.part == part]) for column in answers]
-            rows.append([part, what, *map(count_text, both)])
+            rows.append([title, what, *map(count_text, both)])
     for what, of in kinds.items():
         rows.append(
             ["all", f"expected calibration error, {what}", *(_measured_and_chance(c, of) for c in answers)]
@@ -82,7 +82,7 @@ def section(
         CHANCE,
     ]
     return "\n".join(
-        [*parts, table(["probability", *PARTS, "all recordings"], list(_first_sets(answers[0])))]
+        [*parts, table(["probability", *PARTS.values(), "all recordings"], list(_first_sets(answers[0])))]
     )
 
 
