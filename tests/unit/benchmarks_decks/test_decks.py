@@ -14,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.concealed.truth import Specimen
-from benchmarks.decks import drawing, ledger, manifest, outside, plan, report, score, summary, why
+from benchmarks.decks import drawing, fresh, ledger, manifest, outside, plan, report, score, summary, why
 from benchmarks.decks.answer import UNKNOWN, answer_of
 from benchmarks.decks.foreign import component
 from benchmarks.decks.foreign.formulas import FORMULAS
@@ -482,6 +482,35 @@ def test_frequencies_are_counted_by_what_is_concealed() -> None:
         [*items, _item(_old("explained", [], []), truth=("friction", "mullins", "permanent_set"))]
     )
     assert three.of(frozenset({"offset", "gain", "mullins"})) == pytest.approx(0.2 / math.comb(22, 3))
+
+
+def test_the_new_decks_are_scored_together_at_the_frequencies_of_the_others() -> None:
+    """Each answer is softening (60 %) or friction; the truths of one deck are softening, those of two are friction."""
+    models = [(["mullins"], 0.6), (["friction"], 0.4)]
+    line = _new("missing_physics", models, {"friction": 0.4, "mullins": 0.6})
+    softening = {"second": 10, "third": 0, "fourth": 0}
+
+    def read(deck: str, label: str) -> list[score.Item]:
+        truths = ["mullins"] * softening[deck] + ["friction"] * (10 - softening[deck])
+        return [_item(line, truth=(truth,), part="own", strength={}) for truth in truths]
+
+    text = fresh.section(read, {"named": lambda items: score.count(items, score.first)}, report.KINDS)
+    rows = [row for row in text.splitlines() if row.startswith("| own formulas | named")]
+    # At the tool's odds softening is the first of all answers. The two decks beside *second* know friction alone; those
+    # beside the others both alike. By the frequencies of all three together friction would be first, and right in 20.
+    assert len(rows) == 1
+    assert "10 of 30" in rows[0].split("|")[3]
+    assert rows[0].split("|")[4].strip().startswith("0 of 30")
+    assert "| 0.6 to 0.8 | 0.60: 10 of 30" in text
+
+
+def test_a_drawn_truth_is_right_where_it_is_said_and_nothing_else_is() -> None:
+    line = _new("missing_physics", [(["friction", "unknown"], 0.7), ([], 0.3)], {"friction": 0.7})
+    item = _item(line, truth=("mullins",))
+    (both, _), (nothing, _) = item.answer.sets
+    for names in (both, nothing):
+        assert fresh._with_truth(item, names).right == {names}
+    assert fresh._with_truth(item, UNKNOWN).right == {UNKNOWN}
 
 
 def test_an_answer_with_other_odds_is_bayes_rule() -> None:
