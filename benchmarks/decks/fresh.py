@@ -1,4 +1,4 @@
-"""The decks that the code of their day had not been developed with, scored together.
+"""Scores of the new decks together, each diagnosed by code that had been developed without it.
 
 One deck of seventy recordings cannot tell a calibration error of 0.05 from that of a perfect posterior, which chance
 alone takes to 0.04 (and to 0.06 in one deck of twenty).
@@ -76,14 +76,9 @@ def section(
         rows.append(
             ["all", f"expected calibration error, {what}", *(_measured_and_chance(c, of) for c in answers)]
         )
-    parts = [
-        TEXT,
-        table(["recordings", "score", "the tool's odds", "frequencies of the decks"], rows),
-        CHANCE,
-    ]
-    return "\n".join(
-        [*parts, table(["probability", *PARTS.values(), "all recordings"], list(_first_sets(answers[0])))]
-    )
+    scored = table(["recordings", "score", "the tool's odds", "frequencies of the decks"], rows)
+    first = table(["probability", *PARTS.values(), "all recordings"], list(_first_sets(answers[0])))
+    return "\n".join([TEXT, scored, CHANCE, first])
 
 
 def _measured_and_chance(items: Sequence[Item], of: Statements) -> str:
@@ -111,10 +106,10 @@ def _by_chance(items: Sequence[Item], of: Statements) -> list[float]:
 
 
 def _with_truth(item: Item, names: Names) -> Item:
-    """Return a recording whose truth is a set of effects and no other, which a weak effect is not left out of."""
-    truth = tuple(sorted(names - UNKNOWN)) if names == UNKNOWN else tuple(sorted(names))
-    entry = replace(item.entry, truth=truth, outside=names == UNKNOWN, also_right=(), strength={})
-    return replace(item, entry=entry)
+    """Return a recording for which this set of effects is right and no other, not even without its weak effects."""
+    outside = names == UNKNOWN
+    truth = () if outside else tuple(sorted(names))
+    return replace(item, entry=replace(item.entry, truth=truth, outside=outside, also_right=(), strength={}))
 
 
 def _first_sets(items: Sequence[Item]) -> Iterator[list[str]]:

@@ -84,12 +84,6 @@ WANTED: Sequence[tuple[str, str, str, Callable[[Sequence[Item]], Count]]] = (
     ("nothing", "`explained`, or unexplained in the right place", "90 % or more", _verdicts),
     ("nothing", "recordings with an absent effect stated", "3 % or less", _wrong),
 )
-# Scores of the new decks.
-FRESH = {
-    "right set in the credible set": _right,
-    "named outright, where it can be told": _outright,
-    "recordings with an absent effect stated": _wrong,
-}
 # What is said with a probability.
 KINDS: Mapping[str, Callable[[Item], Iterable[tuple[float, bool]]]] = {
     "effects": score.statements,
@@ -109,11 +103,8 @@ def document(labels: Sequence[str], decks: Sequence[str], output: Path | None = 
         _reliability(together, None if output is None else output.with_name(f"{output.stem}-reliability.svg"))
     )
     parts += [_misses(deck, runs) for deck, runs in by_deck.items()]
-    parts += [
-        why.section(decks, labels),
-        RUNS.read_text(encoding="utf-8"),
-        fresh.section(items, FRESH, KINDS),
-    ]
+    parts += [why.section(decks, labels), RUNS.read_text(encoding="utf-8")]
+    parts.append(fresh.section(items, {what: of for deck, what, _, of in WANTED if deck == "foreign"}, KINDS))
     return "\n".join(parts)
 
 

@@ -64,7 +64,7 @@ def effect_odds(name: str, uniform: bool = False, in_tables: bool = False) -> fl
     uniform : bool
         Whether all effects have the same odds.
     in_tables : bool
-        Whether tables of dynamic stiffness are among the recordings; what slow curves beside them show counts alike.
+        Whether tables of dynamic stiffness are among the recordings; then it applies to slow curves beside them, too.
     """
     if uniform:
         return OCCASIONAL

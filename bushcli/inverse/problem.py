@@ -397,7 +397,7 @@ def smallest_moduli(law: Law, parameters: Mapping[str, float], states: Array) ->
 
 
 def _positive_modulus(law: Law, parameters: Mapping[str, float]) -> float:
-    """Size of the initial shear modulus, MPa, as margins are divided by it; 1 where no law is given."""
+    """Magnitude of the initial shear modulus, MPa, never zero; 1 where the rubber has no law."""
     return max(abs(float(law.shear_modulus(**parameters))), 1e-12) if parameters else 1.0
 
 
