@@ -52,6 +52,8 @@ class Evidence:
         Priors; None for a parameter of a law.
     off : sequence of float
         Off value of a one-sided amplitude, any number for other parameters.
+    same_law : Evidence, optional
+        Of another model with these derivatives by the law's parameters.
     """
 
     likelihood: Likelihood
@@ -60,6 +62,7 @@ class Evidence:
     values: Array
     known: Sequence[ParameterPrior | None]
     off: Sequence[float]
+    same_law: Evidence | None = None
 
     @cached_property
     def left(self) -> Left:
@@ -120,6 +123,8 @@ class Evidence:
         Otherwise laws with superfluous parameters would win over laws with the few that are needed. This compares
         laws: so that it is the same for all models with one law, it is taken for the same variances.
         """
+        if self.same_law is not None:
+            return self.same_law._shared_influence
         law = [i for i, prior in enumerate(self.known) if prior is None]
         if not law:
             return 0.0

@@ -71,6 +71,7 @@ _NODES = np.linspace(-3.0, 3.0, 13, dtype=np.float64)
 _WEIGHTS = _normal(_NODES)
 _PHIS = PHI * np.exp(PHI_SPREAD * _NODES[PHI * np.exp(PHI_SPREAD * _NODES) < PHI_MOST])
 _PHI_WEIGHTS = _WEIGHTS[: len(_PHIS)] / _WEIGHTS[: len(_PHIS)].sum()
+_LAMBDAS = LAMBDA * np.exp(LAMBDA_SPREAD * _NODES)
 # The same for the noise's uncertainty, which is narrow. 17 within ±4 change probabilities by 0.003
 # (`benchmarks/constants.md`).
 _NOISE_NODES = np.linspace(-3.0, 3.0, 7, dtype=np.float64)
@@ -124,6 +125,26 @@ class Judged:
     log: float
     scale: tuple[float, ...]
     phi: float
+
+
+@dataclass(frozen=True)
+class _Variances:
+    """Variances v for each size of the noise, error of form and channel, and what follows from them.
+
+    Attributes
+    ----------
+    noise : Array
+        s^2.
+    precision, precision_along : Array
+        1 / v, and 1 / (v + g) of the feature along the force.
+    at_zero : Array
+        Log likelihood of a misfit that is zero, with the weight of the noise's size.
+    """
+
+    noise: Array
+    precision: Array
+    precision_along: Array
+    at_zero: Array
 
 
 @dataclass(frozen=True)
@@ -230,32 +251,38 @@ class Likelihood:
         """Log likelihood of a model that leaves nothing but noise; no model has a larger one."""
         return self.judge(self.no_misfit).log
 
-    def _log(
-        self, left: Left, form: Array, m: Array, channel: slice | int = slice(None)
-    ) -> tuple[Array, Array]:
-        """Log likelihood by channel for sums of squares `form` (..., channels) of an error in m features, and v.
-
-        Both are means over the size of the noise, v the harmonic one.
-        """
+    def _variances(self, form: Array, m: Array, channel: slice | int = slice(None)) -> _Variances:
+        """Return the variances for sums of squares `form` (..., channels) of an error in m features."""
         m = m[channel]
         # The nodes of the noise come first.
         nodes = _NOISE_NODES.reshape(-1, *[1] * np.ndim(form))
         noise = np.exp(2.0 * self.doubt[channel] * nodes)
         v = noise + form / m
         wide = v + self.calibration[channel]
+        at_zero = np.log(_NOISE_WEIGHTS).reshape(nodes.shape) - 0.5 * np.log(wide)
+        at_zero = at_zero - 0.5 * (m - 1.0) * (np.log(v) + 1.0 / v)
+        return _Variances(noise, 1.0 / v, 1.0 / wide, at_zero)
+
+    def _log(
+        self, left: Left, variances: _Variances, m: Array, channel: slice | int = slice(None)
+    ) -> tuple[Array, Array]:
+        """Log likelihood by channel, and v.
+
+        Both are means over the size of the noise, v the harmonic one.
+        """
         # A negative E is spread over all features; only the share of the m - 1 effective ones says how large v is.
         short = np.minimum(left.across[channel], 0.0)
-        rest = short * (1.0 - (m - 1.0) / self.count_across[channel])
-        log = -0.5 * (m - 1.0) * np.log(v)
-        log = log - 0.5 * (m - 1.0 + left.across[channel] - rest + noise * rest) / v
-        log = log - 0.5 * np.log(wide) - 0.5 * left.along[channel] / wide
-        log = log + np.log(_NOISE_WEIGHTS).reshape(nodes.shape)
-        total = np.logaddexp.reduce(log, axis=0)
-        return total, 1.0 / np.sum(np.exp(log - total) / v, axis=0)
+        rest = short * (1.0 - (m[channel] - 1.0) / self.count_across[channel])
+        squares = (left.across[channel] - rest + variances.noise * rest) * variances.precision
+        log = variances.at_zero - 0.5 * (squares + left.along[channel] * variances.precision_along)
+        top = log.max(axis=0)
+        weight = np.exp(log - top)
+        total = weight.sum(axis=0)
+        return top + np.log(total), total / (weight * variances.precision).sum(axis=0)
 
     def judge(self, left: Left) -> Judged:
         """Return the likelihood of a model, given its remaining misfit."""
-        return self._judge_explained(left, self.explained_by(left))
+        return self._judge(left, self._variances_explained(self.explained_by(left)))
 
     def coarse(self, left: Left) -> float:
         """Log likelihood if formulas might err by a share of all that the plain law leaves, whatever a model explains.
@@ -263,13 +290,20 @@ class Likelihood:
         It measures how far first-order predictions reach. For the plain law it is bounded, whereas `judge` grants that
         law no error of an effect's formula and may put it hundreds of nats below all other models.
         """
-        return self._judge_explained(left, self.explained_squares).log
+        return self._judge(left, self._coarse_variances).log
 
-    def _judge_explained(self, left: Left, explained: Array) -> Judged:
-        """Return the likelihood of a model that explains the sums of squares `explained` (channels,)."""
-        lam = LAMBDA * np.exp(LAMBDA_SPREAD * _NODES)
-        form = _PHIS[:, None, None] ** 2 * explained + lam[None, :, None] ** 2 * self.signal
-        parts, v = self._log(left, form, self.effective)
+    @cached_property
+    def _coarse_variances(self) -> _Variances:
+        return self._variances_explained(self.explained_squares)
+
+    def _variances_explained(self, explained: Array) -> _Variances:
+        """Return the variances where a model explains the sums of squares `explained` (channels,)."""
+        form = _PHIS[:, None, None] ** 2 * explained + _LAMBDAS[None, :, None] ** 2 * self.signal
+        return self._variances(form, self.effective)
+
+    def _judge(self, left: Left, variances: _Variances) -> Judged:
+        """Return the likelihood of a model for the variances of each error of form."""
+        parts, v = self._log(left, variances, self.effective)
         log = parts.sum(axis=-1) + np.log(_PHI_WEIGHTS)[:, None] + np.log(_WEIGHTS)[None, :]
         total = float(np.logaddexp.reduce(log, axis=None))
         weight = np.exp(log - total)
@@ -285,15 +319,14 @@ class Likelihood:
                 for feature, own in zip(self.features, self.effective, strict=True)
             ]
         )
-        lam = LAMBDA * np.exp(LAMBDA_SPREAD * _NODES)
         base = PHI**2 * self.explained_by(left)
         sizes = np.concatenate([[0.0], _SIZES])
         prior = np.full(len(sizes), UNKNOWN_IN_CHANNEL / len(_SIZES))
         prior[0] = 1.0 - UNKNOWN_IN_CHANNEL
         scales, by_size = [], []
         for c in range(len(m)):
-            form = base[c] + (sizes[:, None] ** 2 + lam[None, :] ** 2) * self.signal[c]
-            log, v = self._log(left, form, m, c)
+            form = base[c] + (sizes[:, None] ** 2 + _LAMBDAS[None, :] ** 2) * self.signal[c]
+            log, v = self._log(left, self._variances(form, m, c), m, c)
             log = log + np.log(_WEIGHTS)[None, :]
             by_size.append(np.logaddexp.reduce(log, axis=1))
             whole = log + np.log(prior)[:, None]

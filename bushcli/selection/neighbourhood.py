@@ -14,6 +14,7 @@ from typing import Protocol
 
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import Effect
+from bushcli.evidence.stopping_rule import NEGLIGIBLE
 from bushcli.selection.additions import Fits
 from bushcli.selection.columns import incompatibility
 from bushcli.selection.model import Key, Model
@@ -73,8 +74,9 @@ class Neighbourhood:
             return Beside(state, search.derivatives.additions_beside(state, state is search.plain))
         borrowed, least = self._with_borrowed(state), search.total + math.log(NEIGHBOURS)
         silent, visible = {points[0].trial.effect.name for points in borrowed.grouped.values()}, set[str]()
-        for points, prediction in zip(borrowed.grouped.values(), borrowed.singles(), strict=True):
-            most = prediction.log_evidence + slack_of(BORROWED * prediction.reach)
+        predictions = borrowed.singles(self._least(state), _borrowed_slack)
+        for points, prediction in zip(borrowed.grouped.values(), predictions, strict=True):
+            most = prediction.log_evidence + _borrowed_slack(prediction.reach)
             if BORROWED * prediction.gain >= FAINT and most + search.odds(prediction.model) > least:
                 visible.add(points[0].trial.effect.name)
         silent -= visible
@@ -113,8 +115,12 @@ class Neighbourhood:
         state : State
         """
         if self._beside_plain and len(state.model.identities) < MOST_EFFECTS:
-            for prediction in self._with_borrowed(state).singles():
-                self.queue(prediction, state, slack_of(BORROWED * prediction.reach))
+            for prediction in self._with_borrowed(state).singles(self._least(state), _borrowed_slack):
+                self.queue(prediction, state, _borrowed_slack(prediction.reach))
+
+    def _least(self, state: State) -> float:
+        """Return the log evidence with which a model that has more effects than this one may matter."""
+        return self._search.total - self._search.odds(state.model) + math.log(NEGLIGIBLE)
 
     def queue_larger(self, state: State, predictions: Sequence[Prediction]) -> None:
         """Queue models with further effects beside a fitted one.
@@ -130,7 +136,7 @@ class Neighbourhood:
             far = (
                 state is self._search.plain and len(prediction.model.effects) == 1 and prediction.reach > FAR
             )
-            slack = slack_of(BORROWED * prediction.reach if far else prediction.reach)
+            slack = (_borrowed_slack if far else slack_of)(prediction.reach)
             self.queue(prediction, state, 0.0 if silent else slack, is_silent=silent)
 
     def queue_other_laws(self, beside: Beside) -> None:
@@ -193,9 +199,13 @@ class Neighbourhood:
                     continue
                 lost = abs(state.evidence.coarse - other.coarse_likelihood)
                 self.queue(other.alone(), state, slack_of(lost))
-                for prediction in other.singles():
+
+                def slack(reach: float, lost: float = lost) -> float:
+                    return slack_of(lost + reach)
+
+                for prediction in other.singles(self._least(smaller), slack):
                     if prediction.gain >= FAINT:
-                        self.queue(prediction, state, slack_of(lost + prediction.reach))
+                        self.queue(prediction, state, slack(prediction.reach))
 
     def _is_refuted(self, smaller: Beside, state: State) -> bool:
         """Whether first order beside a larger model promises more than the smaller one's fit found, beyond the slack.
@@ -263,6 +273,11 @@ class Neighbourhood:
         limit = prediction.log_evidence + odds + max(gain, 0.0)
         log, hope = prediction.log_evidence, prediction.hope
         search.waiting.put(Queued(prediction.model, base, log, odds, slack, hope, limit, is_bound, is_silent))
+
+
+def _borrowed_slack(reach: float) -> float:
+    """Return the slack of a prediction whose derivatives are those beside the plain law."""
+    return slack_of(BORROWED * reach)
 
 
 def _without_own(state: State, additions: Sequence[Addition]) -> Beside:

@@ -13,7 +13,7 @@ Silvapulle and Sen (2005), Constrained statistical inference, Wiley, doi:10.1002
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import combinations, product
@@ -93,11 +93,30 @@ class Beside:
 
     # -- predictions ---------------------------------------------------------------------------------------------
 
-    def singles(self) -> list[Prediction]:
-        """Return predictions with one more effect."""
-        return [
-            self._mean_over_grid([(addition,) for addition in points]) for points in self.grouped.values()
-        ]
+    def singles(
+        self, least: float = -math.inf, slack: Callable[[float], float] = slack_of
+    ) -> list[Prediction]:
+        """Return predictions with one more effect.
+
+        Parameters
+        ----------
+        least : float
+            Log evidence that matters. Variances settle where a fit may reach it.
+        slack : callable
+            Possible error of a prediction, in nats, by its reach.
+        """
+        grids = [[(addition,) for addition in points] for points in self.grouped.values()]
+        predictions = [self._mean_over_grid(points, settles=False) for points in grids]
+        most = [one.log_evidence + slack(one.reach) + one.hope for one in predictions]
+        gained = 0.0
+        for i in sorted(range(len(grids)), key=lambda i: -most[i]):
+            # The lower the misfit, the more is gained where the variances settle: most in the best effects.
+            if most[i] + gained < least:
+                break
+            rough = predictions[i]
+            predictions[i] = self._mean_over_grid(grids[i])
+            gained = max(gained, predictions[i].log_evidence - rough.log_evidence)
+        return predictions
 
     def alone(self) -> Prediction:
         """Return the prediction for the model itself, with its parameters at their first-order optimum."""
@@ -350,6 +369,7 @@ class Beside:
             np.concatenate([at.values, start + amplitude]),
             [*self.state.parameter_priors, *known],
             [*self.state.off_values, *start],
+            self.state.evidence,
         )
         return evidence, amplitude
 
