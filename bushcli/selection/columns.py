@@ -274,17 +274,21 @@ def shear_modulus(model: Model, case: Case) -> float:
 # -- derivatives ---------------------------------------------------------------------------------------------------
 
 
-def columns(cache: ModelCache, case: Case, base: Model, candidates: Sequence[Candidate]) -> tuple[Array, ...]:
+def columns(
+    cache: ModelCache, case: Case, base: Model, candidates: Sequence[Candidate], known: Collection[str] = ()
+) -> tuple[Array, ...]:
     """Derivative of each channel's force by k amplitudes, (points, n, k) each; NaN where it cannot be solved.
 
     `base` has its best-fitting values. The candidates are one effect at points of its grid that differ in parameters of
-    one body: one task, because what they share is then solved once.
+    one body: one task, because what they share is then solved once. Channels that are `known` are zero.
     """
-    points = [_columns(cache, case, base, candidate) for candidate in candidates]
+    points = [_columns(cache, case, base, candidate, known) for candidate in candidates]
     return tuple(np.array(channel) for channel in zip(*points, strict=True))
 
 
-def _columns(cache: ModelCache, case: Case, base: Model, trial: Candidate) -> list[Array]:
+def _columns(
+    cache: ModelCache, case: Case, base: Model, trial: Candidate, known: Collection[str]
+) -> list[Array]:
     """Derivatives of each channel's force by the amplitudes of one candidate, (n, k) each."""
     model = replace(base, effects=(*effects_beside(case, base, trial), trial.active))
     # If the model has the same effect in another rig, this one may have another name there.
@@ -298,7 +302,8 @@ def _columns(cache: ModelCache, case: Case, base: Model, trial: Candidate) -> li
     points, law = (model.values, _with_own_shape(model, case).values), () if base.fixed else tuple(base.start)
     for i, channel in enumerate(channels):
         recording = channel.recording
-        if not trial.active.acts_on(recording.name, recording.mode, recording.kind):
+        acts = trial.active.acts_on(recording.name, recording.mode, recording.kind)
+        if not acts or recording.name in known:
             continue
         for values in points:
             with suppress(NotConverged, NoEquilibrium):

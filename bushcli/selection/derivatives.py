@@ -105,17 +105,23 @@ class Derivatives:
         """Calculate the derivatives of trials that are not known yet."""
         parts = self._parts(candidates)
         # One task for all points that share a body; first those that take longest, so that no worker waits at the end.
-        groups: dict[tuple[object, ...], dict[Name, Candidate]] = {}
+        groups: dict[tuple[str, tuple[str, ...], Name, tuple[str, ...]], dict[Name, Candidate]] = {}
         for name, trial in candidates.items():
             if name in self._columns or name in parts:
                 continue
             mesh = tuple(trial.active.values[p.name] for p in trial.active.parameters if p.of_mesh)
-            groups.setdefault((trial.active.identity, trial.amplitudes, mesh), {})[name] = trial
-        tasks = sorted(groups.values(), key=_expected_time, reverse=True)
+            known = self._known_channels(state, trial)
+            groups.setdefault((trial.active.identity, trial.amplitudes, mesh, known), {})[name] = trial
+        tasks = sorted(groups.items(), key=lambda group: _expected_time(group[1]), reverse=True)
 
         def notify(i: int, answer: tuple[Array, ...]) -> None:
-            for k, (name, trial) in enumerate(tasks[i].items()):
-                own = tuple(channel[k] for channel in answer)
+            (*_, known), task = tasks[i]
+            for k, (name, trial) in enumerate(task.items()):
+                alone = self._columns.get(_name_alone(trial)) or answer
+                own = tuple(
+                    before if recording.name in known else channel[k]
+                    for recording, before, channel in zip(self.problem.recordings, alone, answer, strict=True)
+                )
                 solved = all(np.isfinite(slope).all() for slope in own)
                 self._columns[name] = own if solved else None
                 point = ", ".join(
@@ -123,7 +129,9 @@ class Derivatives:
                 )
                 self.progress("screen", trial.effect.name, point if solved else f"{point} cannot be solved")
 
-        questions = [(self.problem.case, state.model, tuple(task.values())) for task in tasks]
+        questions = [
+            (self.problem.case, state.model, tuple(task.values()), known) for (*_, known), task in tasks
+        ]
         self.workers.run(columns, questions, notify)
         self._columns |= {
             name: self._in_channels(trial, self._columns[shared]) for name, (trial, shared) in parts.items()
@@ -154,6 +162,17 @@ class Derivatives:
             for recording, slope in zip(recordings, known, strict=True)
         )
 
+    def _known_channels(self, state: State, trial: Candidate) -> tuple[str, ...]:
+        """Return the channels in which the derivative is that beside the law alone, because no effect changes it."""
+        if self._columns.get(_name_alone(trial)) is None:
+            return ()
+        beside = effects_beside(self.problem.case, state.model, trial)
+        return tuple(
+            r.name
+            for r in self.problem.recordings
+            if not any(active.acts_on(r.name, r.mode, r.kind) for active in beside)
+        )
+
     def _name(self, state: State, trial: Candidate) -> Name:
         """Return the name of a derivative: effects in the bushing are taken without the other effects there."""
         base: Name = ()
@@ -162,7 +181,16 @@ class Derivatives:
             base = (*sorted(state.model.values.items()), *state.model.identities)
         # Any law that was fitted serves for the others, as its values serve for other values.
         law = state.model.law if base or trial.effect.acts == "rig" else ""
-        return (law, trial.active.identity, trial.amplitudes, *trial.shape.items(), trial.size, base)
+        return (law, base, *_point(trial))
+
+
+def _name_alone(trial: Candidate) -> Name:
+    """Return the name of the derivative by an effect in the bushing beside a law alone."""
+    return ("", (), *_point(trial))
+
+
+def _point(trial: Candidate) -> Name:
+    return (trial.active.identity, trial.amplitudes, *trial.shape.items(), trial.size)
 
 
 def _expected_time(task: Mapping[Name, Candidate]) -> tuple[int, int]:
