@@ -50,7 +50,8 @@ class World:
         self.problem = replace(self.one.problem, likelihood=replace(whole, plain=tuple(map(float, excess))))
         self.plain = State(self.problem, self.base)
 
-    def derivatives(self, case, base, candidates):
+    def derivatives(self, case, base, candidates, known=()):
+        assert not known
         return (
             np.array(
                 [

@@ -180,7 +180,7 @@ class _LawAlone:
     def _ask(self) -> None:
         fitted = self._search.states.get(self.chosen.structure, self._search.plain).fitted
         self._known = dict(zip(fitted.names, map(float, fitted.x), strict=True))
-        self._answer = self._search.workers.ask(
+        self._asked = self._search.workers.ask(
             fit_plain, (self._search.problem.case, self.chosen, self._known)
         )
 
@@ -189,7 +189,7 @@ class _LawAlone:
         fitted = self._search.states.get(self.chosen.structure, self._search.plain).fitted
         if list(self._known.values()) != list(fitted.x):
             self._ask()
-        return cast("Fitted | None", self._answer())
+        return cast("Fitted | None", self._asked.answer())
 
 
 def _answer(question: Question, outcome: _Outcome, cache: ModelCache) -> Diagnosis:

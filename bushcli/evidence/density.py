@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bushcli.evidence.prior import ParameterPrior
 from bushcli.inverse.channel import StepLimit
-from bushcli.inverse.problem import LeastSquaresProblem, Stopping
+from bushcli.inverse.problem import LeastSquaresProblem, Progress, Stopping
 from bushcli.inverse.table_channel import AnyChannel
 from bushcli.likelihood.calibration import factor_of
 from bushcli.likelihood.features import Features, features
@@ -40,6 +40,8 @@ class Posterior(LeastSquaresProblem):
         When searches end.
     limits : sequence of StepLimit
         Failed steps after which marches are given up, by channel.
+    progress : callable, optional
+        Called after each evaluation.
     """
 
     def __init__(
@@ -50,8 +52,9 @@ class Posterior(LeastSquaresProblem):
         known: Mapping[str, ParameterPrior],
         stopping: Stopping,
         limits: Sequence[StepLimit],
+        progress: Progress | None = None,
     ) -> None:
-        super().__init__(*identification.posed, stopping=stopping, limits=limits)
+        super().__init__(*identification.posed, stopping=stopping, limits=limits, progress=progress)
         self.likelihood, self.variances, self.known = likelihood, variances, known
 
     @property

@@ -14,7 +14,9 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from multiprocessing import active_children, get_context
+from multiprocessing.sharedctypes import RawArray
 from pathlib import Path
 from types import FrameType
 from typing import Any, cast
@@ -27,8 +29,30 @@ Work = Callable[..., Any]
 
 # Work whose answers are saved (`store`): fits and derivatives; the rest takes almost no time.
 SAVED = frozenset({"first_plain_fit", "fit_plain", "fit", "come_closest", "columns"})
+# Questions after whose number the mark of an abandoned one is used again.
+MARKS = 64
 # Seconds that a process has to clean up. Afterwards it is killed; every answer is saved before it counts.
 GRACE = 2.0
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A question whose answer another process prepares, or this one when it is waited for.
+
+    Attributes
+    ----------
+    answer : callable
+        Waits for the answer, and returns it.
+    abandon : callable
+        Says that nobody waits for the answer: work that asks (`end_if_abandoned`) ends.
+    """
+
+    answer: Callable[[], Any]
+    abandon: Callable[[], None]
+
+
+class Abandoned(Exception):
+    """Raised in a worker process to end work whose answer nobody waits for."""
 
 
 class Workers:
@@ -56,6 +80,9 @@ class Workers:
     ) -> None:
         self.count, self.store, self._cache = max(1, count), store, cache
         self._executor: Executor | None = executor
+        # Which questions are abandoned, for processes of our own, and how many were asked.
+        self._abandoned = RawArray("b", MARKS)
+        self._asked = 0
         self._others = frozenset(active_children())
 
     @property
@@ -80,7 +107,10 @@ class Workers:
     def start(self) -> Executor:
         """Start the processes, and return their executor; `close` or `stop` ends them."""
         self._executor = _Processes(
-            self.count, get_context("spawn"), initializer=_begin, initargs=(type(self._cache),)
+            self.count,
+            get_context("spawn"),
+            initializer=_begin,
+            initargs=(type(self._cache), self._abandoned),
         )
         for _ in range(self.count):
             # A process starts when work arrives: none is to import its modules when the first work for two is there.
@@ -150,8 +180,8 @@ class Workers:
                 notify(i, answers[i])
         return answers
 
-    def ask(self, work: Work, question: tuple[Any, ...]) -> Callable[[], Any]:
-        """Begin one question beside others, and return what waits for its answer; this process alone begins then.
+    def ask(self, work: Work, question: tuple[Any, ...]) -> Asked:
+        """Begin one question beside others; this process alone begins when the answer is waited for.
 
         Parameters
         ----------
@@ -159,16 +189,31 @@ class Workers:
             As in `run`.
         """
         if self._executor is None:
-            return lambda: self.run(work, [question])[0]
+            return Asked(lambda: self.run(work, [question])[0], lambda: None)
         file, stored, answer = self._saved(work, question)
+        if stored:
+            return Asked(lambda: answer, lambda: None)
+        mark, self._asked = self._asked % MARKS, self._asked + 1
+        self._abandoned[mark] = 0
         bound = with_cache(work, self._cache, in_process=False)
-        return (lambda: answer) if stored else self._submit(self._executor, file, bound, question).result
+        future = self._submit(self._executor, file, bound, question, mark)
+
+        def abandon() -> None:
+            if not future.cancel():
+                self._abandoned[mark] = 1
+
+        return Asked(future.result, abandon)
 
     def _submit(
-        self, executor: Executor, file: Path | None, work: Work, question: tuple[Any, ...]
+        self,
+        executor: Executor,
+        file: Path | None,
+        work: Work,
+        question: tuple[Any, ...],
+        mark: int | None = None,
     ) -> Future[Any]:
         if isinstance(executor, ProcessPoolExecutor):
-            return executor.submit(_answer, self.store, file, work, question)
+            return executor.submit(_answer, self.store, file, work, question, mark)
         future = executor.submit(_answer, None, None, work, question)
         store = self.store
         if file is not None and store is not None:
@@ -188,12 +233,27 @@ class Workers:
         return file, *self.store.read(file, question)
 
 
-def _answer(store: Store | None, file: Path | None, work: Work, question: tuple[Any, ...]) -> Any:
+# Of this process: which questions are abandoned, and the mark of the one that it answers.
+_abandoned: Sequence[int] = ()
+_mark: int | None = None
+
+
+def _answer(
+    store: Store | None, file: Path | None, work: Work, question: tuple[Any, ...], mark: int | None = None
+) -> Any:
     """Do the work and save its answer."""
+    global _mark
+    _mark = mark
     answer = work(*question)
     if file is not None and store is not None:
         store.write(file, answer)
     return answer
+
+
+def end_if_abandoned(*_: object) -> None:
+    """Raise `Abandoned` in a process that answers a question for which nobody waits any more."""
+    if _mark is not None and _abandoned and _abandoned[_mark]:
+        raise Abandoned
 
 
 @contextmanager
@@ -245,14 +305,18 @@ class _Processes(ProcessPoolExecutor):
             return super().submit(fn, *args, **kwargs)
 
 
-def _begin(kind: type) -> None:
+def _begin(kind: type, abandoned: Sequence[int]) -> None:
     """Prepare a worker process, which ends on SIGTERM and in any case with the process that started it.
 
     Parameters
     ----------
     kind : type
         Class of the cache: a process that receives it has imported what the work needs.
+    abandoned : sequence of int
+        Marks of questions, not zero of those for which nobody waits.
     """
+    global _abandoned
+    _abandoned = abandoned
 
     def end(number: int, frame: FrameType | None) -> None:
         abandon_compilation(frame)

@@ -32,6 +32,7 @@ from bushcli.inverse.task import Task
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.form import Likelihood
 from bushcli.likelihood.noise import NoiseModel
+from bushcli.runtime.workers import end_if_abandoned
 from bushcli.selection.model import Fitted, Model
 from bushcli.selection.model_cache import COMPARED, Coarse, ModelCache
 from cases.march import NotConverged
@@ -205,6 +206,7 @@ def pose(
         known_parameters(case, task.effects, shear, sound),
         replace(STOPPING, failures=FAILURES) if solid else STOPPING,
         [StepLimit(failed_steps) for _ in channels],
+        end_if_abandoned,
     )
     return task, problem
 

@@ -21,13 +21,13 @@ from scipy.special import logsumexp
 
 from bushcli.effects.effect import Effect
 from bushcli.evidence.prior import log_odds
-from bushcli.evidence.stopping_rule import needed_of
-from bushcli.runtime.workers import Workers
+from bushcli.evidence.stopping_rule import NEGLIGIBLE, needed_of
+from bushcli.runtime.workers import Asked, Workers
 from bushcli.selection.additions import RELAXING, relaxing_models, unthinned, with_branch_more
 from bushcli.selection.columns import shear_modulus
 from bushcli.selection.derivatives import Derivatives
 from bushcli.selection.fit import FittedSamples, fit
-from bushcli.selection.model import Fitted, Key, Model
+from bushcli.selection.model import Key, Model
 from bushcli.selection.neighbourhood import MOST_EFFECTS, NEIGHBOURS, Neighbourhood
 from bushcli.selection.neighbours import label, other_laws, with_law_of
 from bushcli.selection.order import FitOrder
@@ -53,13 +53,17 @@ class _Begun:
 
     Attributes
     ----------
-    corrects : bool
-        Whether the error of its prediction corrects those of models that differ in a dimension of the mesh alone.
+    as_predicted : bool
+        Whether its prediction is the reason for it, whose error corrects those of models that differ in a dimension of
+        the mesh alone.
+    may_matter : bool
+        Whether it might change the posterior when it began, by its prediction.
     """
 
     queued: Queued
-    answer: Callable[[], Fitted | None]
-    corrects: bool
+    asked: Asked
+    as_predicted: bool
+    may_matter: bool
 
 
 @dataclass
@@ -231,7 +235,7 @@ class Search:
             queued = self._next_model()
             if queued is None:
                 return
-            self._begun.append(self._begin(queued, corrects=True, matters=False))
+            self._begun.append(self._begin(queued, as_predicted=True, matters=False))
 
     def fit_anyway(self, *models: Queued, matters: bool = True) -> None:
         """Fit models whatever is predicted of them.
@@ -242,14 +246,14 @@ class Search:
         matters : bool
             Whether their fits go to the end even if they change the posterior by nothing.
         """
-        self._begun += [self._begin(queued, corrects=False, matters=matters) for queued in models]
+        self._begun += [self._begin(queued, as_predicted=False, matters=matters) for queued in models]
         try:
             while self._begun:
                 self._receive_oldest()
         finally:
             self._give_back()
 
-    def _begin(self, queued: Queued, corrects: bool, matters: bool) -> _Begun:
+    def _begin(self, queued: Queued, as_predicted: bool, matters: bool) -> _Begun:
         measured = FittedSamples(self.problem.used, self.problem.likelihood.plain, self.problem.noises)
         contained = (state for state in self.states.values() if queued.model.contains(state.model))
         best = min(contained, key=lambda state: state.objective, default=None)
@@ -257,7 +261,12 @@ class Search:
         odds = self.odds(queued.model), self.odds(queued.model, unknown=True)
         needed = None if matters else needed_of(self.total, *odds)
         question = (self.problem.case, queued.model, measured, inner, least, needed)
-        return _Begun(queued, self.workers.ask(fit, question), corrects)
+        may_matter = as_predicted and not self._is_negligible(queued)
+        return _Begun(queued, self.workers.ask(fit, question), as_predicted, may_matter)
+
+    def _is_negligible(self, queued: Queued) -> bool:
+        """Whether the fit of a model can hardly change the posterior."""
+        return self._other_shares.uncertain_weight(queued) < self.total + math.log(NEGLIGIBLE)
 
     def _give_back(self) -> None:
         """Queue the models again whose fits have not ended: the time is over, or the user has interrupted them."""
@@ -268,7 +277,7 @@ class Search:
     def _receive_oldest(self) -> None:
         """Wait for the fit that began first, and enter it, or note that the model cannot be solved."""
         begun = self._begun[0]
-        queued, answer = begun.queued, begun.answer()
+        queued, answer = begun.queued, begun.asked.answer()
         state = None if answer is None else State(self.problem, answer)
         text = "cannot be solved"
         if state is not None:
@@ -279,14 +288,24 @@ class Search:
         del self._begun[0]
         if state is not None:
             self._enter(state, queued.predicted_weight)
-            if begun.corrects:
+            if begun.as_predicted:
                 error = self.weights(state)[0] - queued.predicted_weight
                 self.neighbourhood.correct(state, queued, error)
+            self._abandon_negligible()
             return
         none, why = float("nan"), "cannot be solved from any start"
         self.lost[queued.model.structure] = label(queued.model, variants=True)
         self.waiting.pop(queued.model.structure, None)
         self.rows.append(self._row(queued.model, queued.predicted_weight, none, none, why))
+
+    def _abandon_negligible(self) -> None:
+        """Queue the models again whose fits might matter when they began, and cannot since the last one ended."""
+        for begun in tuple(self._begun):
+            if begun.may_matter and self._is_negligible(begun.queued):
+                begun.asked.abandon()
+                self._begun.remove(begun)
+                self._tried.discard(begun.queued.model.structure)
+                self.waiting.put(begun.queued)
 
     def _next_model(self) -> Queued | None:
         """Take the model to be fitted next; None if those that matter wait for a fit that has begun."""

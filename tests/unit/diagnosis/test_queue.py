@@ -16,7 +16,7 @@ from bushcli.diagnosis.words import possible_shift
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
 from bushcli.evidence.stopping_rule import NEGLIGIBLE
-from bushcli.runtime.workers import Workers
+from bushcli.runtime.workers import Asked, Workers
 from bushcli.selection import queue, queued
 from bushcli.selection.additions import with_branch_more
 from bushcli.selection.fit import WORSE
@@ -254,13 +254,22 @@ def test_the_next_fit_begins_beside_the_younger_of_two(world, monkeypatch):
 
     class Spied(Workers):
         def ask(self, work, question):
-            answer, name = super().ask(work, question), question[1].structure
+            asked, name = super().ask(work, question), question[1].structure
             events.append(("begun", name))
-            return lambda: (events.append(("received", name)), answer())[1]
+            return Asked(
+                lambda: (events.append(("received", name)), asked.answer())[1],
+                lambda: events.append(("abandoned", name)),
+            )
 
     monkeypatch.setattr(queue, "LEFT", 1e-6)
     world.search(monkeypatch, Spied(1))
-    begun, received = ([name for kind, name in events if kind == which] for which in ("begun", "received"))
+    begun, ended = ([name for kind, name in events if (kind == "begun") == which] for which in (True, False))
+    assert sorted(begun) == sorted(ended)
+    # The oldest is received first.
+    abandoned = [name for kind, name in events if kind == "abandoned"]
+    received = [name for kind, name in events if kind == "received"]
+    for name in abandoned:
+        begun.remove(name)
     assert received == begun
     running = np.cumsum([1 if kind == "begun" else -1 for kind, _ in events])
     assert running.max() == queue.AT_ONCE
@@ -404,7 +413,7 @@ def test_an_effect_that_nothing_responds_to_is_untestable(world, monkeypatch):
 def test_an_effect_that_cannot_be_simulated_is_not_said_to_have_no_influence(world, monkeypatch):
     known = world.derivatives
 
-    def derivatives(case, base, candidates):
+    def derivatives(case, base, candidates, same):
         factor = np.nan if candidates[0].effect.name == "time_lag" else 1.0
         return tuple(factor * channel for channel in known(case, base, candidates))
 
@@ -541,3 +550,23 @@ def test_fits_that_others_have_begun_are_finished_when_the_time_is_over(world, m
     assert begun[0] > 1
     assert len(found.states) == 1 + begun[0]
     assert not found._begun
+
+
+def test_a_fit_is_abandoned_once_it_cannot_matter_and_its_model_waits_again(world, monkeypatch):
+    abandoned = []
+
+    class Spied(Workers):
+        def ask(self, work, question):
+            asked, name = super().ask(work, question), question[1].structure
+            return replace(asked, abandon=lambda: abandoned.append(name))
+
+    monkeypatch.setattr(queue, "LEFT", 1e-6)
+    found = world.search(monkeypatch, Spied(1))
+    assert abandoned
+    for name in abandoned:
+        known = found.waiting.get(name)
+        if known is not None:
+            assert found._other_shares.uncertain_weight(known) < found.total + math.log(NEGLIGIBLE)
+        else:
+            # It was fitted after all, once so little mattered.
+            assert name in found.states

@@ -67,9 +67,31 @@ def name(folder, *question):
 @pytest.mark.parametrize("count", [1, 2])
 def test_a_question_is_worked_on_beside_others(count):
     with Workers(count).open() as crew:
-        answer = crew.ask(operator.mul, (3, 4))
+        asked = crew.ask(operator.mul, (3, 4))
         assert crew.run(operator.mul, [(2, 2)]) == [4]
-        assert answer() == 12
+        assert asked.answer() == 12
+
+
+def wait_until_abandoned(folder):
+    (folder / "begun").touch()
+    for _ in range(1000):
+        workers.end_if_abandoned()
+        time.sleep(0.01)
+
+
+@pytest.mark.parametrize("begins", [True, False])
+def test_work_ends_whose_answer_nobody_waits_for(tmp_path, begins):
+    with Workers(2).open() as crew:
+        asked = [crew.ask(wait_until_abandoned, (tmp_path,)) for _ in range(2 if begins else 3)]
+        while not (tmp_path / "begun").exists():
+            time.sleep(0.01)
+        begun = time.monotonic()
+        for one in asked:
+            one.abandon()
+        # Other work is done at once, and is not abandoned itself.
+        assert crew.ask(operator.mul, (3, 4)).answer() == 12
+        assert crew.run(workers.end_if_abandoned, [()]) == [None]
+    assert time.monotonic() - begun < 5.0
 
 
 def test_answers_are_in_order_and_every_process_is_of_a_group_of_its_own():
