@@ -6,6 +6,7 @@ import math
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -552,21 +553,18 @@ def test_fits_that_others_have_begun_are_finished_when_the_time_is_over(world, m
     assert not found._begun
 
 
-def test_a_fit_is_abandoned_once_it_cannot_matter_and_its_model_waits_again(world, monkeypatch):
-    abandoned = []
-
-    class Spied(Workers):
-        def ask(self, work, question):
-            asked, name = super().ask(work, question), question[1].structure
-            return replace(asked, abandon=lambda: abandoned.append(name))
-
-    monkeypatch.setattr(queue, "LEFT", 1e-6)
-    found = world.search(monkeypatch, Spied(1))
-    assert abandoned
-    for name in abandoned:
-        known = found.waiting.get(name)
-        if known is not None:
-            assert found._other_shares.uncertain_weight(known) < found.total + math.log(NEGLIGIBLE)
-        else:
-            # It was fitted after all, once so little mattered.
-            assert name in found.states
+@pytest.mark.parametrize("may_matter", [True, False])
+def test_a_fit_is_abandoned_once_it_cannot_matter_and_its_model_waits_again(world, monkeypatch, may_matter):
+    found, abandoned = world.search(monkeypatch), []
+    waits = next(q for q in found.waiting.values() if q.is_sure)
+    faint = replace(waits, log_evidence=found.total - waits.odds - 30.0)
+    strong = replace(faint, log_evidence=found.total - waits.odds)
+    found.waiting.pop(faint.model.structure)
+    found._begun = [
+        queue._Begun(one, Asked(lambda: None, partial(abandoned.append, one)), True, may_matter)
+        for one in (faint, strong)
+    ]
+    found._abandon_negligible()
+    assert abandoned == ([faint] if may_matter else [])
+    assert [begun.queued for begun in found._begun] == [strong] if may_matter else [faint, strong]
+    assert (faint.model.structure in found.waiting) == may_matter
