@@ -12,6 +12,7 @@ import time
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import cast
 
@@ -36,7 +37,7 @@ from bushcli.mismatch.record import locate
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import CONTINUE, Condition, history_damaged
 from bushcli.runtime.store import Store, history_of, holds_results
-from bushcli.runtime.workers import Workers
+from bushcli.runtime.workers import Asked, Workers
 from bushcli.selection.closest import closest_model, on_default_mesh
 from bushcli.selection.codec import FitCodec
 from bushcli.selection.model import Fitted, Model
@@ -142,9 +143,9 @@ def _calculate(
     notify("fit", question.plain.law, "the plain law")
     rough = _fit_before_noise(question, crew)
     problem, state = pose_problem(question.bare, rough, question.recordings, question.used, crew, cache)
-    search = Search(problem, crew, state, question.effects, uniform, deadline, notify)
-    # Asked now: a second process has nothing else to do before the first effects are tried.
-    law_alone = _LawAlone(search, question.plain)
+    law_alone = _LawAlone(crew, problem.case, question.plain)
+    meanwhile = partial(law_alone.ask, state.fitted)
+    search = Search(problem, crew, state, question.effects, uniform, deadline, notify, meanwhile)
     ended, unnoticed, interrupted = _run(search)
     models, plain, extras = posterior(search), rough, Extras()
     if not interrupted:
@@ -173,23 +174,23 @@ def _fit_before_noise(question: Question, crew: Workers) -> Fitted:
 class _LawAlone:
     """The plain law's fit as by `bushcli inverse`, which another process may do beside the search."""
 
-    def __init__(self, search: Search, chosen: Model) -> None:
-        self._search, self.chosen = search, chosen
-        self._ask()
+    def __init__(self, crew: Workers, case: Case, chosen: Model) -> None:
+        self._crew, self._case, self.chosen = crew, case, chosen
+        self._known: dict[str, float] = {}
+        self._asked: Asked | None = None
 
-    def _ask(self) -> None:
-        fitted = self._search.states.get(self.chosen.structure, self._search.plain).fitted
-        self._known = dict(zip(fitted.names, map(float, fitted.x), strict=True))
-        self._asked = self._search.workers.ask(
-            fit_plain, (self._search.problem.case, self.chosen, self._known)
-        )
+    def ask(self, found: Fitted) -> Asked:
+        """Begin the fit, given what the search has found; again where it has found other values meanwhile."""
+        known = dict(zip(found.names, map(float, found.x), strict=True))
+        if self._asked is None or known != self._known:
+            self._known = known
+            self._asked = self._crew.ask(fit_plain, (self._case, self.chosen, known))
+        return self._asked
 
-    def fit(self) -> Fitted | None:
-        """Return the fit; it is done again where the search has found other values meanwhile."""
-        fitted = self._search.states.get(self.chosen.structure, self._search.plain).fitted
-        if list(self._known.values()) != list(fitted.x):
-            self._ask()
-        return cast("Fitted | None", self._asked.answer())
+    def fit(self, search: Search) -> Fitted | None:
+        """Return the fit."""
+        found = search.states.get(self.chosen.structure, search.plain).fitted
+        return cast("Fitted | None", self.ask(found).answer())
 
 
 def _answer(question: Question, outcome: _Outcome, cache: ModelCache) -> Diagnosis:
@@ -309,12 +310,12 @@ def _finish(
     try:
         if best.state.model.structure == chosen.structure:
             # What is printed of the law alone are the numbers of `bushcli inverse`.
-            plain = law_alone.fit() or rough
+            plain = law_alone.fit(search) or rough
             best = replace(best, state=State(problem, plain))
         else:
             closest = on_default_mesh(search, closest_model(search, best.state))
             best = replace(best, state=closest, searched=best.state)
-            plain = law_alone.fit() or rough
+            plain = law_alone.fit(search) or rough
     except BaseException as error:
         if not is_interrupt(error):
             raise

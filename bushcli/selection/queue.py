@@ -84,6 +84,8 @@ class Search:
         By the effects of the catalogue.
     neighbourhood : Neighbourhood
         What is predicted beside the fitted models.
+    meanwhile : callable
+        Called before pairs are predicted, when another process has time for work that the caller needs at the end.
     """
 
     problem: CommonData
@@ -93,6 +95,7 @@ class Search:
     uniform: bool
     deadline: float
     progress: Progress
+    meanwhile: Callable[[], object] = lambda: None
     states: dict[Key, State] = field(default_factory=dict)
     waiting: Waiting = field(default_factory=Waiting)
     rows: list[TriedModel] = field(default_factory=list)
@@ -371,6 +374,7 @@ class Search:
             if time.perf_counter() < self.deadline:
                 # Pairs are predicted while the first laws and single effects are fitted.
                 self._begin_next()
+                self.meanwhile()
             near.queue_larger(state, beside.pairs())
         near.queue_without(beside)
         # Not before: an interrupted search has not looked at these neighbours.

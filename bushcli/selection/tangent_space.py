@@ -107,6 +107,8 @@ class TangentSpace:
         size[size == 0.0] = 1.0
         # The least distance from the free optimum: of y = aim + w, with E y + value >= 0.
         bound = -(cuts.values + E @ aim) / size
+        if (bound <= 0.0).all():
+            return ()
         held, _ = nnls(np.vstack([(E / size[:, None]).T, bound]), np.append(np.zeros(len(aim)), 1.0))
         return tuple(int(i) for i in np.flatnonzero(held > RANK))
 
