@@ -86,36 +86,42 @@ def test_two_on_a_common_channel_are_the_same(made):
     assert not one.is_among([ActiveEffect(effect("friction"))])
 
 
-def test_the_derivative_by_one_of_a_channel_is_a_part_of_that_by_one_in_all(made, recordings, monkeypatch):
-    column = np.sin(np.arange(len(made.strain)))[:, None] * made.strain[:, None]
-    asked = []
-
-    def solved(case, base, candidates):
-        (trial,) = candidates
-        asked.append(trial.active.identity)
-        return column[None], 2.0 * column[None]
-
-    monkeypatch.setattr(derivatives, "columns", solved)
-    likelihood = made.problem.likelihood
-    twice = replace(
-        likelihood,
-        features=likelihood.features * 2,
-        plain=likelihood.plain * 2,
-    )
+@pytest.fixture
+def twice(made, recordings):
+    """The fitted model of one recording on two channels."""
     problem = replace(
         made.problem,
         recordings=recordings,
         noises=made.problem.noises * 2,
         used=made.problem.used * 2,
-        likelihood=twice,
+        likelihood=replace(
+            made.problem.likelihood,
+            features=made.problem.likelihood.features * 2,
+            plain=made.problem.likelihood.plain * 2,
+        ),
     )
     fitted = made.state.fitted
-    state = replace(
-        made.state,
-        problem=problem,
-        fitted=replace(fitted, simulated=fitted.simulated * 2, jacobians=fitted.jacobians * 2),
+    fitted = replace(fitted, simulated=fitted.simulated * 2, jacobians=fitted.jacobians * 2)
+    return replace(made.state, problem=problem, fitted=fitted)
+
+
+@pytest.fixture
+def column(made):
+    return np.sin(np.arange(len(made.strain)))[:, None] * made.strain[:, None]
+
+
+def test_the_derivative_by_one_of_a_channel_is_a_part_of_that_by_one_in_all(twice, column, monkeypatch):
+    asked = []
+
+    def solved(case, base, candidates, known):
+        (trial,) = candidates
+        asked.append(trial.active.identity)
+        return column[None], 2.0 * column[None]
+
+    monkeypatch.setattr(derivatives, "columns", solved)
+    found = Derivatives(twice.problem, Workers(1), [LAG], lambda *text: None, 1.0).additions_beside(
+        twice, True
     )
-    found = Derivatives(problem, Workers(1), [LAG], lambda *text: None, 1.0).additions_beside(state, True)
     assert asked == ["time_lag"]
     slopes = {one.trial.active.identity: one.slopes for one in found}
     both, nothing = slopes["time_lag"], np.zeros_like(slopes["time_lag"][0])
@@ -147,3 +153,26 @@ def test_a_spike_sets_no_scale_of_a_prior(coupon):
     clean, found = (scales_of(one.case, 1.0, one.sound_recordings) for one in (problem, spiked))
     assert found["compliance"] == pytest.approx(clean["compliance"], rel=0.02)
     assert found["force"] == pytest.approx(clean["force"], rel=0.02)
+
+
+def test_the_derivative_is_solved_anew_in_the_channels_that_a_rig_moves(twice, column, monkeypatch):
+    asked, size = [], [1.0]
+
+    def solved(case, base, candidates, known):
+        asked.append(known)
+        own = np.array([size[0] * column for _ in candidates])
+        return own, np.zeros_like(own) if "planar" in known else own
+
+    monkeypatch.setattr(derivatives, "columns", solved)
+    known = Derivatives(twice.problem, Workers(1), [effect("mullins")], lambda *text: None, 1.0)
+    (alone, *_) = known.additions_beside(twice, True)
+    assert set(asked) == {()}
+    asked.clear()
+    size[0] = 3.0
+    moved = ActiveEffect(LAG, {"lag": 0.1}, ("uniaxial",))
+    model = replace(twice.model, effects=(moved,))
+    beside = replace(twice, fitted=replace(twice.fitted, model=model))
+    (anew, *_) = known.additions_beside(beside)
+    assert set(asked) == {("planar",)}
+    np.testing.assert_allclose(anew.slopes[0], 3.0 * alone.slopes[0])
+    np.testing.assert_array_equal(anew.slopes[1], alone.slopes[1])
