@@ -102,6 +102,22 @@ def test_a_prediction_is_the_evidence_after_the_exact_fit(made):
             assert active.values["set"] == pytest.approx(best[0], rel=1e-4)
 
 
+def test_variances_settle_only_where_a_fit_may_matter(made):
+    fitted = made.state.fitted
+    far = State(
+        made.problem, replace(fitted, simulated=tuple(force - loop(made, 0.2) for force in fitted.simulated))
+    )
+    added = [addition(made, "permanent_set", loop(made)), addition(made, "drift", 1e-3 * loop(made))]
+    settled, rough = (Beside(far, added).singles(least) for least in (-np.inf, np.inf))
+    best, faint = (one.log_evidence for one in settled)
+    assert best > faint + 1.0
+    assert rough[0].log_evidence < best - 0.1
+    # The first may reach what it has when it has settled, the second may not.
+    first, second = Beside(far, added).singles(best)
+    assert first.log_evidence == best
+    assert second.log_evidence == rough[1].log_evidence
+
+
 def test_an_amplitude_that_cannot_be_negative_is_not(made):
     """One sign of a column helps; with the other the effect stays off and costs evidence, as any useless effect."""
     here, there = (
