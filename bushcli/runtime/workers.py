@@ -11,7 +11,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, MutableSequence, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -80,8 +80,8 @@ class Workers:
     ) -> None:
         self.count, self.store, self._cache = max(1, count), store, cache
         self._executor: Executor | None = executor
-        # Which questions are abandoned, for processes of our own, and how many were asked.
-        self._abandoned = RawArray("b", MARKS)
+        # Marks of questions, not zero of those that are abandoned, and how many were asked.
+        self._marks: MutableSequence[int] = [0] * MARKS
         self._asked = 0
         self._others = frozenset(active_children())
 
@@ -106,11 +106,12 @@ class Workers:
 
     def start(self) -> Executor:
         """Start the processes, and return their executor; `close` or `stop` ends them."""
+        self._marks = RawArray("b", MARKS)
         self._executor = _Processes(
             self.count,
             get_context("spawn"),
             initializer=_begin,
-            initargs=(type(self._cache), self._abandoned),
+            initargs=(type(self._cache), self._marks),
         )
         for _ in range(self.count):
             # A process starts when work arrives: none is to import its modules when the first work for two is there.
@@ -194,13 +195,13 @@ class Workers:
         if stored:
             return Asked(lambda: answer, lambda: None)
         mark, self._asked = self._asked % MARKS, self._asked + 1
-        self._abandoned[mark] = 0
+        self._marks[mark] = 0
         bound = with_cache(work, self._cache, in_process=False)
         future = self._submit(self._executor, file, bound, question, mark)
 
         def abandon() -> None:
             if not future.cancel():
-                self._abandoned[mark] = 1
+                self._marks[mark] = 1
 
         return Asked(future.result, abandon)
 
@@ -233,8 +234,8 @@ class Workers:
         return file, *self.store.read(file, question)
 
 
-# Of this process: which questions are abandoned, and the mark of the one that it answers.
-_abandoned: Sequence[int] = ()
+# Of this process: the marks of all questions, and which is that of the one that it answers.
+_marks: Sequence[int] = ()
 _mark: int | None = None
 
 
@@ -252,7 +253,7 @@ def _answer(
 
 def end_if_abandoned(*_: object) -> None:
     """Raise `Abandoned` in a process that answers a question for which nobody waits any more."""
-    if _mark is not None and _abandoned and _abandoned[_mark]:
+    if _mark is not None and _marks and _marks[_mark]:
         raise Abandoned
 
 
@@ -305,18 +306,18 @@ class _Processes(ProcessPoolExecutor):
             return super().submit(fn, *args, **kwargs)
 
 
-def _begin(kind: type, abandoned: Sequence[int]) -> None:
+def _begin(kind: type, marks: Sequence[int]) -> None:
     """Prepare a worker process, which ends on SIGTERM and in any case with the process that started it.
 
     Parameters
     ----------
     kind : type
         Class of the cache: a process that receives it has imported what the work needs.
-    abandoned : sequence of int
-        Marks of questions, not zero of those for which nobody waits.
+    marks : sequence of int
+        Of questions, not zero of those for which nobody waits.
     """
-    global _abandoned
-    _abandoned = abandoned
+    global _marks
+    _marks = marks
 
     def end(number: int, frame: FrameType | None) -> None:
         abandon_compilation(frame)
