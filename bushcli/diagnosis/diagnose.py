@@ -183,6 +183,8 @@ class _LawAlone:
         """Begin the fit, given what the search has found; again where it has found other values meanwhile."""
         known = dict(zip(found.names, map(float, found.x), strict=True))
         if self._asked is None or known != self._known:
+            if self._asked is not None:
+                self._asked.abandon()
             self._known = known
             self._asked = self._crew.ask(fit_plain, (self._case, self.chosen, known))
         return self._asked

@@ -53,7 +53,8 @@ class Evidence:
     off : sequence of float
         Off value of a one-sided amplitude, any number for other parameters.
     same_law : Evidence, optional
-        Of another model with these derivatives by the law's parameters.
+        Of another model with these derivatives by the law's parameters: what it loses to their priors is the same, and
+        calculated once.
     """
 
     likelihood: Likelihood

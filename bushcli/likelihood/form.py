@@ -133,12 +133,13 @@ class _Variances:
 
     Attributes
     ----------
-    noise : Array
+    noise : shape (sizes, 1, ..., channels)
         s^2.
-    precision, precision_along : Array
+    precision, precision_along : shape (sizes, ..., channels)
         1 / v, and 1 / (v + g) of the feature along the force.
-    at_zero : Array
-        Log likelihood of a misfit that is zero, with the weight of the noise's size.
+    at_zero : shape (sizes, ..., channels)
+        Log likelihood of a misfit that is as large across the force as noise is expected to be, and zero along it, plus
+        the logarithm of the weight of the noise's size.
     """
 
     noise: Array
@@ -261,7 +262,7 @@ class Likelihood:
         wide = v + self.calibration[channel]
         at_zero = np.log(_NOISE_WEIGHTS).reshape(nodes.shape) - 0.5 * np.log(wide)
         at_zero = at_zero - 0.5 * (m - 1.0) * (np.log(v) + 1.0 / v)
-        return _Variances(noise, 1.0 / v, 1.0 / wide, at_zero)
+        return _Variances(noise, np.asarray(1.0 / v), np.asarray(1.0 / wide), at_zero)
 
     def _log(
         self, left: Left, variances: _Variances, m: Array, channel: slice | int = slice(None)

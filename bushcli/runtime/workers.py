@@ -29,7 +29,8 @@ Work = Callable[..., Any]
 
 # Work whose answers are saved (`store`): fits and derivatives; the rest takes almost no time.
 SAVED = frozenset({"first_plain_fit", "fit_plain", "fit", "come_closest", "columns"})
-# Questions after whose number the mark of an abandoned one is used again.
+# Questions at most that can be abandoned at once; further ones are answered whatever happens. Judgement: many more than
+# processes.
 MARKS = 64
 # Seconds that a process has to clean up. Afterwards it is killed; every answer is saved before it counts.
 GRACE = 2.0
@@ -44,7 +45,8 @@ class Asked:
     answer : callable
         Waits for the answer, and returns it.
     abandon : callable
-        Says that nobody waits for the answer: work that asks (`end_if_abandoned`) ends.
+        Says that nobody waits for the answer. Work that has not begun is cancelled; in processes of our own, work that
+        asks (`end_if_abandoned`) ends.
     """
 
     answer: Callable[[], Any]
@@ -80,9 +82,9 @@ class Workers:
     ) -> None:
         self.count, self.store, self._cache = max(1, count), store, cache
         self._executor: Executor | None = executor
-        # Marks of questions, not zero of those that are abandoned, and how many were asked.
+        # Marks of questions, not zero of those that are abandoned, and which are free.
         self._marks: MutableSequence[int] = [0] * MARKS
-        self._asked = 0
+        self._free, self._marking = list(range(MARKS)), threading.Lock()
         self._others = frozenset(active_children())
 
     @property
@@ -194,15 +196,23 @@ class Workers:
         file, stored, answer = self._saved(work, question)
         if stored:
             return Asked(lambda: answer, lambda: None)
-        mark, self._asked = self._asked % MARKS, self._asked + 1
-        self._marks[mark] = 0
+        mark = self._free.pop() if self._free else None
         bound = with_cache(work, self._cache, in_process=False)
         future = self._submit(self._executor, file, bound, question, mark)
 
         def abandon() -> None:
-            if not future.cancel():
-                self._marks[mark] = 1
+            future.cancel()
+            with self._marking:
+                if mark is not None and not future.done():
+                    self._marks[mark] = 1
 
+        def release(_: Future[Any]) -> None:
+            with self._marking:
+                if mark is not None:
+                    self._marks[mark] = 0
+                    self._free.append(mark)
+
+        future.add_done_callback(release)
         return Asked(future.result, abandon)
 
     def _submit(
@@ -245,6 +255,7 @@ def _answer(
     """Do the work and save its answer."""
     global _mark
     _mark = mark
+    end_if_abandoned()
     answer = work(*question)
     if file is not None and store is not None:
         store.write(file, answer)

@@ -280,7 +280,8 @@ def columns(
     """Derivative of each channel's force by k amplitudes, (points, n, k) each; NaN where it cannot be solved.
 
     `base` has its best-fitting values. The candidates are one effect at points of its grid that differ in parameters of
-    one body: one task, because what they share is then solved once. Channels that are `known` are zero.
+    one body: one task, because what they share is then solved once. Channels whose names are `known` are not solved:
+    their derivatives are zero.
     """
     points = [_columns(cache, case, base, candidate, known) for candidate in candidates]
     return tuple(np.array(channel) for channel in zip(*points, strict=True))

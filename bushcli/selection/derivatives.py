@@ -117,10 +117,10 @@ class Derivatives:
         def notify(i: int, answer: tuple[Array, ...]) -> None:
             (*_, known), task = tasks[i]
             for k, (name, trial) in enumerate(task.items()):
-                alone = self._columns.get(_name_alone(trial)) or answer
+                alone = self._columns.get(_name_alone(trial))
                 own = tuple(
-                    before if recording.name in known else channel[k]
-                    for recording, before, channel in zip(self.problem.recordings, alone, answer, strict=True)
+                    alone[c] if alone is not None and recording.name in known else answer[c][k]
+                    for c, recording in enumerate(self.problem.recordings)
                 )
                 solved = all(np.isfinite(slope).all() for slope in own)
                 self._columns[name] = own if solved else None
@@ -163,7 +163,7 @@ class Derivatives:
         )
 
     def _known_channels(self, state: State, trial: Candidate) -> tuple[str, ...]:
-        """Return the channels in which the derivative is that beside the law alone, because no effect changes it."""
+        """Return the channels in which the derivative is that beside the law alone: no effect stays active there."""
         if self._columns.get(_name_alone(trial)) is None:
             return ()
         beside = effects_beside(self.problem.case, state.model, trial)

@@ -7,8 +7,9 @@ with fewer effects, with one in place of others, and with another law. They ente
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import combinations
 from typing import Protocol
 
@@ -41,9 +42,8 @@ class Searched(Fits, Protocol):
     catalogue: Sequence[Effect]
     waiting: Waiting
 
-    @property
-    def begun_models(self) -> Iterable[Model]:
-        """Models whose fits have begun and not ended."""
+    def put(self, queued: Queued) -> None:
+        """Add the prediction of a model that is not fitted."""
 
 
 class Neighbourhood:
@@ -199,10 +199,7 @@ class Neighbourhood:
                     continue
                 lost = abs(state.evidence.coarse - other.coarse_likelihood)
                 self.queue(other.alone(), state, slack_of(lost))
-
-                def slack(reach: float, lost: float = lost) -> float:
-                    return slack_of(lost + reach)
-
+                slack = partial(_slack_after, lost)
                 for prediction in other.singles(self._least(smaller), slack):
                     if prediction.gain >= FAINT:
                         self.queue(prediction, state, slack(prediction.reach))
@@ -264,15 +261,19 @@ class Neighbourhood:
         """
         search = self._search
         names = [active.effect.name for active in prediction.model.effects]
-        known = {*search.states, *(model.structure for model in search.begun_models)}
-        if prediction.model.structure in known or incompatibility(search.problem.case, names):
+        if prediction.model.structure in search.states or incompatibility(search.problem.case, names):
             return
         odds, likelihood = search.odds(prediction.model), search.problem.likelihood
         # No model is better than one that leaves nothing but noise.
         gain = likelihood.log_without_misfit - prediction.log_likelihood
         limit = prediction.log_evidence + odds + max(gain, 0.0)
         log, hope = prediction.log_evidence, prediction.hope
-        search.waiting.put(Queued(prediction.model, base, log, odds, slack, hope, limit, is_bound, is_silent))
+        search.put(Queued(prediction.model, base, log, odds, slack, hope, limit, is_bound, is_silent))
+
+
+def _slack_after(lost: float, reach: float) -> float:
+    """Return the slack of a prediction beside a model that is itself predicted, `lost` nats from a fitted one."""
+    return slack_of(lost + reach)
 
 
 def _borrowed_slack(reach: float) -> float:

@@ -108,14 +108,13 @@ class Beside:
         grids = [[(addition,) for addition in points] for points in self.grouped.values()]
         predictions = [self._mean_over_grid(points, settles=False) for points in grids]
         most = [one.log_evidence + slack(one.reach) + one.hope for one in predictions]
-        gained = 0.0
+        gained = max(self._value(())[0].log - self._solve_amplitudes(())[0].log, 0.0)
         for i in sorted(range(len(grids)), key=lambda i: -most[i]):
             # The lower the misfit, the more is gained where the variances settle: most in the best effects.
             if most[i] + gained < least:
                 break
-            rough = predictions[i]
-            predictions[i] = self._mean_over_grid(grids[i])
-            gained = max(gained, predictions[i].log_evidence - rough.log_evidence)
+            one = predictions[i] = self._mean_over_grid(grids[i])
+            gained = max(gained, one.log_evidence + slack(one.reach) + one.hope - most[i])
         return predictions
 
     def alone(self) -> Prediction:

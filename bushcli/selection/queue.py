@@ -6,7 +6,8 @@ evidence is predicted to first order beside the fitted model (`predict`). The ne
 reliable is the prediction; a reliable one counts like a fit. The search ends when further fits could change no more
 than a few per cent of the effects' probability, or when the time allowed is over. What says more of others is fitted
 before them (`order`). Several fits run at once: when the oldest ends, its neighbours are predicted and the next one
-begins beside the others. What is chosen depends on the fits received, in the order in which they were begun, so that
+begins beside the others. A fit that has begun is abandoned where the last result leaves its model next to nothing; the
+model waits again. What is chosen depends on the fits received, in the order in which they were begun, so that
 the answer does not depend on the number of processes.
 """
 
@@ -53,14 +54,19 @@ class _Begun:
 
     Attributes
     ----------
+    queued : Queued
+        The prediction with which it began.
+    latest : Queued
+        The most reliable prediction of the model so far.
     as_predicted : bool
-        Whether its prediction is the reason for it, whose error corrects those of models that differ in a dimension of
-        the mesh alone.
+        Whether it is fitted because of its prediction. Then the error of the prediction corrects those of models that
+        differ in a dimension of the mesh alone.
     may_matter : bool
         Whether it might change the posterior when it began, by its prediction.
     """
 
     queued: Queued
+    latest: Queued
     asked: Asked
     as_predicted: bool
     may_matter: bool
@@ -85,7 +91,7 @@ class Search:
     neighbourhood : Neighbourhood
         What is predicted beside the fitted models.
     meanwhile : callable
-        Called before pairs are predicted, when another process has time for work that the caller needs at the end.
+        Called whenever fits have begun, for work that the caller needs at the end.
     """
 
     problem: CommonData
@@ -148,6 +154,7 @@ class Search:
                 return "budget"
             if outweighed is None:
                 self._begin_next()
+                self.meanwhile()
                 self._receive_oldest()
             else:
                 self._tried.add(outweighed.model.structure)
@@ -217,6 +224,20 @@ class Search:
             of_one_parameter=len(plain.start) == 1,
         )
 
+    def put(self, queued: Queued) -> None:
+        """Add the prediction of a model that is not fitted; of several for one model the most reliable counts.
+
+        Parameters
+        ----------
+        queued : Queued
+        """
+        for i, begun in enumerate(self._begun):
+            if begun.queued.model.structure == queued.model.structure:
+                if queued.rank > begun.latest.rank:
+                    self._begun[i] = replace(begun, latest=queued)
+                return
+        self.waiting.put(queued)
+
     @property
     def begun_models(self) -> list[Model]:
         """Models whose fits have begun and not ended."""
@@ -265,7 +286,7 @@ class Search:
         needed = None if matters else needed_of(self.total, *odds)
         question = (self.problem.case, queued.model, measured, inner, least, needed)
         may_matter = as_predicted and not self._is_negligible(queued)
-        return _Begun(queued, self.workers.ask(fit, question), as_predicted, may_matter)
+        return _Begun(queued, queued, self.workers.ask(fit, question), as_predicted, may_matter)
 
     def _is_negligible(self, queued: Queued) -> bool:
         """Whether the fit of a model can hardly change the posterior."""
@@ -274,7 +295,7 @@ class Search:
     def _give_back(self) -> None:
         """Queue the models again whose fits have not ended: the time is over, or the user has interrupted them."""
         for begun in self._begun:
-            self.waiting.put(begun.queued)
+            self.waiting.put(begun.latest)
         self._begun.clear()
 
     def _receive_oldest(self) -> None:
@@ -304,11 +325,11 @@ class Search:
     def _abandon_negligible(self) -> None:
         """Queue the models again whose fits might matter when they began, and cannot since the last one ended."""
         for begun in tuple(self._begun):
-            if begun.may_matter and self._is_negligible(begun.queued):
+            if begun.may_matter and self._is_negligible(begun.latest):
                 begun.asked.abandon()
                 self._begun.remove(begun)
                 self._tried.discard(begun.queued.model.structure)
-                self.waiting.put(begun.queued)
+                self.waiting.put(begun.latest)
 
     def _next_model(self) -> Queued | None:
         """Take the model to be fitted next; None if those that matter wait for a fit that has begun."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import null_space
-from scipy.optimize import nnls
+from scipy.optimize import lsq_linear
 
 Array = NDArray[np.float64]
 
@@ -106,10 +106,18 @@ class TangentSpace:
         size = np.linalg.norm(E, axis=1)
         size[size == 0.0] = 1.0
         # The least distance from the free optimum: of y = aim + w, with E y + value >= 0.
-        bound = -(cuts.values + E @ aim) / size
+        unit, bound = E / size[:, None], -(cuts.values + E @ aim) / size
         if (bound <= 0.0).all():
             return ()
-        held, _ = nnls(np.vstack([(E / size[:, None]).T, bound]), np.append(np.zeros(len(aim)), 1.0))
+        # Mostly it is one that is violated, with whose equality all are met: that is found in a tenth of the time.
+        met = bound - bound[:, None] * (unit @ unit.T) <= RANK * bound.max()
+        alone = np.flatnonzero(met.all(axis=1) & (bound > 0.0))
+        if len(alone):
+            return (int(alone[0]),)
+        # `nnls` of SciPy 1.15 ends before the minimum in one of 300 random problems (`test_tangent_space`).
+        held = lsq_linear(
+            np.vstack([unit.T, bound]), np.append(np.zeros(len(aim)), 1.0), (0.0, np.inf), method="bvls"
+        ).x
         return tuple(int(i) for i in np.flatnonzero(held > RANK))
 
 

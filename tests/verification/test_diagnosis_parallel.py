@@ -42,7 +42,9 @@ def test_ranks_that_share_the_refits_come_to_the_same_answer(tmp_path):
     assert together == alone
     # The first rank saves the others' results, because they may not see its folder.
     kept = [sorted(file.name for file in (tmp_path / n / "history-diagnose").glob("*.npz")) for n in "12"]
-    assert kept[0] == kept[1] != []
+    # A fit that is abandoned may have ended on another rank.
+    assert set(kept[0]) <= set(kept[1])
+    assert kept[0]
 
 
 @pytest.mark.skipif(shutil.which("mpirun") is None, reason="there is no mpirun on the PATH")

@@ -11,8 +11,9 @@ import pytest
 
 from bushcli.case import load_case
 from bushcli.inverse import identify
+from bushcli.runtime import workers
 from bushcli.selection import plain as plain_module
-from bushcli.selection.fit import WORSE, _search_from, pose
+from bushcli.selection.fit import WORSE, FittedSamples, _search_from, fit, pose
 from bushcli.selection.model import Model
 from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.plain import fit_plain
@@ -139,6 +140,16 @@ def test_friction_beside_viscoelasticity_is_no_worse_than_either(coupon):
         model = one.model(**{name: begun[name] for name in names})
         states.append(one.fit(model, *(s for s in states if model.contains(s.model))))
     assert no_worse(one, states) == 5
+
+
+def test_a_fit_for_which_nobody_waits_ends_at_its_first_evaluation(coupon, monkeypatch):
+    one = coupon("yeoh")
+    question = one.cache, one.case, one.state.model, FittedSamples(one.problem.used, (0.0,))
+    assert fit(*question) is not None
+    monkeypatch.setattr(workers, "_marks", [1])
+    monkeypatch.setattr(workers, "_mark", 0)
+    with pytest.raises(workers.Abandoned):
+        fit(*question)
 
 
 def test_a_search_from_a_point_that_cannot_be_solved_ends_there():

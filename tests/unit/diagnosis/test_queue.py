@@ -412,11 +412,11 @@ def test_an_effect_that_nothing_responds_to_is_untestable(world, monkeypatch):
 
 
 def test_an_effect_that_cannot_be_simulated_is_not_said_to_have_no_influence(world, monkeypatch):
-    known = world.derivatives
+    solved = world.derivatives
 
-    def derivatives(case, base, candidates, same):
+    def derivatives(case, base, candidates, known):
         factor = np.nan if candidates[0].effect.name == "time_lag" else 1.0
-        return tuple(factor * channel for channel in known(case, base, candidates))
+        return tuple(factor * channel for channel in solved(case, base, candidates))
 
     world.derivatives = derivatives
     found = world.search(monkeypatch)
@@ -561,10 +561,40 @@ def test_a_fit_is_abandoned_once_it_cannot_matter_and_its_model_waits_again(worl
     strong = replace(faint, log_evidence=found.total - waits.odds)
     found.waiting.pop(faint.model.structure)
     found._begun = [
-        queue._Begun(one, Asked(lambda: None, partial(abandoned.append, one)), True, may_matter)
+        queue._Begun(one, one, Asked(lambda: None, partial(abandoned.append, one)), True, may_matter)
         for one in (faint, strong)
     ]
     found._abandon_negligible()
     assert abandoned == ([faint] if may_matter else [])
     assert [begun.queued for begun in found._begun] == [strong] if may_matter else [faint, strong]
     assert (faint.model.structure in found.waiting) == may_matter
+
+
+def test_a_begun_fit_is_judged_by_the_most_reliable_prediction_of_its_model(world, monkeypatch):
+    found, abandoned = world.search(monkeypatch), []
+    waits = next(q for q in found.waiting.values() if q.is_sure)
+    begun = replace(waits, log_evidence=found.total - waits.odds, slack=waits.slack + 1.0)
+    found.waiting.pop(begun.model.structure)
+    found._begun = [queue._Begun(begun, begun, Asked(lambda: None, partial(abandoned.append, 1)), True, True)]
+    for slack in (waits.slack + 2.0, waits.slack):
+        found.put(replace(begun, log_evidence=begun.log_evidence - 30.0, slack=slack))
+        found._abandon_negligible()
+        assert bool(abandoned) == (slack == waits.slack)
+        assert (begun.model.structure in found.waiting) == bool(abandoned)
+
+
+def test_a_search_abandons_fits_and_ends(world, monkeypatch):
+    events = []
+
+    class Spied(Workers):
+        def ask(self, work, question):
+            asked = super().ask(work, question)
+            return replace(asked, abandon=lambda: events.append(question[1].structure))
+
+    # So that many fits begin, and one of them is easily outweighed.
+    monkeypatch.setattr(queue, "LEFT", 1e-6)
+    monkeypatch.setattr(queue, "NEGLIGIBLE", 0.1)
+    found = world.search(monkeypatch, Spied(1))
+    assert world.ended == "nothing left"
+    assert events
+    assert all(name in found.waiting or name in found.states for name in events)

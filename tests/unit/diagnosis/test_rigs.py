@@ -13,8 +13,9 @@ from bushcli.effects.effect import effect
 from bushcli.evidence.prior import scales_of
 from bushcli.runtime.workers import Workers
 from bushcli.selection import derivatives
-from bushcli.selection.columns import trials
+from bushcli.selection.columns import columns, trials
 from bushcli.selection.derivatives import Derivatives
+from bushcli.selection.model_cache import ModelCache
 from geometry.shape import shapes
 
 LAG = effect("time_lag")
@@ -176,3 +177,12 @@ def test_the_derivative_is_solved_anew_in_the_channels_that_a_rig_moves(twice, c
     assert set(asked) == {("planar",)}
     np.testing.assert_allclose(anew.slopes[0], 3.0 * alone.slopes[0])
     np.testing.assert_array_equal(anew.slopes[1], alone.slopes[1])
+
+
+def test_a_channel_whose_derivative_is_known_is_not_solved(made):
+    (candidate, *_), _ = trials(made.case, made.state.model, effect("mullins"), made.recordings, 1.0)
+    question = ModelCache(), made.case, made.state.model, (candidate,)
+    (solved,), (known,) = (columns(*question, names) for names in ((), [one.name for one in made.recordings]))
+    assert np.any(solved)
+    assert known.shape == solved.shape
+    assert not np.any(known)

@@ -80,7 +80,8 @@ def wait_until_abandoned(folder):
 
 
 @pytest.mark.parametrize("begins", [True, False])
-def test_work_ends_whose_answer_nobody_waits_for(tmp_path, begins):
+def test_work_ends_whose_answer_nobody_waits_for(tmp_path, begins, monkeypatch):
+    monkeypatch.setattr(workers, "MARKS", 3)
     with Workers(2).open() as crew:
         asked = [crew.ask(wait_until_abandoned, (tmp_path,)) for _ in range(2 if begins else 3)]
         while not (tmp_path / "begun").exists():
@@ -88,9 +89,11 @@ def test_work_ends_whose_answer_nobody_waits_for(tmp_path, begins):
         begun = time.monotonic()
         for one in asked:
             one.abandon()
-        # Other work is done at once, and is not abandoned itself.
+        # Other work is done at once, and is not abandoned itself, with whichever mark.
         assert crew.ask(operator.mul, (3, 4)).answer() == 12
         assert crew.run(workers.end_if_abandoned, [()]) == [None]
+        again = [crew.ask(workers.end_if_abandoned, ()) for _ in range(4)]
+        assert [one.answer() for one in again] == [None] * 4
     assert time.monotonic() - begun < 5.0
 
 
