@@ -17,6 +17,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import compress
 
 from scipy.special import logsumexp
 
@@ -324,12 +325,13 @@ class Search:
 
     def _abandon_negligible(self) -> None:
         """Queue the models again whose fits might matter when they began, and cannot since the last one ended."""
-        for begun in tuple(self._begun):
-            if begun.may_matter and self._is_negligible(begun.latest):
-                begun.asked.abandon()
-                self._begun.remove(begun)
-                self._tried.discard(begun.queued.model.structure)
-                self.waiting.put(begun.latest)
+        is_idle = [begun.may_matter and self._is_negligible(begun.latest) for begun in self._begun]
+        idle = list(compress(self._begun, is_idle))
+        self._begun = [begun for begun, gone in zip(self._begun, is_idle, strict=True) if not gone]
+        for begun in idle:
+            begun.asked.abandon()
+            self._tried.discard(begun.queued.model.structure)
+            self.waiting.put(begun.latest)
 
     def _next_model(self) -> Queued | None:
         """Take the model to be fitted next; None if those that matter wait for a fit that has begun."""

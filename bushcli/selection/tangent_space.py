@@ -114,16 +114,16 @@ class TangentSpace:
         unit, bound = E / size[:, None], -(cuts.values + E @ aim) / size
         if (bound <= 0.0).all():
             return ()
-        # Mostly it is one of those that are violated most, with whose equality all are met.
+        # Mostly one of those that are violated most holds it alone: with equality in that one all are met.
         for i in np.argsort(-bound)[:MOSTLY]:
             if bound[i] > 0.0 and (bound - bound[i] * (unit @ unit[i]) <= RANK * bound.max()).all():
                 return (int(i),)
-        A, aim = np.vstack([unit.T, bound]), np.append(np.zeros(len(aim)), 1.0)
-        held, _ = nnls(A, aim)
-        rising = A.T @ (A @ held - aim) / np.linalg.norm(A, axis=0)
+        A, b = np.vstack([unit.T, bound]), np.append(np.zeros(len(aim)), 1.0)
+        held, _ = nnls(A, b)
+        rising = A.T @ (A @ held - b) / np.linalg.norm(A, axis=0)
         if rising.min() < -KKT or np.abs(rising[held > 0.0]).max(initial=0.0) > KKT:
             # `nnls` of SciPy 1.15 ends before the minimum in one of 300 random problems; this takes ten times as long.
-            held = lsq_linear(A, aim, (0.0, np.inf), method="bvls").x
+            held = lsq_linear(A, b, (0.0, np.inf), method="bvls").x
         return tuple(int(i) for i in np.flatnonzero(held > RANK))
 
 
