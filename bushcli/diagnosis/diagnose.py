@@ -37,7 +37,7 @@ from bushcli.mismatch.record import locate
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import CONTINUE, Condition, history_damaged
 from bushcli.runtime.store import Store, history_of, holds_results
-from bushcli.runtime.workers import Asked, Workers
+from bushcli.runtime.workers import Pending, Workers
 from bushcli.selection.closest import closest_model, on_default_mesh
 from bushcli.selection.codec import FitCodec
 from bushcli.selection.model import Fitted, Model
@@ -177,9 +177,9 @@ class _LawAlone:
     def __init__(self, crew: Workers, case: Case, chosen: Model) -> None:
         self._crew, self._case, self.chosen = crew, case, chosen
         self._known: dict[str, float] = {}
-        self._asked: Asked | None = None
+        self._asked: Pending | None = None
 
-    def ask(self, found: Fitted) -> Asked:
+    def ask(self, found: Fitted) -> Pending:
         """Begin the fit, given what the search has found; again where it has found other values meanwhile."""
         known = dict(zip(found.names, map(float, found.x), strict=True))
         if self._asked is None or known != self._known:

@@ -37,7 +37,7 @@ GRACE = 2.0
 
 
 @dataclass(frozen=True)
-class Asked:
+class Pending:
     """A question whose answer another process prepares, or this one when it is waited for.
 
     Attributes
@@ -183,7 +183,7 @@ class Workers:
                 notify(i, answers[i])
         return answers
 
-    def ask(self, work: Work, question: tuple[Any, ...]) -> Asked:
+    def ask(self, work: Work, question: tuple[Any, ...]) -> Pending:
         """Begin one question beside others; this process alone begins when the answer is waited for.
 
         Parameters
@@ -192,10 +192,10 @@ class Workers:
             As in `run`.
         """
         if self._executor is None:
-            return Asked(lambda: self.run(work, [question])[0], lambda: None)
+            return Pending(lambda: self.run(work, [question])[0], lambda: None)
         file, stored, answer = self._saved(work, question)
         if stored:
-            return Asked(lambda: answer, lambda: None)
+            return Pending(lambda: answer, lambda: None)
         mark = self._free.pop() if self._free else None
         bound = with_cache(work, self._cache, in_process=False)
         future = self._submit(self._executor, file, bound, question, mark)
@@ -213,7 +213,7 @@ class Workers:
                     self._free.append(mark)
 
         future.add_done_callback(release)
-        return Asked(future.result, abandon)
+        return Pending(future.result, abandon)
 
     def _submit(
         self,

@@ -24,7 +24,7 @@ from scipy.special import logsumexp
 from bushcli.effects.effect import Effect
 from bushcli.evidence.prior import log_odds
 from bushcli.evidence.stopping_rule import NEGLIGIBLE, needed_of
-from bushcli.runtime.workers import Asked, Workers
+from bushcli.runtime.workers import Pending, Workers
 from bushcli.selection.additions import RELAXING, relaxing_models, unthinned, with_branch_more
 from bushcli.selection.columns import shear_modulus
 from bushcli.selection.derivatives import Derivatives
@@ -68,7 +68,7 @@ class _Begun:
 
     queued: Queued
     latest: Queued
-    asked: Asked
+    asked: Pending
     as_predicted: bool
     may_matter: bool
 

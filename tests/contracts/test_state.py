@@ -33,6 +33,8 @@ ALLOWED = {
         "_caches",
     ): "what a worker process retains between two pieces of work",
     ("bushcli/runtime/process_cache.py", "_alone"): "guards these caches against the threads of a worker",
+    ("bushcli/runtime/workers.py", "_marks"): "shared with the process that asks, from the start of a worker",
+    ("bushcli/runtime/workers.py", "_mark"): "the question that a worker answers, whatever work that is",
     ("bushcli/runtime/interrupt.py", "_remembered"): "signals come to the process, whatever it is doing",
     ("bushcli/runtime/interrupt.py", "_holding"): "signals come to the process, whatever it is doing",
     ("cases/kernels.py", "_KERNELS"): "compiled code, which a process loads once and cannot unload",

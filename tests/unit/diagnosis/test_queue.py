@@ -17,7 +17,7 @@ from bushcli.diagnosis.words import possible_shift
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
 from bushcli.evidence.stopping_rule import NEGLIGIBLE
-from bushcli.runtime.workers import Asked, Workers
+from bushcli.runtime.workers import Pending, Workers
 from bushcli.selection import queue, queued
 from bushcli.selection.additions import with_branch_more
 from bushcli.selection.fit import WORSE
@@ -257,7 +257,7 @@ def test_the_next_fit_begins_beside_the_younger_of_two(world, monkeypatch):
         def ask(self, work, question):
             asked, name = super().ask(work, question), question[1].structure
             events.append(("begun", name))
-            return Asked(
+            return Pending(
                 lambda: (events.append(("received", name)), asked.answer())[1],
                 lambda: events.append(("abandoned", name)),
             )
@@ -561,7 +561,7 @@ def test_a_fit_is_abandoned_once_it_cannot_matter_and_its_model_waits_again(worl
     strong = replace(faint, log_evidence=found.total - waits.odds)
     found.waiting.pop(faint.model.structure)
     found._begun = [
-        queue._Begun(one, one, Asked(lambda: None, partial(abandoned.append, one)), True, may_matter)
+        queue._Begun(one, one, Pending(lambda: None, partial(abandoned.append, one)), True, may_matter)
         for one in (faint, strong)
     ]
     found._abandon_negligible()
@@ -575,7 +575,9 @@ def test_a_begun_fit_is_judged_by_the_most_reliable_prediction_of_its_model(worl
     waits = next(q for q in found.waiting.values() if q.is_sure)
     begun = replace(waits, log_evidence=found.total - waits.odds, slack=waits.slack + 1.0)
     found.waiting.pop(begun.model.structure)
-    found._begun = [queue._Begun(begun, begun, Asked(lambda: None, partial(abandoned.append, 1)), True, True)]
+    found._begun = [
+        queue._Begun(begun, begun, Pending(lambda: None, partial(abandoned.append, 1)), True, True)
+    ]
     for slack in (waits.slack + 2.0, waits.slack):
         found.put(replace(begun, log_evidence=begun.log_evidence - 30.0, slack=slack))
         found._abandon_negligible()

@@ -209,7 +209,7 @@ def test_doubt_about_the_noise_takes_part():
     assert doubted.judge(too_much).scale[0] > 1.5 * known.judge(too_much).scale[0]
     # Without doubt the mean over the noise is the value at its estimate.
     m = known.effective[0]
-    log, v = known._log(too_much, np.zeros(1), known.effective)
+    log, v = known._log(too_much, known._variances(np.zeros(1), known.effective), known.effective)
     assert v == pytest.approx(1.0)
     assert log == pytest.approx(-0.5 * (m - 1.0 + COUNT) - 0.5 * too_much.along[0])
 
