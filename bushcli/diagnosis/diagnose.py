@@ -190,7 +190,7 @@ class _LawAlone:
         return self._asked
 
     def fit(self, search: Search) -> Fitted | None:
-        """Return the fit."""
+        """Wait for the fit beside what the search has found at its end."""
         found = search.states.get(self.chosen.structure, search.plain).fitted
         return cast("Fitted | None", self.ask(found).answer())
 
