@@ -36,8 +36,8 @@ TABLE_DEGREE = 6
 BRANCHES, AMPLITUDES = 0.25, 0.5
 # Share of the features of a curve that such a misfit changes: their participation ratio (`benchmarks/branches.py`).
 INDEPENDENT = 0.4
-# Error of the noise's estimate over the uncertainty stated with it: 1.5 without missing physics and 1.9 with it, on
-# programs of the development deck (`benchmarks/noise.py`).
+# Error of the noise's estimate along a path over the uncertainty stated with it: 1.5 without missing physics and 1.9
+# with it, on programs of the development deck (`benchmarks/noise.py`).
 UNDERSTATED = 1.7
 
 
@@ -166,7 +166,7 @@ def features(recording: Recording, noise: NoiseModel, used: Mask, factor: float)
         float(centred @ centred),
         degrees,
         spread,
-        UNDERSTATED * float(np.sqrt(0.5 / noise.freedom)),
+        (1.0 if recording.kind == "dynamic" else UNDERSTATED) * float(np.sqrt(0.5 / noise.freedom)),
         _form(recording),
         INDEPENDENT if recording.kind == "dynamic" else 0.0,
     )
