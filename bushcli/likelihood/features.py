@@ -67,6 +67,8 @@ class Features:
         Error of form over that in recordings along a path.
     independent : float
         Share of the features that an error of form of a table changes independently; 0 for a path.
+    most_noise : float
+        Largest factor on the noise's estimate.
     """
 
     basis: Array
@@ -79,6 +81,7 @@ class Features:
     doubt: float
     form: float = 1.0
     independent: float = 0.0
+    most_noise: float = float("inf")
 
     @property
     def count(self) -> int:
@@ -158,7 +161,7 @@ def features(recording: Recording, noise: NoiseModel, used: Mask, factor: float)
     # What a law predicts of a table is the stiffness itself.
     middle = 0.0 if recording.kind == "dynamic" else float(np.mean(recording.force[used]))
     centred = (recording.force - middle) * weights
-    return Features(
+    on_path = Features(
         basis,
         weights,
         force / max(size, 1e-300),
@@ -166,17 +169,17 @@ def features(recording: Recording, noise: NoiseModel, used: Mask, factor: float)
         float(centred @ centred),
         degrees,
         spread,
-        (1.0 if recording.kind == "dynamic" else UNDERSTATED) * float(np.sqrt(0.5 / noise.freedom)),
-        _form(recording),
-        INDEPENDENT if recording.kind == "dynamic" else 0.0,
+        UNDERSTATED * float(np.sqrt(0.5 / noise.freedom)),
     )
-
-
-def _form(recording: Recording) -> float:
-    """Return the error of form over that in recordings along a path."""
     if not isinstance(recording, RecordedTable):
-        return 1.0
-    return AMPLITUDES if recording.has_amplitudes else BRANCHES
+        return on_path
+    return replace(
+        on_path,
+        doubt=on_path.doubt / UNDERSTATED,
+        form=AMPLITUDES if recording.has_amplitudes else BRANCHES,
+        independent=INDEPENDENT,
+        most_noise=recording.most_noise,
+    )
 
 
 def noise_variances(basis: Array, correlations: Array) -> Array:

@@ -229,6 +229,11 @@ class Likelihood:
         return np.array([feature.doubt for feature in self.features])
 
     @cached_property
+    def most_noise(self) -> Array:
+        """Largest factor on the noise's estimate, by channel."""
+        return np.array([feature.most_noise for feature in self.features])
+
+    @cached_property
     def calibration(self) -> Array:
         """Variance g that calibration adds to the feature along the force, by channel."""
         return np.array([feature.calibration for feature in self.features])
@@ -257,7 +262,7 @@ class Likelihood:
         m = m[channel]
         # The nodes of the noise come first.
         nodes = _NOISE_NODES.reshape(-1, *[1] * np.ndim(form))
-        noise = np.exp(2.0 * self.doubt[channel] * nodes)
+        noise = np.minimum(np.exp(self.doubt[channel] * nodes), self.most_noise[channel]) ** 2
         v = noise + form / m
         wide = v + self.calibration[channel]
         at_zero = np.log(_NOISE_WEIGHTS).reshape(nodes.shape) - 0.5 * np.log(wide)

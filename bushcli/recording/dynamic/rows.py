@@ -24,6 +24,8 @@ Complex = NDArray[np.complex128]
 MAGNITUDE, ANGLE = 0.01, np.radians(0.3)
 # Least standard errors that are estimated: no rig repeats a stiffness or a phase more closely (judgement).
 _LEAST = (1e-3, np.radians(0.03))
+# Largest standard errors: five times the usual ones, with which a table would say nothing about rubber (judgement).
+_MOST = (5.0 * MAGNITUDE, 5.0 * ANGLE)
 # Neighbouring rows of a curve that lie on a cubic but for their noise; degrees of freedom of its size for each further
 # row, because differences that overlap say less (0.6 for third differences: Hall, Kay and Titterington 1990,
 # doi:10.1093/biomet/77.3.521).
@@ -86,6 +88,11 @@ class RecordedTable(Recording):
         """Whether rows of different amplitudes can be compared."""
         amplitudes = self.table.amplitude[~np.isnan(self.table.amplitude)]
         return bool(len(amplitudes) and amplitudes.max() > SPREAD * amplitudes.min())
+
+    @property
+    def most_noise(self) -> float:
+        """Largest factor, one at least, on the standard errors of all rows with which a rig may still scatter."""
+        return max(1.0, float((np.array(_MOST) / np.median(self.errors, axis=1)).max()))
 
     @property
     def times(self) -> tuple[float, float]:
