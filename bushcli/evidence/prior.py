@@ -91,9 +91,9 @@ def log_odds_together(names: Collection[str], uniform: bool = False, in_tables: 
     further = 0 if uniform else max(len(kinds) - 1, 0)
     odds = (effect_odds(name, uniform, in_tables) for name in names)
     together = sum(map(math.log, odds)) + further * math.log(FILLED)
-    if in_tables and not uniform and "dissipation" not in kinds:
-        # Against one dissipation, of the usual odds.
-        together += math.log(LOSSLESS * USUAL)
+    if in_tables and not uniform and "dissipation" in kinds:
+        # One dissipation of the usual odds against none.
+        together -= math.log(LOSSLESS * USUAL)
     return together
 
 
