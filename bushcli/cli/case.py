@@ -145,7 +145,7 @@ def mesh(run: Run) -> int:
 @click.option(
     "--strict",
     is_flag=True,
-    help="Exit 1 when a simulated curve is not within the tolerance of its recording.",
+    help="Exit 1 when a simulated curve or dynamic stiffness is not within the tolerance of its recording.",
 )
 @on_a_case
 def direct(
@@ -217,6 +217,7 @@ def direct(
     if not response.complete or sum(len(vibration.table) for vibration in vibrations) < sum(map(len, read)):
         return NOT_CONVERGED
     good = all(misfit.within for misfit in compared.values())
+    good = good and all(vibration.stiffness_percent <= case.tolerance.percent for vibration in vibrations)
     return NEGATIVE if strict and not good else DONE
 
 

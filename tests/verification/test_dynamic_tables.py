@@ -91,6 +91,15 @@ def test_misfits_are_those_that_were_put_in(simulated):
     np.testing.assert_allclose(found["recorded"]["stiffness"], np.abs(curve.stiffness) / 1.1, rtol=1e-6)
 
 
+@pytest.mark.parametrize(("factor", "code"), [(1 / 1.05, 0), (1 / 1.2, 1)])
+def test_a_table_beyond_the_tolerance_is_not_accepted(simulated, factor, code):
+    curve, folder = simulated
+    written(folder, curve, ("preload_mm", 1.5), factor)
+    done = CliRunner().invoke(main, ["direct", str(folder / "case.toml"), "--strict"])
+    assert done.exit_code == code
+    assert ("not within the accepted 10 %" in done.stdout) == bool(code)
+
+
 def test_a_rubber_without_a_branch_is_refused_with_the_remedy(simulated):
     curve, folder = simulated
     written(folder, curve, ("preload_mm", 1.5))

@@ -75,7 +75,7 @@ def direct_document(result: DirectResult) -> Document:
     ]
     return Document(
         headline,
-        [*verdict.lines, *misfit_lines(compared)],
+        [*verdict.lines, *misfit_lines(compared, result.response.case.tolerance)],
         verdict.tone,
         sections,
         result.conditions,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.case.tolerance import Tolerance
 from bushcli.errors import count_of
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.report.conditions import conditions
@@ -155,13 +156,16 @@ def dynamic_tables_section(tables: Sequence[DynamicTable]) -> Section:
     )
 
 
-def misfit_lines(compared: Sequence[ComparedTable]) -> list[str]:
-    """Return a sentence with the misfit of each table."""
-    return [
-        f"{comparison.table.name}: dynamic stiffness within {percent(comparison.stiffness_percent)} and "
-        f"{number(comparison.loss_angle_deg)} degrees of its table (rms)."
-        for comparison in compared
-    ]
+def misfit_lines(compared: Sequence[ComparedTable], tolerance: Tolerance | None = None) -> list[str]:
+    """Return a sentence with the misfit of each table, and whether it is accepted."""
+    lines = []
+    for comparison in compared:
+        stiffness = comparison.stiffness_percent
+        line = f"{comparison.table.name}: dynamic stiffness within {percent(stiffness)} and "
+        line += f"{number(comparison.loss_angle_deg)} degrees of its table (rms)"
+        poor = tolerance is not None and stiffness > tolerance.percent
+        lines.append(f"{line}, which is not within the accepted {tolerance.text}." if poor else f"{line}.")
+    return lines
 
 
 def compared_section(compared: Sequence[ComparedTable]) -> Section:
