@@ -37,6 +37,8 @@ NEGLIGIBLE = 1e-4
 # Duration of a table for its grid of times, in periods of its highest frequency: the longest times of its three highest
 # decades; the shortest of the grid is that of a branch with its largest loss at the highest frequency.
 IN_TABLE = 50.0
+# Relative change of a cost by the march, where branches change places.
+SAME = 1e-4
 # Factor on the times of two branches that begin as one, up and down: half a decade apart each is its own (judgement).
 APART = 3.0
 
@@ -273,7 +275,10 @@ def _split(problem: LeastSquaresProblem, x: Array, part: ContainedPart) -> Array
 def _number_branches(
     problem: LeastSquaresProblem, every: Sequence[ContainedPart], start: Array, x: Array
 ) -> Array:
-    """Return the parameters, shape (p,), with equal branches numbered in the order of their start values."""
+    """Return the parameters, shape (p,), with equal branches numbered in the order of their start values.
+
+    A branch that alone has a spectrum is not equal to the others: where the misfit depends on the order it stays.
+    """
     index = {name: i for i, name in enumerate(problem.names)}
     absent = {name for part in every for name in part.off}
     # Of each effect the columns of its branches: numbers of the same parameter, the first branch's first.
@@ -289,4 +294,4 @@ def _number_branches(
             order = np.argsort(x[times])[np.argsort(np.argsort(start[times], kind="stable"))]
             for places in of_effect.values():
                 ordered[places] = x[[places[i] for i in order]]
-    return ordered if np.isfinite(problem.cost(ordered)) else x
+    return ordered if problem.cost(ordered) <= (1.0 + SAME) * problem.cost(x) else x

@@ -130,6 +130,46 @@ def test_branches_have_the_order_of_their_start_values():
         assert found.cost == problem.cost(found.x)
 
 
+class Spectrum(Relaxation):
+    """A relaxation whose first branch alone has two times, the second a tenth of the first."""
+
+    def __init__(self, branches):
+        super().__init__([])
+        (g1, tau1), (g2, tau2) = branches
+        slow = 0.5 * (np.exp(-TIMES / tau1) + np.exp(-10.0 * TIMES / tau1))
+        self.measured = 0.3 * (1.0 + g1 * slow + g2 * np.exp(-TIMES / tau2)) + (self.measured - 0.3)
+
+    def solve(self, parameters, names, limit=None):
+        c, tau = parameters["C10"], parameters["tau1"]
+        waves = {
+            "1": 0.5 * (np.exp(-TIMES / tau) + np.exp(-10.0 * TIMES / tau)),
+            "2": np.exp(-TIMES / parameters["tau2"]),
+        }
+        whole = 1.0 + sum(parameters[f"g{i}"] * wave for i, wave in waves.items())
+        slopes = {"C10": whole, **{f"g{i}": c * wave for i, wave in waves.items()}}
+        late = 0.5 * (np.exp(-TIMES / tau) + 10.0 * np.exp(-10.0 * TIMES / tau)) * TIMES / tau**2
+        slopes["tau1"] = c * parameters["g1"] * late
+        slopes["tau2"] = c * parameters["g2"] * waves["2"] * TIMES / parameters["tau2"] ** 2
+        return ChannelForces(TIMES, c * whole, np.column_stack([slopes[name] for name in names]))
+
+
+def test_branches_that_are_not_equal_keep_their_places():
+    problem, every, _ = posed(2, [(0.5, 1.0), (0.4, 30.0)])
+    problem = LeastSquaresProblem(
+        [Spectrum([(0.5, 20.0), (0.4, 0.5)])],
+        law("neo_hookean"),
+        problem.names,
+        {},
+        problem.bounds,
+        problem.states,
+    )
+    # The start has the slower branch second.
+    found = from_contained(problem, np.array([0.5, 0.2, 0.5, 0.2, 20.0]), every=every)
+    values = problem.parameters(found.x)
+    assert found.cost == pytest.approx(1.0, abs=0.25)
+    assert [values["tau1"], values["tau2"]] == pytest.approx([20.0, 0.5], rel=0.1)
+
+
 class Vibration(Relaxation):
     """A stress that oscillates: C10 (1 + sum of g sin(tau t)), in which a search finds the nearest frequency only."""
 
