@@ -7,7 +7,7 @@ For each set of the law's constants the preloads are marched once, and the matri
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -68,10 +68,11 @@ class ReducedCurves:
     # Constants that differ: how far, in the coordinate in which ln K* is linear, and its derivative by the constant.
     steps: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
-    def extrapolate(self, constants: Mapping[str, float]) -> ReducedCurves | None:
+    def extrapolate(self, constants: Mapping[str, float], moduli: Collection[str]) -> ReducedCurves | None:
         """Return the curves with other constants, to first order; None if these are too far.
 
-        ln K* is linear in the logarithms of the constants where a common factor on all of them is one on K*.
+        ln K* is linear in the logarithms of the `moduli`, because a common factor on all of them is one on K*. Of a
+        power of the temperature it is linear in the power itself.
         """
         steps = {}
         for name, value in constants.items():
@@ -81,7 +82,7 @@ class ReducedCurves:
             if name not in self.names:
                 return None
             steps[name] = value - before, 1.0
-            if value * before > 0.0:
+            if name in moduli and value * before > 0.0:
                 steps[name] = before * math.log(value / before), before / value
         for model in (curve.model for group in self.curves for curve in group):
             stiffness = model.stiffness(np.zeros(1), ()).real
@@ -156,7 +157,8 @@ class DynamicSimulation:
         key = tuple(constants.items())
         known = self._known.pop(key, None)
         if known is None and self._near:
-            shifted = (neighbour.extrapolate(constants) for neighbour in self._known.values())
+            moduli = {*self.model.law.linear, "compliance"}
+            shifted = (neighbour.extrapolate(constants, moduli) for neighbour in self._known.values())
             near = [curves for curves in shifted if curves and self.error(curves, parameters) <= PROMISED]
             if near:
                 return min(near, key=lambda curves: sum(abs(step) for step, _ in curves.steps.values()))
@@ -225,22 +227,29 @@ class DynamicSimulation:
                 places = [all_names.index(model.changes.names[i]) for i in indices]
                 force[places] = model.changes.force[indices]
                 if uneven is not None:
-                    part, derivatives = self._thinned_stiffness(curve, uneven, rows, parameters, all_names)
+                    part, by_constants, derivatives = self._thinned_stiffness(
+                        curve, uneven, rows, parameters, all_names
+                    )
                 else:
                     part = model.stiffness(frequency, branches, density)
-                    derivatives = np.zeros((len(rows), len(all_names)), dtype=np.complex128)
+                    by_constants = np.zeros((len(rows), len(all_names)), dtype=np.complex128)
+                    derivatives = np.zeros_like(by_constants)
                     if all_names:
-                        by_constants = model.slopes_by_parameters(frequency, branches, density)
-                        derivatives[:, places] = by_constants[indices].T
+                        by_constants[:, places] = model.slopes_by_parameters(frequency, branches, density)[
+                            indices
+                        ].T
                         by_g, by_tau, by_density = model.slopes(frequency, branches, density)
                         relaxing = np.vstack([by_g, by_tau, DENSITY * by_density])
-                        derivatives += relaxing.T @ derivatives_by_parameter
+                        derivatives = relaxing.T @ derivatives_by_parameter
                 held = curve.force
                 if reduced.steps:
+                    # The branches are those of the new constants already.
                     step, rate = np.array([reduced.steps.get(name, (0.0, 1.0)) for name in all_names]).T
                     held += float(sum(force * step))
-                    rescaling = np.exp((derivatives / part[:, None]) @ step)
-                    part, derivatives = part * rescaling, derivatives * rescaling[:, None] * rate
+                    rescaling = np.exp((by_constants / part[:, None]) @ step)
+                    part, by_constants = part * rescaling, by_constants * rescaling[:, None] * rate
+                    derivatives = derivatives * rescaling[:, None]
+                derivatives = derivatives + by_constants
                 state = curve.preload, held, names, force[: len(names)]
                 measured = measured_stiffness(rig, part, frequency, *state)
                 value[rows] = measured.value
@@ -254,8 +263,11 @@ class DynamicSimulation:
         rows: NDArray[np.intp],
         parameters: Mapping[str, float],
         names: Sequence[str],
-    ) -> tuple[Complex, Complex]:
-        """Return K* (m,) of rows of the bushing alone at their amplitudes, and its derivatives (m, names)."""
+    ) -> tuple[Complex, Complex, Complex]:
+        """Return K* (m,) of rows of the bushing alone at their amplitudes, and its derivatives (m, names).
+
+        Those of the matrices of vibration by the model's constants come first, those of the relaxation last.
+        """
 
         def model(values: Mapping[str, float]) -> UnevenModel:
             branches, thinned = self._relaxation(values)
@@ -267,12 +279,13 @@ class DynamicSimulation:
         amplitude = np.nan_to_num(table.amplitude[rows], nan=np.nanmin(table.amplitude))
         balances = uneven_model.balances(amplitude, table.frequency[rows])
         value = np.array([balance.stiffness for balance in balances])
-        slope = np.zeros((len(rows), len(names)), dtype=np.complex128)
+        by_constants = np.zeros((len(rows), len(names)), dtype=np.complex128)
+        slope = np.zeros_like(by_constants)
         for i, name in enumerate(names):
             if name in curve.model.changes.names:
                 change = curve.model.changes.matrices[curve.model.changes.names.index(name)]
-                slope[:, i] = uneven_model.along(change, balances)
-            elif name == "density" or name.partition(".")[0] in self._rubber:
+                by_constants[:, i] = uneven_model.along(change, balances)
+            if name == "density" or name.partition(".")[0] in self._rubber:
                 step = THINNED_STEP * max(abs(parameters[name]), 1e-3)
                 more, less = (model({**parameters, name: parameters[name] + d}) for d in (step, -step))
                 if name == "density":
@@ -282,7 +295,7 @@ class DynamicSimulation:
                     slope[:, i] = [(a.stiffness - b.stiffness) / (2.0 * step) for a, b in ends]
                 else:
                     slope[:, i] = uneven_model.slope(balances, more, less) / (2.0 * step)
-        return value, slope
+        return value, by_constants, slope
 
     def _by_parameter(self, parameters: Mapping[str, float], names: Sequence[str], branches: int) -> Array:
         """Return the derivatives (2 branches + 1, names) of all moduli, all times and the density by parameters."""

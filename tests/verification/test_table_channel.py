@@ -69,6 +69,31 @@ def test_constants_near_a_march_are_followed_to_first_order(case, moved):
     )
 
 
+@pytest.mark.parametrize("relaxing", ["viscoelasticity", "payne"])
+@pytest.mark.parametrize(
+    "moved", [{"C1": 7.0, "C2": 80.0}, {"exponent": 1.6}, {"exponent": 0.2}, {"network": 12.0}], ids=str
+)
+def test_a_temperature_near_that_of_a_march_changes_branches_once(case, moved, relaxing):
+    """Its constants shift the times of branches exactly, and the law's moduli by a power that is followed."""
+    shown = effects()["temperature"]
+    values = {"shift": 0.0, "reference": 20.0, "C1": 6.0, "C2": 100.0, "exponent": 1.0, "network": 5.0}
+    warm = ActiveEffect(shown, values).with_start_values()
+    branch = ActiveEffect(effects()[relaxing]).with_start_values()
+    near, far = channel(case, [branch, warm]), channel(case, [branch, warm])
+    values = YEOH | {
+        active.full_name(p): active.values[p.name] for active in (branch, warm) for p in active.parameters
+    }
+    values = {name: value for name, value in values.items() if name not in {"temperature.shift"}}
+    free = tuple(f"temperature.{name}" for name in ("C1", "C2", "exponent", "network"))
+    near.solve(values, free)
+    changed = values | {f"temperature.{name}": value for name, value in moved.items()}
+    followed, exact = (one.solve(changed, free) for one in (near, far))
+    assert not np.array_equal(followed.force, exact.force)
+    np.testing.assert_allclose(followed.force, exact.force, atol=2e-3 * np.abs(exact.force).max())
+    sizes = np.abs(exact.slope).max(axis=0)
+    np.testing.assert_allclose(followed.slope / sizes, exact.slope / sizes, atol=0.03)
+
+
 def test_constants_far_from_every_march_are_marched(case):
     one, other = channel(case), channel(case)
     one.solve(YEOH, tuple(YEOH))
