@@ -9,7 +9,7 @@ a closed form, the loss would be up to 30 % higher.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -59,7 +59,9 @@ class ThinnedSpectrum:
         """Return how far the clock runs per unit of shear strain, s."""
         return np.asarray(self.path * (self.offset + amplitude) ** self.exponent)
 
-    def harmonics(self, amplitude: Array, frequency: Array | float) -> tuple[Complex, Complex]:
+    def harmonics(
+        self, amplitude: Array, frequency: Array | float, third: bool = True
+    ) -> tuple[Complex, ...]:
         """Return the first and the third harmonic of the stress over the strain's, shape (..., n), in units of mu.
 
         Parameters
@@ -68,6 +70,8 @@ class ThinnedSpectrum:
             Of the shear strain.
         frequency : float, or shape (n,) or (..., 1)
             Hz.
+        third : bool
+            Whether the third harmonic is asked for; else the first one is alone.
         """
         numbers = (
             1.0 / (2.0 * np.pi * np.asarray(frequency))[..., None] / self.times,
@@ -75,13 +79,12 @@ class ThinnedSpectrum:
         )
         limits = 10.0**-DECADES, 10.0**DECADES
         places = [PER_DECADE * (np.log10(np.clip(values, *limits)) + DECADES) for values in numbers]
-        first, third = (
+        return tuple(
             interpolate(coefficients, *np.broadcast_arrays(*places)) @ self.moduli
-            for coefficients in _branch()
+            for coefficients in _branch()[: 1 + third]
         )
-        return first, third
 
-    def responses(self, frequency: Array, largest: float) -> list[TabulatedHarmonics]:
+    def responses(self, frequency: Array, largest: float, third: bool = False) -> list[TabulatedHarmonics]:
         """Return the harmonics at each frequency as a function of the amplitude, up to the largest.
 
         Parameters
@@ -90,12 +93,14 @@ class ThinnedSpectrum:
             Hz.
         largest : float
             Shear strain, a ratio.
+        third : bool
+            Whether the third harmonic is asked for, too.
         """
         from scipy.ndimage import spline_filter1d  # 0.1 s: only where it is needed
 
         last = int(np.ceil(PER_DECADE * np.log10(max(largest, 10.0 * SMALLEST) / SMALLEST)))
         nodes = SMALLEST * 10.0 ** (np.arange(last + BEYOND) / PER_DECADE)
-        harmonics = np.stack(self.harmonics(nodes, frequency[:, None]), axis=1)
+        harmonics = np.stack(self.harmonics(nodes, frequency[:, None], third), axis=1)
         return [
             TabulatedHarmonics(coefficients, last)
             for coefficients in spline_filter1d(harmonics, output=np.complex128, mode="mirror")
@@ -108,8 +113,9 @@ class TabulatedHarmonics:
 
     Attributes
     ----------
-    coefficients : shape (2, k)
-        Of splines of the first and the third harmonic, `PER_DECADE` per decade of the amplitude above `SMALLEST`.
+    coefficients : shape (1 or 2, k)
+        Of splines of the first and, where it was asked for, the third harmonic, `PER_DECADE` per decade of the
+        amplitude above `SMALLEST`.
     last : int
         Place of the largest amplitude.
     beside : complex
@@ -128,11 +134,27 @@ class TabulatedHarmonics:
         """Return the third harmonic, shape (n,)."""
         return interpolate(self.coefficients[1], self._places(amplitude))
 
-    def less(self, other: TabulatedHarmonics) -> TabulatedHarmonics:
-        """Return the difference to harmonics up to the same amplitude."""
-        return replace(
-            self, coefficients=self.coefficients - other.coefficients, beside=self.beside - other.beside
+    def loads(self, amplitude: Array, weights: Complex) -> Complex:
+        """Return the product of weights (n,) with the first harmonic at amplitudes (n,), as loads (k + 1,).
+
+        They are those of the coefficients (k,) and of what is beside, for `loaded` of any table up to the same
+        amplitude.
+        """
+        places = self._places(amplitude)
+        node = np.floor(places).astype(int)
+        x = places - node
+        # The cubic B-spline at the four nodes about each place; beyond the first node the table is mirrored.
+        taps = np.array([(1 - x) ** 3, 4 - 6 * x**2 + 3 * x**3, 1 + 3 * x + 3 * x**2 - 3 * x**3, x**3]) / 6.0
+        nodes = np.abs(node + np.arange(-1, 3)[:, None]).ravel()
+        count = self.coefficients.shape[1]
+        real, imaginary = (
+            np.bincount(nodes, (taps * w).ravel(), count) for w in (weights.real, weights.imag)
         )
+        return np.append(real + 1j * imaginary, weights.sum())
+
+    def loaded(self, loads: Complex) -> complex:
+        """Return the product with loads of `loads`."""
+        return complex(self.coefficients[0] @ loads[:-1] + self.beside * loads[-1])
 
     def _places(self, amplitude: Array) -> Array:
         return np.minimum(PER_DECADE * np.log10(np.maximum(amplitude, SMALLEST) / SMALLEST), self.last)

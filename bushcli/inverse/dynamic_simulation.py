@@ -278,6 +278,7 @@ class DynamicSimulation:
         # A row that does not say its amplitude is one of the smallest.
         amplitude = np.nan_to_num(table.amplitude[rows], nan=np.nanmin(table.amplitude))
         balances = uneven_model.balances(amplitude, table.frequency[rows])
+        loads = uneven_model.loads(balances) if names else []
         value = np.array([balance.stiffness for balance in balances])
         by_constants = np.zeros((len(rows), len(names)), dtype=np.complex128)
         slope = np.zeros_like(by_constants)
@@ -294,7 +295,7 @@ class DynamicSimulation:
                     )
                     slope[:, i] = [(a.stiffness - b.stiffness) / (2.0 * step) for a, b in ends]
                 else:
-                    slope[:, i] = uneven_model.slope(balances, more, less) / (2.0 * step)
+                    slope[:, i] = uneven_model.slope(balances, loads, more, less) / (2.0 * step)
         return value, by_constants, slope
 
     def _by_parameter(self, parameters: Mapping[str, float], names: Sequence[str], branches: int) -> Array:

@@ -224,7 +224,7 @@ class Vibrations:
             small = replace(small, model=DynamicModel(basis.reduced_pencil(), number, test.transfer, slopes))
 
         def curve(amplitude: float) -> DynamicCurve:
-            balances = uneven.balances(np.full(len(frequency), amplitude), frequency)
+            balances = uneven.balances(np.full(len(frequency), amplitude), frequency, third=True)
             unsettled = [balance.moved for balance in balances if balance.moved > SETTLED]
             return replace(
                 small,

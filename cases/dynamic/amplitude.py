@@ -55,7 +55,7 @@ class Balance:
     stiffness : complex
         N/mm or N mm/rad.
     third : float
-        Third harmonic of the force over the first.
+        Third harmonic of the force over the first; nan where it was not asked for.
     state : shape (k,)
         Coefficients of the vectors under a unit motion.
     local : shape (points,)
@@ -130,12 +130,12 @@ class UnevenModel:
         frequency : shape (n,)
             Hz.
         """
-        balances = self.balances(amplitude, frequency)
+        balances = self.balances(amplitude, frequency, third=True)
         return np.array([balance.stiffness for balance in balances]), np.array(
             [balance.third for balance in balances]
         )
 
-    def balances(self, amplitude: Array, frequency: Array) -> list[Balance]:
+    def balances(self, amplitude: Array, frequency: Array, third: bool = False) -> list[Balance]:
         """Return the balance of each pair of amplitude and frequency.
 
         Parameters
@@ -144,9 +144,11 @@ class UnevenModel:
             Of the sleeve, mm or rad.
         frequency : shape (n,)
             Hz.
+        third : bool
+            Whether the third harmonic of the force is asked for.
         """
         balances: dict[int, Balance] = {}
-        for f, response in self._responses(frequency, float(amplitude.max())).items():
+        for f, response in self._responses(frequency, float(amplitude.max()), third).items():
             indices = np.flatnonzero(frequency == f)
             local = self._elastic
             for i in map(int, indices[np.argsort(amplitude[indices])]):
@@ -173,7 +175,26 @@ class UnevenModel:
         if density is not None:
             self._reduced = replace(self._reduced, density=density)
 
-    def slope(self, balances: Sequence[Balance], more: UnevenModel, less: UnevenModel) -> Complex:
+    def loads(self, balances: Sequence[Balance]) -> list[Complex]:
+        """Return the products with which `slope` weighs the tables of other relaxations, (k + 1,) for each balance.
+
+        Parameters
+        ----------
+        balances : sequence of Balance
+        """
+        responses = self._responses(*_range(balances))
+        return [
+            self._over_ranks(
+                responses[balance.frequency].loads(
+                    balance.amplitude * balance.local, self._weight * self._squares(balance.state)
+                )
+            )
+            for balance in balances
+        ]
+
+    def slope(
+        self, balances: Sequence[Balance], loads: Sequence[Complex], more: UnevenModel, less: UnevenModel
+    ) -> Complex:
         """Return by how much the stiffness of balances (n,) differs between two relaxations near this one.
 
         To first order, with the local amplitudes held: the stiffness is stationary in the state. What the amplitudes
@@ -182,19 +203,14 @@ class UnevenModel:
         Parameters
         ----------
         balances : sequence of Balance
+        loads : sequence of array
+            Of `loads`.
         more, less : UnevenModel
             Those of `of`.
         """
-        frequency = np.array([balance.frequency for balance in balances])
-        largest = max(balance.amplitude for balance in balances)
-        high, low = (model._responses(frequency, largest) for model in (more, less))
-        change = {f: high[f].less(low[f]) for f in high}
-        return np.array(
-            [
-                self._work(balance.state, change[balance.frequency].first(balance.amplitude * balance.local))
-                for balance in balances
-            ]
-        )
+        high, low = (model._responses(*_range(balances)) for model in (more, less))
+        pairs = [(balance.frequency, load) for balance, load in zip(balances, loads, strict=True)]
+        return np.array([high[f].loaded(load) - low[f].loaded(load) for f, load in pairs])
 
     def along(self, change: Change, balances: Sequence[Balance]) -> Complex:
         """Return the derivative of the stiffness of balances (n,) by a parameter of the model that is no relaxation's.
@@ -254,10 +270,12 @@ class UnevenModel:
                 break
         return abs(balance.stiffness - previous) / abs(balance.stiffness)
 
-    def _responses(self, frequency: Array, amplitude: float) -> dict[float, TabulatedHarmonics]:
+    def _responses(
+        self, frequency: Array, amplitude: float, third: bool = False
+    ) -> dict[float, TabulatedHarmonics]:
         """Return the local harmonics at each frequency up to what the largest amplitude (mm or rad) may cause."""
         frequency = np.unique(frequency)
-        responses = self._thinned.responses(frequency, ABOVE * amplitude * float(self._elastic.max()))
+        responses = self._thinned.responses(frequency, ABOVE * amplitude * float(self._elastic.max()), third)
         beside = modulus(frequency, self._branches)
         return {
             float(f): replace(harmonics, beside=s)
@@ -285,8 +303,10 @@ class UnevenModel:
             local, change, previous = self._local(x), abs(stiffness - previous) / abs(stiffness), stiffness
             if change <= SETTLED:
                 break
-        third = float(abs(self._work(x, response.third(amplitude * trial))) / abs(stiffness))
-        return Balance(amplitude, frequency, stiffness, third, x, local, change)
+        third = np.nan
+        if len(response.coefficients) > 1:
+            third = abs(self._work(x, response.third(amplitude * trial))) / abs(stiffness)
+        return Balance(amplitude, frequency, stiffness, float(third), x, local, change)
 
     def _stiffness(self, s: Complex, frequency: float) -> tuple[complex, Complex]:
         """Return stiffness and coefficients of the state under the motion, at local moduli s."""
@@ -311,16 +331,21 @@ class UnevenModel:
         return np.asarray(integral[0] + 1j * integral[1])
 
     def _work(self, x: Complex, s: Complex) -> complex:
-        """Integral of a local modulus times the square of a state's strain; rigid motions have none."""
-        reduced, model = self._reduced, self._basis.pencil.model
+        """Integral of a local modulus times the square of a state's strain."""
+        return complex(self._over_ranks(np.array([(self._weight * s) @ self._squares(x)]))[0])
+
+    def _squares(self, x: Complex) -> Complex:
+        """Square of a state's strain at each point; rigid motions have none."""
+        reduced = self._reduced
         x = x.copy()
         x[reduced.driven : reduced.motions] = 0.0
-        squares = ((x @ self._strains) ** 2).reshape(len(self._weight), -1).sum(axis=1)
-        work = np.array([(self._weight * s) @ squares])
-        return complex(
-            model.multiplicity
-            * (sum_over_ranks(model.comm, work.real) + 1j * sum_over_ranks(model.comm, work.imag))[0]
-        )
+        return np.asarray(((x @ self._strains) ** 2).reshape(len(self._weight), -1).sum(axis=1))
+
+    def _over_ranks(self, parts: Complex) -> Complex:
+        """Sum of the parts (n,) of an integral over all ranks, and over the symmetric copies of the body."""
+        model = self._basis.pencil.model
+        real, imaginary = (sum_over_ranks(model.comm, part) for part in (parts.real, parts.imag))
+        return np.asarray(model.multiplicity * (real + 1j * imaginary))
 
     def _local(self, x: Complex) -> Array:
         """Shear amplitude at each point, per unit of the sleeve's motion."""
@@ -350,3 +375,8 @@ def _roots(packed: Array, rows: int) -> Array:
     rank = int(np.count_nonzero(values > FLAT * values.max(), axis=1).max())
     roots = np.sqrt(np.maximum(values[:, -rank:], 0.0))
     return np.ascontiguousarray(roots[:, :, None] * vectors[:, :, -rank:].transpose(0, 2, 1))
+
+
+def _range(balances: Sequence[Balance]) -> tuple[Array, float]:
+    """Return the frequencies (n,), Hz, and the largest amplitude, mm or rad, of balances."""
+    return np.array([one.frequency for one in balances]), max(one.amplitude for one in balances)

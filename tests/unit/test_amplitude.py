@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -48,9 +49,21 @@ def test_harmonics_are_those_of_an_integration_along_time() -> None:
     assert abs(abs(third[0]) - abs(expected[1])) < 2e-3 * abs(expected[0])
 
 
+def test_loads_are_the_sum_of_weighted_harmonics():
+    rng = np.random.default_rng(3)
+    (table,) = THINNED.responses(np.array([7.0]), 0.1)
+    # From below the smallest amplitude of the table to its end.
+    amplitude = np.concatenate([[1e-8, 1e-6, 0.1], 10.0 ** rng.uniform(-6.0, -1.0, 200)])
+    weights = rng.standard_normal(203) + 1j * rng.standard_normal(203)
+    table = replace(table, beside=0.2 + 0.1j)
+    assert table.loaded(table.loads(amplitude, weights)) == pytest.approx(
+        complex(weights @ table.first(amplitude)), rel=1e-12
+    )
+
+
 def test_without_amplitude_the_response_is_that_of_the_branches() -> None:
     for frequency in (0.1, 1.0, 30.0):
-        found = THINNED.responses(np.array([frequency]), 0.1)[0]
+        found = THINNED.responses(np.array([frequency]), 0.1, third=True)[0]
         first, third = found.first(np.array([1e-9])), found.third(np.array([1e-9]))
         exact = modulus(np.array([frequency]), THINNED.branches())
         assert_allclose(first, exact, rtol=2e-3)
