@@ -163,7 +163,7 @@ RUBBERS = {
 
 
 def swept(rubber, frequency, seed, resonance=np.inf):
-    """Return a sweep with noise of 0.5 % and 0.2 degrees on a rig that resonates at so many of the highest frequencies."""
+    """Return a sweep with noise of 0.5 % and 0.2 degrees; the rig resonates at so many of the highest frequencies."""
     rng, count = np.random.default_rng(seed), len(frequency)
     K = 400.0 * RUBBERS[rubber](2j * np.pi * frequency)
     K /= 1.0 - (frequency / frequency.max() / resonance) ** 2
@@ -186,6 +186,28 @@ def test_a_row_that_stands_alone_is_not_off_its_curve(name, rubber):
     for part in (table.storage, table.loss):
         part[row] *= 1.3
     np.testing.assert_array_equal(np.flatnonzero(rows_off_curve(table)), [row])
+
+
+@pytest.mark.parametrize("preloads", [[0.0], [0.0, 200.0, 500.0]])
+def test_a_mean_force_that_was_measured_divides_no_curve(preloads):
+    """Load cells scatter by some newtons, of which a vibration of 20 N does not notice anything."""
+    rng, frequency = np.random.default_rng(2), np.geomspace(1.0, 200.0, 15)
+    parts = [swept("filled", frequency, seed) for seed in range(len(preloads))]
+    storage, loss, all_of_it = (
+        np.concatenate([getattr(part, key) for part in parts]) for key in ("storage", "loss", "frequency")
+    )
+    table = parts[0].rows(np.zeros(len(storage), dtype=int))
+    force = np.repeat(preloads, 15) + 2.0 * rng.normal(size=len(storage))
+    amplitude = 0.05 * (1.0 + 0.01 * rng.normal(size=len(storage)))
+    table = replace(
+        table, frequency=all_of_it, storage=storage, loss=loss, preload=np.full(len(storage), np.nan),
+        preload_force=force, amplitude=amplitude, places=tuple(f"a.csv:{i + 2}" for i in range(len(storage))),
+    )  # fmt: skip
+    assert [len(rows) for rows in table.conditions()] == [15] * len(preloads)
+    np.testing.assert_allclose(np.unique(table.levelled("preload_force")), preloads, atol=3.0)
+    assert table.levelled("preload_force").min() == 0.0
+    table.storage[7] *= 1.15
+    np.testing.assert_array_equal(np.flatnonzero(rows_off_curve(table)), [7])
 
 
 def relaxing(glass, tau=0.005, mass=0.0):
