@@ -1,11 +1,11 @@
 """Sine bursts in a record, and the harmonics of displacement and force in each of them.
 
 Stretches of half cycles that are alike are found by the crossings of the displacement. A stretch is one sine if no
-cycle of it differs from the sine that fits all of them; else it is cut where the durations and ranges of its half cycles
-change most, and its parts are judged. So the steps of a sine that changes its frequency or amplitude without a rest
-become rows, and start-ups, last cycles that a rest cuts short and the cycles between two steps do not. Of 749 steps of
-drawn records without rests (steps of 5 to 50 %, 6 to 20 cycles, 10 to 100 samples per cycle, noise to 1 %) 747 are
-found so, without a wrong row; by stretches of cycles that agree within 25 % alone, 245, beside 142 wrong rows.
+cycle of it differs from the sine that fits all of them; else it is cut where the durations and ranges of its half
+cycles change most, and its parts are judged. So the steps of a sine that changes its frequency or amplitude without a
+rest become rows, and start-ups, last cycles that a rest cuts short and the cycles between two steps do not. Of 749
+steps of drawn records without rests (steps of 5 to 50 %, 6 to 20 cycles, 10 to 100 samples per cycle, noise to 1 %)
+747 are found so, without a wrong row; by stretches of cycles that agree within 25 % alone, 245, beside 142 wrong rows.
 """
 
 from __future__ import annotations
