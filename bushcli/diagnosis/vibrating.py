@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bushcli.diagnosis.result import DiagnosedTable
 from bushcli.recording.dynamic.rows import RecordedTable
 from bushcli.recording.dynamic.table import DynamicTable
-from bushcli.simulate.dynamic_tables import ComparedTable, merged_preloads, temperature_levels
+from bushcli.simulate.dynamic_tables import ComparedTable
 from cases.mode import modes
 
 Array = NDArray[np.float64]
@@ -97,22 +97,20 @@ def _conditions(table: DynamicTable, missed: Array, unit: str) -> Iterator[tuple
     length, per = ("deg", np.degrees(1.0)) if rotational else ("mm", 1.0)
     bands = np.array_split(np.argsort(table.frequency, kind="stable"), BANDS)
     force = "N mm" if rotational else "N"
-    for values, name, unit_of_values, scale in (
-        (table.frequency, "at", "Hz", 1.0),
-        (table.amplitude, "at an amplitude of", length, per),
-        (table.preload, "at a preload of", length, per),
-        (table.preload_force, "at a preload of", force, 1.0),
-        (table.temperature, "at", "degrees C", 1.0),
+    for key, name, unit_of_values, scale in (
+        ("frequency", "at", "Hz", 1.0),
+        ("amplitude", "at an amplitude of", length, per),
+        ("preload", "at a preload of", length, per),
+        ("preload_force", "at a preload of", force, 1.0),
+        ("temperature", "at", "degrees C", 1.0),
     ):
+        values = getattr(table, key)
         if np.isnan(values).any():
             continue
-        if unit_of_values == "Hz":
-            groups = bands
-        elif unit_of_values == "degrees C":
-            groups = temperature_levels(values)
-        else:
-            merged = merged_preloads(values)
-            groups = [np.flatnonzero(merged == value) for value in np.unique(merged)]
+        groups = bands
+        if key != "frequency":
+            number = table.levels(key)
+            groups = [np.flatnonzero(number == k) for k in range(number.max() + 1)]
         groups = [rows for rows in groups if len(rows)]
         if len(groups) < 2 or np.ptp(values) == 0.0:
             continue

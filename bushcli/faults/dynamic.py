@@ -3,8 +3,8 @@
 Whether a file has the loss angle or 90 degrees minus it follows with some probability from how the stiffness rises with
 frequency.
 
-The neighbours of a row on its own curve predict it: stiffness and loss are smooth over the logarithm of frequency or
-amplitude. How much a step of temperature changes them varies smoothly from step to step, too.
+The other rows of its own curve predict a row (`off_curve`). How much a step of temperature changes stiffness and loss
+varies smoothly from step to step, too.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from bushcli.errors import count_of
 from bushcli.faults.fault import MENTIONED, WRONG, DataFault, chance_in_words
+from bushcli.faults.off_curve import rows_off_curve
 from bushcli.faults.scale import unit_stiffness
 from bushcli.recording.dynamic.table import DynamicTable
 from cases.mode import modes
@@ -45,9 +46,6 @@ _TAKEN = {
     ("N/mm", 1e6): ("N/m", "kN/mm"),
     ("N/mm", 1e-6): ("kN/mm", "N/m"),
 }
-#: A row is off its curve if it misses what its neighbours predict by this share of the stiffness, and by this many
-#: times the scatter of the other rows (median of absolute deviations).
-_OFF, _SCATTER = 0.05, 10.0
 #: The change of stiffness per kelvin in a step of temperature lies within this factor of the geometric mean of those in
 #: the steps beside it: between glass and rubber it changes fivefold from one step of 20 K to the next.
 _STEADY = 15.0
@@ -76,7 +74,7 @@ def table_faults(shape: Shape, tables: Sequence[DynamicTable]) -> tuple[DataFaul
     """
     faults: list[DataFault] = []
     for table in tables:
-        off_curve = _off_curve(table)
+        off_curve = rows_off_curve(table)
         candidates = [*_unit(shape, table, off_curve), *_travel(shape, table)]
         if off_curve.any():
             first, count = int(np.argmax(off_curve)), int(off_curve.sum()) - 1
@@ -245,52 +243,6 @@ def _unit(shape: Shape, table: DynamicTable, off_curve: NDArray[np.bool_]) -> It
     remedy += '; or accept = ["unit"] if the values are right'
     samples = misread & (partly or proved)
     yield DataFault(table.name, "unit", where, remedy, proved, samples, 1.0 if proved else probability)
-
-
-def _off_curve(table: DynamicTable) -> NDArray[np.bool_]:
-    """Return which rows (n,) miss what their neighbours on the same curve predict; the worst is taken first."""
-    off_curve = np.zeros(len(table), dtype=bool)
-    curves = [rows for rows in table.conditions() if len(rows) >= 6]
-    seen = _misses(table, curves, ~off_curve)
-    while True:
-        worst = int(np.argmax(seen))
-        off_curve[worst] = True
-        # The rows beside it are predicted from it: their scatter is that without it.
-        others = _misses(table, curves, ~off_curve)
-        scatter = float(np.median(others[others > 0.0])) if (others > 0.0).any() else 0.0
-        if seen[worst] <= max(_OFF, _SCATTER * scatter) or off_curve.sum() > 1 + 0.1 * len(table):
-            off_curve[worst] = False
-            return off_curve
-        seen = others
-
-
-def _misses(table: DynamicTable, curves: Sequence[NDArray[np.intp]], used: NDArray[np.bool_]) -> Array:
-    """Return how far (n,) each used row of some curves is from the line through its neighbours, relative or rad.
-
-    These are two on each side; the line is one over the place along the curve or over the square of the frequency,
-    with which inertia, of the rubber or of a fixture, changes the stiffness. At the ends, where it would leave a curve,
-    four neighbours on one side may also lie on a parabola, or on a plane over both.
-    """
-    misses = np.zeros(len(table))
-    values = np.column_stack([np.log(table.stiffness), table.loss_angle])
-    place = table.along
-    over = [place, table.frequency**2] if table.over_frequency else [place]
-    for curve in curves:
-        rows = curve[used[curve]]
-        rows = rows[np.argsort(place[rows], kind="stable")] if len(rows) >= 5 else rows[:0]
-        for i, row in enumerate(rows):
-            near = rows[np.argsort(np.abs(np.arange(len(rows)) - i), kind="stable")[1:5]]
-            if np.ptp(place[near]) < 1e-9:
-                continue
-            from_row = [x[near] - x[row] for x in over]
-            shapes = [[x] for x in from_row]
-            if i in (0, len(rows) - 1):
-                shapes += [[x, x**2] for x in from_row]
-                shapes += [from_row] if len(from_row) > 1 else []
-            designs = [np.column_stack([np.ones(len(near)), *shape]) for shape in shapes]
-            fitted = [np.linalg.lstsq(design, values[near], rcond=None)[0][0] for design in designs]
-            misses[row] = min(float(np.hypot(*(values[row] - value))) for value in fitted)
-    return misses
 
 
 def _belongs(table: DynamicTable, row: int) -> str:

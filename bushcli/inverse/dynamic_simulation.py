@@ -22,7 +22,6 @@ from bushcli.inverse.channel import StepLimit, isochoric_sample
 from bushcli.inverse.problem import differences
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.runtime.interrupt import meet
-from bushcli.simulate.dynamic_tables import merged_preloads
 from bushcli.simulate.vibrations import PROMISED, DynamicCurve, Vibrations, branches_of, thinned_of
 from cases.dynamic.amplitude import UnevenModel
 from cases.dynamic.model import Branches
@@ -334,12 +333,13 @@ def _density(parameters: Mapping[str, float]) -> float | None:
 def _preloads(table: DynamicTable, amplitude: tuple[float, ...] = ()) -> list[_Preloads]:
     """Return the preloads of a table: those by travel, rest included, and those by force; for some amplitudes."""
     by_force = np.isnan(table.preload) & ~np.isnan(table.preload_force)
-    displacement = np.where(np.isnan(table.preload), 0.0, table.preload)
     groups = []
-    for is_force, values in ((False, displacement), (True, table.preload_force)):
+    for is_force, key in ((False, "preload"), (True, "preload_force")):
         rows = np.flatnonzero(by_force == is_force)
         if len(rows):
-            levels, number = np.unique(merged_preloads(values[rows]), return_inverse=True)
+            # A row that states no preload is at rest.
+            values = np.nan_to_num(table.rows(rows).levelled(key))
+            levels, number = np.unique(values, return_inverse=True)
             frequency = np.unique(table.frequency[rows])
             frequency = frequency[[0, -1]] if amplitude else frequency
             asked = tuple(map(float, frequency)), tuple(map(float, levels))

@@ -25,9 +25,9 @@ from bushcli.inverse.channel import StepLimit
 from bushcli.inverse.table_channel import AnyChannel
 from bushcli.recording import Recording
 from bushcli.recording.dynamic.rows import SAMPLED, RecordedTable
+from bushcli.recording.dynamic.table import temperature_levels
 from bushcli.selection.model import Model
 from bushcli.selection.model_cache import ESTIMATED, Coarse, ModelCache
-from bushcli.simulate.dynamic_tables import temperature_levels
 from cases.march import NotConverged
 from cases.mode import modes
 from cases.six import MOTIONS

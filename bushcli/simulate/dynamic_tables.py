@@ -16,7 +16,7 @@ from bushcli.effects.assembly import features_of
 from bushcli.effects.rig import has_slope, measured_stiffness
 from bushcli.errors import InputError, Problem
 from bushcli.recording.dynamic.rows import SPREAD
-from bushcli.recording.dynamic.table import DynamicTable
+from bushcli.recording.dynamic.table import DynamicTable, temperature_levels
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.channels import with_all_beside
 from bushcli.simulate.dynamic import vibrate
@@ -31,11 +31,7 @@ from cases.simulate import prepare
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-#: Preloads that differ by less than this share of the largest are one: rigs scatter by a per cent about what is asked.
-_SAME_PRELOAD = 0.02
 _STEPS = 20
-#: Kelvins between neighbouring rows beyond which they have two temperatures: climatic chambers scatter by less.
-_KELVINS = 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,13 +197,6 @@ def by_temperature(case: Case, table: DynamicTable) -> list[tuple[NDArray[np.int
     return [(rows, float(np.mean(degrees[rows]))) for rows in temperature_levels(degrees)]
 
 
-def temperature_levels(degrees: Array) -> list[NDArray[np.intp]]:
-    """Return the rows of each temperature, rising, of temperatures (n,) in degrees C."""
-    order = np.argsort(degrees, kind="stable")
-    starts = np.flatnonzero(np.diff(degrees[order]) > _KELVINS) + 1
-    return [np.sort(rows) for rows in np.split(order, starts)]
-
-
 def check_preloads(case: Case, table: DynamicTable) -> None:
     """Refuse a table with a preload that no bushing of this shape has, as a load case with it is refused.
 
@@ -258,10 +247,10 @@ def _preloads(
     case: Case, material: Material, table: DynamicTable, rig: Sequence[ActiveEffect], comm: MPI.Comm
 ) -> tuple[Array, list[Condition]]:
     """Return the displacement (n,) of each row's preload, nan where a force is not reached; equal ones are one."""
-    displacement = np.where(np.isnan(table.preload) & np.isnan(table.preload_force), 0.0, table.preload)
-    forces = np.where(np.isnan(displacement), table.preload_force, np.nan)
-    preload, conditions = merged_preloads(displacement), []
-    levels, mode, mesh = merged_preloads(forces), modes()[table.mode], case.mesh.refinement
+    preload, conditions = table.levelled("preload"), []
+    preload[np.isnan(table.preload) & np.isnan(table.preload_force)] = 0.0
+    levels = np.where(np.isnan(preload), table.levelled("preload_force"), np.nan)
+    mode, mesh = modes()[table.mode], case.mesh.refinement
     features = features_of(in_state(case.effects, unrelaxed=False))
     for force in np.unique(levels[~np.isnan(levels)]):
         travel = 0.0
@@ -281,18 +270,3 @@ def _preloads(
                 continue
         preload[levels == force] = travel
     return preload, conditions
-
-
-def merged_preloads(values: Array) -> Array:
-    """Return preloads (n,), mm, rad, N or N mm, in which those that are one preload are equal to their mean."""
-    finite = ~np.isnan(values)
-    order = np.flatnonzero(finite)[np.argsort(values[finite], kind="stable")]
-    if not len(order):
-        return values.copy()
-    step = _SAME_PRELOAD * max(float(np.abs(values[finite]).max()), 1e-12)
-    number = np.concatenate([[0], np.cumsum(np.diff(values[order]) > step)])
-    means = values.copy()
-    for k in range(number[-1] + 1):
-        mean = float(np.mean(values[order[number == k]]))
-        means[order[number == k]] = 0.0 if abs(mean) < step else mean
-    return means

@@ -9,6 +9,7 @@ import pytest
 
 from bushcli.faults.dynamic import table_faults
 from bushcli.faults.fault import chance_in_words
+from bushcli.faults.off_curve import rows_off_curve
 from bushcli.recording.dynamic.table import DynamicTable
 from geometry.shape import shapes
 
@@ -144,6 +145,69 @@ def test_inertia_of_a_fixture_is_no_row_off_its_curve(mass):
     table.storage[5] *= 1.5
     (fault,) = table_faults(PLAIN, [table])
     assert list(np.flatnonzero(fault.samples)) == [5]
+
+
+#: Hz: a list with a row that stands alone, lists of equal steps, and of equal factors.
+LISTS = {
+    "1, 10 ... 100": np.r_[1.0, np.arange(10.0, 101.0, 10.0)],
+    "0.1, 10 ... 100": np.r_[0.1, np.arange(10.0, 101.0, 10.0)],
+    "1, 20 ... 200": np.r_[1.0, np.arange(20.0, 201.0, 20.0)],
+    "1 ... 100": np.arange(1.0, 101.0),
+    "5 a decade": np.geomspace(1.0, 100.0, 11),
+}
+RUBBERS = {
+    "filled": lambda s: (0.8 + 6.0 * (3e-6 * s) ** 0.35) / (1.0 + (3e-6 * s) ** 0.35),
+    "butyl": lambda s: (0.3 + 50.0 * (1e-5 * s) ** 0.6) / (1.0 + (1e-5 * s) ** 0.6),
+    "branches": lambda s: 0.8 + 0.2 * 0.02 * s / (1.0 + 0.02 * s) + 0.3 * 8e-4 * s / (1.0 + 8e-4 * s),
+}
+
+
+def swept(rubber, frequency, seed, resonance=np.inf):
+    """Return a sweep with noise of 0.5 % and 0.2 degrees; the rig resonates at so many of the highest frequencies."""
+    rng, count = np.random.default_rng(seed), len(frequency)
+    K = 400.0 * RUBBERS[rubber](2j * np.pi * frequency)
+    K /= 1.0 - (frequency / frequency.max() / resonance) ** 2
+    K *= (1.0 + 0.005 * rng.normal(size=count)) * np.exp(1j * np.radians(0.2) * rng.normal(size=count))
+    empty = relaxing(0.2).rows(np.zeros(count, dtype=int))
+    places = tuple(f"a.csv:{i + 2}" for i in range(count))
+    return replace(empty, frequency=frequency, storage=K.real, loss=K.imag, places=places)
+
+
+@pytest.mark.parametrize("rubber", RUBBERS)
+@pytest.mark.parametrize("name", LISTS)
+def test_a_row_that_stands_alone_is_not_off_its_curve(name, rubber):
+    """What the others cannot predict is no error, nor is a resonance beyond the table; a wrong row between them is."""
+    frequency = LISTS[name]
+    for seed in range(5):
+        assert not rows_off_curve(swept(rubber, frequency, seed)).any()
+        assert not rows_off_curve(swept(rubber, frequency, seed, resonance=1.2)).any()
+    table = swept(rubber, frequency, 5)
+    row = len(frequency) // 2
+    for part in (table.storage, table.loss):
+        part[row] *= 1.3
+    np.testing.assert_array_equal(np.flatnonzero(rows_off_curve(table)), [row])
+
+
+@pytest.mark.parametrize("preloads", [[0.0], [0.0, 200.0, 500.0]])
+def test_a_mean_force_that_was_measured_divides_no_curve(preloads):
+    """Load cells scatter by some newtons, of which a vibration of 20 N does not notice anything."""
+    rng, frequency = np.random.default_rng(2), np.geomspace(1.0, 200.0, 15)
+    parts = [swept("filled", frequency, seed) for seed in range(len(preloads))]
+    storage, loss, all_of_it = (
+        np.concatenate([getattr(part, key) for part in parts]) for key in ("storage", "loss", "frequency")
+    )
+    table = parts[0].rows(np.zeros(len(storage), dtype=int))
+    force = np.repeat(preloads, 15) + 2.0 * rng.normal(size=len(storage))
+    amplitude = 0.05 * (1.0 + 0.01 * rng.normal(size=len(storage)))
+    table = replace(
+        table, frequency=all_of_it, storage=storage, loss=loss, preload=np.full(len(storage), np.nan),
+        preload_force=force, amplitude=amplitude, places=tuple(f"a.csv:{i + 2}" for i in range(len(storage))),
+    )  # fmt: skip
+    assert [len(rows) for rows in table.conditions()] == [15] * len(preloads)
+    np.testing.assert_allclose(np.unique(table.levelled("preload_force")), preloads, atol=3.0)
+    assert table.levelled("preload_force").min() == 0.0
+    table.storage[7] *= 1.15
+    np.testing.assert_array_equal(np.flatnonzero(rows_off_curve(table)), [7])
 
 
 def relaxing(glass, tau=0.005, mass=0.0):

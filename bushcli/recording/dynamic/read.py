@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.errors import Problem, RecordingError
+from bushcli.errors import Problem, RecordingError, count_of
 from bushcli.recording.dynamic.columns import (
     ERRORS,
     MEASURED,
@@ -25,7 +25,7 @@ from bushcli.recording.dynamic.columns import (
     with_names_above,
     with_values,
 )
-from bushcli.recording.dynamic.harmonics import LARGEST_THIRD, bursts, harmonics
+from bushcli.recording.dynamic.harmonics import LARGEST_DISTORTION, sines
 from bushcli.recording.dynamic.names import Peak, Stated
 from bushcli.recording.dynamic.source import HIGHEST, LOOP_COLUMNS, DynamicSource
 from bushcli.recording.dynamic.stiffness import StiffnessColumns, complex_stiffness
@@ -267,38 +267,45 @@ def _loops(source: DynamicSource, plain: Source, tables: TableCache) -> list[Tab
         what = "has loops without a time, so that their frequency is not known"
         raise plain.refusal(what, "columns = {time = ...} in the case file")
     time, moved, force = record.time, record.displacement, record.force
-    fitted = [fit for each in bursts(time, moved) if (fit := harmonics(time, moved, force, each)) is not None]
-    sines = [fit for fit in fitted if not fit.third_motion > LARGEST_THIRD]
-    if not sines:
-        what = f"has {'no sine, but other periodic motions' if fitted else 'no burst of at least three equal periods'}"
+    stretches = sines(time, moved, force)
+    fitted = [fit for stretch in stretches for fit in stretch]
+    rows = [fit for fit in fitted if not fit.distortion > LARGEST_DISTORTION]
+    unsteady = sum(not stretch for stretch in stretches)
+    if not rows:
+        what = "has no burst of at least three equal periods"
+        if stretches:
+            what = "has no sine, but other periodic motions" if fitted else "has no sine that stays as it is"
         others = "a sweep of frequency, or a triangle, gives no K*"
         expected = f"bursts of constant frequency and amplitude; {others}"
         raise plain.refusal(what, expected)
     remarks = [
-        f"{plain.file.name}: {len(sines)} sine bursts give a row each, by a fit of harmonics to whole periods"
+        f"{plain.file.name}: {len(rows)} sine bursts give a row each, by a fit of harmonics to whole periods"
     ]
-    if len(fitted) > len(sines):
-        left = len(fitted) - len(sines)
+    if len(fitted) > len(rows):
+        left = len(fitted) - len(rows)
         remarks.append(f"{plain.file.name}: {left} periodic motions that are no sine are left out")
+    if unsteady:
+        what = "whose frequency or amplitude changes within every three periods: left out"
+        remarks.append(f"{plain.file.name}: {count_of(unsteady, 'periodic motion')} {what}")
     temperature = source.temperature
     if temperature is None:
         table = tables_of_file(plain, list(columns.values()), tables)
         stated = conditions_above(table).get("temperature") if isinstance(table, Table) else None
         temperature = np.nan if stated is None else stated.value
-    complex_ = np.array([sine.stiffness for sine in sines])
+    complex_ = np.array([sine.stiffness for sine in rows])
     arrays = {
-        "frequency": np.array([sine.frequency for sine in sines]),
+        "frequency": np.array([sine.frequency for sine in rows]),
         "storage": complex_.real,
         "loss": complex_.imag,
-        "amplitude": np.array([sine.amplitude for sine in sines]),
-        "preload": np.array([sine.mean[0] for sine in sines]),
-        "preload_force": np.array([sine.mean[1] for sine in sines]),
-        "temperature": np.full(len(sines), temperature),
-        "storage_error": np.array([sine.error for sine in sines]),
-        "loss_error": np.array([sine.error for sine in sines]),
-        "third_harmonic": np.array([sine.third for sine in sines]),
+        "amplitude": np.array([sine.amplitude for sine in rows]),
+        "preload": np.array([sine.mean[0] for sine in rows]),
+        "preload_force": np.array([sine.mean[1] for sine in rows]),
+        "temperature": np.full(len(rows), temperature),
+        "storage_error": np.array([sine.error for sine in rows]),
+        "loss_error": np.array([sine.error for sine in rows]),
+        "third_harmonic": np.array([sine.third for sine in rows]),
     }
-    places = tuple(f"{plain.file}, {sine.span[0]:.4g} to {sine.span[1]:.4g} s" for sine in sines)
+    places = tuple(f"{plain.file}, {sine.span[0]:.4g} to {sine.span[1]:.4g} s" for sine in rows)
     refuse_rows(
         complex_.real <= 0.0,
         places,

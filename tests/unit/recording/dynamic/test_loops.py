@@ -72,6 +72,55 @@ def test_standard_errors_are_those_of_repeated_tests(tmp_path):
     assert spread == pytest.approx(np.mean(errors), rel=0.3)
 
 
+def stepped(frequencies, amplitudes, periods=20, rate=1000.0, noise=2e-5, rest=0.0):
+    """Return time, displacement and force of sines that follow one another; 400 + 60i N/mm at 10 Hz, rising."""
+    rng, moved, forces = np.random.default_rng(4), [], []
+    for frequency, amplitude in zip(frequencies, amplitudes, strict=True):
+        wave = amplitude * np.exp(2j * np.pi * frequency * np.arange(int(periods / frequency * rate)) / rate)
+        still = np.zeros(int(rest * rate))
+        moved += [wave.imag, still]
+        forces += [((400.0 * (frequency / 10.0) ** 0.1 + 60j) * wave).imag, still]
+    q = np.concatenate(moved)
+    return np.arange(len(q)) / rate, q + noise * rng.normal(size=len(q)), np.concatenate(forces)
+
+
+@pytest.mark.parametrize(
+    ("frequencies", "amplitudes"),
+    [
+        (np.arange(10.0, 20.1, 2.0), np.full(6, 0.1)),
+        (np.arange(10.0, 14.1, 1.0), np.full(5, 0.1)),
+        (np.full(8, 10.0), 0.1 * 1.1 ** np.arange(8)),
+    ],
+)
+def test_steps_without_rests_are_a_row_each(tmp_path, frequencies, amplitudes):
+    """None of them is a mean of two steps, which no one has measured."""
+    table = written(tmp_path / "steps.csv", stepped(frequencies, amplitudes))
+    np.testing.assert_allclose(table.frequency, frequencies, rtol=1e-3)
+    np.testing.assert_allclose(table.amplitude, amplitudes, rtol=2e-3)
+    np.testing.assert_allclose(table.storage, 400.0 * (frequencies / 10.0) ** 0.1, rtol=5e-3)
+
+
+@pytest.mark.parametrize("periods", [3, 4, 10])
+def test_a_rest_after_a_burst_is_not_part_of_it(tmp_path, periods):
+    table = written(tmp_path / "loops.csv", stepped((1.0, 2.0), (0.1, 0.1), periods, 500.0, 1e-4, 0.5))
+    np.testing.assert_allclose(table.frequency[0], 1.0, rtol=3e-3)
+    np.testing.assert_allclose(table.amplitude, 0.1, rtol=5e-3)
+
+
+def test_a_motion_that_never_stays_as_it_is_gives_no_row(tmp_path):
+    """A sweep of one decade in a second, and an amplitude that grows by 3 % per period; a steady burst beside it."""
+    t = np.arange(0.0, 1.0, 1e-3)
+    sweep = 0.1 * np.sin(2.0 * np.pi * 10.0 / np.log(10.0) * (10.0**t - 1.0))
+    with pytest.raises(RecordingError, match="no sine that stays as it is"):
+        written(tmp_path / "a.csv", (t, sweep, 400.0 * sweep))
+    growing = 0.1 * 1.03 ** (10.0 * t) * np.sin(20.0 * np.pi * t)
+    _, steady, _ = stepped((40.0,), (0.3,))
+    q = np.concatenate([growing, np.zeros(500), steady])
+    table = written(tmp_path / "b.csv", (np.arange(len(q)) * 1e-3, q, 400.0 * q))
+    np.testing.assert_allclose(table.frequency, 40.0, rtol=1e-3)
+    assert any("1 periodic motion whose frequency or amplitude changes" in text for text in table.remarks)
+
+
 def test_a_triangle_and_a_single_cycle_are_no_bursts(tmp_path):
     t = np.arange(0.0, 10.0, 0.01)
     triangle = np.abs((t % 2.0) - 1.0)
