@@ -40,8 +40,8 @@ class DynamicRecordingTable(CaseTable):
     delimiter: Delimiter | None = None
     decimal: Literal[".", ","] | None = None
     group: ColumnKey | None = optional("sheet or group of the file")
-    amplitude_is: Literal["peak", "double"] | None = optional(
-        "what the file calls amplitude: the peak, or peak to peak"
+    amplitude_is: Literal["peak", "double", "rms"] | None = optional(
+        "what the file calls amplitude: the peak, peak to peak, or the root mean square"
     )
     stiffness_is: Literal["magnitude", "storage"] | None = optional(
         "what the file calls stiffness or modulus: |K*| or K'"

@@ -161,8 +161,8 @@ DYNAMIC: Mapping[str, ColumnQuantity] = {
     "amplitude": ColumnQuantity(
         "amplitude, amplitudes, ampl, amp, amplitud, ampiezza, 振幅, dynamic strain, dyn strain, strain amplitude,"
         "dynamic displacement, dyn displacement, dehnungsamplitude, wegamplitude, schwingweg, doppelamplitude,"
-        "schwingbreite, oscillation strain, oscillatory strain, strain, shear strain, dehnung, gamma, γ, dsa, dda,"
-        "dynamic travel, displacement amplitude, a, dyn disp, dynamic disp, dynamic stroke", _MOTION),
+        "schwingbreite, schwingweite, oscillation strain, oscillatory strain, strain, shear strain, dehnung, gamma, γ,"
+        "dsa, dda, dynamic travel, displacement amplitude, a, dyn disp, dynamic disp, dynamic stroke", _MOTION),
     "preload": ColumnQuantity(
         "preload, pre load, vorlast, vorkraft, vorspannung, vorweg, mittellast, mittelkraft, mean, mean load,"
         "mean force, mean displacement, mean strain, mean position, static load, static force, static displacement,"

@@ -6,21 +6,15 @@ import re
 from dataclasses import dataclass, field
 from typing import Literal
 
+from bushcli.recording.dynamic.peaks import BEHIND, Peak, said_of_peak
 from bushcli.recording.header.name import heading
 from bushcli.recording.header.units import NO_UNIT, Unit, read_unit
 from bushcli.recording.header.vocabulary import plain_name
 from bushcli.recording.quantities import CONDITIONS, DYNAMIC
 from bushcli.recording.text.fields import is_thousands
 
-Peak = Literal["peak", "double", ""]
-
 _ERRORS = re.compile(
     r"\b(stdev|std|sd|se|standard (error|deviation)|uncertainty|standardabweichung|err|error)\b"
-)
-_PEAK = re.compile(r"\b(peak|0 p|0 pk|zero to peak|half|single|einfach|scheitel|ampl zero peak)\b|±|\+/-")
-_DOUBLE = re.compile(
-    r"\b(double|p p|pp|pk pk|peak to peak|peak peak|pkpk|ptp|spitze (?:zu )?spitze|doppel\w*|schwingbreite|range|dda"
-    r"|total|crête à crête)\b"
 )
 #: K', E'' (with one sign, two, or an inch mark), E*, |G*|, |K|.
 _MAGNITUDE = re.compile(r"\|\s*([KCEGkceg])\s*\*?\s*\|")
@@ -31,18 +25,18 @@ _SHEAR = re.compile(r"(?i)(?<![^\W_])G(?:(?![^\W_])|stor|loss|prime|doubleprime)
 _TENSILE = re.compile(r"(?i)(?<![^\W_])E(?:(?![^\W_])|stor|loss|prime|doubleprime)|young|tensile|elastizit")
 #: A condition in a name: "@ 0.1 mm", "(500 N)", "A=±0.5mm", "23°C", "10 Hz".
 _CONDITION = re.compile(
-    r"(?P<key>[^\W\d_]+)?\s*[@=:]?\s*(?P<sign>±|\+/-|[-+])?\s*(?<![\w.])(?P<number>\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)"
+    r"(?P<key>[^\W\d_]+)?\s*[@=:]?\s*(?P<sign>±|\+/-|[-+]|minus\b)?\s*(?<![\w.])(?P<number>\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)"
     r"\s*_?(?P<unit>mm|µm|μm|um|kNm|Nmm|Nm|kN|N|°C|degC|°F|K|C|Hz|%|degrees|deg|°|mrad|rad|MPa)(?![\w/*·^])"
-    r"\s*(?P<pp>p-?p|pk-?pk|peak[- ]to[- ]peak|0-p|peak|pk)?"
+    rf"(?:\s*[(\[]?(?P<pp>{BEHIND})(?![^\W_])[)\]]?)?"
 )
 #: A condition in a line: its name, its number, its unit, and what follows them, "(peak)".
 _STATED = re.compile(
     r"\s*[#%/]*\s*(?P<key>[^:=;\t\d]*?[^:=;\t\d\s])\s*[:=;,\t]+"
-    r"\s*(?P<number>(?:±|\+/-|[-+])?\s?(?:\d{1,3}(?:,\d{3})+(?:\.\d+)?|\d{1,3}(?:\.\d{3})+(?:,\d+)?|\d+(?:[.,]\d+)?)"
+    r"\s*(?P<number>(?:±|\+/-|[-+]|minus\b)?\s?(?:\d{1,3}(?:,\d{3})+(?:\.\d+)?|\d{1,3}(?:\.\d{3})+(?:,\d+)?|\d+(?:[.,]\d+)?)"
     r"(?![.,]?\d)(?:[eE][-+]?\d+)?)\s*[;,\t]?\s*\[?(?P<unit>[^\s;,\t\]]*)(?P<rest>.*)"
 )
 #: What stands beside a unit in its brackets: "(mm p-p)", "[±mm]".
-_BESIDE = re.compile(r"±|\+/-|\b(?:p-?p|pk-?pk|peak[- ]to[- ]peak|0-p|0-pk|peak|pk|double|zero-peak)\b")
+_BESIDE = re.compile(rf"±|\+/-|(?<![^\W_]){BEHIND}(?![^\W_])")
 #: A quotient of units in words, "N_per_mm", and an impulse in two words before it, "N s/mm".
 _PER = re.compile(r"(?<=[^\W_])[\s_]+per[\s_]+(?=[^\W_])")
 _IMPULSE = re.compile(r"(?<=[\s_])([kM]?N(?:mm|m)?)[\s_]+(?=s/)")
@@ -79,7 +73,7 @@ class ColumnName:
         None where the name has no unit.
     written : str
         The unit as written.
-    peak : {"peak", "double", ""}
+    peak : {"peak", "double", "rms", ""}
         What the name says of an amplitude.
     modulus : {"E", "G", ""}
     conditions : tuple of Stated
@@ -121,7 +115,7 @@ def meaning(name: str, unit: str = "") -> ColumnName:
     modulus: Literal["E", "G", ""] = "G" if _SHEAR.search(text) else "E" if _TENSILE.search(text) else ""
     phrase = _words(" ".join(words))
     quantity = "stiffness" if _OWN.fullmatch(name.strip()) else _quantity(phrase, read)
-    quantity = quantity or _quantity(" ".join(_DOUBLE.sub(" ", _PEAK.sub(" ", phrase)).split()), read)
+    quantity = quantity or _quantity(_words(said_of_peak(phrase)[1]), read)
     if not quantity and read is not None:
         # The unit of these is enough, whatever the name of the column.
         sure = ("frequency", "temperature", "damping")
@@ -134,7 +128,8 @@ def meaning(name: str, unit: str = "") -> ColumnName:
             quantity = {"preload": "preload_force", "amplitude": ""}.get(quantity, quantity)
         elif quantity == "modulus" and read.measured in DYNAMIC["damping"].every_kind:
             quantity = "damping"
-    peak = _peak(phrase) if quantity == "amplitude" else ""
+    # The words of the phrase have no signs, such as that of "(p-p)/2".
+    peak = said_of_peak(plain)[0] if quantity == "amplitude" else ""
     return ColumnName(quantity, read, written, peak, modulus, conditions)
 
 
@@ -153,8 +148,8 @@ def stated_condition(line: str, decimal: str = "") -> Stated | None:
     if column.quantity not in CONDITIONS or column.unit is None:
         return None
     # "(peak)" behind the number is said of it, unless there is more, such as another range.
-    behind = _words(re.split(r"[:=;\t]", match["rest"])[0])
-    peak = column.peak if _PEAK.sub(" ", _DOUBLE.sub(" ", behind)).split() else _peak(behind) or column.peak
+    peak, other = said_of_peak(re.split(r"[:=;\t]", match["rest"])[0])
+    peak = column.peak if _words(other) else peak or column.peak
     if "±" in match["number"] or "/" in match["number"]:
         peak = "peak"
     return Stated(column.quantity, _number(match["number"], decimal), column.unit, peak)
@@ -171,18 +166,12 @@ def _words(text: str) -> str:
     return plain_name(re.sub(r"±|\+/-", " peak ", text))
 
 
-def _peak(text: str) -> Peak:
-    """Return what a text says of an amplitude."""
-    words = _words(text)
-    return "double" if _DOUBLE.search(words) else "peak" if _PEAK.search(words) else ""
-
-
 def _number(text: str, decimal: str = "") -> float:
     """Return the value of a number with a decimal sign of either kind, and thousands separators.
 
     A single sign before three digits, as in ``1,000``, separates thousands if the table has the other decimal sign.
     """
-    digits = re.sub(r"±|\+/-|\s", "", text)
+    digits = re.sub(r"±|\+/-|\s", "", text.replace("minus", "-"))
     signs = re.findall(r"[.,]", digits)
     last = signs[-1] if signs else "."
     grouped = signs.count(last) > 1 or (decimal not in ("", last) and is_thousands(digits, last))
@@ -196,8 +185,9 @@ def _condition(match: re.Match[str]) -> Stated:
     key = (match["key"] or "").lower()
     peak: Peak = "peak" if match["sign"] in ("±", "+/-") else ""
     if match["pp"]:
-        peak = "double" if _peak(match["pp"]) == "double" else "peak"
-    number = _number(match["number"]) * (-1.0 if match["sign"] == "-" else 1.0)
+        said = said_of_peak(match["pp"])[0]
+        peak = said if peak in ("", said) else ""
+    number = _number(match["number"]) * (-1.0 if match["sign"] in ("-", "minus") else 1.0)
     word = _quantity(key, unit) if len(key) > 2 else ""
     quantity = "preload" if word == "preload" else ACROSS
     if peak or word == "amplitude" or key == "a":

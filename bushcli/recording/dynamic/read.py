@@ -26,7 +26,8 @@ from bushcli.recording.dynamic.columns import (
     with_values,
 )
 from bushcli.recording.dynamic.harmonics import LARGEST_THIRD, bursts, harmonics
-from bushcli.recording.dynamic.names import Peak, Stated
+from bushcli.recording.dynamic.names import Stated
+from bushcli.recording.dynamic.peaks import FACTORS, Peak
 from bushcli.recording.dynamic.source import HIGHEST, LOOP_COLUMNS, DynamicSource
 from bushcli.recording.dynamic.stiffness import StiffnessColumns, complex_stiffness
 from bushcli.recording.dynamic.table import DynamicTable, Quantity, TablePart, refuse_rows
@@ -178,7 +179,7 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource) -> TablePart:
             for line, c in () if quantity in group.conditions else conditions_between_rows(table, quantity):
                 below = np.array([table.line(row) > line for row in range(len(table))])
                 arrays[quantity][below] = _stated_value(table, quantity, {quantity: c}, source)
-    arrays["amplitude"] = np.abs(arrays["amplitude"]) * (0.5 if peak == "double" else 1.0)
+    arrays["amplitude"] = np.abs(arrays["amplitude"]) * FACTORS[peak]
     places = tuple(table.place(row) for row in range(len(table)))
     # Moduli may come from shifts along temperature, which reach any frequency.
     highest = HIGHEST if source.deformation.specimen == "bushing" else math.inf
@@ -211,7 +212,9 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource) -> TablePart:
     arrays = {key: arrays.get(key, unknown) for key in _ARRAYS}
     moduli = {name.modulus for quantity, (_, name) in group.columns.items() if quantity in MEASURED} - {""}
     modulus: Literal["E", "G", ""] = next(iter(moduli)) if len(moduli) == 1 else ""
-    return TablePart(arrays, places, (*remarks, *said_of), modulus, peak)
+    return TablePart(
+        arrays, places, (*remarks, *said_of), modulus, amplitude_is="" if peak == "rms" else peak
+    )
 
 
 def _stated_value(table: Table, quantity: str, stated: Mapping[str, Stated], source: DynamicSource) -> float:
@@ -228,7 +231,7 @@ def _stated_value(table: Table, quantity: str, stated: Mapping[str, Stated], sou
 
 
 def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source: DynamicSource) -> Peak:
-    """Return whether the file's amplitude is the peak or the double amplitude; ask for it where nothing says it."""
+    """Return what the file's amplitude is; ask for it where nothing says it, or what says it contradicts itself."""
     if "amplitude" in group.columns:
         index, column = group.columns["amplitude"]
         stated_peak, label = column.peak, table.label(index)
@@ -241,9 +244,9 @@ def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source
         raise table.refusal(what, "leave amplitude_is out, or name another column")
     peak = source.amplitude_is or stated_peak
     if not peak:
-        double = "the double amplitude (peak to peak)"
-        what = f"{label} may be the peak (half of the travel of a cycle) or {double}"
-        expected = 'amplitude_is = "peak" or "double" in the recording\'s table of the case file'
+        others = "the double amplitude (peak to peak), or the root mean square"
+        what = f"{label} may be the peak (half of the travel of a cycle), {others}"
+        expected = 'amplitude_is = "peak", "double" or "rms" in the recording\'s table of the case file'
         raise table.refusal(what, expected)
     return peak
 

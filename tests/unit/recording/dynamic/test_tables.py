@@ -149,6 +149,41 @@ def test_a_line_above_says_which_amplitude_it_has(tmp_path, line, peak):
         np.testing.assert_allclose(table.amplitude, peak)
 
 
+_DOUBLE = (
+    "Amplitude peak-2-peak [mm]", "Amplitude p2p [mm]", "Amplitude peak to valley [mm]", "AmplitudePeakToPeak_mm",
+    "Amplitude peak-to-trough [mm]", "Amplitude peak-pk [mm]", "Amplitude Spitze-Tal [mm]", "Schwingweite [mm]",
+)  # fmt: skip
+_PEAK = (
+    "Amplitude half peak-to-peak [mm]", "Amplitude (half p-p) [mm]", "Amplitude (p-p)/2 [mm]",
+    "Halbe Doppelamplitude [mm]", "Amplitude 1/2 p-p [mm]", "Amplitude half range [mm]", "Amplitude 0-to-peak [mm]",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "factor"),
+    [*((name, 0.5) for name in _DOUBLE), *((name, 1.0) for name in _PEAK), ("Amplitude RMS [mm]", 2.0**0.5)],
+)
+def test_a_column_says_which_amplitude_it_has(tmp_path, name, factor):
+    table = read(tmp_path, f"f [Hz];{name};Kd [N/mm];Phase [deg]\n1;0.2;500;5\n10;0.2;550;7\n")
+    np.testing.assert_allclose(table.amplitude, 0.2 * factor)
+
+
+@pytest.mark.parametrize("name", ["Peak amplitude rms [mm]", "Peak amplitude, total travel [mm]"])
+def test_a_column_that_says_two_things_of_its_amplitude_is_asked_for(tmp_path, name):
+    text = f"f [Hz];{name};Kd [N/mm];Phase [deg]\n1;0.2;500;5\n10;0.2;550;7\n"
+    assert "amplitude_is" in refused(tmp_path, text)
+    np.testing.assert_allclose(read(tmp_path, text, amplitude_is="rms").amplitude, 0.2 * 2.0**0.5)
+
+
+@pytest.mark.parametrize("minus", ["-", "\u2212", "\u2013", "minus "])
+def test_a_minus_of_any_kind_is_one_in_a_header(tmp_path, minus):
+    line = f"Temperature: {minus}20 °C\nf [Hz],Kd [N/mm],Phase [deg]\n1,500,5\n10,550,7\n"
+    np.testing.assert_allclose(read(tmp_path, line).temperature, -20.0)
+    names = f"f [Hz],Kd {minus}20 °C [N/mm],Phase {minus}20 °C [deg],Kd 20 °C [N/mm],Phase 20 °C [deg]\n"
+    table = read(tmp_path, f"{names}1,500,5,400,6\n10,550,7,450,8\n")
+    np.testing.assert_allclose(table.temperature, [-20, -20, 20, 20])
+
+
 def test_another_range_in_the_line_says_nothing_of_the_amplitude(tmp_path):
     line = "Amplitude: 0.2 mm; frequency range 1 to 10 Hz\n"
     assert "amplitude_is" in refused(tmp_path, line + "f [Hz],Kd [N/mm],Phase [deg]\n1,500,5\n10,550,7\n")
@@ -234,7 +269,7 @@ ASKED = {
     "small angles": ("f [Hz],K* [N/mm],delta", 'units = {loss_angle = "deg"}', _OF_ANGLE),
     "amplitude": (
         "f [Hz],A [mm],K' [N/mm],K'' [N/mm]",
-        'amplitude_is = "peak" or "double"',
+        'amplitude_is = "peak", "double" or "rms"',
         {"amplitude_is": "double"},
     ),
     "name": (
