@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass, field
 from typing import Literal
@@ -23,17 +24,17 @@ _SIGNED = {"*": "complex"} | dict.fromkeys(("''", '"', "″", "”", "’’", "
 #: The modulus of a coupon by its symbol or its words.
 _SHEAR = re.compile(r"(?i)(?<![^\W_])G(?:(?![^\W_])|stor|loss|prime|doubleprime)|\bshear\b|schub")
 _TENSILE = re.compile(r"(?i)(?<![^\W_])E(?:(?![^\W_])|stor|loss|prime|doubleprime)|young|tensile|elastizit")
+#: A number with thousands separators or without.
+DIGITS = (
+    r"(?:(?:[1-9]\d{0,2}(?:(?:,\d{3})+(?:\.\d+)?|(?:\.\d{3})+(?:,\d+)?|(?:['’]\d{3})+(?:[.,]\d+)?)(?!\d)"
+    r"|\d+(?:[.,]\d+)?|[.,]\d+)(?:[eE][-+]?\d+)?)"
+)
 #: A condition in a name: "@ 0.1 mm", "(500 N)", "A=±0.5mm", "23°C", "10 Hz".
 _CONDITION = re.compile(
-    r"(?P<key>[^\W\d_]+)?\s*[@=:]?\s*(?P<sign>±|\+/-|[-+]|minus\b)?\s*(?<![\w.])(?P<number>\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)"
+    r"(?P<key>[^\W\d_]+)?\s*[@=:]?\s*(?P<sign>±|\+/-|[-+]|minus\b)?\s*(?<![\w.])"
+    rf"(?P<number>{DIGITS})"
     r"\s*_?(?P<unit>mm|µm|μm|um|kNm|Nmm|Nm|kN|N|°C|degC|°F|K|C|Hz|%|degrees|deg|°|mrad|rad|MPa)(?![\w/*·^])"
     rf"(?:\s*[(\[]?(?P<pp>{BEHIND})(?![^\W_])[)\]]?)?"
-)
-#: A condition in a line: its name, its number, its unit, and what follows them, "(peak)".
-_STATED = re.compile(
-    r"\s*[#%/]*\s*(?P<key>[^:=;\t\d]*?[^:=;\t\d\s])\s*[:=;,\t]+"
-    r"\s*(?P<number>(?:±|\+/-|[-+]|minus\b)?\s?(?:\d{1,3}(?:,\d{3})+(?:\.\d+)?|\d{1,3}(?:\.\d{3})+(?:,\d+)?|\d+(?:[.,]\d+)?)"
-    r"(?![.,]?\d)(?:[eE][-+]?\d+)?)\s*[;,\t]?\s*\[?(?P<unit>[^\s;,\t\]]*)(?P<rest>.*)"
 )
 #: What stands beside a unit in its brackets: "(mm p-p)", "[±mm]".
 _BESIDE = re.compile(rf"±|\+/-|(?<![^\W_]){BEHIND}(?![^\W_])")
@@ -48,12 +49,13 @@ ACROSS = "across"
 
 @dataclass(frozen=True)
 class Stated:
-    """A number with a unit in a name or above the table: ``amplitude`` 0.1, length."""
+    """A number with a unit in a name or above the table: ``amplitude`` 0.1, length; nan if it has two readings."""
 
     quantity: str
     number: float
     unit: Unit
     peak: Peak = ""
+    written: str = ""
 
     @property
     def value(self) -> float:
@@ -88,9 +90,9 @@ class ColumnName:
     conditions: tuple[Stated, ...] = field(default=())
 
 
-def meaning(name: str, unit: str = "") -> ColumnName:
-    """Return the meaning of the name of a column."""
-    conditions = tuple(map(_condition, _CONDITION.finditer(name)))
+def meaning(name: str, unit: str = "", decimal: str = "") -> ColumnName:
+    """Return the meaning of the name of a column, of a table with a decimal sign, if that is known."""
+    conditions = tuple(_condition(match, decimal) for match in _CONDITION.finditer(name))
 
     def condition_word(match: re.Match[str]) -> str:
         # Of a condition its word is kept if it is the column's, "Kdyn 500 N", not the number's, "preload 5 N".
@@ -139,26 +141,10 @@ def _unit_of(text: str) -> Unit | None:
     return None if named or text in NO_UNIT else read_unit(text)
 
 
-def stated_condition(line: str, decimal: str = "") -> Stated | None:
-    """Return the condition that a line above a table states, ``Preload: 500 N``, ``Frequency;10;Hz``; or None."""
-    match = _STATED.match(line)
-    if match is None:
-        return None
-    column = meaning(match["key"], match["unit"])
-    if column.quantity not in CONDITIONS or column.unit is None:
-        return None
-    # "(peak)" behind the number is said of it, unless there is more, such as another range.
-    peak, other = said_of_peak(re.split(r"[:=;\t]", match["rest"])[0])
-    peak = column.peak if _words(other) else peak or column.peak
-    if "±" in match["number"] or "/" in match["number"]:
-        peak = "peak"
-    return Stated(column.quantity, _number(match["number"], decimal), column.unit, peak)
-
-
-def condition_of(text: str) -> Stated | None:
+def condition_of(text: str, decimal: str = "") -> Stated | None:
     """Return the condition that a whole text is, ``0.1 mm``, ``Preload 500 N``; None for other texts."""
     match = _CONDITION.fullmatch(text.strip())
-    return None if match is None else _condition(match)
+    return None if match is None else _condition(match, decimal)
 
 
 def _words(text: str) -> str:
@@ -166,28 +152,32 @@ def _words(text: str) -> str:
     return plain_name(re.sub(r"±|\+/-", " peak ", text))
 
 
-def _number(text: str, decimal: str = "") -> float:
+def read_number(text: str, decimal: str) -> float:
     """Return the value of a number with a decimal sign of either kind, and thousands separators.
 
-    A single sign before three digits, as in ``1,000``, separates thousands if the table has the other decimal sign.
+    A single sign before three digits, as in ``1,000``, separates thousands if the table has the other decimal sign;
+    if its decimal sign is not known, the number is nan.
     """
-    digits = re.sub(r"±|\+/-|\s", "", text.replace("minus", "-"))
+    digits = re.sub(r"±|\+/-|['’\s]", "", text.replace("minus", "-"))
     signs = re.findall(r"[.,]", digits)
     last = signs[-1] if signs else "."
-    grouped = signs.count(last) > 1 or (decimal not in ("", last) and is_thousands(digits, last))
+    single = len(signs) == 1 and is_thousands(digits, last)
+    if single and not decimal:
+        return math.nan
+    grouped = signs.count(last) > 1 or (single and decimal != last)
     whole, part = digits.rsplit(last, 1) if signs and not grouped else (digits, "")
     return float(re.sub(r"[.,]", "", whole) + (f".{part}" if part else ""))
 
 
-def _condition(match: re.Match[str]) -> Stated:
+def _condition(match: re.Match[str], decimal: str) -> Stated:
     unit = read_unit(match["unit"])
     assert unit is not None  # the pattern has known units only
     key = (match["key"] or "").lower()
     peak: Peak = "peak" if match["sign"] in ("±", "+/-") else ""
     if match["pp"]:
-        said = said_of_peak(match["pp"])[0]
+        said, _ = said_of_peak(match["pp"])
         peak = said if peak in ("", said) else ""
-    number = _number(match["number"]) * (-1.0 if match["sign"] in ("-", "minus") else 1.0)
+    number = read_number(match["number"], decimal) * (-1.0 if match["sign"] in ("-", "minus") else 1.0)
     word = _quantity(key, unit) if len(key) > 2 else ""
     quantity = "preload" if word == "preload" else ACROSS
     if peak or word == "amplitude" or key == "a":
@@ -195,7 +185,9 @@ def _condition(match: re.Match[str]) -> Stated:
     # The unit of these is enough.
     enough = ("frequency", "temperature", "preload_force")
     sure = [key for key in enough if unit.measured in DYNAMIC[key].every_kind]
-    return Stated(sure[0], number, unit) if sure else Stated(quantity, number, unit, peak)
+    if sure:
+        quantity, peak = sure[0], ""
+    return Stated(quantity, number, unit, peak, match["number"])
 
 
 def _quantity(words: str, unit: Unit | None) -> str:

@@ -16,8 +16,6 @@ from bushcli.recording.dynamic.columns import (
     ERRORS,
     MEASURED,
     ColumnGroup,
-    conditions_above,
-    conditions_between_rows,
     groups,
     meanings,
     numbers,
@@ -26,6 +24,7 @@ from bushcli.recording.dynamic.columns import (
     with_values,
 )
 from bushcli.recording.dynamic.harmonics import LARGEST_THIRD, bursts, harmonics
+from bushcli.recording.dynamic.lines import conditions_above, conditions_between_rows, remarks_on_lines
 from bushcli.recording.dynamic.names import Stated
 from bushcli.recording.dynamic.peaks import FACTORS, Peak
 from bushcli.recording.dynamic.source import HIGHEST, LOOP_COLUMNS, DynamicSource
@@ -165,20 +164,25 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource) -> TablePart:
             remarks += [remark] if remark else []
         except RecordingError as error:
             asked += error.problems
-    stated = conditions_above(table) | dict(group.conditions)
-    peak: Peak = ""
+    stated, peak, wanted = dict(group.conditions), "", list[str]()
+    for quantity in CONDITIONS:
+        if quantity not in group.columns and quantity not in stated and getattr(source, quantity) is None:
+            wanted.append(quantity)
     try:
+        stated |= conditions_above(table, source, wanted)
         peak = _peak(table, group, stated, source)
     except RecordingError as error:
         asked += error.problems
     if asked:
         raise RecordingError(*asked)
+    remarks += remarks_on_lines(table, source, wanted)
     for quantity in CONDITIONS:
         if quantity not in arrays:
             arrays[quantity] = np.full(len(table), _stated_value(table, quantity, stated, source))
-            for line, c in () if quantity in group.conditions else conditions_between_rows(table, quantity):
+            for line, c in conditions_between_rows(table, source, quantity) if quantity in wanted else ():
                 below = np.array([table.line(row) > line for row in range(len(table))])
-                arrays[quantity][below] = _stated_value(table, quantity, {quantity: c}, source)
+                value = _stated_value(table, quantity, {quantity: c}, source)
+                arrays[quantity][below] = value * FACTORS[c.peak or peak] / FACTORS[peak]
     arrays["amplitude"] = np.abs(arrays["amplitude"]) * FACTORS[peak]
     places = tuple(table.place(row) for row in range(len(table)))
     # Moduli may come from shifts along temperature, which reach any frequency.
@@ -286,8 +290,8 @@ def _loops(source: DynamicSource, plain: Source, tables: TableCache) -> list[Tab
     temperature = source.temperature
     if temperature is None:
         table = tables_of_file(plain, list(columns.values()), tables)
-        stated = conditions_above(table).get("temperature") if isinstance(table, Table) else None
-        temperature = np.nan if stated is None else stated.value
+        above = conditions_above(table, source, ["temperature"]) if isinstance(table, Table) else {}
+        temperature = above["temperature"].value if above else np.nan
     complex_ = np.array([sine.stiffness for sine in sines])
     arrays = {
         "frequency": np.array([sine.frequency for sine in sines]),

@@ -189,22 +189,6 @@ def test_another_range_in_the_line_says_nothing_of_the_amplitude(tmp_path):
     assert "amplitude_is" in refused(tmp_path, line + "f [Hz],Kd [N/mm],Phase [deg]\n1,500,5\n10,550,7\n")
 
 
-@pytest.mark.parametrize(
-    ("line", "force"),
-    [
-        ("Preload: 1,000 N", 1000.0),
-        ("Preload: 1,234.5 N", 1234.5),
-        ("Preload: 0,500 kN", 500.0),
-        ("Preload: -2.5 kN", -2500.0),
-        # A list of what the table has is no condition of all rows.
-        ("Preload: 0,500,1000 N", np.nan),
-    ],
-)
-def test_numbers_above_a_table_may_have_separators(tmp_path, line, force):
-    table = read(tmp_path, f"{line}\nf [Hz]\tKd [N/mm]\tPhase [deg]\n1.0\t500.5\t5.1\n10.0\t550\t7\n")
-    np.testing.assert_allclose(table.preload_force, force)
-
-
 def test_a_torsional_stiffness_in_german(tmp_path):
     text = "f [Hz];Drehsteifigkeit [Nm/rad];Verlustwinkel [°]\n1;172;4\n10;180;5\n"
     table = read(tmp_path, text, "torsional", stiffness_is="magnitude")
