@@ -125,6 +125,12 @@ def condition_line(text: str, decimal: str = "", mode: str = "", line: int = 0) 
     return ConditionLine(line, text, quantity, stated) if known or unit is not None else None
 
 
+def states_condition(text: str) -> bool:
+    """Whether a line states a condition, so that it may stand between the rows of a table."""
+    line = condition_line(text)
+    return line is not None and line.stated is not None
+
+
 def _is_load(text: str | None) -> bool:
     """Whether a text is a unit of a preload that is a force."""
     unit = read_unit(text or "")

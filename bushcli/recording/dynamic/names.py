@@ -38,6 +38,12 @@ _CONDITION = re.compile(
 )
 #: What stands beside a unit in its brackets: "(mm p-p)", "[±mm]".
 _BESIDE = re.compile(rf"±|\+/-|(?<![^\W_]){BEHIND}(?![^\W_])")
+#: A function of what follows it: log K*, 1/Kdyn, log10(Frequency); and the symbol of a stiffness in brackets: Re(K).
+_FUNCTION = re.compile(
+    r"(?i)(?<![^\W_])(?:log(?:10|2|e)?|lg|ln|sin|cos|sqrt|exp|inv|inverse|reciprocal)(?![^\W_])|^\W*1\s*/(?=\W*[^\W\d])"
+)
+_SYMBOL = re.compile(r"[KCEGkc]")
+_PARTS = {"re": "storage", "real": "storage", "im": "loss", "imag": "loss", "imaginary": "loss"}
 #: A quotient of units in words, "N_per_mm", and an impulse in two words before it, "N s/mm".
 _PER = re.compile(r"(?<=[^\W_])[\s_]+per[\s_]+(?=[^\W_])")
 _IMPULSE = re.compile(r"(?<=[\s_])([kM]?N(?:mm|m)?)[\s_]+(?=s/)")
@@ -107,6 +113,9 @@ def meaning(name: str, unit: str = "", decimal: str = "") -> ColumnName:
     # What stands in brackets is a unit, with or without a word about an amplitude, or names the quantity.
     read, written, words = None, "", [head.name]
     for inside in head.written:
+        if len(head.written) > 1 and _SYMBOL.fullmatch(inside):
+            words.append(f"{inside} complex")
+            continue
         bare = _BESIDE.sub(" ", inside).strip(" ,;")
         known = read_unit(bare) if bare in NO_UNIT else _unit_of(bare)
         words += _BESIDE.findall(inside) if known else [inside]
@@ -122,6 +131,8 @@ def meaning(name: str, unit: str = "", decimal: str = "") -> ColumnName:
         # The unit of these is enough, whatever the name of the column.
         sure = ("frequency", "temperature", "damping")
         quantity = next((key for key in sure if read.measured in DYNAMIC[key].every_kind), "")
+    if any(meaning(name[found.end() :]).quantity for found in _FUNCTION.finditer(name)):
+        quantity = ""
     if _ERRORS.search(phrase):
         quantity = f"{quantity}_error" if quantity in ("storage", "loss") else ""
     if read is not None and quantity and read.measured not in DYNAMIC[quantity].every_kind:
@@ -192,6 +203,9 @@ def _condition(match: re.Match[str], decimal: str) -> Stated:
 
 def _quantity(words: str, unit: Unit | None) -> str:
     """Return the quantity of the longest phrase found in a name; between equally long ones the unit decides."""
+    parts = {_PARTS[word] for word in words.split() if word in _PARTS}
+    if "complex" in words.split() and len(parts) == 1:
+        return parts.pop()
     best, longest = "", (0, False)
     for quantity, each in DYNAMIC.items():
         for phrase in each.words:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import groupby
 from pathlib import Path
 from typing import Literal
 
@@ -24,15 +26,22 @@ from bushcli.recording.dynamic.columns import (
     with_values,
 )
 from bushcli.recording.dynamic.harmonics import LARGEST_THIRD, bursts, harmonics
-from bushcli.recording.dynamic.lines import conditions_above, conditions_between_rows, remarks_on_lines
+from bushcli.recording.dynamic.lines import (
+    conditions_above,
+    conditions_between_rows,
+    remarks_on_lines,
+    states_condition,
+)
+from bushcli.recording.dynamic.mixed import refuse_several, with_merged_cells
 from bushcli.recording.dynamic.names import Stated
 from bushcli.recording.dynamic.peaks import FACTORS, Peak
 from bushcli.recording.dynamic.source import HIGHEST, LOOP_COLUMNS, DynamicSource
 from bushcli.recording.dynamic.stiffness import StiffnessColumns, complex_stiffness
-from bushcli.recording.dynamic.table import DynamicTable, Quantity, TablePart, refuse_rows
+from bushcli.recording.dynamic.table import DynamicTable, Quantity, TablePart, levels, refuse_rows
 from bushcli.recording.find_table import quoted_names, tables_of_file
 from bushcli.recording.quantities import CONDITIONS, DYNAMIC
 from bushcli.recording.read import read_recording
+from bushcli.recording.several import own_rows
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import Table
@@ -41,6 +50,7 @@ Array = NDArray[np.float64]
 
 #: Larger amplitudes of a strain are in percent: 100 % is beyond any dynamic test.
 _LARGEST_STRAIN = 1.0
+_PRELOADS = {"preload", "preload_force"}
 #: Columns of the arrays of a `DynamicTable`.
 _ARRAYS = ("frequency", "storage", "loss", *CONDITIONS[1:], *ERRORS, "third_harmonic")
 
@@ -121,6 +131,8 @@ def _parts(file: Path, source: DynamicSource, tables: TableCache) -> list[TableP
         delimiter=source.delimiter,
         decimal=source.decimal,
         group=source.group,
+        rows=source.rows,
+        between=states_condition,
     )
     if set(source.columns) & {"time", "displacement", "force"}:
         return _loops(source, plain, tables)
@@ -136,11 +148,17 @@ def _parts(file: Path, source: DynamicSource, tables: TableCache) -> list[TableP
     for table in fitting:
         # A column of conditions alone, such as the mean of all, is no group.
         measured = [group for group in groups(table, source) if set(MEASURED) & set(group.columns)]
-        group_parts = [_part(with_values(table, group), group, source) for group in measured]
-        taken = {index for group in measured for index, _ in group.columns.values()}
-        unused = [name for i, name in enumerate(table.names) if name and i not in taken]
+        taken = {index: key for group in measured for key, (index, _) in group.columns.items()}
+        unused = [i for i, name in enumerate(table.names) if name and i not in taken]
+        rows = own_rows(with_merged_cells(table, taken), plain)
+        group_parts = []
+        for group in measured:
+            of_group = with_values(rows, group)
+            part = _part(of_group, group, source)
+            refuse_several(of_group, unused, [levels(key, part.arrays[key]) for key in CONDITIONS])
+            group_parts.append(part)
         if unused:
-            remark = f"columns that are not used: {', '.join(unused)}"
+            remark = f"columns that are not used: {', '.join(table.names[i] for i in unused)}"
             group_parts[0] = replace(group_parts[0], remarks=(*group_parts[0].remarks, remark))
         parts += group_parts
     if len(fitting) > 1:
@@ -164,10 +182,10 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource) -> TablePart:
             remarks += [remark] if remark else []
         except RecordingError as error:
             asked += error.problems
-    stated, peak, wanted = dict(group.conditions), "", list[str]()
-    for quantity in CONDITIONS:
-        if quantity not in group.columns and quantity not in stated and getattr(source, quantity) is None:
-            wanted.append(quantity)
+    stated = dict(group.conditions)
+    known = {*group.columns, *stated, *(key for key in CONDITIONS if getattr(source, key) is not None)}
+    wanted = [key for key in CONDITIONS if key not in known]
+    peak: Peak = ""
     try:
         stated |= conditions_above(table, source, wanted)
         peak = _peak(table, group, stated, source)
@@ -179,10 +197,7 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource) -> TablePart:
     for quantity in CONDITIONS:
         if quantity not in arrays:
             arrays[quantity] = np.full(len(table), _stated_value(table, quantity, stated, source))
-            for line, c in conditions_between_rows(table, source, quantity) if quantity in wanted else ():
-                below = np.array([table.line(row) > line for row in range(len(table))])
-                value = _stated_value(table, quantity, {quantity: c}, source)
-                arrays[quantity][below] = value * FACTORS[c.peak or peak] / FACTORS[peak]
+    _set_below_lines(table, source, {key: arrays[key] for key in wanted}, peak)
     arrays["amplitude"] = np.abs(arrays["amplitude"]) * FACTORS[peak]
     places = tuple(table.place(row) for row in range(len(table)))
     # Moduli may come from shifts along temperature, which reach any frequency.
@@ -219,6 +234,21 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource) -> TablePart:
     return TablePart(
         arrays, places, (*remarks, *said_of), modulus, amplitude_is="" if peak == "rms" else peak
     )
+
+
+def _set_below_lines(table: Table, source: DynamicSource, arrays: Mapping[str, Array], peak: Peak) -> None:
+    """Set the conditions (n,), by quantity, that lines between the rows state for the rows below."""
+    lines = ((line, key, c) for key in arrays for line, c in conditions_between_rows(table, source, key))
+    numbers_of_rows = [table.line(row) for row in range(len(table))]
+    beginning = ((bisect(numbers_of_rows, line), key, c) for line, key, c in lines)
+    for first, block in groupby(sorted(beginning, key=lambda each: each[0]), lambda each: each[0]):
+        stated = {key: c for _, key, c in block}
+        # A preload in N ends one in mm.
+        for key in _PRELOADS & set(arrays) if _PRELOADS & set(stated) else ():
+            arrays[key][first:] = math.nan
+        for key, c in stated.items():
+            value = _stated_value(table, key, {key: c}, source)
+            arrays[key][first:] = value * FACTORS[c.peak or peak] / FACTORS[peak]
 
 
 def _stated_value(table: Table, quantity: str, stated: Mapping[str, Stated], source: DynamicSource) -> float:

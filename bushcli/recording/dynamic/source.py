@@ -43,6 +43,8 @@ class DynamicSource:
         Both are recognised from the file when None.
     group : str or int, optional
         Sheet or group of the file.
+    rows : mapping of str to str or float
+        Value, by column, of the rows that belong to the table.
     amplitude_is : {"peak", "double", "rms"}, optional
         What the file calls amplitude: the peak, the whole travel of a cycle, or the root mean square of the sine.
     stiffness_is : {"magnitude", "storage"}, optional
@@ -70,6 +72,7 @@ class DynamicSource:
     delimiter: str | None = None
     decimal: Literal[".", ","] | None = None
     group: str | int | None = None
+    rows: Mapping[str, str | float] = field(default_factory=dict)
     amplitude_is: Literal["peak", "double", "rms"] | None = None
     stiffness_is: Literal["magnitude", "storage"] | None = None
     loss_angle_is: Literal["loss", "complement"] | None = None

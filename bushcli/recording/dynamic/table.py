@@ -120,7 +120,7 @@ class DynamicTable:
     def _curves(self, abscissa: str) -> list[NDArray[np.intp]]:
         """Return the rows that agree in all conditions but one, in the order of the file."""
         conditions = [key for key in CONDITIONS if key != abscissa]
-        keys = np.column_stack([_level(key, getattr(self, key)) for key in conditions])
+        keys = np.column_stack([levels(key, getattr(self, key)) for key in conditions])
         _, number = np.unique(keys, axis=0, return_inverse=True)
         number = number.ravel()
         first = sorted(range(number.max() + 1), key=lambda k: int(np.argmax(number == k)))
@@ -129,7 +129,7 @@ class DynamicTable:
     @property
     def over_frequency(self) -> bool:
         """Whether the table has at least as many frequencies as amplitudes, so that its curves are over frequency."""
-        count = {key: len(np.unique(_level(key, getattr(self, key)))) for key in ("frequency", "amplitude")}
+        count = {key: len(np.unique(levels(key, getattr(self, key)))) for key in ("frequency", "amplitude")}
         return count["frequency"] >= count["amplitude"]
 
     @property
@@ -143,15 +143,23 @@ class DynamicTable:
 _SHARE, _KELVINS = 0.03, 1.5
 
 
-def _level(key: str, values: Array) -> Array:
-    """Return the number (n,) of the level that each value belongs to: sorted values closer together than a step."""
+def levels(key: str, values: Array) -> Array:
+    """Return the number (n,) of the level that each value belongs to: sorted values closer together than a step.
+
+    Parameters
+    ----------
+    key : str
+        A condition.
+    values : shape (n,)
+        In internal units; those that are nan belong to level -1.
+    """
     unknown = np.isnan(values)
     order = np.argsort(values[~unknown], kind="stable")
     known = values[~unknown][order]
     wide = np.diff(known) > (_KELVINS if key == "temperature" else _SHARE * np.abs(known[1:]))
-    levels = np.full(len(values), -1.0)
-    levels[np.flatnonzero(~unknown)[order]] = np.concatenate([[0.0], np.cumsum(wide)])[: len(known)]
-    return levels
+    number = np.full(len(values), -1.0)
+    number[np.flatnonzero(~unknown)[order]] = np.concatenate([[0.0], np.cumsum(wide)])[: len(known)]
+    return number
 
 
 def refuse_rows(bad: Mask, places: Sequence[str], what: Text, remedy: str, more: bool = False) -> None:

@@ -215,6 +215,25 @@ def test_blocks_below_each_other_have_their_own_conditions(tmp_path, mark):
     np.testing.assert_allclose(read(tmp_path, "\n".join(blocks), preload_force=7.0).preload_force, 7.0)
 
 
+@pytest.mark.parametrize("line", ["Preload: 500 N", "Preload;500;N", "Static preload 500 N"])
+def test_a_line_between_rows_holds_for_the_rows_below_it(tmp_path, line):
+    text = f"Preload: 0 N\nf [Hz];K* [N/mm];delta [deg]\n1;500;5\n10;550;7\n{line}\n1;1000;5\n10;1050;7\n"
+    table = read(tmp_path, text)
+    np.testing.assert_allclose(table.preload_force, [0, 0, 500, 500])
+    np.testing.assert_allclose(table.stiffness, [500, 550, 1000, 1050])
+    # Another line stays one that does not fit.
+    assert "1 field, where the rows before have 3" in refused(tmp_path, text.replace(line, "Sample 2"))
+
+
+def test_a_preload_below_the_rows_of_another_kind_ends_that(tmp_path):
+    head, rows_of = "f [Hz];K* [N/mm];delta [deg]\n", "1;500;5\n10;550;7\n"
+    text = f"Preload: 500 N\nAmplitude: 0.2 mm p-p\n{head}{rows_of}Preload: 2 mm\nAmplitude: 0.2 mm peak\n{rows_of}"
+    table = read(tmp_path, text)
+    np.testing.assert_array_equal(table.preload_force, [500, 500, np.nan, np.nan])
+    np.testing.assert_array_equal(table.preload, [np.nan, np.nan, 2, 2])
+    np.testing.assert_allclose(table.amplitude, [0.1, 0.1, 0.2, 0.2])
+
+
 def test_one_file_for_each_condition_is_one_table(tmp_path):
     for force in (0, 500):
         text = f"Preload = {force} N\nfrequency_Hz,stiffness_N_per_mm,loss_angle_deg\n"
@@ -312,6 +331,82 @@ def test_what_contradicts_itself_is_named_with_the_remedy(tmp_path, case):
         "exchanged": {"columns": {"storage": 3, "loss": 2}},
     }
     np.testing.assert_allclose(read(tmp_path, text, **answers[case]).storage, STORAGE, rtol=1e-4)
+
+
+SEVERAL = {
+    "direction": ("axial", "radial"),
+    "Specimen No": ("1", "2"),
+    "Channel": ("Z", "X"),
+    "Note": ("new", "aged"),
+    "Run": ("a", "b"),
+}
+
+
+@pytest.mark.parametrize("name", SEVERAL)
+def test_rows_of_several_specimens_are_no_table_until_one_is_chosen(tmp_path, name):
+    blocks = [
+        f"{label};1;{k};5\n{label};10;{k + 50};7\n"
+        for label, k in zip(SEVERAL[name], (500, 900), strict=True)
+    ]
+    text = f"{name};f [Hz];K* [N/mm];delta [deg]\n{''.join(blocks)}"
+    key = f'"{name}"' if " " in name else name
+    assert f"rows = {{{key} = " in refused(tmp_path, text)
+    table = read(tmp_path, text, rows={name: SEVERAL[name][1]})
+    np.testing.assert_allclose(table.stiffness, [900, 950])
+
+
+@pytest.mark.parametrize("name", ["Run", "Note"])
+def test_a_text_beside_rows_of_other_conditions_tells_none_apart(tmp_path, name):
+    head = f"{name};T [°C];f [Hz];K* [N/mm];delta [deg]\n"
+    text = head + "a;0;1;500;5\na;0;10;550;7\nb;40;1;400;5\nb;40;10;450;7\n"
+    assert len(read(tmp_path, text)) == 4
+
+
+def test_merged_cells_of_a_condition_hold_downwards(tmp_path):
+    head = "direction;Preload [N];f [Hz];K* [N/mm];delta [deg]\n"
+    text = head + "axial;0;1;500;5\n;;10;550;7\n;500;1;600;5\n;;10;650;7\n"
+    table = read(tmp_path, text)
+    np.testing.assert_allclose(table.preload_force, [0, 0, 500, 500])
+    assert any("Preload" in remark and "2 empty fields" in remark for remark in table.remarks)
+    # A field that is missing among others is none of merged cells, and neither is a measured one.
+    assert "a field is empty" in refused(tmp_path, head + "a;0;1;500;5\na;;10;550;7\na;500;1;600;5\n")
+    assert "a field is empty" in refused(tmp_path, head + "a;0;1;500;5\na;0;10;;7\na;0;20;;7\n")
+
+
+def test_rows_of_delimiters_and_conditions_without_values_are_empty(tmp_path):
+    text = "f [Hz];amplitude [mm];K* [N/mm];delta [deg]\n1;;500;5\n;;;\n10;;550;7\n;;;\n"
+    table = read(tmp_path, text)
+    np.testing.assert_allclose(table.stiffness, [500, 550])
+    assert np.isnan(table.amplitude).all()
+
+
+@pytest.mark.parametrize(
+    ("names", "missing"),
+    [
+        ("f [Hz];1/Kdyn [N/mm];delta [deg]", "need two of"),
+        ("f [Hz];log K* [N/mm];delta [deg]", "need two of"),
+        ("f [Hz];log10(Kdyn) [N/mm];delta [deg]", "need two of"),
+        ("f [Hz];Kdyn [N/mm];sin delta [deg]", "need two of"),
+        ("log10(Frequency) [Hz];Kdyn [N/mm];delta [deg]", "no column of a frequency"),
+        ("f [Hz];Kdyn [N/mm];damping factor [-]", "columns = {tan_delta = 3}"),
+    ],
+)
+def test_a_function_of_a_quantity_is_none_and_a_doubtful_factor_is_asked_for(tmp_path, names, missing):
+    text = names + "\n1;2.7;0.05\n10;2.8;0.06\n"
+    assert missing in refused(tmp_path, text)
+    if "damping" in names:
+        table = read(tmp_path, text, columns={"tan_delta": 3})
+        np.testing.assert_allclose(table.loss / table.storage, [0.05, 0.06])
+
+
+@pytest.mark.parametrize(
+    "pair", ["Elastic Rate;Viscous Rate", "Re K*;Im K*", "Re(K);Im(K)", "Real K*;Imag K*"]
+)
+def test_the_two_parts_of_a_complex_stiffness_by_their_names(tmp_path, pair):
+    first, second = pair.split(";")
+    text = f"Frequency [cps];{first} [N/mm];{second} [N/mm]\n1;500;50\n10;550;60\n"
+    table = read(tmp_path, text)
+    np.testing.assert_allclose([*table.storage, *table.loss], [500, 550, 50, 60])
 
 
 @pytest.mark.parametrize(("factor", "remedy"), [(2.0 * np.pi, '"rad/s"'), (1e3, '"N s/m"')])
