@@ -22,7 +22,7 @@ from bushcli.recording.dynamic.names import (
 )
 from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.header.columns import chosen_index
-from bushcli.recording.header.units import read_unit
+from bushcli.recording.header.units import Unit, read_unit
 from bushcli.recording.header.vocabulary import is_foreign
 from bushcli.recording.quantities import CONDITIONS, DYNAMIC
 from bushcli.recording.text.fields import is_number
@@ -231,12 +231,22 @@ def _unique(table: Table, columns: Sequence[int], names: Sequence[ColumnName], m
     return unique
 
 
+def key_of_unit(quantity: str) -> str:
+    """Return the key of ``units`` in the case file for a measured quantity."""
+    return "stiffness" if quantity == "modulus" else quantity
+
+
+def unit_of(column: ColumnName, quantity: str, source: DynamicSource) -> Unit | None:
+    """Return the unit of a column: that of the case file, or else of the file; None if neither has one."""
+    given = source.units.get(key_of_unit(quantity))
+    return column.unit if given is None else read_unit(given)
+
+
 def numbers(table: Table, index: int, column: ColumnName, quantity: str, source: DynamicSource) -> _Values:
     """Return a column in internal units, and a remark where its unit was understood from its values."""
     values = table.numbers(index)
-    remark, key = "", quantity if quantity != "modulus" else "stiffness"
-    given = source.units.get(key)
-    unit = column.unit if given is None else read_unit(given)
+    remark, key = "", key_of_unit(quantity)
+    given, unit = source.units.get(key), unit_of(column, quantity, source)
     kinds = DYNAMIC[quantity].kinds_in(source.deformation)
     proposed = next(_PROPOSED[kind] for kind in (quantity, *sorted(kinds, reverse=True)) if kind in _PROPOSED)
     remedy = f"units = {{{key} = {proposed[0]}}} or {proposed[1]} in the recording's table of the case file"

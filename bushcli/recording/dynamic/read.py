@@ -19,8 +19,10 @@ from bushcli.recording.dynamic.columns import (
     MEASURED,
     ColumnGroup,
     groups,
+    key_of_unit,
     meanings,
     numbers,
+    unit_of,
     with_conditions_above,
     with_names_above,
     with_values,
@@ -119,6 +121,7 @@ def read_dynamic(source: DynamicSource, tables: TableCache | None = None) -> Dyn
         remarks=remarks,
         accepted_faults=source.accepted_faults,
         amplitude_is=amplitude_is.pop() if len(amplitude_is) == 1 else "",
+        units={key: unit for part in parts for key, unit in part.units.items() if unit is not None},
     )
 
 
@@ -200,9 +203,27 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource) -> TablePart:
     _set_below_lines(table, source, {key: arrays[key] for key in wanted}, peak)
     arrays["amplitude"] = np.abs(arrays["amplitude"]) * FACTORS[peak]
     places = tuple(table.place(row) for row in range(len(table)))
+    _refuse_frequencies(table, source, arrays["frequency"], places)
+    measured = {key: arrays.pop(key) for key in MEASURED if key in arrays}
+    labels = {key: table.label(group.columns[key][0]) for key in measured}
+    said = source.stiffness_is, source.loss_angle_is
+    columns = StiffnessColumns(measured, table, labels, places, arrays["frequency"], *said)
+    storage, loss, said_of = complex_stiffness(columns)
+    unknown = np.full(len(table), np.nan)
+    arrays |= {"storage": storage, "loss": loss, "third_harmonic": unknown}
+    arrays = {key: arrays.get(key, unknown) for key in _ARRAYS}
+    moduli = {name.modulus for quantity, (_, name) in group.columns.items() if quantity in MEASURED} - {""}
+    modulus: Literal["E", "G", ""] = next(iter(moduli)) if len(moduli) == 1 else ""
+    units = {key_of_unit(key): unit_of(group.columns[key][1], key, source) for key in measured}
+    return TablePart(arrays, places, (*remarks, *said_of), modulus, "" if peak == "rms" else peak, units)
+
+
+def _refuse_frequencies(
+    table: Table, source: DynamicSource, frequency: Array, places: tuple[str, ...]
+) -> None:
+    """Refuse frequencies (n,), Hz, that are missing or not possible."""
     # Moduli may come from shifts along temperature, which reach any frequency.
     highest = HIGHEST if source.deformation.specimen == "bushing" else math.inf
-    frequency = arrays["frequency"]
     if np.isnan(frequency).any():
         what = "has no column of a frequency, and neither its header nor the case file states one"
         expected = "frequency = ... (Hz) in the recording's table, or columns = {frequency = ...}"
@@ -220,19 +241,6 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource) -> TablePart:
             f"{frequency[row]:.4g} Hz is beyond any dynamic test of a bushing, which ends at some kHz"
         ),
         'delete the row; or units = {frequency = "rad/s"} or "Hz", if the file has another unit',
-    )
-    measured = {key: arrays.pop(key) for key in MEASURED if key in arrays}
-    labels = {key: table.label(group.columns[key][0]) for key in measured}
-    said = source.stiffness_is, source.loss_angle_is
-    columns = StiffnessColumns(measured, table, labels, places, arrays["frequency"], *said)
-    storage, loss, said_of = complex_stiffness(columns)
-    unknown = np.full(len(table), np.nan)
-    arrays |= {"storage": storage, "loss": loss, "third_harmonic": unknown}
-    arrays = {key: arrays.get(key, unknown) for key in _ARRAYS}
-    moduli = {name.modulus for quantity, (_, name) in group.columns.items() if quantity in MEASURED} - {""}
-    modulus: Literal["E", "G", ""] = next(iter(moduli)) if len(moduli) == 1 else ""
-    return TablePart(
-        arrays, places, (*remarks, *said_of), modulus, amplitude_is="" if peak == "rms" else peak
     )
 
 
@@ -269,8 +277,8 @@ def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source
     if "amplitude" in group.columns:
         index, column = group.columns["amplitude"]
         stated_peak, label = column.peak, table.label(index)
-    elif source.amplitude is None and "amplitude" in stated:
-        stated_peak, label = stated["amplitude"].peak, "the amplitude that the file states"
+    elif source.amplitude is None and (condition := _stated_amplitude(table, stated, source)) is not None:
+        stated_peak, label = condition.peak, "the amplitude that the file states"
     else:
         return source.amplitude_is or "peak"
     if source.amplitude_is is not None and stated_peak and stated_peak != source.amplitude_is:
@@ -283,6 +291,12 @@ def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source
         expected = 'amplitude_is = "peak", "double" or "rms" in the recording\'s table of the case file'
         raise table.refusal(what, expected)
     return peak
+
+
+def _stated_amplitude(table: Table, stated: Mapping[str, Stated], source: DynamicSource) -> Stated | None:
+    """Return the amplitude that the header, or else the first line between the rows, states."""
+    between = (condition for _, condition in conditions_between_rows(table, source, "amplitude"))
+    return stated.get("amplitude") or next(between, None)
 
 
 def _loops(source: DynamicSource, plain: Source, tables: TableCache) -> list[TablePart]:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError, count_of
+from bushcli.recording.header.units import Unit
 from bushcli.recording.quantities import CONDITIONS
 from bushcli.recording.source import FaultKind
 
@@ -57,6 +58,8 @@ class DynamicTable:
         Kinds of faults that the case file says are none.
     amplitude_is : {"peak", "double", ""}
         What the amplitudes of its files were taken for; empty where they were computed, or differ between the files.
+    units : mapping of str to Unit
+        Units of the measured columns, by their key in ``units`` of the case file.
     """
 
     name: str
@@ -77,6 +80,7 @@ class DynamicTable:
     remarks: tuple[str, ...] = ()
     accepted_faults: tuple[FaultKind, ...] = ()
     amplitude_is: Literal["peak", "double", ""] = ""
+    units: Mapping[str, Unit] = field(default_factory=dict)
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -180,3 +184,4 @@ class TablePart:
     remarks: tuple[str, ...] = ()
     modulus: Literal["E", "G", ""] = ""
     amplitude_is: Literal["peak", "double", ""] = ""
+    units: Mapping[str, Unit | None] = field(default_factory=dict)

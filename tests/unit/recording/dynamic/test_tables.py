@@ -234,6 +234,14 @@ def test_a_preload_below_the_rows_of_another_kind_ends_that(tmp_path):
     np.testing.assert_allclose(table.amplitude, [0.1, 0.1, 0.2, 0.2])
 
 
+def test_an_amplitude_between_the_rows_is_asked_for_like_one_above_them(tmp_path):
+    text = "f [Hz];K* [N/mm];delta [deg]\n1;500;5\n10;550;7\nAmplitude: 0.2 mm\n1;400;5\n10;450;7\n"
+    assert "amplitude_is" in refused(tmp_path, text)
+    np.testing.assert_array_equal(
+        read(tmp_path, text, amplitude_is="double").amplitude, [np.nan, np.nan, 0.1, 0.1]
+    )
+
+
 def test_one_file_for_each_condition_is_one_table(tmp_path):
     for force in (0, 500):
         text = f"Preload = {force} N\nfrequency_Hz,stiffness_N_per_mm,loss_angle_deg\n"
