@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 from bushcli.recording.dynamic.names import DIGITS, Stated, meaning, read_number
 from bushcli.recording.dynamic.peaks import FACTORS, Peak, said_of_peak
@@ -18,31 +19,37 @@ from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.header.units import Unit, read_unit
 from bushcli.recording.header.vocabulary import plain_name
 from bushcli.recording.quantities import CONDITIONS, DYNAMIC, word_set
-from bushcli.recording.text.table import LONGEST_LINE, SHOWN, Table, TextTable
+from bushcli.recording.text.table import SHOWN, Table, TextTable
 
 _DIGITS = rf"(?:[1-9]\d{{0,2}}(?:[ \u00a0\u202f]\d{{3}})+(?:[.,]\d+)?(?!\d)|{DIGITS})"
 #: A label, a number, and what follows it. A digit may stand in brackets of the label, "Amplitude (0-peak)".
 _LINE = re.compile(
-    r"\s*[#%/]*\s*(?P<label>(?:[^:=;,\t\d(\[]|\([^)]*\)|\[[^\]]*\])+?)(?P<sign>\s*[:=;,\t][:=;,\t\s]*|\s+(?![\s(]))"
+    r"\s*[#%/]*\s*(?P<label>(?:[^:=;\t\d(\[]|\([^)]*\)|\[[^\]]*\])+?)(?P<sign>\s*[:=;,\t][:=;,\t\s]*|\s+(?![\s(]))"
     r"(?P<prefix>(?i:~|≈|ca\.?|approx\.?|about|etwa|rt|room temperature|raumtemperatur)?\s*\(?\s*)"
     rf"(?P<number>(?:±|\+/-|[-+]|minus\b)?\s?{_DIGITS})(?![.,'’]?\d)"
     rf"(?P<tolerance>\s*(?:±|\+/-)\s*{_DIGITS})?(?P<rest>.*)"
 )
 #: A label and something else than a number.
-_LABELLED = re.compile(r"\s*[#%/]*\s*(?P<label>[^:=;,\t]+)[:=]\s*\S")
+_LABELLED = re.compile(r"\s*[#%/]*\s*(?P<label>[^:=;\t]+)(?:[:=]\s*\S|[;\t]\s*[^;\t\s][^;\t]*$)")
+#: A unit between a label and a number, "Preload;N;500", and where the next statement of a line begins.
+_UNIT_BEFORE = re.compile(r"([^:=;\t]+)[:=;\t]\s*([^\d:=;,\t]+?)\s*[:=;\t]\s*(?=[-+±]?\d)")
+_NEXT = re.compile(r"[,;\t]\s*(?=[^\W\d_][^:=;,\t\d]*[:=]\s*\S)")
 #: One or two words in which a unit may stand behind a number.
 _UNIT = re.compile(
     r"[\s;,\t\[(]*(?P<two>(?P<one>[^\W\d]*[^\s\d;,\t\])(±~+-][^\s;,\t\])(]*)(?: [^\s;,\t\])(]+)?)"
 )
 _NUMBER = re.compile(rf"(?<![\w.,]){DIGITS}\s*(?P<unit>[^\W\d_]+|[°%]\w*)?")
 _BRACKETS = re.compile(r"[(\[]([^)\]]*)[)\]]")
+_TOLERANCE = re.compile(rf"(?:±|\+/-)\s*{DIGITS}(?:\s*[^\W\d_]+|\s*[°%]\w*)?")
 #: The last parts of compounds.
-_COMPOUND = re.compile(r"(?<=[^\W\d_]{3})(temperatur|frequenz|amplitude|vorlast|vorkraft)$")
+_COMPOUND = re.compile(r"(?<=[^\W\d_]{3})(temperatur|frequenz|amplitude|vorlast|vorkraft)$", re.IGNORECASE)
+#: Longer lines are no statements, and take long to match.
+_LONGEST = 300
 #: Rows in which a decimal sign is looked for.
-_LOOKED_AT = 1000
+_LOOKED_AT = 100
 #: Words of a label beside those of its quantity, which change nothing, and words behind the number.
 _ALWAYS = word_set(
-    "test tests prüf versuchs versuch actual measured ist the of at bei during applied constant konstant"
+    "test tests prüf versuchs versuch actual measured ist the of at bei in during applied constant konstant"
 )
 _BESIDE = {
     "frequency": _ALWAYS | word_set("excitation erreger"),
@@ -92,12 +99,15 @@ def condition_line(text: str, decimal: str = "", mode: str = "", line: int = 0) 
         Name of the mode: a preload may be called by it.
     line : int
     """
-    match = _LINE.match(re.sub(" +", " ", text[:LONGEST_LINE]))
+    before, plain = _UNIT_BEFORE.match(text), text
+    if before and read_unit(before[2]) is not None:
+        plain = f"{before[1]} [{before[2]}];{text[before.end() :]}"
+    match = _LINE.match(plain)
     if match is None:
         labelled = _LABELLED.match(text)
         label = _plain_label(labelled["label"]) if labelled else ""
         quantity = meaning(label).quantity
-        known = quantity in CONDITIONS and not _unknown_words(label, quantity, mode)
+        known = quantity in CONDITIONS and not _unknown_words(label, quantity, "", mode)
         return ConditionLine(line, text, quantity, None) if known else None
     unit_text, rest = _unit_behind(match["rest"])
     label = _plain_label(match["label"])
@@ -112,10 +122,10 @@ def condition_line(text: str, decimal: str = "", mode: str = "", line: int = 0) 
     if quantity not in CONDITIONS or (unit is not None and unit.measured not in DYNAMIC[quantity].every_kind):
         return None
     separated = match["sign"].strip() or not re.match(r"[-+±]\s", match["number"])
-    known = separated and not _unknown_words(label, quantity, mode)
+    known = separated and not _unknown_words(label, quantity, column.written, mode)
     stated = None
     if unit is not None and known and not (match["tolerance"] and quantity == "amplitude"):
-        peak, sure = _behind(rest, unit)
+        peak, sure = _behind(rest if quantity == "amplitude" else _TOLERANCE.sub(" ", rest), unit)
         peak = peak or column.peak
         if "±" in match["number"] or "/" in match["number"]:
             peak = "peak" if peak in ("", "peak") else ""
@@ -126,9 +136,21 @@ def condition_line(text: str, decimal: str = "", mode: str = "", line: int = 0) 
 
 
 def states_condition(text: str) -> bool:
-    """Whether a line states a condition, so that it may stand between the rows of a table."""
-    line = condition_line(text)
-    return line is not None and line.stated is not None
+    """Whether a line states conditions, so that it may stand between the rows of a table."""
+    lines = [condition_line(part) for part in _statements(text)]
+    return bool(lines) and all(line is not None and line.stated is not None for line in lines)
+
+
+def _statements(text: str) -> list[str]:
+    """Return the statements of a line: "Preload: 500 N, Temperature: 23 °C" has two."""
+    text = re.sub(" +", " ", text)
+    if len(text) > _LONGEST:
+        return []
+    begins = [0]
+    for found in _NEXT.finditer(text):
+        label = re.split("[:=]", text[found.end() :], maxsplit=1)[0]
+        begins += [found.end()] if meaning(_plain_label(label)).quantity in CONDITIONS else []
+    return [text[begin:end].rstrip(" ,;\t") for begin, end in pairwise([*begins, len(text)])]
 
 
 def _is_load(text: str | None) -> bool:
@@ -140,8 +162,8 @@ def _is_load(text: str | None) -> bool:
 def _plain_label(label: str) -> str:
     """Return a label with the last part of a compound as a word of its own, "Prüf temperatur"."""
     every = {word for key in CONDITIONS for phrase in DYNAMIC[key].words for word in phrase.split()}
-    words = re.split(r"(\s+)", label)
-    return "".join(w if w.lower() in every else _COMPOUND.sub(r" \1", w.lower(), count=1) or w for w in words)
+    words = re.split(r"(\s+)", re.sub(r"(?<=[(\[])in\s+", "", label))
+    return "".join(word if word.lower() in every else _COMPOUND.sub(r" \1", word) for word in words)
 
 
 def _unit_behind(rest: str) -> tuple[str, str]:
@@ -154,14 +176,13 @@ def _unit_behind(rest: str) -> tuple[str, str]:
     return "", rest
 
 
-def _unknown_words(label: str, quantity: str, mode: str) -> set[str]:
+def _unknown_words(label: str, quantity: str, unit: str, mode: str) -> set[str]:
     """Return the words of a label that are neither its quantity's, nor its unit, nor such as change nothing."""
     quantity = "preload" if quantity == "preload_force" else quantity
     text = _BRACKETS.sub(lambda m: " " if read_unit(said_of_peak(m[1])[1].strip(" ,")) else m[0], label)
-    words = set(plain_name(said_of_peak(text)[1]).split())
-    return (
-        words - {w for phrase in DYNAMIC[quantity].words for w in phrase.split()} - _BESIDE[quantity] - {mode}
-    )
+    words = set(plain_name(said_of_peak(text)[1]).split()) - set(plain_name(unit).split())
+    own = {word for phrase in DYNAMIC[quantity].words for word in phrase.split()}
+    return words - own - _BESIDE[quantity] - _BEHIND - {mode}
 
 
 def _behind(rest: str, unit: Unit) -> tuple[Peak, bool]:
@@ -192,7 +213,8 @@ def condition_lines(table: Table, source: DynamicSource, between: bool = False) 
     """Return the lines above a table, or those between its rows, that name a condition."""
     decimal = decimal_of(table, source)
     lines = table.between if between else table.preamble
-    read = (condition_line(text, decimal, source.mode, line) for line, text in lines)
+    parts = ((line, part) for line, text in lines for part in _statements(text))
+    read = (condition_line(part, decimal, source.mode, line) for line, part in parts)
     return [line for line in read if line is not None]
 
 
@@ -244,16 +266,18 @@ def refuse_ambiguous(table: Table, condition: Stated, where: str) -> None:
 
 
 def conditions_between_rows(
-    table: Table, source: DynamicSource, quantity: str
-) -> Iterator[tuple[int, Stated]]:
-    """Yield the conditions of a quantity that lines between the rows state for the rows below, with their lines."""
+    table: Table, source: DynamicSource, wanted: Collection[str]
+) -> list[tuple[int, Stated]]:
+    """Return the wanted conditions that lines between the rows state for the rows below, with the lines' numbers."""
+    stated = []
     for line in condition_lines(table, source, between=True):
-        if line.quantity == quantity and line.stated is not None:
+        if line.quantity in wanted and line.stated is not None:
             refuse_ambiguous(table, line.stated, line.place)
-            yield line.line, line.stated
+            stated.append((line.line, line.stated))
+    return stated
 
 
-def remarks_on_lines(table: Table, source: DynamicSource, wanted: Iterable[str]) -> Iterator[str]:
+def remarks_on_lines(table: Table, source: DynamicSource, wanted: Collection[str]) -> Iterator[str]:
     """Yield a remark about each line that names a wanted condition, and does not state it for certain."""
     for between in (False, True):
         for line in condition_lines(table, source, between):

@@ -30,14 +30,14 @@ _APART = word_set(
 def with_merged_cells(table: Table, taken: Mapping[int, str]) -> Table:
     """Return a table with a value in each empty field of merged cells: that above it.
 
-    Cells are merged where at least half of a column is empty, and no value stands directly below the same one. Measured
-    columns are left as they are.
+    Cells are merged where at least half of a column is empty, and no value stands directly below the same one. Only
+    conditions, and the names of directions, specimens and tests, are filled so.
 
     Parameters
     ----------
     table : Table
     taken : mapping of int to str
-        Quantity by column, from 0; the others may hold names.
+        Quantity by column, from 0.
     """
     if not isinstance(table, TextTable):
         return table
@@ -49,7 +49,9 @@ def with_merged_cells(table: Table, taken: Mapping[int, str]) -> Table:
         merged = (
             texts[:1] != [""] and len(texts) <= 2 * empty and all(a != b or not a for a, b in pairwise(texts))
         )
-        if merged and taken.get(column) not in (*MEASURED, *ERRORS):
+        if merged and (
+            taken[column] not in (*MEASURED, *ERRORS) if column in taken else _label_words(table, column)
+        ):
             for row in rows[1:]:
                 texts[row] = texts[row] or texts[row - 1]
             filled[column] = texts
@@ -79,18 +81,23 @@ def refuse_several(table: Table, unused: Sequence[int], levels: Sequence[Array])
     for column in unused:
         texts = [table.text(row, column) for row in rows]
         labels = list(dict.fromkeys(text for text in texts if text))
-        words = set(plain_name(table.names[column]).split()) - BESIDE_LABELS
-        names = bool(words) and words <= _APART | LABELS
-        # What differs from row to row is a time or a count.
-        if not 1 < len(labels) <= len(table) / 2 or not (names or any(text[:1].isalpha() for text in labels)):
+        apart = bool(_label_words(table, column) & _APART)
+        # What differs from row to row is a time or a count; numbers may be those of repeated runs.
+        if not 1 < len(labels) <= len(table) / 2 or not (apart or any(text[:1].isalpha() for text in labels)):
             continue
         of_condition: dict[tuple[float, ...], set[str]] = {}
         for condition, text in zip(conditions, texts, strict=True):
-            of_condition.setdefault(condition, set()).add(text)
-        if (names and words & _APART) or any(len(several) > 1 for several in of_condition.values()):
+            of_condition.setdefault(condition, set()).update({text} - {""})
+        if apart or any(len(several) > 1 for several in of_condition.values()):
             shown = ", ".join(labels[:4]) + (", ..." if len(labels) > 4 else "")
             what = f"{table.label(column)} tells rows apart ({shown}), and one recording has one of them"
             remedy = (
                 f"{rows_key(table.names[column], labels[0])} in the recording's table, and a table for each"
             )
             raise table.refusal(what, f"{remedy}; or delete the column, if it says something else")
+
+
+def _label_words(table: Table, column: int) -> set[str]:
+    """Return the words of the name of a column of directions, specimens or tests; nothing for other columns."""
+    words = set(plain_name(table.names[column]).split()) - BESIDE_LABELS
+    return words if words <= _APART | LABELS else set()

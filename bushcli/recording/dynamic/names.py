@@ -31,7 +31,7 @@ DIGITS = (
 )
 #: A condition in a name: "@ 0.1 mm", "(500 N)", "A=±0.5mm", "23°C", "10 Hz".
 _CONDITION = re.compile(
-    r"(?P<key>[^\W\d_]+)?\s*[@=:]?\s*(?P<sign>±|\+/-|[-+]|minus\b)?\s*(?<![\w.])"
+    r"(?P<key>[^\W\d_]+)?\s*[@=:]?\s*(?P<sign>±|\+/-|[-+]|minus\b)?\s*(?<![^\W_])(?<!\.)"
     rf"(?P<number>{DIGITS})"
     r"\s*_?(?P<unit>mm|µm|μm|um|kNm|Nmm|Nm|kN|N|°C|degC|°F|K|C|Hz|%|degrees|deg|°|mrad|rad|MPa)(?![\w/*·^])"
     rf"(?:\s*[(\[]?(?P<pp>{BEHIND})(?![^\W_])[)\]]?)?"
@@ -40,10 +40,14 @@ _CONDITION = re.compile(
 _BESIDE = re.compile(rf"±|\+/-|(?<![^\W_]){BEHIND}(?![^\W_])")
 #: A function of what follows it: log K*, 1/Kdyn, log10(Frequency); and the symbol of a stiffness in brackets: Re(K).
 _FUNCTION = re.compile(
-    r"(?i)(?<![^\W_])(?:log(?:10|2|e)?|lg|ln|sin|cos|sqrt|exp|inv|inverse|reciprocal)(?![^\W_])|^\W*1\s*/(?=\W*[^\W\d])"
+    r"(?i)(?<![^\W_])(?:log(?:10|2|e)?|lg|ln|sin|cos|sqrt|exp(?=\s*\()|inv|inverse|reciprocal)(?![^\W_])|^\W*1\s*/(?=\W*[^\W\d])"
 )
 _SYMBOL = re.compile(r"[KCEGkc]")
-_PARTS = {"re": "storage", "real": "storage", "im": "loss", "imag": "loss", "imaginary": "loss"}
+#: The parts of a complex stiffness; "im" is a German word as well.
+_PARTS = (
+    ("storage", re.compile(r"\breal\b|\bre [kceg] complex\b|\bcomplex re$")),
+    ("loss", re.compile(r"\bimag(?:inary)?\b|\bim [kceg] complex\b|\bcomplex im$")),
+)
 #: A quotient of units in words, "N_per_mm", and an impulse in two words before it, "N s/mm".
 _PER = re.compile(r"(?<=[^\W_])[\s_]+per[\s_]+(?=[^\W_])")
 _IMPULSE = re.compile(r"(?<=[\s_])([kM]?N(?:mm|m)?)[\s_]+(?=s/)")
@@ -98,6 +102,8 @@ class ColumnName:
 
 def meaning(name: str, unit: str = "", decimal: str = "") -> ColumnName:
     """Return the meaning of the name of a column, of a table with a decimal sign, if that is known."""
+    # Many blanks take the expression for conditions long.
+    name = re.sub(r"\s+", " ", name)
     conditions = tuple(_condition(match, decimal) for match in _CONDITION.finditer(name))
 
     def condition_word(match: re.Match[str]) -> str:
@@ -114,7 +120,7 @@ def meaning(name: str, unit: str = "", decimal: str = "") -> ColumnName:
     read, written, words = None, "", [head.name]
     for inside in head.written:
         if len(head.written) > 1 and _SYMBOL.fullmatch(inside):
-            words.append(f"{inside} complex")
+            words.append(inside)
             continue
         bare = _BESIDE.sub(" ", inside).strip(" ,;")
         known = read_unit(bare) if bare in NO_UNIT else _unit_of(bare)
@@ -131,7 +137,8 @@ def meaning(name: str, unit: str = "", decimal: str = "") -> ColumnName:
         # The unit of these is enough, whatever the name of the column.
         sure = ("frequency", "temperature", "damping")
         quantity = next((key for key in sure if read.measured in DYNAMIC[key].every_kind), "")
-    if any(meaning(name[found.end() :]).quantity for found in _FUNCTION.finditer(name)):
+    functions = list(_FUNCTION.finditer(name))
+    if functions and meaning(name[functions[-1].end() :]).quantity:
         quantity = ""
     if _ERRORS.search(phrase):
         quantity = f"{quantity}_error" if quantity in ("storage", "loss") else ""
@@ -154,7 +161,7 @@ def _unit_of(text: str) -> Unit | None:
 
 def condition_of(text: str, decimal: str = "") -> Stated | None:
     """Return the condition that a whole text is, ``0.1 mm``, ``Preload 500 N``; None for other texts."""
-    match = _CONDITION.fullmatch(text.strip())
+    match = _CONDITION.fullmatch(re.sub(r"\s+", " ", text.strip()))
     return None if match is None else _condition(match, decimal)
 
 
@@ -203,9 +210,9 @@ def _condition(match: re.Match[str], decimal: str) -> Stated:
 
 def _quantity(words: str, unit: Unit | None) -> str:
     """Return the quantity of the longest phrase found in a name; between equally long ones the unit decides."""
-    parts = {_PARTS[word] for word in words.split() if word in _PARTS}
-    if "complex" in words.split() and len(parts) == 1:
-        return parts.pop()
+    parts = [part for part, form in _PARTS if "complex" in words.split() and form.search(words)]
+    if len(parts) == 1:
+        return parts[0]
     best, longest = "", (0, False)
     for quantity, each in DYNAMIC.items():
         for phrase in each.words:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
@@ -189,9 +189,13 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource) -> TablePart:
     known = {*group.columns, *stated, *(key for key in CONDITIONS if getattr(source, key) is not None)}
     wanted = [key for key in CONDITIONS if key not in known]
     peak: Peak = ""
+    below: list[tuple[int, Stated]] = []
     try:
         stated |= conditions_above(table, source, wanted)
-        peak = _peak(table, group, stated, source)
+        below = conditions_between_rows(table, source, wanted)
+        # An amplitude that is stated between the rows only is asked for, too.
+        said = {c.quantity: c for _, c in reversed(below)} | stated
+        peak = _peak(table, group, said, source)
     except RecordingError as error:
         asked += error.problems
     if asked:
@@ -200,14 +204,14 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource) -> TablePart:
     for quantity in CONDITIONS:
         if quantity not in arrays:
             arrays[quantity] = np.full(len(table), _stated_value(table, quantity, stated, source))
-    _set_below_lines(table, source, {key: arrays[key] for key in wanted}, peak)
+    _set_below_lines(table, source, below, {key: arrays[key] for key in wanted}, peak)
     arrays["amplitude"] = np.abs(arrays["amplitude"]) * FACTORS[peak]
     places = tuple(table.place(row) for row in range(len(table)))
     _refuse_frequencies(table, source, arrays["frequency"], places)
     measured = {key: arrays.pop(key) for key in MEASURED if key in arrays}
     labels = {key: table.label(group.columns[key][0]) for key in measured}
-    said = source.stiffness_is, source.loss_angle_is
-    columns = StiffnessColumns(measured, table, labels, places, arrays["frequency"], *said)
+    answers = source.stiffness_is, source.loss_angle_is
+    columns = StiffnessColumns(measured, table, labels, places, arrays["frequency"], *answers)
     storage, loss, said_of = complex_stiffness(columns)
     unknown = np.full(len(table), np.nan)
     arrays |= {"storage": storage, "loss": loss, "third_harmonic": unknown}
@@ -244,13 +248,18 @@ def _refuse_frequencies(
     )
 
 
-def _set_below_lines(table: Table, source: DynamicSource, arrays: Mapping[str, Array], peak: Peak) -> None:
+def _set_below_lines(
+    table: Table,
+    source: DynamicSource,
+    below: Sequence[tuple[int, Stated]],
+    arrays: Mapping[str, Array],
+    peak: Peak,
+) -> None:
     """Set the conditions (n,), by quantity, that lines between the rows state for the rows below."""
-    lines = ((line, key, c) for key in arrays for line, c in conditions_between_rows(table, source, key))
     numbers_of_rows = [table.line(row) for row in range(len(table))]
-    beginning = ((bisect(numbers_of_rows, line), key, c) for line, key, c in lines)
-    for first, block in groupby(sorted(beginning, key=lambda each: each[0]), lambda each: each[0]):
-        stated = {key: c for _, key, c in block}
+    beginning = [(bisect(numbers_of_rows, line), condition) for line, condition in below]
+    for first, block in groupby(beginning, lambda pair: pair[0]):
+        stated = {condition.quantity: condition for _, condition in block}
         # A preload in N ends one in mm.
         for key in _PRELOADS & set(arrays) if _PRELOADS & set(stated) else ():
             arrays[key][first:] = math.nan
@@ -277,8 +286,8 @@ def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source
     if "amplitude" in group.columns:
         index, column = group.columns["amplitude"]
         stated_peak, label = column.peak, table.label(index)
-    elif source.amplitude is None and (condition := _stated_amplitude(table, stated, source)) is not None:
-        stated_peak, label = condition.peak, "the amplitude that the file states"
+    elif source.amplitude is None and "amplitude" in stated:
+        stated_peak, label = stated["amplitude"].peak, "the amplitude that the file states"
     else:
         return source.amplitude_is or "peak"
     if source.amplitude_is is not None and stated_peak and stated_peak != source.amplitude_is:
@@ -291,12 +300,6 @@ def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source
         expected = 'amplitude_is = "peak", "double" or "rms" in the recording\'s table of the case file'
         raise table.refusal(what, expected)
     return peak
-
-
-def _stated_amplitude(table: Table, stated: Mapping[str, Stated], source: DynamicSource) -> Stated | None:
-    """Return the amplitude that the header, or else the first line between the rows, states."""
-    between = (condition for _, condition in conditions_between_rows(table, source, "amplitude"))
-    return stated.get("amplitude") or next(between, None)
 
 
 def _loops(source: DynamicSource, plain: Source, tables: TableCache) -> list[TablePart]:

@@ -54,6 +54,11 @@ def test_numbers_above_a_table_may_have_separators(tmp_path, line, force):
         ("Prüftemperatur: 23 °C", "temperature", 23.0),
         ("Amplitude (0-peak) [mm]\t0.1", "amplitude", 0.1),
         ("Amplitude: 0.2 mm (half peak-to-peak)", "amplitude", 0.2),
+        ("Amplitude, p-p: 0.2 mm", "amplitude", 0.1),
+        ("Preload in N: 500", "preload_force", 500.0),
+        ("Preload (in MN): 0.5", "preload_force", 5e5),
+        ("Preload (compression): 500 N +/- 5 N", "preload_force", 500.0),
+        ("Preload\tN\t500", "preload_force", 500.0),
     ],
 )
 def test_a_line_of_known_words_states_a_condition(tmp_path, line, key, value):
@@ -89,6 +94,12 @@ def test_a_line_that_says_more_or_less_states_none_and_is_reported(tmp_path, lin
     if key == "temperature":
         table = read(tmp_path, f"Temperature: 20 °C\n{line}\n{HEAD}{ROWS}")
         np.testing.assert_allclose(table.temperature, 20.0)
+
+
+def test_a_line_may_state_several_conditions(tmp_path):
+    line = "Preload: 500 N, Amplitude: 0.1 mm (peak); Temperature = 40 °C"
+    table = read(tmp_path, f"{line}\n{HEAD}{ROWS}")
+    assert {*table.preload_force, *table.amplitude, *table.temperature} == {500.0, 0.1, 40.0}
 
 
 def test_lines_that_state_different_values_are_asked_for(tmp_path):

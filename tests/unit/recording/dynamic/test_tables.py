@@ -95,6 +95,11 @@ def test_a_wide_table_has_its_conditions_in_the_names(tmp_path):
     assert not over_amplitude.over_frequency
 
 
+def test_conditions_in_names_may_stand_behind_an_underscore(tmp_path):
+    head = "f [Hz],Kdyn_-20C [N/mm],Phase_-20C [deg],Kdyn_20C [N/mm],Phase_20C [deg]\n"
+    np.testing.assert_allclose(read(tmp_path, f"{head}1,500,5,400,6\n").temperature, [-20, 20])
+
+
 def test_blocks_beside_each_other_have_their_conditions_above(tmp_path):
     text = ";0.1 mm;;0.5 mm;\nf [Hz];K* [N/mm];delta [deg];K* [N/mm];delta [deg]\n"
     text += "1;500;5;400;6\n10;550;7;450;8\n50;600;8;;\n"
@@ -363,6 +368,11 @@ def test_rows_of_several_specimens_are_no_table_until_one_is_chosen(tmp_path, na
     np.testing.assert_allclose(table.stiffness, [900, 950])
 
 
+def test_runs_that_are_counted_are_one_table(tmp_path):
+    text = "Run;f [Hz];K* [N/mm];delta [deg]\n1;1;500;5\n1;10;550;7\n2;1;501;5\n2;10;551;7\n"
+    assert len(read(tmp_path, text)) == 4
+
+
 @pytest.mark.parametrize("name", ["Run", "Note"])
 def test_a_text_beside_rows_of_other_conditions_tells_none_apart(tmp_path, name):
     head = f"{name};T [°C];f [Hz];K* [N/mm];delta [deg]\n"
@@ -408,7 +418,7 @@ def test_a_function_of_a_quantity_is_none_and_a_doubtful_factor_is_asked_for(tmp
 
 
 @pytest.mark.parametrize(
-    "pair", ["Elastic Rate;Viscous Rate", "Re K*;Im K*", "Re(K);Im(K)", "Real K*;Imag K*"]
+    "pair", ["Elastic Rate;Viscous Rate", "Re K*;Im K*", "Re(K);Im(K)", "K* real;K* imag"]
 )
 def test_the_two_parts_of_a_complex_stiffness_by_their_names(tmp_path, pair):
     first, second = pair.split(";")
