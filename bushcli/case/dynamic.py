@@ -40,8 +40,9 @@ class DynamicRecordingTable(CaseTable):
     delimiter: Delimiter | None = None
     decimal: Literal[".", ","] | None = None
     group: ColumnKey | None = optional("sheet or group of the file")
-    amplitude_is: Literal["peak", "double"] | None = optional(
-        "what the file calls amplitude: the peak, or peak to peak"
+    rows: dict[str, str | float] | None = optional("value, by column, of the rows that belong to the table")
+    amplitude_is: Literal["peak", "double", "rms"] | None = optional(
+        "what the file calls amplitude: the peak, peak to peak, or the root mean square"
     )
     stiffness_is: Literal["magnitude", "storage"] | None = optional(
         "what the file calls stiffness or modulus: |K*| or K'"
@@ -92,6 +93,7 @@ def sources(
                 pattern=table.file,
                 columns=dict(table.columns or {}),
                 units=dict(table.units or {}),
+                rows=dict(table.rows or {}),
                 delimiter=DELIMITERS.get(table.delimiter or "", table.delimiter),
                 accepted_faults=tuple(table.accept or ()),
                 **values,

@@ -14,6 +14,7 @@ from typing import Any
 from bushcli.case.identified import inline
 from bushcli.errors import Problem, RecordingError, count_of
 from bushcli.recording.dynamic.columns import MEASURED, meanings
+from bushcli.recording.dynamic.lines import states_condition
 from bushcli.recording.dynamic.read import read_dynamic
 from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.dynamic.table import DynamicTable
@@ -62,7 +63,7 @@ def dynamic_entry(file: Path, tables: TableCache) -> DynamicEntry | None:
         It has such a table, which no mode can read.
     """
     try:
-        contents = tables_of_file(Source("axial", file), (), tables)
+        contents = tables_of_file(Source("axial", file, between=states_condition), (), tables)
     except RecordingError:
         return None
     sheets = [contents] if isinstance(contents, Table) else contents.tables
@@ -120,9 +121,10 @@ def dynamic_text(entry: DynamicEntry, name: str, file: str) -> list[str]:
     for key in ("amplitude_is", "stiffness_is", "loss_angle_is", "across", "quantity"):
         if (answer := getattr(entry.source, key)) is not None:
             lines.append(f'{key} = "{answer}"')
-    if entry.source.units:
-        inside = ", ".join(f"{key} = {inline(unit)}" for key, unit in entry.source.units.items())
-        lines.append(f"units = {{ {inside} }}")
+    for key, answers in (("units", entry.source.units), ("rows", entry.source.rows)):
+        if answers:
+            inside = ", ".join(f"{name} = {inline(answer)}" for name, answer in answers.items())
+            lines.append(f"{key} = {{ {inside} }}")
     return [
         *lines,
         *(f"# {remark}" for remark in entry.remarks),

@@ -20,6 +20,7 @@ from bushcli.faults.fault import MENTIONED, WRONG, DataFault, chance_in_words
 from bushcli.faults.off_curve import rows_off_curve
 from bushcli.faults.scale import unit_stiffness
 from bushcli.recording.dynamic.table import DynamicTable
+from bushcli.recording.header.units import read_unit
 from cases.mode import modes
 from geometry.shape import Shape
 
@@ -35,17 +36,26 @@ _MODULUS, _LOSS_ANGLE, _AMPLITUDE, _PRELOAD = (2.0, 1.6), (0.1, 0.9), (0.003, 1.
 #: Largest difference of chi square that counts: the odds of a reading change by no more than e^20, and no probability
 #: is 0 or 1.
 _CERTAIN = 40.0
-#: Units that are taken for each other, by the factor between them: as the file says it, and as its numbers are.
-_TAKEN = {
-    ("MPa", 1e6): ("Pa", "MPa"),
-    ("MPa", 1e3): ("kPa", "MPa"),
-    ("MPa", 1e-3): ("MPa", "kPa"),
-    ("MPa", 1e-6): ("MPa", "Pa"),
-    ("N/mm", 1e3): ("N/m", "N/mm"),
-    ("N/mm", 1e-3): ("N/mm", "N/m"),
-    ("N/mm", 1e6): ("N/m", "kN/mm"),
-    ("N/mm", 1e-6): ("kN/mm", "N/m"),
-}
+#: Columns whose unit is that of the stiffness, and units that are in use.
+_SIZES = ("stiffness", "storage", "loss", "damping")
+_UNITS = (
+    *("N/mm", "kN/mm", "N/m", "kN/m", "MN/m", "Nm/rad", "Nmm/rad", "kNm/rad", "Nm/deg", "Nmm/deg", "kNm/deg"),
+    *(
+        "Nm",
+        "Nmm",
+        "kNm",
+        "MPa",
+        "kPa",
+        "Pa",
+        "GPa",
+        "N s/mm",
+        "N s/m",
+        "kN s/mm",
+        "kN s/m",
+        "Nms/rad",
+        "Nmms/rad",
+    ),
+)
 #: The change of stiffness per kelvin in a step of temperature lies within this factor of the geometric mean of those in
 #: the steps beside it: between glass and rubber it changes fivefold from one step of 20 K to the next.
 _STEADY = 15.0
@@ -235,14 +245,23 @@ def _unit(shape: Shape, table: DynamicTable, off_curve: NDArray[np.bool_]) -> It
     if partly:
         remedy = "correct these rows, or delete them; fits leave them out"
     else:
-        stated, meant = _TAKEN.get((unit, factor), ("one unit", "another"))
-        remedy = f"if the file says {stated} and its numbers are {meant}: "
-        remedy += f'units = {{storage = "{meant}", loss = "{meant}"}}'
-        remedy += ", or of the columns that it has, in its table"
+        remedy = f"if its numbers are in another unit: {_other_units(table, factor)} in the recording's table"
         remedy += "; also check that [geometry] is in mm" if table.quantity == "stiffness" else ""
     remedy += '; or accept = ["unit"] if the values are right'
     samples = misread & (partly or proved)
     yield DataFault(table.name, "unit", where, remedy, proved, samples, 1.0 if proved else probability)
+
+
+def _other_units(table: DynamicTable, factor: float) -> str:
+    """Return the key of the case file that makes the numbers of the file larger by a factor."""
+    names: dict[str, str] = {}
+    for key in (key for key in _SIZES if key in table.units):
+        own = table.units[key]
+        units = {name: unit for name in _UNITS if (unit := read_unit(name)) and unit.measured == own.measured}
+        same = (name for name, unit in units.items() if np.isclose(unit.factor, factor * own.factor))
+        names[key] = next(same, "...")
+    listed = ", ".join(f'{key} = "{name}"' for key, name in names.items())
+    return f"units = {{{listed or 'displacement = ..., force = ...'}}}"
 
 
 def _belongs(table: DynamicTable, row: int) -> str:

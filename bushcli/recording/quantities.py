@@ -161,14 +161,14 @@ DYNAMIC: Mapping[str, ColumnQuantity] = {
     "amplitude": ColumnQuantity(
         "amplitude, amplitudes, ampl, amp, amplitud, ampiezza, 振幅, dynamic strain, dyn strain, strain amplitude,"
         "dynamic displacement, dyn displacement, dehnungsamplitude, wegamplitude, schwingweg, doppelamplitude,"
-        "schwingbreite, oscillation strain, oscillatory strain, strain, shear strain, dehnung, gamma, γ, dsa, dda,"
-        "dynamic travel, displacement amplitude, a, dyn disp, dynamic disp, dynamic stroke", _MOTION),
+        "schwingbreite, schwingweite, oscillation strain, oscillatory strain, strain, shear strain, dehnung, gamma, γ,"
+        "dsa, dda, dynamic travel, displacement amplitude, a, dyn disp, dynamic disp, dynamic stroke", _MOTION),
     "preload": ColumnQuantity(
         "preload, pre load, vorlast, vorkraft, vorspannung, vorweg, mittellast, mittelkraft, mean, mean load,"
         "mean force, mean displacement, mean strain, mean position, static load, static force, static displacement,"
         "static strain, static deflection, prestrain, pre strain, vordehnung, précharge, precharge, precarico,"
         "precarga, offset, static offset, mean stress, static stress, prestress", _MOTION),
-    "preload_force": ColumnQuantity("", _LOAD),
+    "preload_force": ColumnQuantity("preload force", _LOAD),
     "temperature": ColumnQuantity(
         "temperature, temp, temperatur, température, temperatura, 温度, температура, t", _kinds("temperature")
     ),
@@ -181,18 +181,20 @@ DYNAMIC: Mapping[str, ColumnQuantity] = {
         "g modulus, g modul, k, dynamic modulus, raideur, rigidezza, 刚度, e, g", _STIFFNESS),
     "storage": ColumnQuantity(
         "storage, storage stiffness, storage modulus, elastic stiffness, elastic modulus, storage shear modulus,"
-        "speichermodul, speichersteifigkeit, real, real part, in phase, in phase stiffness, stor, k1, re,"
+        "elastic rate, elastic spring rate, speichermodul, speichersteifigkeit, real, real part, in phase,"
+        "in phase stiffness, stor, k1, re,"
         "module de conservation, 储能模量, 貯蔵弾性率, eprime, gprime, kprime, prime, estor, gstor", _STIFFNESS),
     "loss": ColumnQuantity(
         "loss, loss stiffness, loss modulus, loss shear modulus, verlustmodul, verluststeifigkeit, imaginary, imag,"
-        "imaginary part, out of phase, quadrature, viscous modulus, viscous stiffness, k2, im, module de perte,"
-        "损耗模量, 損失弾性率, double prime, dprime, edoubleprime, gdoubleprime, eloss, gloss", _STIFFNESS),
+        "imaginary part, out of phase, quadrature, viscous modulus, viscous stiffness, viscous rate, k2, im,"
+        "module de perte, 损耗模量, 損失弾性率, double prime, dprime, edoubleprime, gdoubleprime, eloss, gloss",
+        _STIFFNESS),
     "loss_angle": ColumnQuantity(
         "loss angle, phase, phase angle, phase lag, phase shift, phase delay, delta, δ, verlustwinkel, phasenwinkel,"
         "phase difference, angle de perte, angle, phi, φ, 损耗角, 位相角, phasenverschiebung", _kinds("angle")),
     "tan_delta": ColumnQuantity(
         "tan delta, tan d, tand, tandelta, tan δ, tanδ, tan, loss factor, loss tangent, tan phi, tangent delta,"
-        "verlustfaktor, facteur de perte, damping factor, 损耗因子, 損失係数, tan loss angle", _kinds("strain")),
+        "verlustfaktor, facteur de perte, 损耗因子, 損失係数, tan loss angle", _kinds("strain")),
     "damping": ColumnQuantity(
         "damping, damping coefficient, damping constant, damping rate, dämpfung, dämpfungskonstante,"
         "dämpfungskoeffizient, viscous damping, c damping, amortissement, 阻尼, damping value",
@@ -202,6 +204,6 @@ DYNAMIC: Mapping[str, ColumnQuantity] = {
     "": ColumnQuantity(
         "force amplitude, dynamic force, dyn force, kraftamplitude, dynamic load, stress amplitude, dynamic stress,"
         "force, kraft, stress, energy, energie, compliance, static stiffness, statische steifigkeit, static rate,"
-        "tan delta ref, time, zeit, damping ratio, viscosity, complex viscosity, complex compliance, set, index, nr,"
-        "no, cycles, damping energy"),
+        "tan delta ref, time, zeit, damping ratio, damping factor, viscosity, complex viscosity,"
+        "complex compliance, set, index, nr, no, cycles, damping energy"),
 }  # fmt: skip

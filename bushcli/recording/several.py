@@ -15,11 +15,11 @@ from bushcli.recording.text.fields import to_float
 from bushcli.recording.text.table import Table
 
 #: Words of a column that names recordings, and words beside them.
-_LABELS = word_set(
+LABELS = word_set(
     "id specimen sample test run curve part serial probe prüfling probekörper versuch kurve messung éprouvette essai "
     "provino prova probeta ensayo"
 )
-_BESIDE = word_set("id no nr number name label code nummer bezeichnung numéro nom nome numero número")
+BESIDE_LABELS = word_set("id no nr number name label code nummer bezeichnung numéro nom nome numero número")
 #: Fewest rows of a recording on average: a column with as many labels counts the samples.
 _FEWEST = 3
 
@@ -45,7 +45,7 @@ def refuse_several(table: Table, stamps: Column | None) -> None:
     """Refuse a table with several recordings one below the other: its time, if any, goes back where one begins."""
     for index, name in enumerate(table.names):
         words = heading(name).words
-        if not words or words[0] not in _LABELS or not all(word in _LABELS | _BESIDE for word in words):
+        if not words or words[0] not in LABELS or not all(word in LABELS | BESIDE_LABELS for word in words):
             continue
         blocks = [(label, len(list(group))) for label, group in groupby(_texts(table, index))]
         labels = list(dict.fromkeys(label for label, _ in blocks))
@@ -54,9 +54,15 @@ def refuse_several(table: Table, stamps: Column | None) -> None:
         if 1 < len(labels) == len(blocks) <= len(table) / _FEWEST and restarts:
             shown = ", ".join(labels[:4]) + (", ..." if len(labels) > 4 else "")
             what = f"{table.label(index)} names {len(labels)} recordings one below the other ({shown})"
-            key = name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else f'"{name}"'
-            remedy = f'choose one in each table of the case file: rows = {{{key} = "{labels[0]}"}}'
-            raise table.refusal(what, remedy)
+            raise table.refusal(
+                what, f"choose one in each table of the case file: {rows_key(name, labels[0])}"
+            )
+
+
+def rows_key(name: str, label: str) -> str:
+    """Return the key of the case file that chooses the rows with a label in a column."""
+    key = name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else f'"{name}"'
+    return f'rows = {{{key} = "{label}"}}'
 
 
 def _texts(table: Table, index: int) -> list[str]:

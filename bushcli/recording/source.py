@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
@@ -109,6 +109,8 @@ class Source:
         Sheet or group of the file, by name or by number from 1; found by its columns when None.
     rows : mapping of str to str or float
         Value, by column, of the rows that belong to the recording; of a file with many recordings one below the other.
+    between : callable, optional
+        Whether a line that is no row may stand between the rows: it states a condition of those below it.
     sample_rate : float, optional
         Samples per second, Hz, of a file without a time.
     rate : float, optional
@@ -142,6 +144,7 @@ class Source:
     accepted_faults: tuple[str, ...] = ()
     group: str | int | None = None
     rows: Mapping[str, str | float] = field(default_factory=dict)
+    between: Callable[[str], object] | None = None
     sample_rate: float | None = None
     rate: float | None = None
     conditioning: int = 0

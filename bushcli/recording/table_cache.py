@@ -44,7 +44,7 @@ class TableCache:
         """
         from bushcli.recording.text_file import read_table
 
-        how = (source.delimiter, source.decimal, single)
+        how = (source.delimiter, source.decimal, single, source.between)
         return self._contents(source.file, how, lambda: read_table(source.file, *how))
 
     def tables(self, path: Path, format_name: str, wanted: Collection[str | int]) -> FileContents:

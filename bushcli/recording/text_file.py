@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from bisect import bisect
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
@@ -43,16 +43,25 @@ _EXAMPLE = "e.g. time_s,displacement_mm,force_N"
 _NUMBERS = re.compile(r"\d[\d.,:/]*")
 
 
+#: Whether a line that is no row may stand between the rows.
+_Between = Callable[[str], object]
+
+
 class _Given(NamedTuple):
-    """What the case file says of a text, and whether a single column is enough."""
+    """What is known of a text before it is read, see `read_table`."""
 
     delimiter: str | None
     decimal: str | None
     single: bool
+    between: _Between | None
 
 
 def read_table(
-    path: Path, delimiter: str | None = None, decimal: str | None = None, single: bool = False
+    path: Path,
+    delimiter: str | None = None,
+    decimal: str | None = None,
+    single: bool = False,
+    between: _Between | None = None,
 ) -> TextTable:
     """Read a text file.
 
@@ -65,13 +74,15 @@ def read_table(
         Recognised from the file when None.
     single : bool
         Whether a single column is enough.
+    between : callable, optional
+        Whether a line that is no row may stand between the rows, because it states a condition of those below it.
 
     Raises
     ------
     RecordingError
         When the file cannot be read, has no table of numbers, or has a line that does not fit.
     """
-    text, given = read_text(path), _Given(delimiter, decimal, single)
+    text, given = read_text(path), _Given(delimiter, decimal, single, between)
     end, table = end_of_head(text), None
     if end:
         try:
@@ -94,7 +105,7 @@ def _table(path: Path, lines: list[Line], runs: list[AlikeRows], given: _Given) 
     dialect = single or _dialect(path, body, given)
     sheet = Sheet(path, lines, body, [split_line(line.text, dialect.delimiter) for line in body], dialect)
     remarks = _remove_thousands(sheet.split, dialect.decimal)
-    sheet, width, repeats, reordered = _rows(sheet, 1 if single else 2)
+    sheet, width, repeats, reordered = _rows(sheet, 1 if single else 2, given.between)
     rows = sheet.split[sheet.start :]
     grouped = None
     if given.decimal is None and (dialect.decimal == "," or dialect.delimiter in ";\t"):
@@ -183,7 +194,7 @@ def table_of_fields(path: Path, part: str, cells: Sequence[tuple[int, Sequence[s
     return _with_header(sheet, width, MOST_COLUMNS, tuple(remarks), part)
 
 
-def _rows(sheet: Sheet, fewest: int) -> tuple[Sheet, int, list[str], bool]:
+def _rows(sheet: Sheet, fewest: int, between: _Between | None = None) -> tuple[Sheet, int, list[str], bool]:
     """Return a sheet with its first row, the number of columns, remarks, and whether columns were reordered.
 
     A line below that does not fit is refused. Headers that are repeated between the rows, as some rigs write them for
@@ -202,6 +213,10 @@ def _rows(sheet: Sheet, fewest: int) -> tuple[Sheet, int, list[str], bool]:
     sheet = replace(sheet, start=start)
     reordered = unify_column_order(sheet)
     remarks = [*reordered, *_remove_text_below(sheet)]
+    for i in reversed(range(start, len(body))):
+        text = not are_rows[i] and not numbers_in(split[i][:1], decimal)
+        if between is not None and text and between(body[i].text):
+            del body[i], split[i]
     below = list(enumerate(split[start:], start=start))
     wrong = [i for i, fields in below if len(fields) != raw and len(trim_end(fields)) != filled]
     # A header has as many fields as the rows have.

@@ -110,7 +110,7 @@ def test_what_is_asked_ends_with_exit_code_2_and_the_key(case):
     case.write_text(CASE.replace('amplitude_is = "double"\n', ""))
     done = run("check", case)
     assert done.exit_code == 2
-    assert 'amplitude_is = "peak" or "double"' in done.output
+    assert 'amplitude_is = "peak", "double" or "rms"' in done.output
 
 
 def test_fit_says_why_a_sweep_has_no_spectrum(case):

@@ -10,7 +10,10 @@ import pytest
 from bushcli.faults.dynamic import table_faults
 from bushcli.faults.fault import chance_in_words
 from bushcli.faults.off_curve import rows_off_curve
+from bushcli.recording.dynamic.read import read_dynamic
+from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.dynamic.table import DynamicTable
+from bushcli.recording.header.units import Unit
 from geometry.shape import shapes
 
 PLAIN = shapes()["plain"](inner_radius=12.0, outer_radius=22.0, length=40.0)
@@ -42,15 +45,27 @@ def test_a_sound_table_has_none(temperatures, noise):
 
 @pytest.mark.parametrize(
     ("scale", "meant", "fatal"),
-    [(1e-6, "MPa", False), (1e-3, "MPa", False), (1e3, "kPa", False), (1e6, "Pa", True)],
+    [(1e-6, "...", False), (1e-3, "GPa", False), (1e3, "kPa", False), (1e6, "Pa", True)],
 )
 def test_moduli_that_are_rare_are_a_wrong_unit_and_those_of_no_polymer_for_certain(scale, meant, fatal):
     """The glass bounds moduli from above; however soft a gel is, nothing contradicts it."""
-    (fault,) = table_faults(PLAIN, [sweeps([20.0], scale)])
+    table = replace(sweeps([20.0], scale), units={"storage": Unit("stress", "MPa", 1.0)})
+    (fault,) = table_faults(PLAIN, [table])
     assert (fault.kind, fault.fatal, bool(fault.samples.all())) == ("unit", fatal, fatal)
     assert fault.fatal or f"wrong unit is {chance_in_words(fault.probability)}" in fault.where
-    assert f'storage = "{meant}"' in fault.remedy
+    assert f'units = {{storage = "{meant}"}}' in fault.remedy
     assert kinds(replace(sweeps([20.0], scale), accepted_faults=("unit",))) == []
+
+
+@pytest.mark.parametrize(("name", "meant"), [("|K*| [N/mm]", "kN/mm"), ("Stiffness [N/m]", "N/mm")])
+def test_the_remedy_of_a_unit_is_that_of_the_column_that_the_file_has(tmp_path, name, meant):
+    """With the remedy the table has no fault."""
+    size = 1.0 if meant == "kN/mm" else 1e3
+    (tmp_path / "t.csv").write_text(f"f [Hz];{name};delta [deg]\n1;{0.34 * size};5\n10;{0.36 * size};5\n")
+    source = DynamicSource("axial", (tmp_path / "t.csv",), stiffness_is="magnitude")
+    (fault,) = table_faults(PLAIN, [read_dynamic(source)])
+    assert f'units = {{stiffness = "{meant}"}}' in fault.remedy
+    assert table_faults(PLAIN, [read_dynamic(replace(source, units={"stiffness": meant}))]) == ()
 
 
 def test_a_sweep_in_another_unit_is_left_out():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -11,20 +10,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.recording.dynamic.lines import decimal_of, refuse_ambiguous
 from bushcli.recording.dynamic.names import (
     ACROSS,
+    DIGITS,
     ColumnName,
     Stated,
     condition_of,
     meaning,
-    stated_condition,
+    read_number,
 )
 from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.header.columns import chosen_index
-from bushcli.recording.header.units import read_unit
+from bushcli.recording.header.units import Unit, read_unit
 from bushcli.recording.header.vocabulary import is_foreign
 from bushcli.recording.quantities import CONDITIONS, DYNAMIC
-from bushcli.recording.text.fields import is_number, to_float
+from bushcli.recording.text.fields import is_number
 from bushcli.recording.text.table import Table, TextTable
 from cases.mode import Mode
 
@@ -50,6 +51,8 @@ _OWN_WORDS = frozenset([
 #: rubber in its glass transition is 2 to 3.
 _LARGEST_RADIANS, _LARGEST_FACTOR = 1.6, 5.0
 
+_NUMBER = re.compile(rf"[-+]?{DIGITS}")
+
 #: Column, from 0, by quantity.
 Columns = Mapping[str, tuple[int, ColumnName]]
 #: Numbers in internal units, and a remark.
@@ -71,8 +74,15 @@ class ColumnGroup:
     conditions: Mapping[str, Stated]
 
 
-def meanings(table: Table) -> list[ColumnName]:
-    """Return the meaning of each column; a condition in the row of units, or in a row above, is one of its columns."""
+def meanings(table: Table, decimal: str = "") -> list[ColumnName]:
+    """Return the meaning of each column; a condition in the row of units, or in a row above, is one of its columns.
+
+    Parameters
+    ----------
+    table : Table
+    decimal : str
+        Decimal sign of numbers in names, if it is known; without it numbers that have two readings are nan.
+    """
     columns, width = [], len(table.names)
     titles: dict[int, str] = {}
     above: dict[int, tuple[Stated, ...]] = {}
@@ -83,7 +93,9 @@ def meanings(table: Table) -> list[ColumnName]:
         for fields in lines:
             if any(meaning(field).quantity in MEASURED for field in fields if field):
                 titles |= {i: title for i, title in enumerate(_carry_fields(fields, width)) if title}
-        conditions_of_row = next((row for fields in lines if len(row := _conditions_in(fields)) > 1), {})
+        conditions_of_row = next(
+            (row for fields in lines if len(row := _conditions_in(fields, decimal)) > 1), {}
+        )
         last: Stated | None = None
         for i in range(width):
             last = conditions_of_row.get(i, last)
@@ -91,9 +103,9 @@ def meanings(table: Table) -> list[ColumnName]:
                 above[i] = (*above.get(i, ()), last)
     # Above conditions a name in merged cells holds until the next one.
     for i, name in enumerate(_carry_fields(table.names, width) if above else table.names):
-        condition = condition_of(name)
+        condition = condition_of(name, decimal)
         unit = "" if condition_of(table.units[i]) else table.units[i]
-        column = meaning(titles.get(i, name) if condition else name, unit)
+        column = meaning(titles.get(i, name) if condition else name, unit, decimal)
         of_name = () if condition is None or i not in titles else (condition,)
         columns.append(replace(column, conditions=(*column.conditions, *of_name, *above.get(i, ()))))
     return columns
@@ -112,21 +124,20 @@ def _carry_fields(fields: Sequence[str], width: int) -> list[str]:
     return carried
 
 
-def _conditions_in(fields: Sequence[str]) -> dict[int, Stated]:
+def _conditions_in(fields: Sequence[str], decimal: str) -> dict[int, Stated]:
     """Return the conditions in a row, by column: ``0 N;500 N``, or ``Preload [N];0;500``, whose label has the unit."""
     label = meaning(fields[0]) if fields and fields[0] else ColumnName("")
     quantity = label.quantity if label.quantity in CONDITIONS else ""
     conditions: dict[int, Stated] = {}
     for i, field in enumerate(fields):
-        condition = condition_of(field) if field else None
+        condition = condition_of(field, decimal) if field else None
         if condition is not None:
             across = quantity and condition.quantity == ACROSS
             conditions[i] = replace(condition, quantity=quantity) if across else condition
         elif i and field and quantity and label.unit is not None:
-            number = next((to_float(field, sign) for sign in ".," if is_number(field, sign)), math.nan)
-            if not math.isfinite(number):
+            if not _NUMBER.fullmatch(field):
                 return {}
-            conditions[i] = Stated(quantity, number, label.unit, label.peak)
+            conditions[i] = Stated(quantity, read_number(field, decimal), label.unit, label.peak, field)
     return conditions
 
 
@@ -150,7 +161,7 @@ def with_conditions_above(table: Table) -> Table:
         return table
     width = len(table.names)
     fields = [table.text(0, i).strip() for i in range(width)]
-    if is_number(fields[0], table.decimal) or len(_conditions_in(fields)) < 2:
+    if is_number(fields[0], table.decimal) or len(_conditions_in(fields, table.decimal)) < 2:
         return table
     units, preamble = _carry_fields(table.units, width), (*table.preamble, (table.line(0), ";".join(fields)))
     return replace(table.of_rows(np.arange(1, len(table))), units=tuple(units), preamble=preamble)
@@ -158,13 +169,20 @@ def with_conditions_above(table: Table) -> Table:
 
 def groups(table: Table, source: DynamicSource) -> list[ColumnGroup]:
     """Return the groups of columns of a table: one, or one for each condition that the columns' names have."""
-    names = meanings(table)
+    names = meanings(table, decimal_of(table, source))
+    for i, name in enumerate(names):
+        for condition in name.conditions:
+            refuse_ambiguous(table, condition, table.label(i))
     chosen = {key: chosen_index(table, column) for key, column in source.columns.items()}
     for key, index in chosen.items():
         names[index] = replace(names[index], quantity=key)
     for i, name in enumerate(names):
         if name.quantity in chosen and chosen[name.quantity] != i:
             names[i] = replace(name, quantity="")
+    for i, name in enumerate(names):
+        # As bushcli exports a small vibration: a condition that no row has.
+        empty = name.quantity in CONDITIONS and not any(table.text(row, i) for row in range(len(table)))
+        names[i] = replace(name, quantity="") if empty else name
     for i, name in enumerate(names):
         if name.quantity and any(condition.quantity == ACROSS for condition in name.conditions):
             if source.across is None:
@@ -213,12 +231,22 @@ def _unique(table: Table, columns: Sequence[int], names: Sequence[ColumnName], m
     return unique
 
 
+def key_of_unit(quantity: str) -> str:
+    """Return the key of ``units`` in the case file for a measured quantity."""
+    return "stiffness" if quantity == "modulus" else quantity
+
+
+def unit_of(column: ColumnName, quantity: str, source: DynamicSource) -> Unit | None:
+    """Return the unit of a column: that of the case file, or else of the file; None if neither has one."""
+    given = source.units.get(key_of_unit(quantity))
+    return column.unit if given is None else read_unit(given)
+
+
 def numbers(table: Table, index: int, column: ColumnName, quantity: str, source: DynamicSource) -> _Values:
     """Return a column in internal units, and a remark where its unit was understood from its values."""
     values = table.numbers(index)
-    remark, key = "", quantity if quantity != "modulus" else "stiffness"
-    given = source.units.get(key)
-    unit = column.unit if given is None else read_unit(given)
+    remark, key = "", key_of_unit(quantity)
+    given, unit = source.units.get(key), unit_of(column, quantity, source)
     kinds = DYNAMIC[quantity].kinds_in(source.deformation)
     proposed = next(_PROPOSED[kind] for kind in (quantity, *sorted(kinds, reverse=True)) if kind in _PROPOSED)
     remedy = f"units = {{{key} = {proposed[0]}}} or {proposed[1]} in the recording's table of the case file"
@@ -242,18 +270,6 @@ def numbers(table: Table, index: int, column: ColumnName, quantity: str, source:
             expected = 'a modulus is that of a coupon: [[coupons]] with mode = "uniaxial", for example'
         raise table.refusal(what, expected)
     return unit.factor * values + unit.zero, remark
-
-
-def conditions_above(table: Table) -> dict[str, Stated]:
-    """Return the conditions that the lines above a table state for all its rows, by quantity."""
-    conditions = (stated_condition(text, table.decimal) for _, text in table.preamble)
-    return {condition.quantity: condition for condition in conditions if condition is not None}
-
-
-def conditions_between_rows(table: Table, quantity: str) -> list[tuple[int, Stated]]:
-    """Return the conditions of a quantity that lines between the rows state for the rows below, with their lines."""
-    conditions = ((line, stated_condition(text, table.decimal)) for line, text in table.between)
-    return [(line, c) for line, c in conditions if c is not None and c.quantity == quantity]
 
 
 def with_values(table: Table, group: ColumnGroup) -> Table:

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass, field
 from typing import Literal
 
+from bushcli.recording.dynamic.peaks import BEHIND, Peak, said_of_peak
 from bushcli.recording.header.name import heading
 from bushcli.recording.header.units import NO_UNIT, Unit, read_unit
 from bushcli.recording.header.vocabulary import plain_name
 from bushcli.recording.quantities import CONDITIONS, DYNAMIC
 from bushcli.recording.text.fields import is_thousands
 
-Peak = Literal["peak", "double", ""]
-
 _ERRORS = re.compile(
     r"\b(stdev|std|sd|se|standard (error|deviation)|uncertainty|standardabweichung|err|error)\b"
-)
-_PEAK = re.compile(r"\b(peak|0 p|0 pk|zero to peak|half|single|einfach|scheitel|ampl zero peak)\b|±|\+/-")
-_DOUBLE = re.compile(
-    r"\b(double|p p|pp|pk pk|peak to peak|peak peak|pkpk|ptp|spitze (?:zu )?spitze|doppel\w*|schwingbreite|range|dda"
-    r"|total|crête à crête)\b"
 )
 #: K', E'' (with one sign, two, or an inch mark), E*, |G*|, |K|.
 _MAGNITUDE = re.compile(r"\|\s*([KCEGkceg])\s*\*?\s*\|")
@@ -29,20 +24,30 @@ _SIGNED = {"*": "complex"} | dict.fromkeys(("''", '"', "″", "”", "’’", "
 #: The modulus of a coupon by its symbol or its words.
 _SHEAR = re.compile(r"(?i)(?<![^\W_])G(?:(?![^\W_])|stor|loss|prime|doubleprime)|\bshear\b|schub")
 _TENSILE = re.compile(r"(?i)(?<![^\W_])E(?:(?![^\W_])|stor|loss|prime|doubleprime)|young|tensile|elastizit")
+#: A number with thousands separators or without.
+DIGITS = (
+    r"(?:(?:[1-9]\d{0,2}(?:(?:,\d{3})+(?:\.\d+)?|(?:\.\d{3})+(?:,\d+)?|(?:['’]\d{3})+(?:[.,]\d+)?)(?!\d)"
+    r"|\d+(?:[.,]\d+)?|[.,]\d+)(?:[eE][-+]?\d+)?)"
+)
 #: A condition in a name: "@ 0.1 mm", "(500 N)", "A=±0.5mm", "23°C", "10 Hz".
 _CONDITION = re.compile(
-    r"(?P<key>[^\W\d_]+)?\s*[@=:]?\s*(?P<sign>±|\+/-|[-+])?\s*(?<![\w.])(?P<number>\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)"
+    r"(?P<key>[^\W\d_]+)?\s*[@=:]?\s*(?P<sign>±|\+/-|[-+]|minus\b)?\s*(?<![^\W_])(?<!\.)"
+    rf"(?P<number>{DIGITS})"
     r"\s*_?(?P<unit>mm|µm|μm|um|kNm|Nmm|Nm|kN|N|°C|degC|°F|K|C|Hz|%|degrees|deg|°|mrad|rad|MPa)(?![\w/*·^])"
-    r"\s*(?P<pp>p-?p|pk-?pk|peak[- ]to[- ]peak|0-p|peak|pk)?"
-)
-#: A condition in a line: its name, its number, its unit, and what follows them, "(peak)".
-_STATED = re.compile(
-    r"\s*[#%/]*\s*(?P<key>[^:=;\t\d]*?[^:=;\t\d\s])\s*[:=;,\t]+"
-    r"\s*(?P<number>(?:±|\+/-|[-+])?\s?(?:\d{1,3}(?:,\d{3})+(?:\.\d+)?|\d{1,3}(?:\.\d{3})+(?:,\d+)?|\d+(?:[.,]\d+)?)"
-    r"(?![.,]?\d)(?:[eE][-+]?\d+)?)\s*[;,\t]?\s*\[?(?P<unit>[^\s;,\t\]]*)(?P<rest>.*)"
+    rf"(?:\s*[(\[]?(?P<pp>{BEHIND})(?![^\W_])[)\]]?)?"
 )
 #: What stands beside a unit in its brackets: "(mm p-p)", "[±mm]".
-_BESIDE = re.compile(r"±|\+/-|\b(?:p-?p|pk-?pk|peak[- ]to[- ]peak|0-p|0-pk|peak|pk|double|zero-peak)\b")
+_BESIDE = re.compile(rf"±|\+/-|(?<![^\W_]){BEHIND}(?![^\W_])")
+#: A function of what follows it: log K*, 1/Kdyn, log10(Frequency); and the symbol of a stiffness in brackets: Re(K).
+_FUNCTION = re.compile(
+    r"(?i)(?<![^\W_])(?:log(?:10|2|e)?|lg|ln|sin|cos|sqrt|exp(?=\s*\()|inv|inverse|reciprocal)(?![^\W_])|^\W*1\s*/(?=\W*[^\W\d])"
+)
+_SYMBOL = re.compile(r"[KCEGkc]")
+#: The parts of a complex stiffness; "im" is a German word as well.
+_PARTS = (
+    ("storage", re.compile(r"\breal\b|\bre [kceg] complex\b|\bcomplex re$")),
+    ("loss", re.compile(r"\bimag(?:inary)?\b|\bim [kceg] complex\b|\bcomplex im$")),
+)
 #: A quotient of units in words, "N_per_mm", and an impulse in two words before it, "N s/mm".
 _PER = re.compile(r"(?<=[^\W_])[\s_]+per[\s_]+(?=[^\W_])")
 _IMPULSE = re.compile(r"(?<=[\s_])([kM]?N(?:mm|m)?)[\s_]+(?=s/)")
@@ -54,12 +59,13 @@ ACROSS = "across"
 
 @dataclass(frozen=True)
 class Stated:
-    """A number with a unit in a name or above the table: ``amplitude`` 0.1, length."""
+    """A number with a unit in a name or above the table: ``amplitude`` 0.1, length; nan if it has two readings."""
 
     quantity: str
     number: float
     unit: Unit
     peak: Peak = ""
+    written: str = ""
 
     @property
     def value(self) -> float:
@@ -79,7 +85,7 @@ class ColumnName:
         None where the name has no unit.
     written : str
         The unit as written.
-    peak : {"peak", "double", ""}
+    peak : {"peak", "double", "rms", ""}
         What the name says of an amplitude.
     modulus : {"E", "G", ""}
     conditions : tuple of Stated
@@ -94,9 +100,11 @@ class ColumnName:
     conditions: tuple[Stated, ...] = field(default=())
 
 
-def meaning(name: str, unit: str = "") -> ColumnName:
-    """Return the meaning of the name of a column."""
-    conditions = tuple(map(_condition, _CONDITION.finditer(name)))
+def meaning(name: str, unit: str = "", decimal: str = "") -> ColumnName:
+    """Return the meaning of the name of a column, of a table with a decimal sign, if that is known."""
+    # Many blanks take the expression for conditions long.
+    name = re.sub(r"\s+", " ", name)
+    conditions = tuple(_condition(match, decimal) for match in _CONDITION.finditer(name))
 
     def condition_word(match: re.Match[str]) -> str:
         # Of a condition its word is kept if it is the column's, "Kdyn 500 N", not the number's, "preload 5 N".
@@ -111,6 +119,9 @@ def meaning(name: str, unit: str = "") -> ColumnName:
     # What stands in brackets is a unit, with or without a word about an amplitude, or names the quantity.
     read, written, words = None, "", [head.name]
     for inside in head.written:
+        if len(head.written) > 1 and _SYMBOL.fullmatch(inside):
+            words.append(inside)
+            continue
         bare = _BESIDE.sub(" ", inside).strip(" ,;")
         known = read_unit(bare) if bare in NO_UNIT else _unit_of(bare)
         words += _BESIDE.findall(inside) if known else [inside]
@@ -121,11 +132,14 @@ def meaning(name: str, unit: str = "") -> ColumnName:
     modulus: Literal["E", "G", ""] = "G" if _SHEAR.search(text) else "E" if _TENSILE.search(text) else ""
     phrase = _words(" ".join(words))
     quantity = "stiffness" if _OWN.fullmatch(name.strip()) else _quantity(phrase, read)
-    quantity = quantity or _quantity(" ".join(_DOUBLE.sub(" ", _PEAK.sub(" ", phrase)).split()), read)
+    quantity = quantity or _quantity(_words(said_of_peak(phrase)[1]), read)
     if not quantity and read is not None:
         # The unit of these is enough, whatever the name of the column.
         sure = ("frequency", "temperature", "damping")
         quantity = next((key for key in sure if read.measured in DYNAMIC[key].every_kind), "")
+    functions = list(_FUNCTION.finditer(name))
+    if functions and meaning(name[functions[-1].end() :]).quantity:
+        quantity = ""
     if _ERRORS.search(phrase):
         quantity = f"{quantity}_error" if quantity in ("storage", "loss") else ""
     if read is not None and quantity and read.measured not in DYNAMIC[quantity].every_kind:
@@ -134,7 +148,8 @@ def meaning(name: str, unit: str = "") -> ColumnName:
             quantity = {"preload": "preload_force", "amplitude": ""}.get(quantity, quantity)
         elif quantity == "modulus" and read.measured in DYNAMIC["damping"].every_kind:
             quantity = "damping"
-    peak = _peak(phrase) if quantity == "amplitude" else ""
+    # The words of the phrase have no signs, such as that of "(p-p)/2".
+    peak = said_of_peak(plain)[0] if quantity == "amplitude" else ""
     return ColumnName(quantity, read, written, peak, modulus, conditions)
 
 
@@ -144,26 +159,10 @@ def _unit_of(text: str) -> Unit | None:
     return None if named or text in NO_UNIT else read_unit(text)
 
 
-def stated_condition(line: str, decimal: str = "") -> Stated | None:
-    """Return the condition that a line above a table states, ``Preload: 500 N``, ``Frequency;10;Hz``; or None."""
-    match = _STATED.match(line)
-    if match is None:
-        return None
-    column = meaning(match["key"], match["unit"])
-    if column.quantity not in CONDITIONS or column.unit is None:
-        return None
-    # "(peak)" behind the number is said of it, unless there is more, such as another range.
-    behind = _words(re.split(r"[:=;\t]", match["rest"])[0])
-    peak = column.peak if _PEAK.sub(" ", _DOUBLE.sub(" ", behind)).split() else _peak(behind) or column.peak
-    if "±" in match["number"] or "/" in match["number"]:
-        peak = "peak"
-    return Stated(column.quantity, _number(match["number"], decimal), column.unit, peak)
-
-
-def condition_of(text: str) -> Stated | None:
+def condition_of(text: str, decimal: str = "") -> Stated | None:
     """Return the condition that a whole text is, ``0.1 mm``, ``Preload 500 N``; None for other texts."""
-    match = _CONDITION.fullmatch(text.strip())
-    return None if match is None else _condition(match)
+    match = _CONDITION.fullmatch(re.sub(r"\s+", " ", text.strip()))
+    return None if match is None else _condition(match, decimal)
 
 
 def _words(text: str) -> str:
@@ -171,33 +170,32 @@ def _words(text: str) -> str:
     return plain_name(re.sub(r"±|\+/-", " peak ", text))
 
 
-def _peak(text: str) -> Peak:
-    """Return what a text says of an amplitude."""
-    words = _words(text)
-    return "double" if _DOUBLE.search(words) else "peak" if _PEAK.search(words) else ""
-
-
-def _number(text: str, decimal: str = "") -> float:
+def read_number(text: str, decimal: str) -> float:
     """Return the value of a number with a decimal sign of either kind, and thousands separators.
 
-    A single sign before three digits, as in ``1,000``, separates thousands if the table has the other decimal sign.
+    A single sign before three digits, as in ``1,000``, separates thousands if the table has the other decimal sign;
+    if its decimal sign is not known, the number is nan.
     """
-    digits = re.sub(r"±|\+/-|\s", "", text)
+    digits = re.sub(r"±|\+/-|['’\s]", "", text.replace("minus", "-"))
     signs = re.findall(r"[.,]", digits)
     last = signs[-1] if signs else "."
-    grouped = signs.count(last) > 1 or (decimal not in ("", last) and is_thousands(digits, last))
+    single = len(signs) == 1 and is_thousands(digits, last)
+    if single and not decimal:
+        return math.nan
+    grouped = signs.count(last) > 1 or (single and decimal != last)
     whole, part = digits.rsplit(last, 1) if signs and not grouped else (digits, "")
     return float(re.sub(r"[.,]", "", whole) + (f".{part}" if part else ""))
 
 
-def _condition(match: re.Match[str]) -> Stated:
+def _condition(match: re.Match[str], decimal: str) -> Stated:
     unit = read_unit(match["unit"])
     assert unit is not None  # the pattern has known units only
     key = (match["key"] or "").lower()
     peak: Peak = "peak" if match["sign"] in ("±", "+/-") else ""
     if match["pp"]:
-        peak = "double" if _peak(match["pp"]) == "double" else "peak"
-    number = _number(match["number"]) * (-1.0 if match["sign"] == "-" else 1.0)
+        said, _ = said_of_peak(match["pp"])
+        peak = said if peak in ("", said) else ""
+    number = read_number(match["number"], decimal) * (-1.0 if match["sign"] in ("-", "minus") else 1.0)
     word = _quantity(key, unit) if len(key) > 2 else ""
     quantity = "preload" if word == "preload" else ACROSS
     if peak or word == "amplitude" or key == "a":
@@ -205,11 +203,16 @@ def _condition(match: re.Match[str]) -> Stated:
     # The unit of these is enough.
     enough = ("frequency", "temperature", "preload_force")
     sure = [key for key in enough if unit.measured in DYNAMIC[key].every_kind]
-    return Stated(sure[0], number, unit) if sure else Stated(quantity, number, unit, peak)
+    if sure:
+        quantity, peak = sure[0], ""
+    return Stated(quantity, number, unit, peak, match["number"])
 
 
 def _quantity(words: str, unit: Unit | None) -> str:
     """Return the quantity of the longest phrase found in a name; between equally long ones the unit decides."""
+    parts = [part for part, form in _PARTS if "complex" in words.split() and form.search(words)]
+    if len(parts) == 1:
+        return parts[0]
     best, longest = "", (0, False)
     for quantity, each in DYNAMIC.items():
         for phrase in each.words:

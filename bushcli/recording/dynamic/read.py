@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from bisect import bisect
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import groupby
 from pathlib import Path
 from typing import Literal
 
@@ -16,23 +18,39 @@ from bushcli.recording.dynamic.columns import (
     ERRORS,
     MEASURED,
     ColumnGroup,
-    conditions_above,
-    conditions_between_rows,
     groups,
+    key_of_unit,
     meanings,
     numbers,
+    unit_of,
     with_conditions_above,
     with_names_above,
     with_values,
 )
 from bushcli.recording.dynamic.harmonics import LARGEST_DISTORTION, sines
-from bushcli.recording.dynamic.names import Peak, Stated
+from bushcli.recording.dynamic.lines import (
+    conditions_above,
+    conditions_between_rows,
+    remarks_on_lines,
+    states_condition,
+)
+from bushcli.recording.dynamic.mixed import refuse_several, with_merged_cells
+from bushcli.recording.dynamic.names import Stated
+from bushcli.recording.dynamic.peaks import FACTORS, Peak
 from bushcli.recording.dynamic.source import HIGHEST, LOOP_COLUMNS, DynamicSource
 from bushcli.recording.dynamic.stiffness import StiffnessColumns, complex_stiffness
-from bushcli.recording.dynamic.table import DynamicTable, Quantity, TablePart, refuse_rows
+from bushcli.recording.dynamic.table import (
+    DynamicTable,
+    Quantity,
+    TablePart,
+    level_numbers,
+    refuse_rows,
+    steps_of_levels,
+)
 from bushcli.recording.find_table import quoted_names, tables_of_file
 from bushcli.recording.quantities import CONDITIONS, DYNAMIC
 from bushcli.recording.read import read_recording
+from bushcli.recording.several import own_rows
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import Table
@@ -41,6 +59,7 @@ Array = NDArray[np.float64]
 
 #: Larger amplitudes of a strain are in percent: 100 % is beyond any dynamic test.
 _LARGEST_STRAIN = 1.0
+_PRELOADS = {"preload", "preload_force"}
 #: Columns of the arrays of a `DynamicTable`.
 _ARRAYS = ("frequency", "storage", "loss", *CONDITIONS[1:], *ERRORS, "third_harmonic")
 
@@ -109,6 +128,7 @@ def read_dynamic(source: DynamicSource, tables: TableCache | None = None) -> Dyn
         remarks=remarks,
         accepted_faults=source.accepted_faults,
         amplitude_is=amplitude_is.pop() if len(amplitude_is) == 1 else "",
+        units={key: unit for part in parts for key, unit in part.units.items() if unit is not None},
     )
 
 
@@ -121,6 +141,8 @@ def _parts(file: Path, source: DynamicSource, tables: TableCache) -> list[TableP
         delimiter=source.delimiter,
         decimal=source.decimal,
         group=source.group,
+        rows=source.rows,
+        between=states_condition,
     )
     if set(source.columns) & {"time", "displacement", "force"}:
         return _loops(source, plain, tables)
@@ -136,11 +158,19 @@ def _parts(file: Path, source: DynamicSource, tables: TableCache) -> list[TableP
     for table in fitting:
         # A column of conditions alone, such as the mean of all, is no group.
         measured = [group for group in groups(table, source) if set(MEASURED) & set(group.columns)]
-        group_parts = [_part(with_values(table, group), group, source) for group in measured]
-        taken = {index for group in measured for index, _ in group.columns.values()}
-        unused = [name for i, name in enumerate(table.names) if name and i not in taken]
+        taken = {index: key for group in measured for key, (index, _) in group.columns.items()}
+        unused = [i for i, name in enumerate(table.names) if name and i not in taken]
+        rows = own_rows(with_merged_cells(table, taken), plain)
+        group_parts = []
+        for group in measured:
+            of_group = with_values(rows, group)
+            part = _part(of_group, group, source)
+            values = {key: part.arrays[key] for key in CONDITIONS}
+            levels = [level_numbers(own, steps_of_levels(key, own)) for key, own in values.items()]
+            refuse_several(of_group, unused, levels)
+            group_parts.append(part)
         if unused:
-            remark = f"columns that are not used: {', '.join(unused)}"
+            remark = f"columns that are not used: {', '.join(table.names[i] for i in unused)}"
             group_parts[0] = replace(group_parts[0], remarks=(*group_parts[0].remarks, remark))
         parts += group_parts
     if len(fitting) > 1:
@@ -164,25 +194,49 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource) -> TablePart:
             remarks += [remark] if remark else []
         except RecordingError as error:
             asked += error.problems
-    stated = conditions_above(table) | dict(group.conditions)
+    stated = dict(group.conditions)
+    known = {*group.columns, *stated, *(key for key in CONDITIONS if getattr(source, key) is not None)}
+    wanted = [key for key in CONDITIONS if key not in known]
     peak: Peak = ""
+    below: list[tuple[int, Stated]] = []
     try:
-        peak = _peak(table, group, stated, source)
+        stated |= conditions_above(table, source, wanted)
+        below = conditions_between_rows(table, source, wanted)
+        # An amplitude that is stated between the rows only is asked for, too.
+        said = {c.quantity: c for _, c in reversed(below)} | stated
+        peak = _peak(table, group, said, source)
     except RecordingError as error:
         asked += error.problems
     if asked:
         raise RecordingError(*asked)
+    remarks += remarks_on_lines(table, source, wanted)
     for quantity in CONDITIONS:
         if quantity not in arrays:
             arrays[quantity] = np.full(len(table), _stated_value(table, quantity, stated, source))
-            for line, c in () if quantity in group.conditions else conditions_between_rows(table, quantity):
-                below = np.array([table.line(row) > line for row in range(len(table))])
-                arrays[quantity][below] = _stated_value(table, quantity, {quantity: c}, source)
-    arrays["amplitude"] = np.abs(arrays["amplitude"]) * (0.5 if peak == "double" else 1.0)
+    _set_below_lines(table, source, below, {key: arrays[key] for key in wanted}, peak)
+    arrays["amplitude"] = np.abs(arrays["amplitude"]) * FACTORS[peak]
     places = tuple(table.place(row) for row in range(len(table)))
+    _refuse_frequencies(table, source, arrays["frequency"], places)
+    measured = {key: arrays.pop(key) for key in MEASURED if key in arrays}
+    labels = {key: table.label(group.columns[key][0]) for key in measured}
+    answers = source.stiffness_is, source.loss_angle_is
+    columns = StiffnessColumns(measured, table, labels, places, arrays["frequency"], *answers)
+    storage, loss, said_of = complex_stiffness(columns)
+    unknown = np.full(len(table), np.nan)
+    arrays |= {"storage": storage, "loss": loss, "third_harmonic": unknown}
+    arrays = {key: arrays.get(key, unknown) for key in _ARRAYS}
+    moduli = {name.modulus for quantity, (_, name) in group.columns.items() if quantity in MEASURED} - {""}
+    modulus: Literal["E", "G", ""] = next(iter(moduli)) if len(moduli) == 1 else ""
+    units = {key_of_unit(key): unit_of(group.columns[key][1], key, source) for key in measured}
+    return TablePart(arrays, places, (*remarks, *said_of), modulus, "" if peak == "rms" else peak, units)
+
+
+def _refuse_frequencies(
+    table: Table, source: DynamicSource, frequency: Array, places: tuple[str, ...]
+) -> None:
+    """Refuse frequencies (n,), Hz, that are missing or not possible."""
     # Moduli may come from shifts along temperature, which reach any frequency.
     highest = HIGHEST if source.deformation.specimen == "bushing" else math.inf
-    frequency = arrays["frequency"]
     if np.isnan(frequency).any():
         what = "has no column of a frequency, and neither its header nor the case file states one"
         expected = "frequency = ... (Hz) in the recording's table, or columns = {frequency = ...}"
@@ -201,17 +255,26 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource) -> TablePart:
         ),
         'delete the row; or units = {frequency = "rad/s"} or "Hz", if the file has another unit',
     )
-    measured = {key: arrays.pop(key) for key in MEASURED if key in arrays}
-    labels = {key: table.label(group.columns[key][0]) for key in measured}
-    said = source.stiffness_is, source.loss_angle_is
-    columns = StiffnessColumns(measured, table, labels, places, arrays["frequency"], *said)
-    storage, loss, said_of = complex_stiffness(columns)
-    unknown = np.full(len(table), np.nan)
-    arrays |= {"storage": storage, "loss": loss, "third_harmonic": unknown}
-    arrays = {key: arrays.get(key, unknown) for key in _ARRAYS}
-    moduli = {name.modulus for quantity, (_, name) in group.columns.items() if quantity in MEASURED} - {""}
-    modulus: Literal["E", "G", ""] = next(iter(moduli)) if len(moduli) == 1 else ""
-    return TablePart(arrays, places, (*remarks, *said_of), modulus, peak)
+
+
+def _set_below_lines(
+    table: Table,
+    source: DynamicSource,
+    below: Sequence[tuple[int, Stated]],
+    arrays: Mapping[str, Array],
+    peak: Peak,
+) -> None:
+    """Set the conditions (n,), by quantity, that lines between the rows state for the rows below."""
+    numbers_of_rows = [table.line(row) for row in range(len(table))]
+    beginning = [(bisect(numbers_of_rows, line), condition) for line, condition in below]
+    for first, block in groupby(beginning, lambda pair: pair[0]):
+        stated = {condition.quantity: condition for _, condition in block}
+        # A preload in N ends one in mm.
+        for key in _PRELOADS & set(arrays) if _PRELOADS & set(stated) else ():
+            arrays[key][first:] = math.nan
+        for key, c in stated.items():
+            value = _stated_value(table, key, {key: c}, source)
+            arrays[key][first:] = value * FACTORS[c.peak or peak] / FACTORS[peak]
 
 
 def _stated_value(table: Table, quantity: str, stated: Mapping[str, Stated], source: DynamicSource) -> float:
@@ -228,7 +291,7 @@ def _stated_value(table: Table, quantity: str, stated: Mapping[str, Stated], sou
 
 
 def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source: DynamicSource) -> Peak:
-    """Return whether the file's amplitude is the peak or the double amplitude; ask for it where nothing says it."""
+    """Return what the file's amplitude is; ask for it where nothing says it, or what says it contradicts itself."""
     if "amplitude" in group.columns:
         index, column = group.columns["amplitude"]
         stated_peak, label = column.peak, table.label(index)
@@ -241,9 +304,9 @@ def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source
         raise table.refusal(what, "leave amplitude_is out, or name another column")
     peak = source.amplitude_is or stated_peak
     if not peak:
-        double = "the double amplitude (peak to peak)"
-        what = f"{label} may be the peak (half of the travel of a cycle) or {double}"
-        expected = 'amplitude_is = "peak" or "double" in the recording\'s table of the case file'
+        others = "the double amplitude (peak to peak), or the root mean square"
+        what = f"{label} may be the peak (half of the travel of a cycle), {others}"
+        expected = 'amplitude_is = "peak", "double" or "rms" in the recording\'s table of the case file'
         raise table.refusal(what, expected)
     return peak
 
@@ -290,8 +353,8 @@ def _loops(source: DynamicSource, plain: Source, tables: TableCache) -> list[Tab
     temperature = source.temperature
     if temperature is None:
         table = tables_of_file(plain, list(columns.values()), tables)
-        stated = conditions_above(table).get("temperature") if isinstance(table, Table) else None
-        temperature = np.nan if stated is None else stated.value
+        above = conditions_above(table, source, ["temperature"]) if isinstance(table, Table) else {}
+        temperature = above["temperature"].value if above else np.nan
     complex_ = np.array([sine.stiffness for sine in rows])
     arrays = {
         "frequency": np.array([sine.frequency for sine in rows]),

@@ -43,8 +43,10 @@ class DynamicSource:
         Both are recognised from the file when None.
     group : str or int, optional
         Sheet or group of the file.
-    amplitude_is : {"peak", "double"}, optional
-        What the file calls amplitude: the peak, or the whole travel of a cycle.
+    rows : mapping of str to str or float
+        Value, by column, of the rows that belong to the table.
+    amplitude_is : {"peak", "double", "rms"}, optional
+        What the file calls amplitude: the peak, the whole travel of a cycle, or the root mean square of the sine.
     stiffness_is : {"magnitude", "storage"}, optional
         What the file calls stiffness or modulus: |K*| or K'.
     loss_angle_is : {"loss", "complement"}, optional
@@ -70,7 +72,8 @@ class DynamicSource:
     delimiter: str | None = None
     decimal: Literal[".", ","] | None = None
     group: str | int | None = None
-    amplitude_is: Literal["peak", "double"] | None = None
+    rows: Mapping[str, str | float] = field(default_factory=dict)
+    amplitude_is: Literal["peak", "double", "rms"] | None = None
     stiffness_is: Literal["magnitude", "storage"] | None = None
     loss_angle_is: Literal["loss", "complement"] | None = None
     across: Literal["amplitude", "preload"] | None = None

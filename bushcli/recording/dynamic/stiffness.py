@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.recording.dynamic.table import Mask, Text, refuse_rows
+from bushcli.recording.header.vocabulary import plain_name
 from bushcli.recording.text.table import Table
 
 Array = NDArray[np.float64]
@@ -96,6 +97,13 @@ def complex_stiffness(columns: StiffnessColumns) -> tuple[Array, Array, tuple[st
         have = ", ".join(columns.labels.values()) or "none of them"
         what = f"K' and K'' need two of |K*|, K', K'', loss angle, tan delta and damping; there is {have}"
         expected = "columns = {storage = ..., loss = ...} in the case file, if others are meant"
+        # A loss factor in vibration isolation, and Lehr's damping ratio, D = tan(delta)/2 at a resonance, elsewhere.
+        factor = (i for i, name in enumerate(columns.table.names) if "damping factor" in plain_name(name))
+        for i in factor:
+            what += (
+                f"; {columns.table.label(i)} may be the loss factor or the damping ratio, which is half of it"
+            )
+            expected = f"columns = {{tan_delta = {i + 1}}}, if it is the loss factor; if not, double its numbers first"
         raise columns.table.refusal(what, expected)
     first, second = values[pair[0]], values[pair[1]]
     second = np.tan(second) if pair[1] == "loss_angle" else second

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError, count_of
+from bushcli.recording.header.units import Unit
 from bushcli.recording.quantities import CONDITIONS
 from bushcli.recording.source import FaultKind
 
@@ -57,6 +58,8 @@ class DynamicTable:
         Kinds of faults that the case file says are none.
     amplitude_is : {"peak", "double", ""}
         What the amplitudes of its files were taken for; empty where they were computed, or differ between the files.
+    units : mapping of str to Unit
+        Units of the measured columns, by their key in ``units`` of the case file.
     """
 
     name: str
@@ -77,6 +80,7 @@ class DynamicTable:
     remarks: tuple[str, ...] = ()
     accepted_faults: tuple[FaultKind, ...] = ()
     amplitude_is: Literal["peak", "double", ""] = ""
+    units: Mapping[str, Unit] = field(default_factory=dict)
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -135,17 +139,15 @@ class DynamicTable:
         ----------
         key : {"frequency", "amplitude", "preload", "preload_force", "temperature"}
         """
-        values = getattr(self, key)
-        if key == "temperature":
-            return level_numbers(values, _KELVINS)
-        size = np.abs(values)
-        if key not in ("preload", "preload_force"):
-            return level_numbers(values, _SHARE * size, _UNEVEN * size if key == "amplitude" else 0.0)
-        # What the vibration itself adds to the preload and takes from it.
-        passed = self.amplitude * (self.stiffness if key == "preload_force" else 1.0)
-        known, largest = passed[~np.isnan(passed)], np.nan_to_num(size).max()
-        span = _PASSED * float(np.median(known)) if len(known) else 0.0
-        return level_numbers(values, np.maximum(_SHARE * size, _OF_LARGEST * largest), span)
+        values, span = getattr(self, key), np.zeros(len(self))
+        if key == "amplitude":
+            span = _UNEVEN * np.abs(values)
+        elif key in ("preload", "preload_force"):
+            # What the vibration itself adds to the preload and takes from it.
+            passed = self.amplitude * (self.stiffness if key == "preload_force" else 1.0)
+            known = passed[~np.isnan(passed)]
+            span += _PASSED * float(np.median(known)) if len(known) else 0.0
+        return level_numbers(values, steps_of_levels(key, values), span)
 
     def levelled(self, key: str) -> Array:
         """Return a condition (n,) in which all rows of a level have its mean; zero if that is within their scatter.
@@ -184,6 +186,23 @@ _SHARE, _OF_LARGEST, _KELVINS = 0.03, 0.02, 1.5
 #: (judgement). Of 80 drawn tables with a mean force of +-2 N about each preload, in a vibration of 20 N, all have
 #: their levels so; by shares alone none had, each row was a level, and no wrong row was found.
 _UNEVEN, _PASSED = 0.07, 0.5
+
+
+def steps_of_levels(key: str, values: Array) -> Array:
+    """Return by how much (n,) values of a condition differ at least from the next smaller ones, if they are two levels.
+
+    Parameters
+    ----------
+    key : str
+        A condition.
+    values : shape (n,)
+        In internal units.
+    """
+    if key == "temperature":
+        return np.full(len(values), _KELVINS)
+    size = np.abs(values)
+    least = _OF_LARGEST * np.nan_to_num(size).max(initial=0.0) if key in ("preload", "preload_force") else 0.0
+    return np.maximum(_SHARE * size, least)
 
 
 def level_numbers(values: Array, step: Array | float, span: Array | float = 0.0) -> NDArray[np.intp]:
@@ -230,3 +249,4 @@ class TablePart:
     remarks: tuple[str, ...] = ()
     modulus: Literal["E", "G", ""] = ""
     amplitude_is: Literal["peak", "double", ""] = ""
+    units: Mapping[str, Unit | None] = field(default_factory=dict)

@@ -34,6 +34,7 @@ from bushcli.recording.header.vocabulary import EXTREME_WORDS
 from bushcli.recording.quantities import SPECIAL, STATIC
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.text.clock_times import Instant
+from bushcli.recording.text.fields import with_hyphens
 from bushcli.recording.text.table import Table
 
 Array = NDArray[np.float64]
@@ -226,6 +227,7 @@ def chosen_index(table: Table, chosen: str | int) -> int:
         if chosen > width:
             raise table.refusal(f"has no column {chosen}", f"the table has {width} columns")
         return chosen - 1
+    chosen = with_hyphens(chosen)
     plain, wanted = [heading(name).name for name in table.names], heading(chosen).name
     folded = [name.strip().casefold() for name in table.names]
     same = [i for i, name in enumerate(folded) if name and name == chosen.strip().casefold()]

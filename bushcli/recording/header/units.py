@@ -202,6 +202,7 @@ _TEMPERATURES = {
 _FREQUENCIES = {
     "hz": 1.0, "hertz": 1.0, "khz": 1e3, "mhz": 1e-3, "rad/s": 0.5 / math.pi, "rads-1": 0.5 / math.pi,
     "rad/sec": 0.5 / math.pi, "rad·s-1": 0.5 / math.pi, "rad*s-1": 0.5 / math.pi, "rpm": 1 / 60, "cpm": 1 / 60,
+    "cps": 1.0,
 }  # fmt: skip
 #: "Ns/mm", "kNs/m", "Nms/rad": a force, or a moment, times seconds, written together.
 _IMPULSE = re.compile(r"(?<![^\W_])([kM]?N)(mm|m)?s(?![^\W_])")

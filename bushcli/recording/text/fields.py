@@ -43,9 +43,16 @@ _CODE = re.compile(
     re.ASCII,
 )
 _LIMITS = (32767.0, 32768.0, 65535.0, 65536.0, 8388607.0, 16777215.0, 2147483647.0, 2147483648.0)
+#: Signs that are minus signs; and dashes and hyphens, which are such before a number that they do not join to another.
+_MINUS = re.compile(r"[\u2212\ufe63\uff0d]|(?<![^\W_])[\u2010-\u2013](?=[.,]?\d)")
 #: Distance of a code from the other values, as a multiple of their range; or its distance from both neighbours, if
 #: there are at least this many other values: no peak of a measured curve is so sharp then.
 _FAR, _JUMP, _DENSE = 2.0, 0.5, 20
+
+
+def with_hyphens(text: str) -> str:
+    """Return a text of a header with a hyphen for each minus sign of Unicode: ``−20 °C``, ``–20 °C``."""
+    return _MINUS.sub("-", text)
 
 
 def is_number(field: str, decimal: str) -> bool:

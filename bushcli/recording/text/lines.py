@@ -81,7 +81,7 @@ class Sheet:
 
 
 def lines_of(path: Path, text: str, first: int = 1) -> list[Line]:
-    """Return the lines of a text that are not empty."""
+    """Return the lines of a text that have more than blanks and delimiters."""
     lines, physical, index = list[Line](), text.split("\n"), 0
     while index < len(physical):
         line, number = physical[index], index + first
@@ -97,7 +97,8 @@ def lines_of(path: Path, text: str, first: int = 1) -> list[Line]:
             what = f"has {len(line)} characters"
             expected = f"at most {LONGEST_LINE} in a line: is this a recording, and does it have line ends?"
             raise RecordingError(Problem(f"{path}:{number}", what, "", expected))
-        if line.strip():
+        # An empty row of a spreadsheet has delimiters only.
+        if line.strip(" \t\r\f\v;,|"):
             comment = line.lstrip().startswith(COMMENTS) and not begins_with_missing(line)
             lines.append(Line(number, line, comment))
     return lines

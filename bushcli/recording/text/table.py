@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError, count_of, printable
 from bushcli.recording.text.clock_times import UTC, ClockTimes, Instant, clock_times, is_short, times_of
-from bushcli.recording.text.fields import is_number, says_missing, sentinel
+from bushcli.recording.text.fields import is_number, says_missing, sentinel, with_hyphens
 from bushcli.recording.text.rows import AlikeRows, SplitRows
 
 Array = NDArray[np.float64]
@@ -70,11 +70,14 @@ class Table(ABC):
     origin: Instant | None = None
 
     def __post_init__(self) -> None:
-        # Control characters would act on the terminal that shows them.
-        for key in ("names", "units", "remarks"):
-            object.__setattr__(self, key, tuple(map(printable, getattr(self, key))))
+        # Control characters would act on the terminal that shows them; a minus sign is a hyphen for all that read.
+        object.__setattr__(self, "remarks", tuple(map(printable, self.remarks)))
         object.__setattr__(self, "part", printable(self.part))
-        object.__setattr__(self, "preamble", tuple((line, printable(text)) for line, text in self.preamble))
+        for key in ("names", "units"):
+            object.__setattr__(self, key, tuple(with_hyphens(printable(text)) for text in getattr(self, key)))
+        for key in ("preamble", "between"):
+            lines = ((line, with_hyphens(printable(text))) for line, text in getattr(self, key))
+            object.__setattr__(self, key, tuple(lines))
 
     @abstractmethod
     def __len__(self) -> int:

@@ -163,8 +163,9 @@ def misfit_lines(compared: Sequence[ComparedTable], tolerance: Tolerance | None 
         stiffness = comparison.stiffness_percent
         line = f"{comparison.table.name}: dynamic stiffness within {percent(stiffness)} and "
         line += f"{number(comparison.loss_angle_deg)} degrees of its table (rms)"
-        poor = tolerance is not None and stiffness > tolerance.percent
-        lines.append(f"{line}, which is not within the accepted {tolerance.text}." if poor else f"{line}.")
+        if tolerance is not None and stiffness > tolerance.percent:
+            line += f", which is not within the accepted {tolerance.text}"
+        lines.append(f"{line}.")
     return lines
 
 

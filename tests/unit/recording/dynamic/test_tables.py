@@ -95,6 +95,11 @@ def test_a_wide_table_has_its_conditions_in_the_names(tmp_path):
     assert not over_amplitude.over_frequency
 
 
+def test_conditions_in_names_may_stand_behind_an_underscore(tmp_path):
+    head = "f [Hz],Kdyn_-20C [N/mm],Phase_-20C [deg],Kdyn_20C [N/mm],Phase_20C [deg]\n"
+    np.testing.assert_allclose(read(tmp_path, f"{head}1,500,5,400,6\n").temperature, [-20, 20])
+
+
 def test_blocks_beside_each_other_have_their_conditions_above(tmp_path):
     text = ";0.1 mm;;0.5 mm;\nf [Hz];K* [N/mm];delta [deg];K* [N/mm];delta [deg]\n"
     text += "1;500;5;400;6\n10;550;7;450;8\n50;600;8;;\n"
@@ -149,25 +154,44 @@ def test_a_line_above_says_which_amplitude_it_has(tmp_path, line, peak):
         np.testing.assert_allclose(table.amplitude, peak)
 
 
-def test_another_range_in_the_line_says_nothing_of_the_amplitude(tmp_path):
-    line = "Amplitude: 0.2 mm; frequency range 1 to 10 Hz\n"
-    assert "amplitude_is" in refused(tmp_path, line + "f [Hz],Kd [N/mm],Phase [deg]\n1,500,5\n10,550,7\n")
+_DOUBLE = (
+    "Amplitude peak-2-peak [mm]", "Amplitude p2p [mm]", "Amplitude peak to valley [mm]", "AmplitudePeakToPeak_mm",
+    "Amplitude peak-to-trough [mm]", "Amplitude peak-pk [mm]", "Amplitude Spitze-Tal [mm]", "Schwingweite [mm]",
+)  # fmt: skip
+_PEAK = (
+    "Amplitude half peak-to-peak [mm]", "Amplitude (half p-p) [mm]", "Amplitude (p-p)/2 [mm]",
+    "Halbe Doppelamplitude [mm]", "Amplitude 1/2 p-p [mm]", "Amplitude half range [mm]", "Amplitude 0-to-peak [mm]",
+)  # fmt: skip
 
 
 @pytest.mark.parametrize(
-    ("line", "force"),
-    [
-        ("Preload: 1,000 N", 1000.0),
-        ("Preload: 1,234.5 N", 1234.5),
-        ("Preload: 0,500 kN", 500.0),
-        ("Preload: -2.5 kN", -2500.0),
-        # A list of what the table has is no condition of all rows.
-        ("Preload: 0,500,1000 N", np.nan),
-    ],
+    ("name", "factor"),
+    [*((name, 0.5) for name in _DOUBLE), *((name, 1.0) for name in _PEAK), ("Amplitude RMS [mm]", 2.0**0.5)],
 )
-def test_numbers_above_a_table_may_have_separators(tmp_path, line, force):
-    table = read(tmp_path, f"{line}\nf [Hz]\tKd [N/mm]\tPhase [deg]\n1.0\t500.5\t5.1\n10.0\t550\t7\n")
-    np.testing.assert_allclose(table.preload_force, force)
+def test_a_column_says_which_amplitude_it_has(tmp_path, name, factor):
+    table = read(tmp_path, f"f [Hz];{name};Kd [N/mm];Phase [deg]\n1;0.2;500;5\n10;0.2;550;7\n")
+    np.testing.assert_allclose(table.amplitude, 0.2 * factor)
+
+
+@pytest.mark.parametrize("name", ["Peak amplitude rms [mm]", "Peak amplitude, total travel [mm]"])
+def test_a_column_that_says_two_things_of_its_amplitude_is_asked_for(tmp_path, name):
+    text = f"f [Hz];{name};Kd [N/mm];Phase [deg]\n1;0.2;500;5\n10;0.2;550;7\n"
+    assert "amplitude_is" in refused(tmp_path, text)
+    np.testing.assert_allclose(read(tmp_path, text, amplitude_is="rms").amplitude, 0.2 * 2.0**0.5)
+
+
+@pytest.mark.parametrize("minus", ["-", "\u2212", "\u2013", "minus "])
+def test_a_minus_of_any_kind_is_one_in_a_header(tmp_path, minus):
+    line = f"Temperature: {minus}20 °C\nf [Hz],Kd [N/mm],Phase [deg]\n1,500,5\n10,550,7\n"
+    np.testing.assert_allclose(read(tmp_path, line).temperature, -20.0)
+    names = f"f [Hz],Kd {minus}20 °C [N/mm],Phase {minus}20 °C [deg],Kd 20 °C [N/mm],Phase 20 °C [deg]\n"
+    table = read(tmp_path, f"{names}1,500,5,400,6\n10,550,7,450,8\n")
+    np.testing.assert_allclose(table.temperature, [-20, -20, 20, 20])
+
+
+def test_another_range_in_the_line_says_nothing_of_the_amplitude(tmp_path):
+    line = "Amplitude: 0.2 mm; frequency range 1 to 10 Hz\n"
+    assert "amplitude_is" in refused(tmp_path, line + "f [Hz],Kd [N/mm],Phase [deg]\n1,500,5\n10,550,7\n")
 
 
 def test_a_torsional_stiffness_in_german(tmp_path):
@@ -194,6 +218,33 @@ def test_blocks_below_each_other_have_their_own_conditions(tmp_path, mark):
     np.testing.assert_allclose(table.stiffness, [500, 550, 1000, 1050])
     # What the case file says holds for all rows.
     np.testing.assert_allclose(read(tmp_path, "\n".join(blocks), preload_force=7.0).preload_force, 7.0)
+
+
+@pytest.mark.parametrize("line", ["Preload: 500 N", "Preload;500;N", "Static preload 500 N"])
+def test_a_line_between_rows_holds_for_the_rows_below_it(tmp_path, line):
+    text = f"Preload: 0 N\nf [Hz];K* [N/mm];delta [deg]\n1;500;5\n10;550;7\n{line}\n1;1000;5\n10;1050;7\n"
+    table = read(tmp_path, text)
+    np.testing.assert_allclose(table.preload_force, [0, 0, 500, 500])
+    np.testing.assert_allclose(table.stiffness, [500, 550, 1000, 1050])
+    # Another line stays one that does not fit.
+    assert "1 field, where the rows before have 3" in refused(tmp_path, text.replace(line, "Sample 2"))
+
+
+def test_a_preload_below_the_rows_of_another_kind_ends_that(tmp_path):
+    head, rows_of = "f [Hz];K* [N/mm];delta [deg]\n", "1;500;5\n10;550;7\n"
+    text = f"Preload: 500 N\nAmplitude: 0.2 mm p-p\n{head}{rows_of}Preload: 2 mm\nAmplitude: 0.2 mm peak\n{rows_of}"
+    table = read(tmp_path, text)
+    np.testing.assert_array_equal(table.preload_force, [500, 500, np.nan, np.nan])
+    np.testing.assert_array_equal(table.preload, [np.nan, np.nan, 2, 2])
+    np.testing.assert_allclose(table.amplitude, [0.1, 0.1, 0.2, 0.2])
+
+
+def test_an_amplitude_between_the_rows_is_asked_for_like_one_above_them(tmp_path):
+    text = "f [Hz];K* [N/mm];delta [deg]\n1;500;5\n10;550;7\nAmplitude: 0.2 mm\n1;400;5\n10;450;7\n"
+    assert "amplitude_is" in refused(tmp_path, text)
+    np.testing.assert_array_equal(
+        read(tmp_path, text, amplitude_is="double").amplitude, [np.nan, np.nan, 0.1, 0.1]
+    )
 
 
 def test_one_file_for_each_condition_is_one_table(tmp_path):
@@ -234,7 +285,7 @@ ASKED = {
     "small angles": ("f [Hz],K* [N/mm],delta", 'units = {loss_angle = "deg"}', _OF_ANGLE),
     "amplitude": (
         "f [Hz],A [mm],K' [N/mm],K'' [N/mm]",
-        'amplitude_is = "peak" or "double"',
+        'amplitude_is = "peak", "double" or "rms"',
         {"amplitude_is": "double"},
     ),
     "name": (
@@ -293,6 +344,87 @@ def test_what_contradicts_itself_is_named_with_the_remedy(tmp_path, case):
         "exchanged": {"columns": {"storage": 3, "loss": 2}},
     }
     np.testing.assert_allclose(read(tmp_path, text, **answers[case]).storage, STORAGE, rtol=1e-4)
+
+
+SEVERAL = {
+    "direction": ("axial", "radial"),
+    "Specimen No": ("1", "2"),
+    "Channel": ("Z", "X"),
+    "Note": ("new", "aged"),
+    "Run": ("a", "b"),
+}
+
+
+@pytest.mark.parametrize("name", SEVERAL)
+def test_rows_of_several_specimens_are_no_table_until_one_is_chosen(tmp_path, name):
+    blocks = [
+        f"{label};1;{k};5\n{label};10;{k + 50};7\n"
+        for label, k in zip(SEVERAL[name], (500, 900), strict=True)
+    ]
+    text = f"{name};f [Hz];K* [N/mm];delta [deg]\n{''.join(blocks)}"
+    key = f'"{name}"' if " " in name else name
+    assert f"rows = {{{key} = " in refused(tmp_path, text)
+    table = read(tmp_path, text, rows={name: SEVERAL[name][1]})
+    np.testing.assert_allclose(table.stiffness, [900, 950])
+
+
+def test_runs_that_are_counted_are_one_table(tmp_path):
+    text = "Run;f [Hz];K* [N/mm];delta [deg]\n1;1;500;5\n1;10;550;7\n2;1;501;5\n2;10;551;7\n"
+    assert len(read(tmp_path, text)) == 4
+
+
+@pytest.mark.parametrize("name", ["Run", "Note"])
+def test_a_text_beside_rows_of_other_conditions_tells_none_apart(tmp_path, name):
+    head = f"{name};T [°C];f [Hz];K* [N/mm];delta [deg]\n"
+    text = head + "a;0;1;500;5\na;0;10;550;7\nb;40;1;400;5\nb;40;10;450;7\n"
+    assert len(read(tmp_path, text)) == 4
+
+
+def test_merged_cells_of_a_condition_hold_downwards(tmp_path):
+    head = "direction;Preload [N];f [Hz];K* [N/mm];delta [deg]\n"
+    text = head + "axial;0;1;500;5\n;;10;550;7\n;500;1;600;5\n;;10;650;7\n"
+    table = read(tmp_path, text)
+    np.testing.assert_allclose(table.preload_force, [0, 0, 500, 500])
+    assert any("Preload" in remark and "2 empty fields" in remark for remark in table.remarks)
+    # A field that is missing among others is none of merged cells, and neither is a measured one.
+    assert "a field is empty" in refused(tmp_path, head + "a;0;1;500;5\na;;10;550;7\na;500;1;600;5\n")
+    assert "a field is empty" in refused(tmp_path, head + "a;0;1;500;5\na;0;10;;7\na;0;20;;7\n")
+
+
+def test_rows_of_delimiters_and_conditions_without_values_are_empty(tmp_path):
+    text = "f [Hz];amplitude [mm];K* [N/mm];delta [deg]\n1;;500;5\n;;;\n10;;550;7\n;;;\n"
+    table = read(tmp_path, text)
+    np.testing.assert_allclose(table.stiffness, [500, 550])
+    assert np.isnan(table.amplitude).all()
+
+
+@pytest.mark.parametrize(
+    ("names", "missing"),
+    [
+        ("f [Hz];1/Kdyn [N/mm];delta [deg]", "need two of"),
+        ("f [Hz];log K* [N/mm];delta [deg]", "need two of"),
+        ("f [Hz];log10(Kdyn) [N/mm];delta [deg]", "need two of"),
+        ("f [Hz];Kdyn [N/mm];sin delta [deg]", "need two of"),
+        ("log10(Frequency) [Hz];Kdyn [N/mm];delta [deg]", "no column of a frequency"),
+        ("f [Hz];Kdyn [N/mm];damping factor [-]", "columns = {tan_delta = 3}"),
+    ],
+)
+def test_a_function_of_a_quantity_is_none_and_a_doubtful_factor_is_asked_for(tmp_path, names, missing):
+    text = names + "\n1;2.7;0.05\n10;2.8;0.06\n"
+    assert missing in refused(tmp_path, text)
+    if "damping" in names:
+        table = read(tmp_path, text, columns={"tan_delta": 3})
+        np.testing.assert_allclose(table.loss / table.storage, [0.05, 0.06])
+
+
+@pytest.mark.parametrize(
+    "pair", ["Elastic Rate;Viscous Rate", "Re K*;Im K*", "Re(K);Im(K)", "K* real;K* imag"]
+)
+def test_the_two_parts_of_a_complex_stiffness_by_their_names(tmp_path, pair):
+    first, second = pair.split(";")
+    text = f"Frequency [cps];{first} [N/mm];{second} [N/mm]\n1;500;50\n10;550;60\n"
+    table = read(tmp_path, text)
+    np.testing.assert_allclose([*table.storage, *table.loss], [500, 550, 50, 60])
 
 
 @pytest.mark.parametrize(("factor", "remedy"), [(2.0 * np.pi, '"rad/s"'), (1e3, '"N s/m"')])
