@@ -198,11 +198,13 @@ def modulus(truth: Truth, frequency: Array) -> Complex:
 class ThinnedColeCole(ThinnedSpectrum):
     """A Cole-Cole element whose time the local amplitude of shear shortens, in place of the tool's spectrum."""
 
-    def harmonics(self, amplitude: Array, frequency: float) -> tuple[Complex, Complex]:
-        """Return the first harmonic of the stress over the strain's; the third is left out."""
+    def harmonics(
+        self, amplitude: Array, frequency: Array | float, third: bool = True
+    ) -> tuple[Complex, ...]:
+        """Return the first harmonic of the stress over the strain's; the third is zero."""
         strain, power, beta, tau = self.constants
         w = (2j * np.pi * frequency * tau / (1 + (amplitude / strain) ** power)) ** beta
-        return self.path * w / (1 + w), 0 * w
+        return (self.path * w / (1 + w), 0 * w)[: 1 + third]
 
 
 def foreign_thinned(truth: Truth, like: ThinnedSpectrum) -> ThinnedColeCole:

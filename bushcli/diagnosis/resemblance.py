@@ -18,10 +18,12 @@ counts: with the law fitted, as the part of the change that the other parameters
 of the plain law; and with all other parameters held, relative to the largest change by one of these effects. The law
 adapts itself to nearly all that a swaging does, but not to its error: a swaging that is uneven along the bushing
 moves the inner sleeve, as an offset does. If no effect is left, p is log-normal about lambda with r relative to the
-force. Five limits: beyond the 95 % range of its prior pi(a) |a| counts as at the end of that range, so that an error
+force. Six limits: beyond the 95 % range of its prior pi(a) |a| counts as at the end of that range, so that an error
 of form is there as improbable as the effect itself; an effect whose change is as large as what the others do is no
 error of form; the error of an effect lies in the channels on which it acts, and elsewhere there is only that of the
-law; the force that a law or an effect without memory makes wrong depends on the displacement alone, so that its
+law; in each branch it is no larger than `PHI_MOST` of what the effect does there, and what is larger is as improbable
+as an error of the law of that size (a stop does nothing before it is met, a lag nothing in slow motion: an offset of
+the force there is none of their errors); the force that a law or an effect without memory makes wrong depends on the displacement alone, so that its
 error resembles no effect with memory; and the error of relaxation in a table resembles no lag, mass, resonance or
 compliance of the rig. Of what three branches leave of 200 relaxations of other formulas a fourth branch leaves a third
 (median), a lag 0.63, a mass or a resonance 0.8 and a compliance all; of what `payne` leaves of other relaxations that
@@ -66,10 +68,14 @@ class Size:
         Root of the sum of squares while all other parameters stay, in units of the noise.
     own : float
         The same of what the parameters of the law and of the effects that are left cannot imitate.
+    whole_by_branch, own_by_branch : shape (b,)
+        The same of each branch of the recordings along a path.
     """
 
     whole: float
     own: float
+    whole_by_branch: Array
+    own_by_branch: Array
 
     @classmethod
     def of(cls, state: State, active: ActiveEffect, removed: Sequence[ActiveEffect]) -> Size:
@@ -81,7 +87,9 @@ class Size:
         if others.shape[1]:
             others = others / np.maximum(np.linalg.norm(others, axis=0), 1e-300)
             own = change - others @ np.linalg.lstsq(others, change, rcond=None)[0]
-        return cls(float(np.linalg.norm(change)), float(np.linalg.norm(own)))
+        number = _branches(state)
+        by_branch = (np.sqrt(np.bincount(number, rows**2))[1:] for rows in (change, own))
+        return cls(float(np.linalg.norm(change)), float(np.linalg.norm(own)), *by_branch)
 
     def relative_to(self, others: Sequence[Size], explained: float, form: float = 1.0) -> float:
         """Return the size relative to the effects beside which it is, one at least.
@@ -91,6 +99,14 @@ class Size:
         """
         most = form * max(other.whole for other in others)
         return min(self.own / max(explained, 1e-300), self.whole / max(most, 1e-300))
+
+    def beyond(self, others: Sequence[Size]) -> float:
+        """Return the size of what no error of the effects beside it can do, because they do too little there.
+
+        In each branch their errors may be as large as the largest share of what they do.
+        """
+        most = PHI_MOST * np.max([other.whole_by_branch for other in others], axis=0)
+        return float(np.linalg.norm(np.maximum(self.own_by_branch - most, 0.0)))
 
 
 def resemblances(
@@ -145,13 +161,13 @@ def resemblances(
                     break
                 size, others = sizes[name], [sizes[effect.identity] for effect in beside]
                 total += resembles - densities[name]
-                total += (
-                    _log_density(
-                        size.relative_to(others, explained, likelihood.form), PHI, PHI_SPREAD, PHI_MOST / PHI
-                    )
-                    if others
-                    else _log_density(size.own, LAMBDA * signal, LAMBDA_SPREAD)
-                )
+                if not others:
+                    total += _log_density(size.own, LAMBDA * signal, LAMBDA_SPREAD)
+                    continue
+                relative = size.relative_to(others, explained, likelihood.form)
+                total += _log_density(relative, PHI, PHI_SPREAD, PHI_MOST / PHI)
+                # Where they do nothing, only the law can be as wrong.
+                total += _log_exceeded(size.beyond(others), LAMBDA * signal, LAMBDA_SPREAD)
             if math.isfinite(total):
                 yield removed, total
 
@@ -238,3 +254,18 @@ def _log_density(size: float, median: float, spread: float, most: float = math.i
     z = math.log(size / median) / spread
     inside = math.log(ndtr(math.log(most) / spread)) if math.isfinite(most) else 0.0
     return -0.5 * z * z - math.log(spread) - 0.5 * math.log(2.0 * math.pi) - inside
+
+
+def _log_exceeded(size: float, median: float, spread: float) -> float:
+    """Logarithm of a log-normal density of the logarithm of the size over its largest value; 0 below the median."""
+    return -0.5 * (math.log(max(size / median, 1.0)) / spread) ** 2
+
+
+def _branches(state: State) -> NDArray[np.intp]:
+    """Return the number, from 1, of the branch of each feature of all channels; 0 in tables."""
+    numbers, last = [], 0
+    for feature in state.problem.likelihood.features:
+        own = np.cumsum(feature.degrees == 0) + last
+        numbers.append(np.zeros_like(own) if feature.independent else own)
+        last = int(numbers[-1].max(initial=last))
+    return np.concatenate(numbers)

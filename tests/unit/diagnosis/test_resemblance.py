@@ -61,6 +61,13 @@ def whole_size(state, name):
     return float(np.linalg.norm(state.slopes[0][:, i] * state.fitted.x[i]))
 
 
+@pytest.fixture
+def everywhere(monkeypatch):
+    """Take the effects that are left for ones that act in all branches."""
+    monkeypatch.setattr(Size, "beyond", lambda *_: 0.0)
+
+
+@pytest.mark.usefixtures("everywhere")
 @pytest.mark.parametrize("smaller", ["fitted", "held"])
 def test_it_follows_the_closed_form(coupon, monkeypatch, smaller):
     """The plain law leaves more than the other effect does, or less."""
@@ -76,6 +83,7 @@ def test_it_follows_the_closed_form(coupon, monkeypatch, smaller):
     assert math.exp(dict(resemblances(state))["permanent_set",]) == pytest.approx(one, rel=1e-6)
 
 
+@pytest.mark.usefixtures("everywhere")
 @pytest.mark.parametrize("leading", ["g1", "g2"])
 def test_of_several_amplitudes_the_one_that_changes_most_counts(coupon, leading):
     """The other one, which the recordings do not show, would have the density of no size at all: without limit."""
@@ -183,6 +191,7 @@ def test_the_error_of_relaxation_in_a_table_is_no_effect_of_the_rig(name, beside
     assert resemblance._is_no_error_of_relaxation(state, active, others) == seen
 
 
+@pytest.mark.usefixtures("everywhere")
 def test_a_fit_without_the_effects_says_what_the_rest_cannot_imitate(coupon):
     """First order lets the law imitate what its bounds, or its curvature, do not."""
     state = pair(coupon, 3.0, 0.5)
@@ -207,12 +216,43 @@ def test_a_fit_without_the_effects_says_what_the_rest_cannot_imitate(coupon):
     assert dict(resemblances(state, fits={less.model.structure: abandoned}))[gone] == pytest.approx(before)
 
 
+def test_an_error_is_where_its_effect_acts():
+    """In two branches the stop does nothing: an offset of 6 there is none of its errors."""
+    offset = Size(12.0, 9.0, np.array([6.0, 6.0, 6.0]), np.array([6.0, 6.0, 3.0]))
+    stop, lag = (
+        Size(0.0, 0.0, np.array(whole), np.zeros(3)) for whole in ([0.0, 0.0, 40.0], [4.0, 2.0, 4.0])
+    )
+    assert offset.beyond([stop]) == pytest.approx(math.hypot(6.0, 6.0))
+    assert offset.beyond([stop, lag]) == pytest.approx(math.hypot(6.0 - 4.0 * PHI_MOST, 6.0 - 2.0 * PHI_MOST))
+    assert offset.beyond([offset]) == pytest.approx(math.hypot(6.0 - 6.0 * PHI_MOST, 6.0 - 6.0 * PHI_MOST))
+
+
+def test_where_the_others_do_nothing_only_the_law_may_be_as_wrong(coupon, monkeypatch):
+    state = pair(coupon, 3.0, 0.5)
+    with monkeypatch.context() as patch:
+        patch.setattr(Size, "beyond", lambda *_: 0.0)
+        free = dict(resemblances(state))["permanent_set",]
+    signal = math.sqrt(state.problem.likelihood.signal.sum())
+    for times, sigmas in ((0.5, 0.0), (1.0, 0.0), (4.0, math.log(4.0) / LAMBDA_SPREAD)):
+        with monkeypatch.context() as patch:
+            patch.setattr(Size, "beyond", lambda *_, size=times * LAMBDA * signal: size)
+            found = dict(resemblances(state))["permanent_set",]
+        assert found == pytest.approx(free - 0.5 * sigmas**2)
+    # The branches of the recording, with the norms of the whole.
+    drift, set_ = (Size.of(state, one, ()) for one in state.model.effects)
+    for size in (drift, set_):
+        assert np.linalg.norm(size.whole_by_branch) == pytest.approx(size.whole)
+        assert np.linalg.norm(size.own_by_branch) == pytest.approx(size.own)
+    assert len(drift.whole_by_branch) == len(state.problem.recordings[0].branches)
+
+
 def test_an_effect_as_large_as_all_others_is_no_error_of_form(coupon):
     found = dict(resemblances(pair(coupon, 3.0, 3.0)))
     assert ("permanent_set",) not in found
     assert ("drift",) not in found
 
 
+@pytest.mark.usefixtures("everywhere")
 def test_a_small_second_effect_is_not_taken_for_certain(coupon, monkeypatch):
     """The same recording with and without such errors of form: certain, and probable at most."""
     world = World(coupon, **{"drift.rate": 3.0, "permanent_set.set": 1.1})
@@ -224,6 +264,7 @@ def test_a_small_second_effect_is_not_taken_for_certain(coupon, monkeypatch):
     assert probabilities(posterior(found), NAMES)["permanent_set"] > 0.95
 
 
+@pytest.mark.usefixtures("everywhere")
 def test_the_most_probable_model_is_fitted_even_if_the_search_gave_it_up(coupon, monkeypatch):
     # So small a set that the drift alone, which is taken away, is the most probable model.
     world = World(coupon, **{"drift.rate": 3.0, "permanent_set.set": 0.7})
