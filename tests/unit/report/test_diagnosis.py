@@ -560,6 +560,13 @@ def test_the_form_error_says_how_much_it_covers(case, diagnoses):
         "assumed to err by 0.50 % in axial (rms, of the force range); this accounts for only 30 % of the remaining "
         "misfit above the noise"
     )
+    fast = "0.33 % in axial changes too fast along the branches to count, as hum or rounding does"
+    hum = form_error_line(replace(found, form_error=FormError(0.1, {"axial": 0.001}, 1.0, {"axial": 0.33})))
+    assert hum == (
+        f"Errors of the formulas do not show beside the noise: of the misfit of the most probable model {fast}"
+    )
+    both = form_error_line(replace(found, form_error=FormError(0.1, half, 1.0, {"axial": 0.33})))
+    assert both.endswith(f"above the noise that is smooth along the branches; {fast}")
     # With unknown physics the remaining misfit is not noise.
     unknown = diagnoses.diagnosis(case(), "unexplained")
     assert form_error_line(replace(unknown, form_error=FormError(0.0, half, 1.0))) == (
