@@ -198,15 +198,15 @@ def refusal(question: Question, seconds: float) -> Diagnosis:
 def search_extent(
     search: Search, ended: Ended, undetected: Mapping[str, str], probability: Mapping[str, float]
 ) -> SearchExtent:
-    """Return the extent of the search; an undetected effect that is probable (0 to 1) is not unnoticed."""
-    unnoticed = {name: why for name, why in undetected.items() if probability.get(name, 0.0) < SMALL}
+    """Return the extent of the search; an effect that has a probability (0 to 1) beside another one is detectable."""
+    untestable = {**undetected, **search.derivatives.untestable}
     return SearchExtent(
         ended == "nothing left",
         search.share_left,
         ended,
         tuple(search.rows),
         tuple(search.lost.values()),
-        {**unnoticed, **search.derivatives.untestable},
+        {name: why for name, why in untestable.items() if probability.get(name, 0.0) < SMALL},
     )
 
 

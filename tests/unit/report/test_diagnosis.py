@@ -520,8 +520,9 @@ def test_an_effect_that_cannot_be_shown_is_not_called_improbable(case, diagnoses
     assert phrase("permanent_set") in excluded
     assert phrase("batch_stiffness") not in excluded
     assert hidden == f"{phrase('batch_stiffness')}, {phrase('time_lag')}."
-    # Beside another effect it may show, and then it has a bar.
-    shown = replace(found, probability=found.probability | {"time_lag": 0.3})
+    # Beside another effect it may show, and then it has a bar (`answer.search_extent`).
+    searched = replace(found.searched, untestable={"batch_stiffness": "hidden"})
+    shown = replace(found, probability=found.probability | {"time_lag": 0.3}, searched=searched)
     rows = {row[0]: row[2] for row in probability_table(shown).rows}
     assert (rows[title("time_lag")], rows[title("batch_stiffness")]) == ("30 %", "-")
 

@@ -357,8 +357,3 @@ def unlikely(diagnosis: Diagnosis) -> list[str]:
     """Return the effects that are hardly probable although these recordings could show them."""
     untestable = diagnosis.searched.untestable
     return [name for name, p in ranked_effects(diagnosis) if p < SMALL and name not in untestable]
-
-
-def undetectable(diagnosis: Diagnosis) -> list[str]:
-    """Return the effects that these recordings cannot show; they count as absent, which nothing in the data says."""
-    return [name for name in diagnosis.searched.untestable if diagnosis.probability.get(name, 0.0) < SMALL]
