@@ -29,6 +29,10 @@ HIGHEST = 9
 _SPIKE = 5.0
 # Least number of windows for which the median is certain enough to recognise a spike.
 _ENOUGH = 20
+# Of a converter's steps: share of the range below which a change is rounding; part of a step by which a change may
+# differ from a whole number (decimals of the file, another unit), and least share of changes that do not; least uneven
+# changes per move; and least range in steps, as a relaxation on ten levels is no staircase of a converter. Judgement.
+_ROUNDING, _OFF_LEVEL, _ON_LEVELS, _UNEVEN, _FEWEST_LEVELS = 1e-7, 0.1, 0.95, 0.01, 15
 # Windows that are computed at a time, so that what is needed for them stays in the processor's cache.
 _PIECE = 8_192
 
@@ -85,6 +89,40 @@ def noise_of_sparse(
         less = noise(values, abscissa, higher, groups)
         sigma = less if less < 0.5 * sigma else sigma
     return sigma
+
+
+def converter_step(values: Array) -> float:
+    """Return the step of the converter that a moving signal was recorded with; 0 where none shows.
+
+    Between most samples such a signal changes by whole numbers of one step, and not evenly: it rests on a level, or
+    jumps by one step more. An exact program on equidistant points changes its rate at corners only.
+
+    Parameters
+    ----------
+    values : (n,) array
+        The signal, in any unit.
+
+    Returns
+    -------
+    float
+        In the unit of the signal.
+    """
+    span = float(np.ptp(values))
+    changes = np.diff(values)
+    sizes = np.abs(changes)
+    moves = np.sort(sizes[sizes > _ROUNDING * span])
+    if len(moves) < _ENOUGH:
+        return 0.0
+    # One in a hundred may be a bad sample, or a step that was cut.
+    least = moves[len(moves) // 100]
+    step = float(np.median(moves[(moves >= least) & (moves < 1.5 * least)]))
+    whole = changes / step
+    multiples = np.abs(whole - np.round(whole)) < _OFF_LEVEL
+    # A change that exceeds both of its neighbours, or neither, as at no corner.
+    turns = np.diff(np.round(whole))
+    uneven = np.count_nonzero(turns[1:] * turns[:-1] < 0.0)
+    fine = span > _FEWEST_LEVELS * step and uneven > _UNEVEN * len(moves)
+    return step if fine and multiples.mean() > _ON_LEVELS else 0.0
 
 
 def median_deviation(sizes: Array) -> float:

@@ -1,12 +1,14 @@
 """Cut a recorded displacement into loading, unloading and hold branches, and these into cycles.
 
-The rules, all relative to the noise of the displacement, which is estimated from the signal:
+The rules, all relative to the noise of the displacement, which is estimated from the signal (where the steps of a
+converter show, it is at least their rounding error, a step over the square root of 12):
 
 - A *turning point* is an extreme from which the displacement then retreats by more than 8 standard
   deviations, and by more than 0.2 % of the whole range. Noise of that size between two samples
   has a probability below 1e-7.
 - A *hold* is a stretch of at least 5 samples that stays within a band of 8 standard deviations without a
-  trend, reached and left abruptly: the displacement moves by one more such band in 0.3 of its duration.
+  trend, reached and left abruptly: the displacement moves by one more such band in 0.3 of its duration. Where rounding
+  makes the noise, one level of the staircase is none, nor is a sine's crest: it is left by three levels in that time.
 - *Loading* leads away from zero displacement, *unloading* towards it; a stretch that crosses zero is cut
   there.
 - An *overshoot* is not an excursion: where the motion passes zero by less than 5 % of the neighbouring excursions
@@ -30,7 +32,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.curve.noise import noise_of_sparse
+from bushcli.curve.noise import converter_step, noise_of_sparse
 
 Array = NDArray[np.float64]
 Kind = Literal["loading", "unloading", "hold"]
@@ -41,6 +43,8 @@ _HALF_BAND = 4.0
 _SMALLEST_TURN = 2e-3
 _SMALLEST_NOISE = 1.25e-4
 _SHORTEST_HOLD = 5
+# Standard deviations from its median within which a hold ends where rounding makes the noise: less than a step (3.5).
+_LEVEL = 3.0
 # Stretches whose ends are found for all samples of a piece at once, a power of two; and samples in a piece, so that
 # what is needed for them stays in the processor's cache.
 _LONGEST, _PIECE = 2_048, 16_384
@@ -99,7 +103,9 @@ def displacement_noise(displacement: Array, time: Array | None = None) -> float:
     time : Array | None
         Shape (n,), s; None where the recording has none.
     """
-    return noise_of_sparse(displacement, _abscissa(displacement, time), 3)
+    # The residuals of few levels are few numbers, and their median is often zero.
+    rounding = converter_step(displacement) / np.sqrt(12.0)
+    return max(noise_of_sparse(displacement, _abscissa(displacement, time), 3), rounding)
 
 
 def segment(
@@ -162,7 +168,8 @@ def excursions(
     # The threshold has to stay below the range if the noise exceeds a twentieth of it.
     threshold = min(threshold, 0.4 * span)
     turns = turning_points(displacement, threshold)
-    holds = _holds(displacement, _abscissa(displacement, time), max(sigma, _SMALLEST_NOISE * span))
+    abscissa, step = _abscissa(displacement, time), converter_step(displacement)
+    holds = _holds(displacement, abscissa, max(sigma, _SMALLEST_NOISE * span), step)
     # Turning points within a hold do not cut it.
     q, held = displacement, np.zeros(len(displacement), dtype=bool)
     for start, stop in holds:
@@ -214,9 +221,11 @@ def turning_points(q: Array, threshold: float) -> list[int]:
     return turns
 
 
-def _holds(q: Array, x: Array, sigma: float) -> list[tuple[int, int]]:
-    """Return the holds as (start, stop)."""
+def _holds(q: Array, x: Array, sigma: float, step: float) -> list[tuple[int, int]]:
+    """Return the holds, as (start, stop), of a signal whose converter has the given step; 0: none is known."""
     band = 2.0 * _HALF_BAND * sigma
+    coarse = step > _LEVEL * sigma
+    width = 2.0 * _LEVEL * sigma if coarse else band
     # Views, because most stretches are short: a function of NumPy takes longer than they do.
     values, times = (np.ascontiguousarray(signal, dtype=float).data for signal in (q, x))
     holds, start, n = [], 0, len(q)
@@ -230,13 +239,24 @@ def _holds(q: Array, x: Array, sigma: float) -> list[tuple[int, int]]:
                 part = q[start : start + size]
                 out = np.maximum.accumulate(part) - np.minimum.accumulate(part) > band
             stop = start + (int(np.argmax(out)) if out.any() else len(out))
-        long = stop - start >= _SHORTEST_HOLD and _is_abrupt(values, times, start, stop, band)
-        if long and _is_still(q[start:stop], x[start:stop], sigma):
-            holds.append((start, stop))
+        first, last = start, stop
+        if coarse and stop - start >= _SHORTEST_HOLD:
+            # Two levels of the ramps beside it are in the band. Twice, because they move the median.
+            first, last = _on_level(q, *_on_level(q, start, stop, 0.5 * width), 0.5 * width)
+        long = last - first >= _SHORTEST_HOLD and _is_abrupt(values, times, first, last, width)
+        if long and _is_still(q[first:last], x[first:last], sigma):
+            holds.append((first, last))
             start = stop
         else:
             start += max(1, (stop - start) // 8)
     return holds
+
+
+def _on_level(q: Array, start: int, stop: int, reach: float) -> tuple[int, int]:
+    """Return the part of a stretch without the samples at its ends that are not within reach of its median."""
+    part = q[start:stop]
+    near = np.flatnonzero(np.abs(part - np.partition(part, len(part) // 2)[len(part) // 2]) <= reach)
+    return start + int(near[0]), start + int(near[-1]) + 1
 
 
 def _stops(q: Array, band: float) -> NDArray[np.int_]:

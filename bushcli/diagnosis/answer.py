@@ -46,6 +46,9 @@ LOUD = 5.0
 # Misfit of a channel that was held out, % of the force range or of K*, up to which it counts as predicted: mesh and
 # calibration alone make 1 % (`likelihood.calibration`).
 MISSED = 1.0
+# Misfit that the features do not show, over the noise, from which on it is told: hum and rounding, not noise that is
+# known to some tenths. Judgement; words only.
+_FAST = 2.0
 # Noise that lasts for so many samples, and whose independent sample is so many times that of short windows, may be
 # something else: two standard deviations of the windows' error (`likelihood.level`).
 MEMORY, SWELLS = 6.0, 2.5
@@ -120,18 +123,22 @@ def form_error(best: WeighedModel, likelihood: Likelihood, compared: Sequence[Co
     if best.unknown:
         return _unknown_force(compared, likelihood.features)
     scale = np.array(judged.scale) - 1.0
-    percent = {}
+    percent, fast = {}, {}
     for channel, excess, m, features in zip(
         compared, scale, likelihood.effective, likelihood.features, strict=True
     ):
         samples = float(np.count_nonzero(features.weights))
         unit = channel.noise.sigma * np.sqrt(channel.noise.correlation_time)
         size = float(np.sqrt(max(excess, 0.0) * m / max(samples, 1.0))) * unit
-        percent[channel.name] = float(100.0 * size / np.ptp(channel.recording.force[channel.known]))
+        per_cent = 100.0 / float(np.ptp(channel.recording.force[channel.known]))
+        percent[channel.name] = per_cent * size
+        rest = float(np.linalg.norm(features.rest(channel.misfit))) / np.sqrt(max(samples, 1.0))
+        if channel.recording.kind == "static" and rest > _FAST * channel.noise.sigma:
+            fast[channel.name] = per_cent * float(np.sqrt(rest**2 - channel.noise.sigma**2))
     left = float(np.sum(np.maximum(best.state.evidence.left.excess, 0.0)))
     allowed = float(np.sum(np.maximum(scale, 0.0) * likelihood.effective))
     share = judged.phi if best.state.model.effects else 0.0
-    return FormError(share, percent, 1.0 if left <= allowed else allowed / left)
+    return FormError(share, percent, 1.0 if left <= allowed else allowed / left, fast)
 
 
 def _unknown_force(compared: Sequence[Compared], features: Sequence[Features]) -> FormError:
@@ -191,15 +198,15 @@ def refusal(question: Question, seconds: float) -> Diagnosis:
 def search_extent(
     search: Search, ended: Ended, undetected: Mapping[str, str], probability: Mapping[str, float]
 ) -> SearchExtent:
-    """Return the extent of the search; an undetected effect that is probable (0 to 1) is not unnoticed."""
-    unnoticed = {name: why for name, why in undetected.items() if probability.get(name, 0.0) < SMALL}
+    """Return the extent of the search; an effect that has a probability (0 to 1) beside another one is detectable."""
+    untestable = {**undetected, **search.derivatives.untestable}
     return SearchExtent(
         ended == "nothing left",
         search.share_left,
         ended,
         tuple(search.rows),
         tuple(search.lost.values()),
-        {**unnoticed, **search.derivatives.untestable},
+        {name: why for name, why in untestable.items() if probability.get(name, 0.0) < SMALL},
     )
 
 

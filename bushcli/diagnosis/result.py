@@ -168,12 +168,17 @@ class FormError:
     percent : mapping of str to float
         Root mean square of the form error by channel, percent of the recorded force range.
     covers : float
-        Share of the most probable model's squared misfit above the noise that the form error covers; at most 1.
+        Share of the most probable model's squared misfit above the noise that the form error covers; at most 1. It
+        concerns the features, which do not show what changes faster along a branch.
+    fast : mapping of str to float
+        Root mean square by channel of the misfit that changes faster than the features, percent of the recorded force
+        range; of recordings along a path where it exceeds the noise twice.
     """
 
     share: float
     percent: Mapping[str, float]
     covers: float
+    fast: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,9 @@ _LISTED = 3
 #: Probability that a file means something else than is read (a unit, an angle, amplitudes) before its values are looked
 #: at, and that from which it is mentioned, more probable than not: judgement.
 WRONG, MENTIONED = 0.02, 0.5
+#: The first where a unit is not written but assumed. Judgement: rigs that write no unit log N and mm mostly, but kN, m,
+#: pounds and inches as well.
+WRONG_UNWRITTEN = 0.3
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case.typical import SHEAR, SHEAR_WORDS
-from bushcli.faults.fault import MENTIONED, WRONG, DataFault, Mask, chance_in_words
+from bushcli.faults.fault import MENTIONED, WRONG, WRONG_UNWRITTEN, DataFault, Mask, chance_in_words
 from bushcli.faults.signal import moving_samples, slope
 from bushcli.recording import Recording
 from bushcli.recording.header.units import find_unit
@@ -74,6 +74,9 @@ _APART, _TOGETHER = 8.0, 2.0
 # Two channels count as exchanged if their moduli are at least the first factor apart as recorded, and at most
 # the second when exchanged.
 _EXCHANGED, _AGREE = 3.0, 1.3
+# Probability from which a wrong unit is mentioned where the file writes none and rubber has no such modulus: writing it
+# costs little. Judgement.
+_ASKED = 0.25
 
 
 @dataclass(frozen=True)
@@ -170,6 +173,7 @@ class _Reading:
     """Another reading of a recording: its scale then, the remedy in words, and a penalty if the mistake is rare.
 
     A reading `of_geometry` is one of the lengths in the case, written as the factors that have the same result.
+    ``columns`` are those that are in another unit.
     """
 
     scale: _Scale
@@ -177,6 +181,7 @@ class _Reading:
     rare: float = 0.0
     kind: FaultKind = "unit"
     of_geometry: bool = False
+    columns: tuple[Quantity, ...] = ()
 
 
 def scales(shape: Shape, recordings: Sequence[Recording], bad: Sequence[Mask]) -> Iterator[DataFault]:
@@ -249,15 +254,20 @@ def _misread(scale: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
     proved = contradicted or torn or not lowest <= scale.travel <= largest
     feigned = 1.0 if scale.kind == "strain" else _FEIGNED
     readings = list(_readings(scale))
-    prior = WRONG / sum(10.0**-reading.rare for reading in readings)
+    assumed = {column.quantity for column in scale.recording.columns if column.assumed} - {"time"}
+    priors = [
+        (WRONG_UNWRITTEN if assumed.intersection(reading.columns) else WRONG) * 10.0**-reading.rare
+        for reading in readings
+    ]
+    whole = sum(10.0**-reading.rare for reading in readings)
     wrong, best, least = 0.0, None, math.inf
-    for reading in readings:
+    for reading, prior in zip(readings, priors, strict=True):
         changed = reading.scale.modulus
         if not reading.scale.is_travel_of_test or any(
             _apart(changed, other.modulus) > _TOGETHER for other in rest
         ):
             continue
-        wrong += prior * 10.0**-reading.rare * _frequency(changed[0] / feigned, changed[1] * feigned)
+        wrong += prior / whole * _frequency(changed[0] / feigned, changed[1] * feigned)
         # Of several suitable readings, take the one to the most typical rubber and travel.
         typical = math.sqrt(changed[0] * changed[1])
         unusual = reading.rare + abs(math.log10(typical)) + abs(math.log10(reading.scale.travel / _USUAL))
@@ -265,13 +275,16 @@ def _misread(scale: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
             best, least = reading, unusual
     if best is None:
         return _unexplained(scale, rest, torn) if contradicted or torn else None
-    right = (1.0 - WRONG) * _frequency(low / feigned, high * feigned)
+    right = (1.0 - sum(priors) / whole) * _frequency(low / feigned, high * feigned)
     probability = 1.0 if proved else wrong / (wrong + right)
-    if probability < MENTIONED:
+    asked = bool(assumed) and (low > SHEAR[1] or high < SHEAR[0])
+    if probability < (_ASKED if asked else MENTIONED):
         return None
     where = f"{scale.moduli} at {scale.way}; {SHEAR_WORDS}, "
     means = "displacement and force exchanged" if best.kind == "swapped" else "another unit"
     where += f"and with {means} it would be {best.scale.span}"
+    if assumed and not proved:
+        where += f"; the file writes no unit of the {' and the '.join(sorted(assumed))}"
     if not proved:
         where += f"; the probability that it was read wrongly is {chance_in_words(probability)}"
     sized = best.kind == "unit" and scale.kind != "strain" and not best.of_geometry
@@ -318,10 +331,10 @@ def _readings(scale: _Scale) -> Iterator[_Reading]:
     common = {"m", "um", "rad", "deg", "mm", "percent", "kN", "N", "Nm", "Nmm", "MPa", "kPa", "Pa"}
     for name, factor, rare in _others(displacement, read[0], common):
         words = f'if the {way} is in {name}: units = {{ displacement = "{name}" }}'
-        yield _Reading(scale.times(factor, 1.0), words, rare)
+        yield _Reading(scale.times(factor, 1.0), words, rare, columns=("displacement",))
     for name, factor, rare in _others(force, read[1], common):
         words = f'if the {force} is in {name}: units = {{ force = "{name}" }}'
-        yield _Reading(scale.times(1.0, factor), words, rare)
+        yield _Reading(scale.times(1.0, factor), words, rare, columns=("force",))
     si = {"length": ("m", "kN"), "angle": ("rad", "Nm")}.get(displacement)
     if si is not None and all(read):
         factors = [
@@ -330,7 +343,8 @@ def _readings(scale: _Scale) -> Iterator[_Reading]:
         ]
         if 1.0 not in factors:
             words = f'units = {{ displacement = "{si[0]}", force = "{si[1]}" }}'
-            yield _Reading(scale.times(*factors), f"if the file is in {si[0]} and {si[1]}: {words}", 0.2)
+            words = f"if the file is in {si[0]} and {si[1]}: {words}"
+            yield _Reading(scale.times(*factors), words, 0.2, columns=("displacement", "force"))
     if displacement == "length":
         for unit, mm in _DRAWN.items():
             # Stiffness per modulus grows with the lengths, travel per thickness falls with them.
@@ -339,8 +353,8 @@ def _readings(scale: _Scale) -> Iterator[_Reading]:
     for factor in (1e-3, 1e3):
         off, word = ("small", "multiply") if factor > 1 else ("large", "divide")
         remedy = f"is a thousand times too {off}: {word} its column by 1000"
-        yield _Reading(scale.times(1.0, factor), f"if the {force} {remedy}", 0.4)
-        yield _Reading(scale.times(factor, 1.0), f"if the {way} {remedy}", 0.4)
+        yield _Reading(scale.times(1.0, factor), f"if the {force} {remedy}", 0.4, columns=("force",))
+        yield _Reading(scale.times(factor, 1.0), f"if the {way} {remedy}", 0.4, columns=("displacement",))
     if displacement != "strain":
         words = (
             "name the columns in the table of this recording: columns = { displacement = ..., force = ... }"

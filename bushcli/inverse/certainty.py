@@ -20,6 +20,8 @@ Mask = NDArray[np.bool_]
 # A singular value of the weighted Jacobian (per relative change of each parameter) below this share of the largest
 # marks a combination that the curves leave open.
 UNDETERMINED = 1e-3
+# Weights of parameters in a combination up to this are not named: judgement; words only.
+_SHOWN = 0.1
 # Eigenvalues of the scaled information below this share of the largest are rounding: derivatives have seven digits.
 RESOLVED = 1e-14
 # Recordings with fewer independent samples beyond the parameters have intervals as wide as with this many: with the
@@ -116,24 +118,46 @@ def autocorrelation_time(error: Array) -> float:
 
 
 def directions(problem: LeastSquaresProblem, x: Array) -> tuple[Array, tuple[Combination, ...]]:
-    """Return the relative singular values, per relative change of each parameter, and the undetermined combinations."""
+    """Return the relative singular values, per relative change of each parameter, and what the curves leave open.
+
+    Parameters of which every combination is open come first, together; the combinations of the others follow.
+    """
     jacobian = problem.jacobian(x)[: problem.samples]
     scaled = jacobian * np.where(x == 0, 1.0, np.abs(x))
     _, singular, rows = np.linalg.svd(scaled, full_matrices=False)
-    relative, names = singular / max(float(singular[0]), 1e-300), problem.names
-    left_open = [(row, float(size)) for size, row in zip(relative, rows, strict=True) if size < UNDETERMINED]
-    return relative, tuple(_combination(names, x, row, size) for row, size in left_open)
+    relative = singular / max(float(singular[0]), 1e-300)
+    is_open = relative < UNDETERMINED
+    free = np.sum(rows[is_open] ** 2, axis=0) > 1.0 - _SHOWN**2
+    names, left_open = np.array(problem.names), []
+    if free.any():
+        left_open.append(_undetermined([*map(str, names[free])], float(relative[is_open][0])))
+    if not free.all():
+        _, others, rows = np.linalg.svd(scaled[:, ~free], full_matrices=False)
+        sizes = others / max(float(singular[0]), 1e-300)
+        pairs = zip(rows[sizes < UNDETERMINED], sizes[sizes < UNDETERMINED], strict=True)
+        left_open += [
+            _combination([*map(str, names[~free])], x[~free], row, float(size)) for row, size in pairs
+        ]
+    return relative, tuple(left_open)
+
+
+def _undetermined(names: Sequence[str], size: float) -> Combination:
+    weights = dict.fromkeys(names, 1.0)
+    if len(names) == 1:
+        return Combination(weights, size, f"{names[0]} is not determined by these curves")
+    text = f"{', '.join(names[:-1])} and {names[-1]} are not determined by these curves, alone or jointly"
+    return Combination(weights, size, text)
 
 
 def _combination(names: Sequence[str], x: Array, row: Array, size: float) -> Combination:
     row = row * np.sign(row[np.argmax(np.abs(row))])
     signed = zip(names, row, x, strict=True)
     parts = {
-        name: float(weight * np.sign(value or 1.0)) for name, weight, value in signed if abs(weight) > 0.1
+        name: float(weight * np.sign(value or 1.0)) for name, weight, value in signed if abs(weight) > _SHOWN
     }
     *others, last = parts
     if not others:
-        return Combination(parts, size, f"{last} is not determined by these curves")
+        return _undetermined([last], size)
     ratio = ", ".join(f"{name} by {100 * weight:+.0f} %" for name, weight in parts.items())
     text = f"{', '.join(others)} and {last} can only be determined jointly: changing {ratio} of their values at once "
     return Combination(parts, size, f"{text}hardly changes the curves")

@@ -134,6 +134,12 @@ class Features:
         signal = z * np.maximum(0.0, 1.0 - 1.0 / np.maximum(z**2, 1e-300))
         return np.asarray(self.basis @ (self.spread * signal) / unit)
 
+    def rest(self, rows: Array) -> Array:
+        """Return what the features do not show of a misfit (n,), in its own unit: what is faster along a branch."""
+        weighted = np.where(self.weights > 0.0, rows * self.weights, 0.0)
+        unit = np.where(self.weights > 0.0, self.weights, np.inf)
+        return np.asarray((weighted - self.basis @ (self.basis.T @ weighted)) / unit)
+
 
 def features(recording: Recording, noise: NoiseModel, used: Mask, factor: float) -> Features:
     """Return the features of a channel.

@@ -55,7 +55,7 @@ class Mismatch:
     rate : (float, float) or None
         Slowest and fastest branch, mm/s or rad/s; None if all recorded rates belong to it.
     share : float
-        Of the misfit above the noise, of all channels.
+        Of the misfit above the noise, of all channels; of disjoint parts at most 1 together.
     sign : {"too_stiff", "too_soft", "too_high", "too_low", "both_ways"}
         Of the simulation; high and low are towards positive and negative forces, on both sides of zero. Both ways if
         the misfit has no sense: a fit makes the mean of what it leaves small.
@@ -123,6 +123,9 @@ def locate(channels: Sequence[Compared]) -> Location:
     for channel, grid in zip(channels, grids, strict=True):
         tested += bin_tests(channel, grid)
         mismatches += _mismatches(channel, grid, excess, len(channels))
+    # Where the rest is nearer to the model than its noise, what stands out is more than the whole: then that is all.
+    whole = max(excess, sum(mismatch.share for mismatch in mismatches), 1e-300)
+    mismatches = [replace(mismatch, share=mismatch.share / whole) for mismatch in mismatches]
     mismatches.sort(key=lambda mismatch: -mismatch.share)
     count = max(sum(int(channel.known.sum()) for channel in channels), 1)
     ratio = float(np.sqrt(max(1.0 + excess / count, 0.0)))
@@ -159,6 +162,7 @@ def _mismatches(channel: Compared, grid: Bins, excess: float, channels: int) -> 
             break
         boxes.append((box, p))
         left &= ~mask
+    # Their shares are sums of squares here, and become shares in `locate`.
     mismatches = []
     left = np.ones(grid.shape, dtype=bool)
     for box, p in _join(boxes):
@@ -167,8 +171,8 @@ def _mismatches(channel: Compared, grid: Bins, excess: float, channels: int) -> 
         samples = mask[tuple(grid.place)] & known
         if not samples.any():
             continue
-        share = max(_excess(channel, samples), 0.0) / excess if excess > 0 else 0.0
-        mismatches.append(_mismatch(channel, grid, whole, samples, share, p))
+        squares = max(_excess(channel, samples), 0.0)
+        mismatches.append(_mismatch(channel, grid, whole, samples, squares, p))
         left &= ~mask
     return mismatches
 

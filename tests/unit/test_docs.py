@@ -209,6 +209,7 @@ SOMETIMES = {
     "standards[].channel", "standards[].standard", "standards[].clauses[].text", "standards[].clauses[].found",
     "standards[].clauses[].met", "standards[].clauses[].practice", "remarks[].channel", "remarks[].text",
     "misfit.MODE.branch", "misfit.MODE.samples",
+    "form_error.fast.CHANNEL",
     "open_questions[].channels", "open_questions[].question", "open_questions[].why", "open_questions[].remedy",
 }  # fmt: skip
 
@@ -219,7 +220,7 @@ IDENTIFIED = NAMED | {"leverage": "CHANNEL", "start": "NAME", "held_out": "MODE"
 # `NAMED` for a diagnosis.
 DIAGNOSED = {
     "versions": "NAME", "timings_s": "NAME", "parameters": "NAME", "derived": "NAME",
-    "probability": "NAME", "untestable": "NAME", "percent": "CHANNEL",
+    "probability": "NAME", "untestable": "NAME", "percent": "CHANNEL", "fast": "CHANNEL",
     "before": "CHANNEL", "after": "CHANNEL", "noise": "CHANNEL",
     "held_out_before": "CHANNEL", "held_out_after": "CHANNEL",
 }  # fmt: skip

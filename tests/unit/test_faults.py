@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 
 from bushcli.case import Case, Material, MeshOptions, load_case
+from bushcli.curve.recording import ReadColumn
 from bushcli.errors import InputError, RecordingError
 from bushcli.faults import bad_samples, condition, find_faults, masks
 from bushcli.faults.fault import chance_in_words
 from bushcli.faults.scale import unit_stiffness
 from bushcli.recording import Recording, read_recording
-from bushcli.recording.source import Source
+from bushcli.recording.source import Quantity, Source
 from bushcli.simulate.admissible import check_travel
 from geometry.shape import shapes
 
@@ -275,6 +276,37 @@ def test_a_unit_that_is_probably_wrong_is_a_warning_with_its_probability():
     assert f"{100 * fault.probability:.0f} %" in fault.where
     assert condition(fault).name == "doubtful_data"
     assert not fault.samples.any()
+
+
+def unwritten(recording: Recording, *quantities: Quantity) -> Recording:
+    """Return a recording whose file writes the units of other columns than these."""
+    columns = [
+        ReadColumn(name, i, name, unit, name in quantities)
+        for i, (name, unit) in enumerate(zip(("displacement", "force"), recording.units, strict=True), 1)
+    ]
+    return replace(recording, columns=tuple(columns))
+
+
+def test_a_unit_that_is_not_written_is_asked_for():
+    """Inches, read as mm, make 25 MPa of 1 MPa: rare if mm was written, but a file without units may be in inches."""
+    inches = changed(recorded(), displacement=1 / 25.4)
+    assert find_faults(bushing(), [unwritten(inches)]) == ()
+    (fault,) = find_faults(bushing(), [unwritten(inches, "displacement", "force")])
+    assert (fault.kind, fault.fatal) == ("unit", False)
+    assert 0.5 < fault.probability < 0.95
+    assert "the file writes no unit of the displacement and the force" in fault.where
+    # What the file says of the force counts.
+    (half,) = find_faults(bushing(), [unwritten(inches, "displacement")])
+    assert 0.25 < half.probability < fault.probability
+
+
+@pytest.mark.parametrize("mode", ["axial", "radial", "torsional", "conical"])
+@pytest.mark.parametrize("modulus", [0.03, 0.3, 1.0, 3.0, 10.0])
+def test_a_unit_that_is_not_written_is_no_fault_of_rubber(mode, modulus):
+    assert (
+        find_faults(bushing(), [unwritten(changed(recorded(mode), force=modulus), "displacement", "force")])
+        == ()
+    )
 
 
 def test_another_channel_of_the_rubber_makes_a_wrong_unit_certain():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bushcli.curve.curve import Curve
-from bushcli.curve.noise import noise
+from bushcli.curve.noise import converter_step, noise
 from bushcli.curve.segment import displacement_noise as noise_of
 from bushcli.curve.segment import excursions, segment
 
@@ -71,6 +71,36 @@ def test_a_stepwise_relaxation():
     for sigma in (0.0, 2e-4):
         noisy = q + sigma * np.random.default_rng(2).normal(size=len(q))
         assert code(segment(noisy, t)) == "L1 H1 L1 H1 L1 H1 U1 H1 U1 H1"
+
+
+@pytest.mark.parametrize(
+    ("step", "noise"), [(0.05, 0.0), (0.02, 0.0), (0.02, 0.2), (0.01, 1.0), (0.002, 0.33), (0.002, 0.25)]
+)
+@pytest.mark.parametrize("held", [False, True])
+@pytest.mark.parametrize("cycles", [1, 3])
+def test_a_level_of_a_converter_is_no_hold_and_its_step_no_turning_point(step, noise, held, cycles):
+    """Steps of 0.2 to 5 % of the amplitude, noise in steps; 0.002 mm a sample."""
+    waits = [("hold", 150.0)] * held
+    t, q, _ = program(*[(0.5, 0.02), *waits, (-0.5, 0.02), (0, 0.02)] * cycles, dt=0.1)
+    for seed in range(3):
+        noisy = q + noise * step * np.random.default_rng(seed).normal(size=len(q))
+        found = segment(np.round(noisy / step) * step, t)
+        assert max(branch.cycle for branch in found) == cycles
+        durations = [t[branch.stop - 1] - t[branch.start] for branch in found if branch.kind == "hold"]
+        # Ramps pass a step in up to 2.5 s: the level before and after a hold is part of it at most.
+        assert durations == pytest.approx([150.0] * held * cycles, abs=6.0)
+
+
+@pytest.mark.parametrize("step", [0.0005, 0.001, 0.002, 0.01, 0.05])
+@pytest.mark.parametrize("samples", [50, 500, 2000])
+def test_the_crest_of_a_sine_from_a_converter_is_no_hold(step, samples):
+    t = np.arange(3 * samples + 1) / samples
+    found = segment(np.round(np.sin(2 * np.pi * t) / step) * step, t)
+    assert code(found) == "L1 U1 L1 U1 L2 U2 L2 U2 L3 U3 L3 U3"
+
+
+def test_ten_steps_of_a_relaxation_are_no_levels_of_a_converter():
+    assert converter_step(np.repeat([*range(11), *range(9, -1, -1)], 60) * 0.1) == 0.0
 
 
 def test_waiting_before_the_start_is_a_hold():

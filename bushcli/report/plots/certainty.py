@@ -13,7 +13,7 @@ from bushcli.effects.titles import NOTHING, UNKNOWN, phrase, title
 from bushcli.report.document import Note, Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.direct import bar
 from bushcli.report.views.diagnosis.values import ShownQuantity, reciprocals_text, shown_quantity
-from bushcli.report.views.diagnosis.words import ranked_effects, short_chance, undetectable, unlikely
+from bushcli.report.views.diagnosis.words import ranked_effects, short_chance, unlikely
 
 # A prior that spans more than this factor is drawn on a logarithmic axis.
 _DECADES = 20.0
@@ -45,7 +45,7 @@ def probability_panels(diagnosis: Diagnosis) -> Panels:
     names = {name for name, _ in drawn}
     small = (
         ("Less than 1 %", unlikely(diagnosis)),
-        ("Not detectable in these recordings", undetectable(diagnosis)),
+        ("Not detectable in these recordings", list(diagnosis.searched.untestable)),
     )
     rest = [(words, [phrase(name) for name in effects if name not in names]) for words, effects in small]
     note = " ".join(f"{words}: {', '.join(effects)}." for words, effects in rest if effects)

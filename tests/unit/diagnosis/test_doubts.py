@@ -109,3 +109,20 @@ def test_the_unknown_force_has_the_size_that_is_drawn():
     assert found.covers < 0.7
     drawn = found.percent["axial"] / (100.0 * 20.0 / np.sqrt(2.0) / span)
     assert found.covers == pytest.approx(drawn**2, abs=0.15)
+
+
+@pytest.mark.parametrize("hum", [0.0, 20.0])
+def test_what_is_too_fast_for_the_features_is_told_and_is_no_error_of_form(hum):
+    """A hum of 2.3 samples a period; noise of 3 N."""
+    _, problem = asked(hum * np.sin(2 * np.pi * TIME / 1.163), NoiseModel(3.0))
+    none = SimpleNamespace(excess=np.zeros(1))
+    evidence = SimpleNamespace(judgement=SimpleNamespace(scale=(1.0,), phi=0.14), left=none)
+    best = SimpleNamespace(
+        unknown=False, state=SimpleNamespace(evidence=evidence, model=SimpleNamespace(effects=()))
+    )
+    likelihood = SimpleNamespace(features=problem.likelihood.features, effective=np.ones(1))
+    found = form_error(best, likelihood, problem.compared_recordings(()))
+    (compared,) = problem.compared_recordings(())
+    size = 100.0 * hum / np.sqrt(2.0) / float(np.ptp(compared.recording.force))
+    assert found.percent["axial"] == 0.0
+    assert found.fast == ({"axial": pytest.approx(size, rel=0.1)} if hum else {})

@@ -13,6 +13,7 @@ import pytest
 
 from bushcli.diagnosis import answer
 from bushcli.diagnosis.posterior import posterior, probabilities
+from bushcli.diagnosis.result import SMALL
 from bushcli.diagnosis.words import possible_shift
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
@@ -409,6 +410,16 @@ def test_an_effect_that_nothing_responds_to_is_untestable(world, monkeypatch):
     name = "warming" if "warming.slope" in world.columns else "time_lag"
     found = world.search(monkeypatch)
     assert found.derivatives.untestable[name] == "these recordings do not respond to it"
+
+
+def test_an_effect_that_has_a_probability_beside_another_is_not_untestable(world, monkeypatch):
+    """In a diagnosis of holds, compliance of the rig had 1 % beside viscoelasticity and was not detectable as well."""
+    world.columns["time_lag.lag"] *= 0.0
+    found = world.search(monkeypatch)
+    for probability, listed in ((SMALL, False), (0.5 * SMALL, True)):
+        said = answer.search_extent(found, world.ended, {"drift": "hidden"}, {"time_lag": probability})
+        assert ("time_lag" in said.untestable) is listed
+        assert said.untestable["drift"] == "hidden"
 
 
 def test_an_effect_that_cannot_be_simulated_is_not_said_to_have_no_influence(world, monkeypatch):

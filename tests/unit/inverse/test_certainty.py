@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bushcli.inverse.certainty import autocorrelation_time, invert_information, leverage
+from bushcli.inverse.certainty import autocorrelation_time, directions, invert_information, leverage
 from bushcli.inverse.result import NORMAL, Estimate
 
 
@@ -102,3 +102,30 @@ def test_the_interval_of_a_time_is_that_of_its_logarithm_and_of_an_amplitude_tha
     assert time.range95 == pytest.approx((2.0 / factor, 2.0 * factor))
     assert amplitude.range95 == pytest.approx((2.0 - NORMAL, 2.0 + NORMAL))
     assert law.range95 is None
+
+
+def left_open(*columns, names=("C10", "C20", "C30", "g1")):
+    """What curves with these derivatives, per relative change of four parameters, leave open."""
+    jacobian = np.column_stack(columns)
+    problem = SimpleNamespace(names=names, samples=len(jacobian), jacobian=lambda x: jacobian)
+    return directions(problem, np.ones(4))[1]
+
+
+def test_parameters_of_which_all_combinations_are_open_are_named_once():
+    """Two orthogonal combinations of C20 and C30 were both said to be the only one that is open."""
+    q = np.linspace(-1.0, 1.0, 40)
+    determined, other = q, 0.3 * np.sign(q)
+    (both,) = left_open(determined, 1e-4 * q**3, 1e-5 * q**5, other)
+    assert both.text == "C20 and C30 are not determined by these curves, alone or jointly"
+    assert both.weights == {"C20": 1.0, "C30": 1.0}
+    assert both.singular_value < 1e-3
+    (one,) = left_open(determined, 0.3 * q**3, 1e-5 * q**5, other)
+    assert one.text == "C30 is not determined by these curves"
+    (joint,) = left_open(determined, q**3, -(q**3) + 1e-5 * q**2, other)
+    assert joint.text.startswith(
+        "C20 and C30 can only be determined jointly: changing C20 by +71 %, C30 by +71 %"
+    )
+    alone, joint = left_open(determined, q**3, -(q**3), 1e-5 * q**2)
+    assert alone.text == "g1 is not determined by these curves"
+    assert set(joint.weights) == {"C20", "C30"}
+    assert left_open(determined, q**3, q**5, other) == ()

@@ -180,6 +180,22 @@ def test_two_places_are_two_sentences():
     assert sum(one.share for one in location.mismatch) > 0.9
 
 
+def test_disjoint_parts_share_at_most_the_whole_where_the_rest_is_closer_than_the_noise():
+    """The rest of the recording has less than the assumed noise: what stands out exceeds the whole by half of it."""
+    time, q = ONE_SIDED
+    stiff, soft = which(time, q, "unloading", (1, 2)) & (q < 4), which(time, q, "loading", (4, 5)) & (q > 5)
+    truth = law(q) - 60.0 * stiff + 60.0 * soft
+    location = found(time, q, truth, noise=NoiseModel(4 * SIGMA))
+    assert len(location.mismatch) == 2
+    assert sum(one.share for one in location.mismatch) == pytest.approx(1.0)
+    squares = [one.rms**2 - 1.0 for one in location.mismatch] * np.array(
+        [one.samples.sum() for one in location.mismatch]
+    )
+    assert squares.sum() > 1.2 * location.excess
+    shares = [one.share for one in location.mismatch]
+    assert shares == pytest.approx(list(squares / squares.sum()))
+
+
 def test_channels_share_the_excess():
     time, q = BOTH_SIDES
     rng = np.random.default_rng(3)

@@ -520,8 +520,9 @@ def test_an_effect_that_cannot_be_shown_is_not_called_improbable(case, diagnoses
     assert phrase("permanent_set") in excluded
     assert phrase("batch_stiffness") not in excluded
     assert hidden == f"{phrase('batch_stiffness')}, {phrase('time_lag')}."
-    # Beside another effect it may show, and then it has a bar.
-    shown = replace(found, probability=found.probability | {"time_lag": 0.3})
+    # Beside another effect it may show, and then it has a bar (`answer.search_extent`).
+    searched = replace(found.searched, untestable={"batch_stiffness": "hidden"})
+    shown = replace(found, probability=found.probability | {"time_lag": 0.3}, searched=searched)
     rows = {row[0]: row[2] for row in probability_table(shown).rows}
     assert (rows[title("time_lag")], rows[title("batch_stiffness")]) == ("30 %", "-")
 
@@ -560,6 +561,13 @@ def test_the_form_error_says_how_much_it_covers(case, diagnoses):
         "assumed to err by 0.50 % in axial (rms, of the force range); this accounts for only 30 % of the remaining "
         "misfit above the noise"
     )
+    fast = "0.33 % in axial changes too fast along the branches to count, as hum or rounding does"
+    hum = form_error_line(replace(found, form_error=FormError(0.1, {"axial": 0.001}, 1.0, {"axial": 0.33})))
+    assert hum == (
+        f"Errors of the formulas do not show beside the noise: of the misfit of the most probable model {fast}"
+    )
+    both = form_error_line(replace(found, form_error=FormError(0.1, half, 1.0, {"axial": 0.33})))
+    assert both.endswith(f"above the noise that is smooth along the branches; {fast}")
     # With unknown physics the remaining misfit is not noise.
     unknown = diagnoses.diagnosis(case(), "unexplained")
     assert form_error_line(replace(unknown, form_error=FormError(0.0, half, 1.0))) == (

@@ -227,7 +227,7 @@ def probability_table(diagnosis: Diagnosis) -> Table:
         return Table(name, ("", "", ""), ())
     for names, kind, p in (
         (words.unlikely(diagnosis), "others, each", 0.0),
-        (words.undetectable(diagnosis), "not detectable", math.nan),
+        (list(diagnosis.searched.untestable), "not detectable", math.nan),
     ):
         if names:
             shares.append((title(names[0]) if len(names) == 1 else f"{len(names)} {kind}", p))

@@ -22,6 +22,9 @@ _SETS = 3
 # Unknown physics less probable than this is reported with the remaining misfit and is not called missing.
 _POSSIBLE = 0.05
 
+# Percent, below which it would be printed as 0.00.
+_SHOWN = 0.005
+
 
 @dataclass(frozen=True)
 class Likely:
@@ -237,20 +240,30 @@ def form_error_line(diagnosis: Diagnosis) -> str:
     form = diagnosis.form_error
     if not diagnosis.models:
         return ""
-    by_channel = [f"{percent(value)} in {name}" for name, value in form.percent.items() if value > 0]
+    by_channel = _sizes(form.percent)
     size = f"of {join_names(by_channel)} (rms, {relative_to(diagnosis)})"
     only = "" if form.covers >= 0.5 else "only "
     share = "all" if form.covers >= 0.995 else percent(100 * form.covers)
     covered = f"{only}{share} of the remaining misfit above the noise"
     if UNKNOWN in diagnosis.models[0].effects:
         return f"The unknown force, {size}, accounts for {covered}" if by_channel else ""
+    fast = f"{join_names(_sizes(form.fast))} changes too fast along the branches to count, as hum or rounding does"
     if not by_channel:
-        return "Errors of the formulas do not show beside the noise: the misfit of the most probable model is all noise"
+        all_noise = "the misfit of the most probable model is all noise"
+        left = f"of the misfit of the most probable model {fast}" if form.fast else all_noise
+        return f"Errors of the formulas do not show beside the noise: {left}"
     fitted = [channel for channel in diagnosis.measured_channels if not channel.held_out]
     remainder = f"this accounts for {covered}"
     if form.covers >= 1.0 and all(channel.after_percent <= channel.noise_percent for channel in fitted):
         remainder = "the remaining misfit is no larger than the noise"
+    if form.fast:
+        remainder = f"this accounts for {covered} that is smooth along the branches; {fast}"
     return f"The formulas of the most probable model are assumed to err by {size[3:]}; {remainder}"
+
+
+def _sizes(by_channel: Mapping[str, float]) -> list[str]:
+    """Return the sizes, in percent, of those channels in which they are not 0.00."""
+    return [f"{percent(value)} in {name}" for name, value in by_channel.items() if value >= _SHOWN]
 
 
 def rival_lines(diagnosis: Diagnosis) -> list[str]:
@@ -344,8 +357,3 @@ def unlikely(diagnosis: Diagnosis) -> list[str]:
     """Return the effects that are hardly probable although these recordings could show them."""
     untestable = diagnosis.searched.untestable
     return [name for name, p in ranked_effects(diagnosis) if p < SMALL and name not in untestable]
-
-
-def undetectable(diagnosis: Diagnosis) -> list[str]:
-    """Return the effects that these recordings cannot show; they count as absent, which nothing in the data says."""
-    return [name for name in diagnosis.searched.untestable if diagnosis.probability.get(name, 0.0) < SMALL]
