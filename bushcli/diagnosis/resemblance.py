@@ -25,8 +25,8 @@ law; in each branch it is no larger than `PHI_MOST` of what the effect does ther
 as an error of the law of that size (a stop does nothing before it is met, a lag nothing in slow motion: an offset of
 the force there is none of their errors); the force that a law or an effect without memory makes wrong depends on the
 displacement alone, so that its error resembles no effect with memory; and the error of relaxation in a table
-resembles no lag, mass, resonance or compliance of the rig. Of what three branches leave of 200 relaxations of other formulas a fourth branch leaves a third
-(median), a lag 0.63, a mass or a resonance 0.8 and a compliance all; of what `payne` leaves of other relaxations that
+resembles no lag, mass, resonance or compliance of the rig. Of what three branches leave of 200 relaxations of other
+formulas a fourth branch leaves a third (median), a lag 0.63, a mass or a resonance 0.8 and a compliance all; of what `payne` leaves of other relaxations that
 amplitude thins they leave nearly all (`benchmarks/branches.py`).
 
 References
