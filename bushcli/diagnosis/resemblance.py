@@ -13,21 +13,21 @@ resemblance, and the density of the effect's amplitude a follows from the size o
 
 for n effects in the catalogue, with pi the prior density of the amplitude, and p log-normal about phi. Of several
 amplitudes, such as those of a force and of a displacement, a is the one that changes the recordings most; the others
-keep their priors. r is relative to what the effects do that are left. That is measured twice, and the smaller r
-counts: with the law fitted, as the part of the change that the other parameters cannot imitate relative to the misfit
-of the plain law; and with all other parameters held, relative to the largest change by one of these effects. The law
-adapts itself to nearly all that a swaging does, but not to its error: a swaging that is uneven along the bushing
-moves the inner sleeve, as an offset does. If no effect is left, p is log-normal about lambda with r relative to the
-force. Six limits: beyond the 95 % range of its prior pi(a) |a| counts as at the end of that range, so that an error
-of form is there as improbable as the effect itself; an effect whose change is as large as what the others do is no
-error of form; the error of an effect lies in the channels on which it acts, and elsewhere there is only that of the
-law; in each branch it is no larger than `PHI_MOST` of what the effect does there, and what is larger is as improbable
-as an error of the law of that size (a stop does nothing before it is met, a lag nothing in slow motion: an offset of
-the force there is none of their errors); the force that a law or an effect without memory makes wrong depends on the
-displacement alone, so that its error resembles no effect with memory; and the error of relaxation in a table
-resembles no lag, mass, resonance or compliance of the rig. Of what three branches leave of 200 relaxations of other
-formulas a fourth branch leaves a third (median), a lag 0.63, a mass or a resonance 0.8 and a compliance all; of what `payne` leaves of other relaxations that
-amplitude thins they leave nearly all (`benchmarks/branches.py`).
+keep their priors. r is relative to what the effects do that are left. That is measured twice, and the smaller r counts:
+with the law fitted, as the part of the change that the other parameters cannot imitate relative to the misfit of the
+plain law; and with all other parameters held, relative to the largest change by one of these effects. The law adapts
+itself to nearly all that a swaging does, but not to its error: a swaging that is uneven along the bushing moves the
+inner sleeve, as an offset does. If no effect is left, p is log-normal about lambda with r relative to the force. Six
+limits: beyond the 95 % range of its prior pi(a) |a| counts as at the end of that range, so that an error of form is
+there as improbable as the effect itself; an effect whose change is as large as what the others do is no error of form;
+the error of an effect lies in the channels on which it acts, and elsewhere there is only that of the law; in each
+branch it is no larger than `PHI_MOST` of what the effect does there, and what is larger is as improbable as an error of
+the law of that size (a stop does nothing before it is met, a lag nothing in slow motion: an offset of the force there
+is none of their errors); the force that a law or an effect without memory makes wrong depends on the displacement
+alone, so that its error resembles no effect with memory; and the error of relaxation in a table resembles no lag, mass,
+resonance or compliance of the rig. Of what three branches leave of 200 relaxations of other formulas a fourth branch
+leaves a third (median), a lag 0.63, a mass or a resonance 0.8 and a compliance all; of what `payne` leaves of other
+relaxations that amplitude thins they leave nearly all (`benchmarks/branches.py`).
 
 References
 ----------
