@@ -122,7 +122,7 @@ def converter_step(values: Array) -> float:
     turns = np.diff(np.round(whole))
     uneven = np.count_nonzero(turns[1:] * turns[:-1] < 0.0)
     fine = span > _FEWEST_LEVELS * step and uneven > _UNEVEN * len(moves)
-    return step if fine and multiples.mean() > _ON_LEVELS else 0.0
+    return step if fine and multiples[sizes > _ROUNDING * span].mean() > _ON_LEVELS else 0.0
 
 
 def median_deviation(sizes: Array) -> float:

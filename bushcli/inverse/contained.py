@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from bushcli.effects.effect import EffectParameter
 from bushcli.inverse.channel import ChannelForces
-from bushcli.inverse.local import Loss, Minimum, full_step
+from bushcli.inverse.local import NOTHING, Loss, Minimum, full_step
 from bushcli.inverse.minimum_search import search
 from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.inverse.task import Task
@@ -294,4 +294,6 @@ def _number_branches(
             order = np.argsort(x[times])[np.argsort(np.argsort(start[times], kind="stable"))]
             for places in of_effect.values():
                 ordered[places] = x[[places[i] for i in order]]
-    return ordered if problem.cost(ordered) <= (1.0 + SAME) * problem.cost(x) else x
+    if np.array_equal(ordered, x):
+        return x
+    return ordered if problem.cost(ordered) <= (1.0 + SAME) * problem.cost(x) + SAME * NOTHING else x

@@ -67,11 +67,14 @@ class ReducedCurves:
     # Constants that differ: how far, in the coordinate in which ln K* is linear, and its derivative by the constant.
     steps: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
-    def extrapolate(self, constants: Mapping[str, float], moduli: Collection[str]) -> ReducedCurves | None:
+    def extrapolate(
+        self, constants: Mapping[str, float], logarithmic: Collection[str]
+    ) -> ReducedCurves | None:
         """Return the curves with other constants, to first order; None if these are too far.
 
-        ln K* is linear in the logarithms of the `moduli`, because a common factor on all of them is one on K*. Of a
-        power of the temperature it is linear in the power itself.
+        ln K* is linear in the logarithms of moduli and of the compliance to volume changes, because a common factor on
+        all of these (its reciprocal for the compliance) is one on K*: they are the `logarithmic` ones. Of a power of
+        the temperature it is linear in the power itself.
         """
         steps = {}
         for name, value in constants.items():
@@ -81,7 +84,7 @@ class ReducedCurves:
             if name not in self.names:
                 return None
             steps[name] = value - before, 1.0
-            if name in moduli and value * before > 0.0:
+            if name in logarithmic and value * before > 0.0:
                 steps[name] = before * math.log(value / before), before / value
         for model in (curve.model for group in self.curves for curve in group):
             stiffness = model.stiffness(np.zeros(1), ()).real
@@ -156,8 +159,8 @@ class DynamicSimulation:
         key = tuple(constants.items())
         known = self._known.pop(key, None)
         if known is None and self._near:
-            moduli = {*self.model.law.linear, "compliance"}
-            shifted = (neighbour.extrapolate(constants, moduli) for neighbour in self._known.values())
+            logarithmic = {*self.model.law.linear, "compliance"}
+            shifted = (neighbour.extrapolate(constants, logarithmic) for neighbour in self._known.values())
             near = [curves for curves in shifted if curves and self.error(curves, parameters) <= PROMISED]
             if near:
                 return min(near, key=lambda curves: sum(abs(step) for step, _ in curves.steps.values()))
@@ -338,7 +341,7 @@ def _preloads(table: DynamicTable, amplitude: tuple[float, ...] = ()) -> list[_P
         rows = np.flatnonzero(by_force == is_force)
         if len(rows):
             # A row that states no preload is at rest.
-            values = np.nan_to_num(table.rows(rows).levelled(key))
+            values = np.nan_to_num(table.levelled(key)[rows])
             levels, number = np.unique(values, return_inverse=True)
             frequency = np.unique(table.frequency[rows])
             frequency = frequency[[0, -1]] if amplitude else frequency

@@ -167,6 +167,7 @@ def features(recording: Recording, noise: NoiseModel, used: Mask, factor: float)
     # What a law predicts of a table is the stiffness itself.
     middle = 0.0 if recording.kind == "dynamic" else float(np.mean(recording.force[used]))
     centred = (recording.force - middle) * weights
+    stated = float(np.sqrt(0.5 / noise.freedom))
     on_path = Features(
         basis,
         weights,
@@ -175,13 +176,13 @@ def features(recording: Recording, noise: NoiseModel, used: Mask, factor: float)
         float(centred @ centred),
         degrees,
         spread,
-        UNDERSTATED * float(np.sqrt(0.5 / noise.freedom)),
+        UNDERSTATED * stated,
     )
     if not isinstance(recording, RecordedTable):
         return on_path
     return replace(
         on_path,
-        doubt=on_path.doubt / UNDERSTATED,
+        doubt=stated,
         form=AMPLITUDES if recording.has_amplitudes else BRANCHES,
         independent=INDEPENDENT,
         most_noise=recording.most_noise,

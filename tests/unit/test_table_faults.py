@@ -225,6 +225,34 @@ def test_a_mean_force_that_was_measured_divides_no_curve(preloads):
     np.testing.assert_array_equal(np.flatnonzero(rows_off_curve(table)), [7])
 
 
+@pytest.mark.parametrize("scatter", [0.0, 2.0])
+@pytest.mark.parametrize("amplitude", [0.05, 0.5])
+def test_preloads_are_apart_however_large_the_vibration_is(amplitude, scatter):
+    """0, 50 and 100 N in a vibration of 20 or 200 N: stated, or measured."""
+    frequency = np.geomspace(1.0, 200.0, 15)
+    rows = np.tile(np.arange(15), 3)
+    force = np.repeat([0.0, 50.0, 100.0], 15)
+    measured = force + scatter * np.random.default_rng(4).normal(size=45)
+    table = replace(
+        swept("filled", frequency, 1).rows(rows),
+        amplitude=np.full(45, amplitude),
+        preload=np.full(45, np.nan),
+        preload_force=measured,
+    )
+    assert [list(part) for part in table.conditions()] == [list(range(k, k + 15)) for k in (0, 15, 30)]
+    np.testing.assert_allclose(table.levelled("preload_force"), force, atol=scatter)
+    # So are those of some rows, and of none.
+    some = np.arange(0, 45, 3)
+    np.testing.assert_allclose(table.rows(some).levelled("preload_force"), force[some], atol=scatter)
+    assert len(table.rows(np.arange(0)).levelled("preload_force")) == 0
+
+
+def test_a_dense_sweep_has_many_frequencies():
+    frequency = np.tile(np.geomspace(1.0, 100.0, 400), 3)
+    table = replace(swept("filled", frequency, 1), amplitude=np.repeat([0.05, 0.1, 0.2], 400))
+    assert [len(rows) for rows in table.conditions()] == [400] * 3
+
+
 def relaxing(glass, tau=0.005, mass=0.0):
     """Return a sweep of rubber that stiffens by `glass` times its modulus about a time, on a rig with a mass."""
     frequency = np.geomspace(1.0, 200.0, 20)

@@ -92,7 +92,7 @@ class RecordedTable(Recording):
     @property
     def most_noise(self) -> float:
         """Largest factor, one at least, on the standard errors of all rows with which a rig may still scatter."""
-        return max(1.0, float((np.array(_MOST) / np.median(self.errors, axis=1)).max()))
+        return max(1.0, float((np.array(_MOST) / np.median(self.errors, axis=1)).min()))
 
     @property
     def times(self) -> tuple[float, float]:
