@@ -337,11 +337,11 @@ def _preloads(table: DynamicTable, amplitude: tuple[float, ...] = ()) -> list[_P
     """Return the preloads of a table: those by travel, rest included, and those by force; for some amplitudes."""
     by_force = np.isnan(table.preload) & ~np.isnan(table.preload_force)
     groups = []
-    for is_force, key in ((False, "preload"), (True, "preload_force")):
+    for is_force in (False, True):
         rows = np.flatnonzero(by_force == is_force)
         if len(rows):
             # A row that states no preload is at rest.
-            values = np.nan_to_num(table.levelled(key)[rows])
+            values = np.nan_to_num(table.levelled("preload_force" if is_force else "preload")[rows])
             levels, number = np.unique(values, return_inverse=True)
             frequency = np.unique(table.frequency[rows])
             frequency = frequency[[0, -1]] if amplitude else frequency

@@ -52,7 +52,7 @@ _NOTHING = 1e-6
 def direct_document(result: DirectResult) -> Document:
     """Return the document of a direct prediction."""
     response, verdict, shape = result.response, result.verdict, result.response.case.geometry
-    compared, headline = result.tables or (), verdict.headline
+    compared, headline, tolerance = result.tables or (), verdict.headline, response.case.tolerance
     if compared and not response.channels:
         headline = f"{count_of(len(compared), 'table')} of dynamic stiffness compared"
     checked = [channel for channel in response.channels if channel.mesh_error is not None]
@@ -75,8 +75,8 @@ def direct_document(result: DirectResult) -> Document:
     ]
     return Document(
         headline,
-        [*verdict.lines, *misfit_lines(compared, result.response.case.tolerance)],
-        verdict.tone,
+        [*verdict.lines, *misfit_lines(compared, tolerance)],
+        "bad" if any(table.stiffness_percent > tolerance.percent for table in compared) else verdict.tone,
         sections,
         result.conditions,
         conditions(response.case, response.material),
