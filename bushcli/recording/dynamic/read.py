@@ -31,6 +31,7 @@ from bushcli.recording.dynamic.harmonics import LARGEST_DISTORTION, sines
 from bushcli.recording.dynamic.lines import (
     conditions_above,
     conditions_between_rows,
+    refuse_doubtful,
     remarks_on_lines,
     states_condition,
 )
@@ -202,6 +203,9 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource) -> TablePart:
     try:
         stated |= conditions_above(table, source, wanted)
         below = conditions_between_rows(table, source, wanted)
+        # A preload is stated once, as a force or as a displacement.
+        settled = {*known, *stated}
+        refuse_doubtful(table, source, wanted, settled | (_PRELOADS if settled & _PRELOADS else set()))
         # An amplitude that is stated between the rows only is asked for, too.
         said = {c.quantity: c for _, c in reversed(below)} | stated
         peak = _peak(table, group, said, source)
