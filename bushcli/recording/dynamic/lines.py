@@ -374,7 +374,10 @@ def refuse_doubtful(
     for line in lines:
         if line.doubtful and line.quantity in wanted and line.quantity not in stated:
             what = f"{line.place} may state the {line.quantity.replace('_', ' ')}, and is not understood"
-            expected = f"{line.quantity} = ... in the recording's table of the case file"
+            # Without a unit that is understood, a preload may be a force or a displacement.
+            keys = ("preload_force", "preload") if line.quantity == "preload" else (line.quantity,)
+            asked = " or ".join(f"{key} = ..." for key in keys)
+            expected = f"{asked} in the recording's table of the case file"
             raise table.refusal(what, f"{expected}; or delete the line, if it says something else")
 
 

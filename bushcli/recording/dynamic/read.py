@@ -204,7 +204,8 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource) -> TablePart:
         stated |= conditions_above(table, source, wanted)
         below = conditions_between_rows(table, source, wanted)
         # A preload is stated once, as a force or as a displacement.
-        settled = {*known, *stated}
+        first = {c.quantity for line, c in below if line < table.line(0)}
+        settled = {*known, *stated, *first}
         refuse_doubtful(table, source, wanted, settled | (_PRELOADS if settled & _PRELOADS else set()))
         # An amplitude that is stated between the rows only is asked for, too.
         said = {c.quantity: c for _, c in reversed(below)} | stated

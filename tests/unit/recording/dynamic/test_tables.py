@@ -230,6 +230,15 @@ def test_a_line_between_rows_holds_for_the_rows_below_it(tmp_path, line):
     assert "1 field, where the rows before have 3" in refused(tmp_path, text.replace(line, "Sample 2"))
 
 
+@pytest.mark.parametrize("units", ["", "Hz;N/mm;deg\n"])
+@pytest.mark.parametrize("line", ["# Preload: {} N", "Preload: {} N", "Preload;{};N"])
+def test_a_line_between_the_names_and_the_first_row_holds_for_the_rows_below_it(tmp_path, line, units):
+    head = "f;K*;delta\n" if units else "f [Hz];K* [N/mm];delta [deg]\n"
+    blocks = [f"{line.format(force)}\n1;500;5\n10;550;7\n" for force in (500, 800)]
+    for text in (head + units + "".join(blocks), f"Preload: 100 N\n{head}{units}{''.join(blocks)}"):
+        np.testing.assert_allclose(read(tmp_path, text).preload_force, [500, 500, 800, 800])
+
+
 def test_a_preload_below_the_rows_of_another_kind_ends_that(tmp_path):
     head, rows_of = "f [Hz];K* [N/mm];delta [deg]\n", "1;500;5\n10;550;7\n"
     text = f"Preload: 500 N\nAmplitude: 0.2 mm p-p\n{head}{rows_of}Preload: 2 mm\nAmplitude: 0.2 mm peak\n{rows_of}"
