@@ -523,6 +523,11 @@ def test_one_measured_column_is_not_enough(tmp_path):
     )
 
 
+def test_a_table_whose_only_stiffness_is_chosen_as_a_condition_has_none(tmp_path):
+    text = "frequency_Hz,Kdyn [N/mm],Other\n1,500,1\n10,520,2\n"
+    assert "need two of |K*|" in refused(tmp_path, text, columns={"temperature": "Kdyn"})
+
+
 def test_a_set_value_is_not_the_measured_one(tmp_path):
     text = "f [Hz],Amplitude target peak [mm],Amplitude actual peak [mm],K' [N/mm],K'' [N/mm]\n"
     text += "1,0.1,0.09,500,50\n2,0.1,0.09,500,50\n"
