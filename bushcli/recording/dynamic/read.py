@@ -35,7 +35,7 @@ from bushcli.recording.dynamic.lines import (
     remarks_on_lines,
     states_condition,
 )
-from bushcli.recording.dynamic.mixed import refuse_several, with_merged_cells
+from bushcli.recording.dynamic.mixed import refuse_mixed_rows, with_merged_cells
 from bushcli.recording.dynamic.names import Stated
 from bushcli.recording.dynamic.peaks import FACTORS, Peak
 from bushcli.recording.dynamic.source import HIGHEST, LOOP_COLUMNS, DynamicSource
@@ -170,7 +170,7 @@ def _parts(file: Path, source: DynamicSource, tables: TableCache) -> list[TableP
             part = _part(of_group, group, source)
             values = {key: part.arrays[key] for key in CONDITIONS}
             levels = [level_numbers(own, steps_of_levels(key, own)) for key, own in values.items()]
-            refuse_several(of_group, unused, levels)
+            refuse_mixed_rows(of_group, unused, levels)
             group_parts.append(part)
         if unused:
             remark = f"columns that are not used: {', '.join(table.names[i] for i in unused)}"

@@ -359,7 +359,9 @@ SEVERAL = {
     "direction": ("axial", "radial"),
     "Specimen No": ("1", "2"),
     "Channel": ("Z", "X"),
-    "Note": ("new", "aged"),
+    "Mode": ("axial", "radial"),
+    "Test direction": ("axial", "radial"),
+    "Load direction": ("axial", "radial"),
     "Run": ("a", "b"),
 }
 
@@ -382,7 +384,13 @@ def test_runs_that_are_counted_are_one_table(tmp_path):
     assert len(read(tmp_path, text)) == 4
 
 
-@pytest.mark.parametrize("name", ["Run", "Note"])
+@pytest.mark.parametrize("name", ["Status", "Note", "Remark"])
+def test_a_status_of_repeated_rows_tells_none_apart(tmp_path, name):
+    head = f"{name};f [Hz];K* [N/mm];delta [deg]\n"
+    assert len(read(tmp_path, head + "ok;1;500;5\nok;10;550;7\nretry;1;501;5\nok;10;551;7\n")) == 4
+
+
+@pytest.mark.parametrize("name", ["Run", "Note", "Mode", "Part", "Channel"])
 def test_a_text_beside_rows_of_other_conditions_tells_none_apart(tmp_path, name):
     head = f"{name};T [°C];f [Hz];K* [N/mm];delta [deg]\n"
     text = head + "a;0;1;500;5\na;0;10;550;7\nb;40;1;400;5\nb;40;10;450;7\n"
@@ -395,6 +403,11 @@ def test_merged_cells_of_a_condition_hold_downwards(tmp_path):
     table = read(tmp_path, text)
     np.testing.assert_allclose(table.preload_force, [0, 0, 500, 500])
     assert any("Preload" in remark and "2 empty fields" in remark for remark in table.remarks)
+    # Every other amplitude is empty: one of a small vibration, or missing.
+    amplitudes = "A peak [mm];f [Hz];K* [N/mm];delta [deg]\n0.1;1;500;5\n;10;550;7\n0.2;1;600;5\n;10;650;7\n"
+    assert "a field is empty" in refused(tmp_path, amplitudes)
+    merged = amplitudes + ";50;700;8\n"
+    np.testing.assert_allclose(read(tmp_path, merged).amplitude, [0.1, 0.1, 0.2, 0.2, 0.2])
     # A field that is missing among others is none of merged cells, and neither is a measured one.
     assert "a field is empty" in refused(tmp_path, head + "a;0;1;500;5\na;;10;550;7\na;500;1;600;5\n")
     assert "a field is empty" in refused(tmp_path, head + "a;0;1;500;5\na;0;10;;7\na;0;20;;7\n")
