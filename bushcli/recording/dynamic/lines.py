@@ -85,6 +85,10 @@ _BEHIND = word_set(
 )
 
 
+#: Words of the climate behind the number, "23 °C (room temperature), 50 % RH".
+_CLIMATE = word_set("room ambient temperature raumtemperatur rt rh humidity relative rel luftfeuchte feuchte")
+
+
 @dataclass(frozen=True)
 class ConditionLine:
     """A line that names a condition.
@@ -276,7 +280,7 @@ def _behind(rest: str, unit: Unit) -> tuple[Peak, bool]:
     for match in _NUMBER.finditer(others):
         kind = read_unit(match["unit"] or "")
         listed |= kind is None or kind.measured == unit.measured or bool(_named_by_unit(kind))
-    return peak, not (listed or set(plain_name(_NUMBER.sub(" ", others)).split()) - _BEHIND)
+    return peak, not (listed or set(plain_name(_NUMBER.sub(" ", others)).split()) - _BEHIND - _CLIMATE)
 
 
 def decimal_of(table: Table, source: DynamicSource) -> str:

@@ -67,6 +67,7 @@ def test_numbers_above_a_table_may_have_separators(tmp_path, line, force):
         ("Temperatur Klimakammer: 23 °C", "temperature", 23.0),
         ("Chamber temperature: 23.0 °C (setpoint)", "temperature", 23.0),
         ("Temperature: 23 °C (73 °F)", "temperature", 23.0),
+        ("Temperature: 23 °C (room temperature), humidity 50 %", "temperature", 23.0),
         ("Amplitude: 0.1 mm (0-p), sinusoidal", "amplitude", 0.1),
         ("Preload: 500 N @ 23 °C", "preload_force", 500.0),
         ("Preload: 500 N @ 23 °C", "temperature", 23.0),

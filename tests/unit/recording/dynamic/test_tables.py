@@ -418,6 +418,8 @@ def test_rows_of_delimiters_and_conditions_without_values_are_empty(tmp_path):
     table = read(tmp_path, text)
     np.testing.assert_allclose(table.stiffness, [500, 550])
     assert np.isnan(table.amplitude).all()
+    # A column that the case file names must have the values.
+    assert "a field is empty" in refused(tmp_path, text, columns={"amplitude": 2}, amplitude_is="peak")
 
 
 @pytest.mark.parametrize(
@@ -566,6 +568,15 @@ def test_two_columns_of_one_quantity_are_asked_for(tmp_path):
         ("K(dyn) [N/mm]", "stiffness", "stiffness", ""),
         ("频率（Hz）", "frequency", "frequency", ""),
         ("Oscillation strain %", "amplitude", "strain", ""),
+        # A logarithm has no Hz, and a function stands directly before its quantity.
+        ("log freq [Hz]", "frequency", "frequency", ""),
+        ("Inverse FFT frequency [Hz]", "frequency", "frequency", ""),
+        ("log freq", "", None, ""),
+        ("log10(Frequency) [Hz]", "", "frequency", ""),
+        ("log(freq) [Hz]", "", "frequency", ""),
+        ("log10 freq [Hz]", "", "frequency", ""),
+        ("log shear modulus [MPa]", "", "stress", ""),
+        ("1/Kdyn [N/mm]", "", "stiffness", ""),
         # The force of a rig is no frequency, although f is the symbol of one; "dyn" is no unit.
         ("F_dyn [N]", "", "force", ""),
     ],
