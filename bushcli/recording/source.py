@@ -110,7 +110,8 @@ class Source:
     rows : mapping of str to str or float
         Value, by column, of the rows that belong to the recording; of a file with many recordings one below the other.
     between : callable, optional
-        Whether a line that is no row may stand between the rows: it states a condition of those below it.
+        Whether a line that is no row may stand between the names and the last row: it states a condition of the rows
+        below it.
     sample_rate : float, optional
         Samples per second, Hz, of a file without a time.
     rate : float, optional

@@ -43,7 +43,7 @@ _EXAMPLE = "e.g. time_s,displacement_mm,force_N"
 _NUMBERS = re.compile(r"\d[\d.,:/]*")
 
 
-#: Whether a line that is no row may stand between the rows.
+#: Whether a line that is no row may stand between the names and the last row.
 _Between = Callable[[str], object]
 
 
@@ -75,7 +75,8 @@ def read_table(
     single : bool
         Whether a single column is enough.
     between : callable, optional
-        Whether a line that is no row may stand between the rows, because it states a condition of those below it.
+        Whether a line that is no row may stand between the names and the last row, because it states a condition of
+        the rows below it.
 
     Raises
     ------
@@ -153,7 +154,13 @@ def _with_header(sheet: Sheet, width: int, most: int, remarks: tuple[str, ...], 
     top = header(sheet, max(widths, default=width))
     numbers = [line.number for line in sheet.body[sheet.start :]]
     row_numbers = set(numbers)
-    inside = (line for line in sheet.lines if numbers[0] < line.number < numbers[-1])
+    # Comments between the names and the first row belong to the rows below, as those between rows do.
+    above_names = top.preamble[-1][0] if top.preamble else 0
+    inside = (
+        line
+        for line in sheet.lines
+        if above_names < line.number < numbers[-1] and (line.comment or line.number > numbers[0])
+    )
     return TextTable(
         path=sheet.path,
         names=top.names,
@@ -213,6 +220,13 @@ def _rows(sheet: Sheet, fewest: int, between: _Between | None = None) -> tuple[S
     sheet = replace(sheet, start=start)
     reordered = unify_column_order(sheet)
     remarks = [*reordered, *_remove_text_below(sheet)]
+    if between is not None:
+        above = (line.number < sheet.first_row_line and not line.comment for line in sheet.lines)
+        stating = [
+            replace(line, comment=True) if is_above and between(line.text) else line
+            for line, is_above in zip(sheet.lines, above, strict=True)
+        ]
+        sheet = replace(sheet, lines=stating)
     for i in reversed(range(start, len(body))):
         text = not are_rows[i] and not numbers_in(split[i][:1], decimal)
         if between is not None and text and between(body[i].text):

@@ -180,8 +180,12 @@ def groups(table: Table, source: DynamicSource) -> list[ColumnGroup]:
         if name.quantity in chosen and chosen[name.quantity] != i:
             names[i] = replace(name, quantity="")
     for i, name in enumerate(names):
-        # As bushcli exports a small vibration: a condition that no row has.
-        empty = name.quantity in CONDITIONS and not any(table.text(row, i) for row in range(len(table)))
+        # As bushcli exports a small vibration: a condition that no row has. One that the case file names has values.
+        empty = (
+            name.quantity in CONDITIONS
+            and i not in chosen.values()
+            and not any(table.text(row, i) for row in range(len(table)))
+        )
         names[i] = replace(name, quantity="") if empty else name
     for i, name in enumerate(names):
         if name.quantity and any(condition.quantity == ACROSS for condition in name.conditions):

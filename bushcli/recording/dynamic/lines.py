@@ -1,8 +1,9 @@
 """Lines above a table of dynamic stiffness, and between its rows: the conditions that they state.
 
 A line states a condition if all of its words are known: ``Preload: 500 N``, ``Static preload 1'500 N``, ``Temperature:
-RT (23 °C)``. What names a condition and says more, ``Storage temperature: 40 °C``, or has no number or unit that is
-understood, states none: a remark says so, with the key that does.
+RT (23 °C)``. One that says more, or whose number or unit is not understood, states none. If nothing else states its
+condition, ``Preload: 200-500 N`` is asked for with the key that does. What has no number, or names another quantity as
+``Storage temperature: 40 °C`` does, gets a remark.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from bushcli.recording.dynamic.names import DIGITS, Stated, meaning, read_number
 from bushcli.recording.dynamic.peaks import FACTORS, Peak, said_of_peak
 from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.header.units import Unit, read_unit
-from bushcli.recording.header.vocabulary import plain_name
+from bushcli.recording.header.vocabulary import is_foreign, plain_name
 from bushcli.recording.quantities import CONDITIONS, DYNAMIC, word_set
 from bushcli.recording.text.table import SHOWN, Table, TextTable
 
@@ -47,19 +48,45 @@ _COMPOUND = re.compile(r"(?<=[^\W\d_]{3})(temperatur|frequenz|amplitude|vorlast|
 _LONGEST = 300
 #: Rows in which a decimal sign is looked for.
 _LOOKED_AT = 100
+#: A value of another quantity behind a number and its unit, "500 N @ 23 °C", and one in brackets, "500 N (51 kg)".
+_ALSO = re.compile(
+    rf"[,(\s@]+(?:(?:at|bei)\s+)?(?P<value>(?:[-+]|minus\b)?\s?{DIGITS}\s*(?P<unit>[^\W\d_]+|°\w+)).*"
+)
+_IN_BRACKETS = re.compile(
+    rf"[(\[]\s*[=~≈]?\s*(?P<number>[-+]?{DIGITS})\s*(?P<unit>[^\W\d_]+|[°%]\w*)\s*[)\]]"
+)
+#: Relative difference up to which the value in brackets is the one before it, rounded; and that of temperatures, K.
+_ROUNDED, _ROUNDED_KELVINS = 0.05, 1.0
+#: Quantities that a unit names, and the word for each.
+_BY_UNIT = {"frequency": "frequency", "temperature": "temperature", "preload_force": "preload"}
+#: Words that make a line one about another quantity than the condition that it names.
+_OTHER = word_set(
+    "conditioning conditioned konditionierung konditionierungs storage lagerung lagerungs after before nach vor sensor"
+    " accuracy genauigkeit resolution auflösung stability stabilität calibration kalibrierung kalibrier toleranz grenz"
+    " preconditioning cure curing vulkanisations axial radial torsional conical cardanic kardanisch torsion uniaxial"
+)
 #: Words of a label beside those of its quantity, which change nothing, and words behind the number.
 _ALWAYS = word_set(
-    "test tests prüf versuchs versuch actual measured ist the of at bei in during applied constant konstant"
+    "test tests prüf versuchs versuch actual measured ist the of at bei in during applied constant konstant level"
+    " niveau"
 )
 _BESIDE = {
     "frequency": _ALWAYS | word_set("excitation erreger"),
     "amplitude": _ALWAYS | word_set("excitation erreger vibration sine sinus oscillation motion"),
     "preload": _ALWAYS | word_set("force kraft last displacement weg pre"),
-    "temperature": _ALWAYS | word_set("chamber specimen sample rubber part proben kammer"),
+    "temperature": _ALWAYS
+    | word_set(
+        "chamber specimen sample rubber part proben kammer room ambient raum umgebung umgebungs klimakammer"
+    ),
 }
 _BEHIND = word_set(
     "compression compressive tension tensile druck zug constant const konstant static statisch sinus nominal at bei"
+    " sinusoidal sine sinusförmig hold held holding gehalten haltezeit setpoint sollwert soll"
 )
+
+
+#: Words of the climate behind the number, "23 °C (room temperature), 50 % RH".
+_CLIMATE = word_set("room ambient temperature raumtemperatur rt rh humidity relative rel luftfeuchte feuchte")
 
 
 @dataclass(frozen=True)
@@ -74,12 +101,15 @@ class ConditionLine:
         One of `CONDITIONS`.
     stated : Stated, optional
         What it states; None where it does not do so for certain.
+    doubtful : bool
+        Whether it has a number that is not understood, and no word says that it is another quantity.
     """
 
     line: int
     text: str
     quantity: str
     stated: Stated | None
+    doubtful: bool = False
 
     @property
     def place(self) -> str:
@@ -108,7 +138,8 @@ def condition_line(text: str, decimal: str = "", mode: str = "", line: int = 0) 
         label = _plain_label(labelled["label"]) if labelled else ""
         quantity = meaning(label).quantity
         known = quantity in CONDITIONS and not _unknown_words(label, quantity, "", mode)
-        return ConditionLine(line, text, quantity, None) if known else None
+        has_number = labelled is not None and any(c.isdigit() for c in text[labelled.end("label") :])
+        return ConditionLine(line, text, quantity, None, has_number) if known else None
     unit_text, rest = _unit_behind(match["rest"])
     label = _plain_label(match["label"])
     column = meaning(label, unit_text)
@@ -122,17 +153,22 @@ def condition_line(text: str, decimal: str = "", mode: str = "", line: int = 0) 
     if quantity not in CONDITIONS or (unit is not None and unit.measured not in DYNAMIC[quantity].every_kind):
         return None
     separated = match["sign"].strip() or not re.match(r"[-+±]\s", match["number"])
-    known = separated and not _unknown_words(label, quantity, column.written, mode)
+    unknown = _unknown_words(label, quantity, column.written, mode)
+    known = separated and not unknown
     stated = None
     if unit is not None and known and not (match["tolerance"] and quantity == "amplitude"):
-        peak, sure = _behind(rest if quantity == "amplitude" else _TOLERANCE.sub(" ", rest), unit)
+        number = read_number(match["number"], decimal)
+        behind = _without_repeated(rest, number, unit)
+        peak, sure = _behind(behind if quantity == "amplitude" else _TOLERANCE.sub(" ", behind), unit)
         peak = peak or column.peak
         if "±" in match["number"] or "/" in match["number"]:
             peak = "peak" if peak in ("", "peak") else ""
-        number = read_number(match["number"], decimal)
         stated = Stated(quantity, number, unit, peak, match["number"].strip()) if sure else None
     # A number alone behind words that are unknown, "Temperature sensor 2", is none of a condition.
-    return ConditionLine(line, text, quantity, stated) if known or unit is not None else None
+    if not known and unit is None:
+        return None
+    doubtful = stated is None and not any(word in _OTHER or is_foreign(word) for word in unknown)
+    return ConditionLine(line, text, quantity, stated, doubtful)
 
 
 def states_condition(text: str) -> bool:
@@ -150,7 +186,54 @@ def _statements(text: str) -> list[str]:
     for found in _NEXT.finditer(text):
         label = re.split("[:=]", text[found.end() :], maxsplit=1)[0]
         begins += [found.end()] if meaning(_plain_label(label)).quantity in CONDITIONS else []
-    return [text[begin:end].rstrip(" ,;\t") for begin, end in pairwise([*begins, len(text)])]
+    parts = (text[begin:end].rstrip(" ,;\t") for begin, end in pairwise([*begins, len(text)]))
+    return [statement for part in parts for statement in _with_unlabelled(part)]
+
+
+def _with_unlabelled(text: str) -> list[str]:
+    """Return a statement, and with their labels the values behind it whose unit says that they are another quantity."""
+    match = _LINE.match(text)
+    unit_text, rest = _unit_behind(match["rest"]) if match else ("", "")
+    unit = read_unit(unit_text)
+    if (
+        match is None
+        or unit is None
+        or meaning(_plain_label(match["label"]), unit_text).quantity not in CONDITIONS
+    ):
+        return [text]
+    for also in (found for i in range(len(rest)) if (found := _ALSO.match(rest, i))):
+        between, other = rest[: also.start()], read_unit(also["unit"])
+        plain = plain_name(said_of_peak(between)[1])
+        if set(plain.split()) - _BEHIND or re.search(r"[;\t]", between):
+            break
+        key = _named_by_unit(other)
+        if key and other is not None and other.measured != unit.measured:
+            return [
+                text[: len(text) - len(rest) + also.start()],
+                *_with_unlabelled(f"{key}: {rest[also.start('value') :]}"),
+            ]
+    return [text]
+
+
+def _named_by_unit(unit: Unit | None) -> str:
+    """Return the word of the condition that a unit is enough for; an empty text for other units."""
+    found = (word for key, word in _BY_UNIT.items() if unit and unit.measured in DYNAMIC[key].every_kind)
+    return next(found, "")
+
+
+def _without_repeated(rest: str, number: float, unit: Unit) -> str:
+    """Return a text without a value in brackets that is the number before it in another unit, "500 N (51 kg)"."""
+
+    def repeated(match: re.Match[str]) -> str:
+        other = read_unit({"kg": "kgf"}.get(match["unit"], match["unit"]))
+        if other is None or other.measured != unit.measured or other == unit:
+            return match[0]
+        value = other.factor * read_number(match["number"], ".") + other.zero
+        rounding = _ROUNDED_KELVINS if unit.measured == "temperature" else 0.0
+        same = math.isclose(value, unit.factor * number + unit.zero, rel_tol=_ROUNDED, abs_tol=rounding)
+        return " " if same else match[0]
+
+    return _IN_BRACKETS.sub(repeated, rest)
 
 
 def _is_load(text: str | None) -> bool:
@@ -196,8 +279,8 @@ def _behind(rest: str, unit: Unit) -> tuple[Peak, bool]:
     peak = peak or ("" if plain_name(more) else said)
     for match in _NUMBER.finditer(others):
         kind = read_unit(match["unit"] or "")
-        listed |= kind is None or kind.measured == unit.measured
-    return peak, not (listed or set(plain_name(_NUMBER.sub(" ", others)).split()) - _BEHIND)
+        listed |= kind is None or kind.measured == unit.measured or bool(_named_by_unit(kind))
+    return peak, not (listed or set(plain_name(_NUMBER.sub(" ", others)).split()) - _BEHIND - _CLIMATE)
 
 
 def decimal_of(table: Table, source: DynamicSource) -> str:
@@ -275,6 +358,31 @@ def conditions_between_rows(
             refuse_ambiguous(table, line.stated, line.place)
             stated.append((line.line, line.stated))
     return stated
+
+
+def refuse_doubtful(
+    table: Table, source: DynamicSource, wanted: Collection[str], stated: Collection[str]
+) -> None:
+    """Refuse a table with a line that may state a wanted condition, is not understood, and is the only one that may.
+
+    Parameters
+    ----------
+    table : Table
+    source : DynamicSource
+    wanted : collection of str
+        Conditions that neither the case file nor a column has.
+    stated : collection of str
+        Those that other lines state.
+    """
+    lines = (line for between in (False, True) for line in condition_lines(table, source, between))
+    for line in lines:
+        if line.doubtful and line.quantity in wanted and line.quantity not in stated:
+            what = f"{line.place} may state the {line.quantity.replace('_', ' ')}, and is not understood"
+            # Without a unit that is understood, a preload may be a force or a displacement.
+            keys = ("preload_force", "preload") if line.quantity == "preload" else (line.quantity,)
+            asked = " or ".join(f"{key} = ..." for key in keys)
+            expected = f"{asked} in the recording's table of the case file"
+            raise table.refusal(what, f"{expected}; or delete the line, if it says something else")
 
 
 def remarks_on_lines(table: Table, source: DynamicSource, wanted: Collection[str]) -> Iterator[str]:

@@ -17,19 +17,22 @@ from bushcli.recording.several import BESIDE_LABELS, LABELS, rows_key
 from bushcli.recording.text.rows import SplitRows
 from bushcli.recording.text.table import Table, TextTable
 
-#: Words of a column of directions, channels and specimens, the rows of which are never one table. Rows of several tests
-#: are one, unless they repeat a condition.
-_APART = word_set(
-    "direction dir richtung axis achse orientation mode channel kanal specimen sample part serial probe prüfling"
-    " probekörper éprouvette provino probeta bushing buchse"
+#: Words of a column of tests: rows of several are one table, unless they repeat a condition.
+_OF_TESTS = word_set("id test run curve part versuch kurve messung essai prova ensayo")
+#: Words of a column of directions and specimens, the rows of which are never one table.
+_ALWAYS_APART = (LABELS - _OF_TESTS) | word_set(
+    "direction dir richtung axis achse orientation bushing buchse"
 )
+#: And of one whose rows are one table unless they repeat a condition: a rig has a mode for each range of frequencies.
+_APART = _ALWAYS_APART | word_set("mode channel kanal part")
 
 
 def with_merged_cells(table: Table, taken: Mapping[int, str]) -> Table:
     """Return a table with a value in each empty field of merged cells: that above it.
 
     Cells are merged where at least half of a column is empty, and no value stands directly below the same one. Only
-    conditions, and the names of directions, specimens and tests, are filled so.
+    conditions, and the names of directions, specimens and tests, are filled so. An amplitude may be empty as one of a
+    small vibration, so that single empty fields among its values are none of merged cells.
 
     Parameters
     ----------
@@ -47,6 +50,8 @@ def with_merged_cells(table: Table, taken: Mapping[int, str]) -> Table:
         merged = (
             texts[:1] != [""] and len(texts) <= 2 * empty and all(a != b or not a for a, b in pairwise(texts))
         )
+        if taken.get(column) == "amplitude":
+            merged &= any(not a and not b for a, b in pairwise(texts))
         if merged and (
             taken[column] not in (*MEASURED, *ERRORS) if column in taken else _label_words(table, column)
         ):
@@ -62,8 +67,11 @@ def with_merged_cells(table: Table, taken: Mapping[int, str]) -> Table:
     return replace(table, parts=parts, remarks=(*table.remarks, *remarks))
 
 
-def refuse_several(table: Table, unused: Sequence[int], levels: Sequence[NDArray[np.intp]]) -> None:
+def refuse_mixed_rows(table: Table, unused: Sequence[int], levels: Sequence[NDArray[np.intp]]) -> None:
     """Refuse a table with several directions, channels or specimens, which a column that is not used tells apart.
+
+    Only a column whose name has a word for them, or for tests, does so: a status or a note of each row does not. Unless
+    it is one of directions or specimens, rows of the same conditions must have different labels.
 
     Parameters
     ----------
@@ -79,14 +87,16 @@ def refuse_several(table: Table, unused: Sequence[int], levels: Sequence[NDArray
     for column in unused:
         texts = [table.text(row, column) for row in rows]
         labels = list(dict.fromkeys(text for text in texts if text))
-        apart = bool(_label_words(table, column) & _APART)
+        named = set(plain_name(table.names[column]).split()) & (_APART | LABELS)
+        always = bool(_label_words(table, column) & _ALWAYS_APART)
         # What differs from row to row is a time or a count; numbers may be those of repeated runs.
-        if not 1 < len(labels) <= len(table) / 2 or not (apart or any(text[:1].isalpha() for text in labels)):
+        are_labels = named & _APART or any(text[:1].isalpha() for text in labels)
+        if not (named and are_labels and 1 < len(labels) <= len(table) / 2):
             continue
         of_condition: dict[tuple[int, ...], set[str]] = {}
         for condition, text in zip(conditions, texts, strict=True):
             of_condition.setdefault(condition, set()).update({text} - {""})
-        if apart or any(len(several) > 1 for several in of_condition.values()):
+        if always or any(len(several) > 1 for several in of_condition.values()):
             shown = ", ".join(labels[:4]) + (", ..." if len(labels) > 4 else "")
             what = f"{table.label(column)} tells rows apart ({shown}), and one recording has one of them"
             remedy = (

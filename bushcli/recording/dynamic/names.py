@@ -11,7 +11,7 @@ from bushcli.recording.dynamic.peaks import BEHIND, Peak, said_of_peak
 from bushcli.recording.header.name import heading
 from bushcli.recording.header.units import NO_UNIT, Unit, read_unit
 from bushcli.recording.header.vocabulary import plain_name
-from bushcli.recording.quantities import CONDITIONS, DYNAMIC
+from bushcli.recording.quantities import CONDITIONS, DYNAMIC, word_set
 from bushcli.recording.text.fields import is_thousands
 
 _ERRORS = re.compile(
@@ -42,6 +42,10 @@ _BESIDE = re.compile(rf"±|\+/-|(?<![^\W_]){BEHIND}(?![^\W_])")
 _FUNCTION = re.compile(
     r"(?i)(?<![^\W_])(?:log(?:10|2|e)?|lg|ln|sin|cos|sqrt|exp(?=\s*\()|inv|inverse|reciprocal)(?![^\W_])|^\W*1\s*/(?=\W*[^\W\d])"
 )
+#: Words that may stand between a function and the name of its quantity.
+_BEFORE_QUANTITY = word_set("of the von der des shear tensile complex dynamic dyn abs magnitude")
+#: Quantities that a unit names, whatever the name of the column.
+_BY_UNIT = ("frequency", "temperature", "damping")
 _SYMBOL = re.compile(r"[KCEGkc]")
 #: The parts of a complex stiffness; "im" is a German word as well.
 _PARTS = (
@@ -134,11 +138,8 @@ def meaning(name: str, unit: str = "", decimal: str = "") -> ColumnName:
     quantity = "stiffness" if _OWN.fullmatch(name.strip()) else _quantity(phrase, read)
     quantity = quantity or _quantity(_words(said_of_peak(phrase)[1]), read)
     if not quantity and read is not None:
-        # The unit of these is enough, whatever the name of the column.
-        sure = ("frequency", "temperature", "damping")
-        quantity = next((key for key in sure if read.measured in DYNAMIC[key].every_kind), "")
-    functions = list(_FUNCTION.finditer(name))
-    if functions and meaning(name[functions[-1].end() :]).quantity:
+        quantity = next((key for key in _BY_UNIT if read.measured in DYNAMIC[key].every_kind), "")
+    if _is_function(name, read):
         quantity = ""
     if _ERRORS.search(phrase):
         quantity = f"{quantity}_error" if quantity in ("storage", "loss") else ""
@@ -151,6 +152,27 @@ def meaning(name: str, unit: str = "", decimal: str = "") -> ColumnName:
     # The words of the phrase have no signs, such as that of "(p-p)/2".
     peak = said_of_peak(plain)[0] if quantity == "amplitude" else ""
     return ColumnName(quantity, read, written, peak, modulus, conditions)
+
+
+def _is_function(name: str, unit: Unit | None) -> bool:
+    """Whether a name is that of a function of a quantity, which stands directly behind it: ``1/Kdyn``, ``log10(f)``.
+
+    ``log freq [Hz]`` is none: a logarithm has no Hz, and the word may mean what is logged. The logarithm of a stiffness
+    is often written with the unit of the stiffness.
+    """
+    functions = list(_FUNCTION.finditer(name))
+    rest = name[functions[-1].end() :] if functions else ""
+    quantity = meaning(rest).quantity if rest else ""
+    words = [
+        word for word in re.split(r"[\s_()\[\]/]+", rest) if word and word.lower() not in _BEFORE_QUANTITY
+    ]
+    if not quantity or not words:
+        return False
+    begins = {phrase.split()[0] for phrase in DYNAMIC[quantity].words}
+    if not (words[0].lower() in begins or meaning(words[0]).quantity):
+        return False
+    logged = functions[-1][0].lower() == "log" and not rest.lstrip().startswith("(") and quantity in _BY_UNIT
+    return not (logged and unit is not None and unit.measured in DYNAMIC[quantity].every_kind)
 
 
 def _unit_of(text: str) -> Unit | None:

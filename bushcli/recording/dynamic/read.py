@@ -31,14 +31,15 @@ from bushcli.recording.dynamic.harmonics import LARGEST_DISTORTION, sines
 from bushcli.recording.dynamic.lines import (
     conditions_above,
     conditions_between_rows,
+    refuse_doubtful,
     remarks_on_lines,
     states_condition,
 )
-from bushcli.recording.dynamic.mixed import refuse_several, with_merged_cells
+from bushcli.recording.dynamic.mixed import refuse_mixed_rows, with_merged_cells
 from bushcli.recording.dynamic.names import Stated
 from bushcli.recording.dynamic.peaks import FACTORS, Peak
 from bushcli.recording.dynamic.source import HIGHEST, LOOP_COLUMNS, DynamicSource
-from bushcli.recording.dynamic.stiffness import StiffnessColumns, complex_stiffness
+from bushcli.recording.dynamic.stiffness import StiffnessColumns, complex_stiffness, missing_columns
 from bushcli.recording.dynamic.table import (
     DynamicTable,
     Quantity,
@@ -158,6 +159,8 @@ def _parts(file: Path, source: DynamicSource, tables: TableCache) -> list[TableP
     for table in fitting:
         # A column of conditions alone, such as the mean of all, is no group.
         measured = [group for group in groups(table, source) if set(MEASURED) & set(group.columns)]
+        if not measured:
+            raise missing_columns(table, ())
         taken = {index: key for group in measured for key, (index, _) in group.columns.items()}
         unused = [i for i, name in enumerate(table.names) if name and i not in taken]
         rows = own_rows(with_merged_cells(table, taken), plain)
@@ -167,7 +170,7 @@ def _parts(file: Path, source: DynamicSource, tables: TableCache) -> list[TableP
             part = _part(of_group, group, source)
             values = {key: part.arrays[key] for key in CONDITIONS}
             levels = [level_numbers(own, steps_of_levels(key, own)) for key, own in values.items()]
-            refuse_several(of_group, unused, levels)
+            refuse_mixed_rows(of_group, unused, levels)
             group_parts.append(part)
         if unused:
             remark = f"columns that are not used: {', '.join(table.names[i] for i in unused)}"
@@ -202,6 +205,10 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource) -> TablePart:
     try:
         stated |= conditions_above(table, source, wanted)
         below = conditions_between_rows(table, source, wanted)
+        # A preload is stated once, as a force or as a displacement.
+        first = {c.quantity for line, c in below if line < table.line(0)}
+        settled = {*known, *stated, *first}
+        refuse_doubtful(table, source, wanted, settled | (_PRELOADS if settled & _PRELOADS else set()))
         # An amplitude that is stated between the rows only is asked for, too.
         said = {c.quantity: c for _, c in reversed(below)} | stated
         peak = _peak(table, group, said, source)
@@ -314,6 +321,8 @@ def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source
 def _loops(source: DynamicSource, plain: Source, tables: TableCache) -> list[TablePart]:
     """Return the rows that the sine bursts of a file give."""
     mode = source.deformation
+    # A line between the samples states nothing that holds for some of the bursts only.
+    plain = replace(plain, between=None)
     columns = {key: value for key, value in source.columns.items() if key in LOOP_COLUMNS}
     units = {key: value for key, value in source.units.items() if key in LOOP_COLUMNS}
     try:
@@ -353,8 +362,10 @@ def _loops(source: DynamicSource, plain: Source, tables: TableCache) -> list[Tab
     temperature = source.temperature
     if temperature is None:
         table = tables_of_file(plain, list(columns.values()), tables)
-        above = conditions_above(table, source, ["temperature"]) if isinstance(table, Table) else {}
-        temperature = above["temperature"].value if above else np.nan
+        temperature = math.nan
+        if isinstance(table, Table):
+            temperature = _temperature_of_loops(table, source)
+            remarks += remarks_on_lines(table, source, ["temperature"])
     complex_ = np.array([sine.stiffness for sine in rows])
     arrays = {
         "frequency": np.array([sine.frequency for sine in rows]),
@@ -377,3 +388,19 @@ def _loops(source: DynamicSource, plain: Source, tables: TableCache) -> list[Tab
     )
     modulus: Literal["E", "G", ""] = "" if mode.specimen == "bushing" else "G" if mode.sheared else "E"
     return [TablePart(arrays, places, tuple(remarks), modulus)]
+
+
+def _temperature_of_loops(table: Table, source: DynamicSource) -> float:
+    """Return the temperature, degrees C, that the lines above the samples state, or nan."""
+    wanted = ["temperature"]
+    above = conditions_above(table, source, wanted)
+    stated = [(0, condition) for condition in above.values()]
+    stated += conditions_between_rows(table, source, wanted)
+    refuse_doubtful(table, source, wanted, wanted if stated else ())
+    if stated and (len({condition.value for _, condition in stated}) > 1 or stated[0][0] > table.line(0)):
+        what = f"line {stated[-1][0]} states a temperature of a part of the samples only"
+        expected = (
+            "temperature = ... in the recording's table of the case file, or a file for each temperature"
+        )
+        raise table.refusal(what, expected)
+    return stated[0][1].value if stated else math.nan

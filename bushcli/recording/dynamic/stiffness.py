@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.errors import RecordingError
 from bushcli.recording.dynamic.table import Mask, Text, refuse_rows
 from bushcli.recording.header.vocabulary import plain_name
 from bushcli.recording.text.table import Table
@@ -94,17 +95,7 @@ def complex_stiffness(columns: StiffnessColumns) -> tuple[Array, Array, tuple[st
         values["loss"] = 2.0 * np.pi * columns.frequency * values.pop("damping")
         pair = next((pair for pair in _PAIRS if set(pair) <= set(values)), None)
     if pair is None:
-        have = ", ".join(columns.labels.values()) or "none of them"
-        what = f"K' and K'' need two of |K*|, K', K'', loss angle, tan delta and damping; there is {have}"
-        expected = "columns = {storage = ..., loss = ...} in the case file, if others are meant"
-        # A loss factor in vibration isolation, and Lehr's damping ratio, D = tan(delta)/2 at a resonance, elsewhere.
-        factor = (i for i, name in enumerate(columns.table.names) if "damping factor" in plain_name(name))
-        for i in factor:
-            what += (
-                f"; {columns.table.label(i)} may be the loss factor or the damping ratio, which is half of it"
-            )
-            expected = f"columns = {{tan_delta = {i + 1}}}, if it is the loss factor; if not, double its numbers first"
-        raise columns.table.refusal(what, expected)
+        raise missing_columns(columns.table, columns.labels.values())
     first, second = values[pair[0]], values[pair[1]]
     second = np.tan(second) if pair[1] == "loss_angle" else second
     storage, loss = _SOLVED[pair[0], pair[1].replace("loss_angle", "tan_delta")](first, second)
@@ -118,6 +109,21 @@ def complex_stiffness(columns: StiffnessColumns) -> tuple[Array, Array, tuple[st
             expected = f'{complement}, "loss" if they were measured so'
             raise columns.table.refusal(what, expected)
     return storage, loss, tuple(remarks)
+
+
+def missing_columns(table: Table, labels: Iterable[str]) -> RecordingError:
+    """Return the error about a table without two columns that give K' and K'', from the labels of those it has."""
+    have = ", ".join(labels) or "none of them"
+    what = f"K' and K'' need two of |K*|, K', K'', loss angle, tan delta and damping; there is {have}"
+    expected = "columns = {storage = ..., loss = ...} in the case file, if others are meant"
+    # A loss factor in vibration isolation, and Lehr's damping ratio, D = tan(delta)/2 at a resonance, elsewhere.
+    factor = (i for i, name in enumerate(table.names) if "damping factor" in plain_name(name))
+    for i in factor:
+        what += f"; {table.label(i)} may be the loss factor or the damping ratio, which is half of it"
+        expected = (
+            f"columns = {{tan_delta = {i + 1}}}, if it is the loss factor; if not, double its numbers first"
+        )
+    return table.refusal(what, expected)
 
 
 def _quantity_of_modulus(columns: StiffnessColumns, values: Mapping[str, Array]) -> tuple[str, list[str]]:

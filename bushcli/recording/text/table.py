@@ -51,7 +51,7 @@ class Table(ABC):
     preamble : tuple of (int, str)
         Lines of a text above the header, with their numbers.
     between : tuple of (int, str)
-        Lines of text and comments between the rows, with their numbers.
+        Lines of text and comments between the names and the last row, with their numbers.
     decimal : str
         Decimal sign of its fields.
     origin : Instant, optional

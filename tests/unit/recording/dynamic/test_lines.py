@@ -37,8 +37,9 @@ def refused(folder, text, **given):
         ("Preload: ~500 N", 500.0),
         ("Static preload 1500 N", 1500.0),
         ("Radial preload: 500 N (compression)", 500.0),
-        # A list of what the table has is no condition of all rows.
-        ("Preload: 0,500,1000 N", np.nan),
+        ("Preload: 500 N, 30 s hold", 500.0),
+        ("Preload level: 500 N", 500.0),
+        ("Preload: 500 N (50 kg)", 500.0),
     ],
 )
 def test_numbers_above_a_table_may_have_separators(tmp_path, line, force):
@@ -59,6 +60,19 @@ def test_numbers_above_a_table_may_have_separators(tmp_path, line, force):
         ("Preload (in MN): 0.5", "preload_force", 5e5),
         ("Preload (compression): 500 N +/- 5 N", "preload_force", 500.0),
         ("Preload\tN\t500", "preload_force", 500.0),
+        ("Room temperature: 23 °C", "temperature", 23.0),
+        ("Raumtemperatur: 23 °C", "temperature", 23.0),
+        ("Ambient temperature: 23 °C", "temperature", 23.0),
+        ("Umgebungstemperatur: 23 °C", "temperature", 23.0),
+        ("Temperatur Klimakammer: 23 °C", "temperature", 23.0),
+        ("Chamber temperature: 23.0 °C (setpoint)", "temperature", 23.0),
+        ("Temperature: 23 °C (73 °F)", "temperature", 23.0),
+        ("Temperature: 23 °C (room temperature), humidity 50 %", "temperature", 23.0),
+        ("Amplitude: 0.1 mm (0-p), sinusoidal", "amplitude", 0.1),
+        ("Preload: 500 N @ 23 °C", "preload_force", 500.0),
+        ("Preload: 500 N @ 23 °C", "temperature", 23.0),
+        ("Amplitude: 0.1 mm (peak) at -20 °C, 500 N", "temperature", -20.0),
+        ("Amplitude: 0.1 mm (peak) at -20 °C, 500 N", "preload_force", 500.0),
     ],
 )
 def test_a_line_of_known_words_states_a_condition(tmp_path, line, key, value):
@@ -75,12 +89,10 @@ def test_a_line_of_known_words_states_a_condition(tmp_path, line, key, value):
         ("Lagerungstemperatur: 40 °C", "temperature"),
         ("Temperature limit: 80 °C", "temperature"),
         ("Temperature after test: 31 °C", "temperature"),
-        ("Temperature: 23", "temperature"),
         ("Temperature: RT", "temperature"),
         ("Preload tolerance: 5 N", "preload_force"),
         ("Max preload: 2000 N", "preload_force"),
         ("Axial preload: 300 N", "preload_force"),
-        ("Preload: 200-500 N", "preload_force"),
     ],
 )
 def test_a_line_that_says_more_or_less_states_none_and_is_reported(tmp_path, line, key):
@@ -94,6 +106,30 @@ def test_a_line_that_says_more_or_less_states_none_and_is_reported(tmp_path, lin
     if key == "temperature":
         table = read(tmp_path, f"Temperature: 20 °C\n{line}\n{HEAD}{ROWS}")
         np.testing.assert_allclose(table.temperature, 20.0)
+
+
+@pytest.mark.parametrize(
+    ("line", "key"),
+    [
+        ("Temperature: 23", "temperature"),
+        ("Temperature: 23 °C (40 °C)", "temperature"),
+        ("Preload: 200-500 N", "preload_force"),
+        # A list of what the table has is no condition of all rows.
+        ("Preload: 0,500,1000 N", "preload_force"),
+        ("Preload: 500 N limit 80 °C", "preload_force"),
+    ],
+)
+def test_a_line_that_is_not_understood_is_asked_for_where_nothing_else_states_its_condition(
+    tmp_path, line, key
+):
+    said = refused(tmp_path, f"{line}\n{HEAD}{ROWS}")
+    assert line in said
+    assert f"{key} = ..." in said
+    np.testing.assert_allclose(getattr(read(tmp_path, f"{line}\n{HEAD}{ROWS}", **{key: 7.0}), key), 7.0)
+    other = "Temperature: 20 °C" if key == "temperature" else "Preload: 20 N"
+    table = read(tmp_path, f"{other}\n{line}\n{HEAD}{ROWS}")
+    np.testing.assert_allclose(getattr(table, key), 20.0)
+    assert any(line in remark for remark in table.remarks)
 
 
 def test_a_line_may_state_several_conditions(tmp_path):

@@ -131,6 +131,34 @@ def test_a_triangle_and_a_single_cycle_are_no_bursts(tmp_path):
         written(tmp_path / "b.csv", (t, ramp, 400.0 * ramp))
 
 
+@pytest.mark.parametrize(
+    ("above", "between", "said"),
+    [
+        ("Room temperature: 60 °C\n", "", ""),
+        ("# Temperature: 60 °C\n", "# Temperature: 60 °C\n", ""),
+        ("Storage temperature: 40 °C\n", "", "remark"),
+        ("Temperature: 60-80 °C\n", "", "temperature = ..."),
+        ("", "Temperature: 60 °C\n", "where the rows before have 3"),
+        ("", "# Temperature: 60 °C\n", "a part of the samples only"),
+        ("Temperature: 23 °C\n", "# Temperature: 60 °C\n", "a part of the samples only"),
+    ],
+)
+def test_no_line_about_the_temperature_of_loops_is_lost(tmp_path, above, between, said):
+    path = tmp_path / "loops.csv"
+    samples = [f"{a:.6g},{b:.6g},{c:.6g}\n" for a, b, c in zip(*record(500.0), strict=True)]
+    half = len(samples) // 2
+    head = f"{above}time_s,displacement_mm,force_N\n"
+    path.write_text(f"{head}{''.join(samples[:half])}{between}{''.join(samples[half:])}", encoding="utf-8")
+    if said not in ("", "remark"):
+        with pytest.raises(RecordingError) as error:
+            read_dynamic(DynamicSource("radial", (path,)))
+        assert said in str(error.value)
+        return
+    table = read_dynamic(DynamicSource("radial", (path,)))
+    np.testing.assert_array_equal(table.temperature, np.nan if said else 60.0)
+    assert any("temperature = ..." in remark for remark in table.remarks) == bool(said)
+
+
 def test_a_reversed_force_is_refused(tmp_path):
     time, displacement, force = record(500.0, preload=0.0)
     with pytest.raises(RecordingError, match="runs against the motion"):

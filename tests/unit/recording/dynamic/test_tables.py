@@ -230,6 +230,15 @@ def test_a_line_between_rows_holds_for_the_rows_below_it(tmp_path, line):
     assert "1 field, where the rows before have 3" in refused(tmp_path, text.replace(line, "Sample 2"))
 
 
+@pytest.mark.parametrize("units", ["", "Hz;N/mm;deg\n"])
+@pytest.mark.parametrize("line", ["# Preload: {} N", "Preload: {} N", "Preload;{};N"])
+def test_a_line_between_the_names_and_the_first_row_holds_for_the_rows_below_it(tmp_path, line, units):
+    head = "f;K*;delta\n" if units else "f [Hz];K* [N/mm];delta [deg]\n"
+    blocks = [f"{line.format(force)}\n1;500;5\n10;550;7\n" for force in (500, 800)]
+    for text in (head + units + "".join(blocks), f"Preload: 100 N\n{head}{units}{''.join(blocks)}"):
+        np.testing.assert_allclose(read(tmp_path, text).preload_force, [500, 500, 800, 800])
+
+
 def test_a_preload_below_the_rows_of_another_kind_ends_that(tmp_path):
     head, rows_of = "f [Hz];K* [N/mm];delta [deg]\n", "1;500;5\n10;550;7\n"
     text = f"Preload: 500 N\nAmplitude: 0.2 mm p-p\n{head}{rows_of}Preload: 2 mm\nAmplitude: 0.2 mm peak\n{rows_of}"
@@ -350,7 +359,9 @@ SEVERAL = {
     "direction": ("axial", "radial"),
     "Specimen No": ("1", "2"),
     "Channel": ("Z", "X"),
-    "Note": ("new", "aged"),
+    "Mode": ("axial", "radial"),
+    "Test direction": ("axial", "radial"),
+    "Load direction": ("axial", "radial"),
     "Run": ("a", "b"),
 }
 
@@ -373,7 +384,13 @@ def test_runs_that_are_counted_are_one_table(tmp_path):
     assert len(read(tmp_path, text)) == 4
 
 
-@pytest.mark.parametrize("name", ["Run", "Note"])
+@pytest.mark.parametrize("name", ["Status", "Note", "Remark"])
+def test_a_status_of_repeated_rows_tells_none_apart(tmp_path, name):
+    head = f"{name};f [Hz];K* [N/mm];delta [deg]\n"
+    assert len(read(tmp_path, head + "ok;1;500;5\nok;10;550;7\nretry;1;501;5\nok;10;551;7\n")) == 4
+
+
+@pytest.mark.parametrize("name", ["Run", "Note", "Mode", "Part", "Channel"])
 def test_a_text_beside_rows_of_other_conditions_tells_none_apart(tmp_path, name):
     head = f"{name};T [°C];f [Hz];K* [N/mm];delta [deg]\n"
     text = head + "a;0;1;500;5\na;0;10;550;7\nb;40;1;400;5\nb;40;10;450;7\n"
@@ -386,6 +403,11 @@ def test_merged_cells_of_a_condition_hold_downwards(tmp_path):
     table = read(tmp_path, text)
     np.testing.assert_allclose(table.preload_force, [0, 0, 500, 500])
     assert any("Preload" in remark and "2 empty fields" in remark for remark in table.remarks)
+    # Every other amplitude is empty: one of a small vibration, or missing.
+    amplitudes = "A peak [mm];f [Hz];K* [N/mm];delta [deg]\n0.1;1;500;5\n;10;550;7\n0.2;1;600;5\n;10;650;7\n"
+    assert "a field is empty" in refused(tmp_path, amplitudes)
+    merged = amplitudes + ";50;700;8\n"
+    np.testing.assert_allclose(read(tmp_path, merged).amplitude, [0.1, 0.1, 0.2, 0.2, 0.2])
     # A field that is missing among others is none of merged cells, and neither is a measured one.
     assert "a field is empty" in refused(tmp_path, head + "a;0;1;500;5\na;;10;550;7\na;500;1;600;5\n")
     assert "a field is empty" in refused(tmp_path, head + "a;0;1;500;5\na;0;10;;7\na;0;20;;7\n")
@@ -396,6 +418,8 @@ def test_rows_of_delimiters_and_conditions_without_values_are_empty(tmp_path):
     table = read(tmp_path, text)
     np.testing.assert_allclose(table.stiffness, [500, 550])
     assert np.isnan(table.amplitude).all()
+    # A column that the case file names must have the values.
+    assert "a field is empty" in refused(tmp_path, text, columns={"amplitude": 2}, amplitude_is="peak")
 
 
 @pytest.mark.parametrize(
@@ -514,6 +538,11 @@ def test_one_measured_column_is_not_enough(tmp_path):
     )
 
 
+def test_a_table_whose_only_stiffness_is_chosen_as_a_condition_has_none(tmp_path):
+    text = "frequency_Hz,Kdyn [N/mm],Other\n1,500,1\n10,520,2\n"
+    assert "need two of |K*|" in refused(tmp_path, text, columns={"temperature": "Kdyn"})
+
+
 def test_a_set_value_is_not_the_measured_one(tmp_path):
     text = "f [Hz],Amplitude target peak [mm],Amplitude actual peak [mm],K' [N/mm],K'' [N/mm]\n"
     text += "1,0.1,0.09,500,50\n2,0.1,0.09,500,50\n"
@@ -539,6 +568,15 @@ def test_two_columns_of_one_quantity_are_asked_for(tmp_path):
         ("K(dyn) [N/mm]", "stiffness", "stiffness", ""),
         ("频率（Hz）", "frequency", "frequency", ""),
         ("Oscillation strain %", "amplitude", "strain", ""),
+        # A logarithm has no Hz, and a function stands directly before its quantity.
+        ("log freq [Hz]", "frequency", "frequency", ""),
+        ("Inverse FFT frequency [Hz]", "frequency", "frequency", ""),
+        ("log freq", "", None, ""),
+        ("log10(Frequency) [Hz]", "", "frequency", ""),
+        ("log(freq) [Hz]", "", "frequency", ""),
+        ("log10 freq [Hz]", "", "frequency", ""),
+        ("log shear modulus [MPa]", "", "stress", ""),
+        ("1/Kdyn [N/mm]", "", "stiffness", ""),
         # The force of a rig is no frequency, although f is the symbol of one; "dyn" is no unit.
         ("F_dyn [N]", "", "force", ""),
     ],
