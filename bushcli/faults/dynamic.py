@@ -17,10 +17,8 @@ from numpy.typing import NDArray
 
 from bushcli.errors import count_of
 from bushcli.faults.fault import MENTIONED, WRONG, DataFault, chance_in_words
-from bushcli.faults.off_curve import rows_off_curve
 from bushcli.faults.scale import unit_stiffness
 from bushcli.recording.dynamic.table import DynamicTable
-from bushcli.recording.header.units import read_unit
 from cases.mode import modes
 from geometry.shape import Shape
 
@@ -84,6 +82,9 @@ def table_faults(shape: Shape, tables: Sequence[DynamicTable]) -> tuple[DataFaul
     """
     faults: list[DataFault] = []
     for table in tables:
+        # It loads SciPy's special functions: only where there is a table.
+        from bushcli.faults.off_curve import rows_off_curve
+
         off_curve = rows_off_curve(table)
         candidates = [*_unit(shape, table, off_curve), *_travel(shape, table)]
         if off_curve.any():
@@ -254,6 +255,9 @@ def _unit(shape: Shape, table: DynamicTable, off_curve: NDArray[np.bool_]) -> It
 
 def _other_units(table: DynamicTable, factor: float) -> str:
     """Return the key of the case file that makes the numbers of the file larger by a factor."""
+    # Only here: nothing else at start needs to read units.
+    from bushcli.recording.header.units import read_unit
+
     names: dict[str, str] = {}
     for key in (key for key in _SIZES if key in table.units):
         own = table.units[key]

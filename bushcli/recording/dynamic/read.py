@@ -187,16 +187,9 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource) -> TablePart:
     """Return the rows of a group of columns, in internal units."""
     if not len(table):
         raise table.refusal("has a group of columns without values")
-    remarks = list(table.remarks)
-    arrays: dict[str, Array] = {}
     # All that is asked is asked at once.
-    asked: list[Problem] = []
-    for quantity, (index, column) in group.columns.items():
-        try:
-            arrays[quantity], remark = numbers(table, index, column, quantity, source)
-            remarks += [remark] if remark else []
-        except RecordingError as error:
-            asked += error.problems
+    arrays, of_columns, asked = _columns(table, group, source)
+    remarks = [*table.remarks, *of_columns]
     stated = dict(group.conditions)
     known = {*group.columns, *stated, *(key for key in CONDITIONS if getattr(source, key) is not None)}
     wanted = [key for key in CONDITIONS if key not in known]
@@ -236,6 +229,22 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource) -> TablePart:
     modulus: Literal["E", "G", ""] = next(iter(moduli)) if len(moduli) == 1 else ""
     units = {key_of_unit(key): unit_of(group.columns[key][1], key, source) for key in measured}
     return TablePart(arrays, places, (*remarks, *said_of), modulus, "" if peak == "rms" else peak, units)
+
+
+def _columns(
+    table: Table, group: ColumnGroup, source: DynamicSource
+) -> tuple[dict[str, Array], list[str], list[Problem]]:
+    """Return the numbers (n,) of each column by quantity, in internal units, remarks, and what is asked about them."""
+    arrays: dict[str, Array] = {}
+    remarks: list[str] = []
+    asked: list[Problem] = []
+    for quantity, (index, column) in group.columns.items():
+        try:
+            arrays[quantity], remark = numbers(table, index, column, quantity, source)
+            remarks += [remark] if remark else []
+        except RecordingError as error:
+            asked += error.problems
+    return arrays, remarks, asked
 
 
 def _refuse_frequencies(
@@ -325,21 +334,7 @@ def _loops(source: DynamicSource, plain: Source, tables: TableCache) -> list[Tab
     plain = replace(plain, between=None)
     columns = {key: value for key, value in source.columns.items() if key in LOOP_COLUMNS}
     units = {key: value for key, value in source.units.items() if key in LOOP_COLUMNS}
-    try:
-        record = read_recording(replace(plain, columns=columns, units=units), tables)  # type: ignore[arg-type]
-    except RecordingError as error:
-        if columns:
-            raise
-        what = "is no table of dynamic stiffness (frequency, and two of |K*|, K', K'', loss angle, tan delta, damping)"
-        what += f"; and as loops of time, displacement and force it cannot be read: {error}"
-        keys = "columns = {frequency = ..., storage = ..., loss = ...}"
-        expected = f"{keys} in the recording's table of the case file"
-        raise plain.refusal(what, expected) from None
-    if record.time is None:
-        what = "has loops without a time, so that their frequency is not known"
-        raise plain.refusal(what, "columns = {time = ...} in the case file")
-    time, moved, force = record.time, record.displacement, record.force
-    stretches = sines(time, moved, force)
+    stretches = sines(*_samples(replace(plain, columns=columns, units=units), tables))  # type: ignore[arg-type]
     fitted = [fit for stretch in stretches for fit in stretch]
     rows = [fit for fit in fitted if not fit.distortion > LARGEST_DISTORTION]
     unsteady = sum(not stretch for stretch in stretches)
@@ -388,6 +383,24 @@ def _loops(source: DynamicSource, plain: Source, tables: TableCache) -> list[Tab
     )
     modulus: Literal["E", "G", ""] = "" if mode.specimen == "bushing" else "G" if mode.sheared else "E"
     return [TablePart(arrays, places, tuple(remarks), modulus)]
+
+
+def _samples(source: Source, tables: TableCache) -> tuple[Array, Array, Array]:
+    """Return time, displacement and force, (n,) each, of a file of loops."""
+    try:
+        record = read_recording(source, tables)
+    except RecordingError as error:
+        if source.columns:
+            raise
+        what = "is no table of dynamic stiffness (frequency, and two of |K*|, K', K'', loss angle, tan delta, damping)"
+        what += f"; and as loops of time, displacement and force it cannot be read: {error}"
+        keys = "columns = {frequency = ..., storage = ..., loss = ...}"
+        expected = f"{keys} in the recording's table of the case file"
+        raise source.refusal(what, expected) from None
+    if record.time is None:
+        what = "has loops without a time, so that their frequency is not known"
+        raise source.refusal(what, "columns = {time = ...} in the case file")
+    return record.time, record.displacement, record.force
 
 
 def _temperature_of_loops(table: Table, source: DynamicSource) -> float:

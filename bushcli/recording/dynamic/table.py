@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError, count_of
-from bushcli.recording.header.units import Unit
 from bushcli.recording.quantities import CONDITIONS
 from bushcli.recording.source import FaultKind
+
+if TYPE_CHECKING:
+    # Its tables of spellings serve recordings alone.
+    from bushcli.recording.header.units import Unit
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
