@@ -217,7 +217,7 @@ def direct(
     if not response.complete or sum(len(vibration.table) for vibration in vibrations) < sum(map(len, read)):
         return NOT_CONVERGED
     good = all(misfit.within for misfit in compared.values())
-    good = good and all(vibration.stiffness_percent <= case.tolerance.percent for vibration in vibrations)
+    good = good and all(vibration.within(case.tolerance) for vibration in vibrations)
     return NEGATIVE if strict and not good else DONE
 
 

@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bushcli.effects.active import ActiveEffect
-from bushcli.effects.assembly import features_of
 from bushcli.effects.effect import Effect, effect_in_force_law
 from bushcli.recording.dynamic.rows import RecordedTable
-from bushcli.selection.columns import temperatures, trials
+from bushcli.selection.columns import trials
 from bushcli.selection.derivatives import Derivatives
 from bushcli.selection.model import Key, Model
 from bushcli.selection.predict import Beside
 from bushcli.selection.queued import Queued, slack_of
 from bushcli.selection.state import CommonData, State
-
-Array = NDArray[np.float64]
 
 # Moduli of all branches together over the law's where their fit begins: what tables of filled rubber show in three
 # decades is 0.1 to 0.6.
@@ -98,9 +94,12 @@ def relaxing_models(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> It
         values |= {f"g{i}": START / count for i in range(1, count + 1)}
         model = replace(model, effects=(ActiveEffect(maxwell, values).with_start_values(),))
         yield model
-    relaxed, spectrum = [model], None
+    relaxed = [model]
     if maxwell in catalogue:
-        model = spectrum = replace(model, effects=(_spectrum(maxwell, fast, slow),))
+        # A decade more to each side.
+        decades = math.log10(slow / fast) + 2.0
+        values = {"g1": START / decades, "tau1": 10.0 * slow, "decades": decades, "slope": 0.0}
+        model = replace(model, effects=(ActiveEffect(maxwell, values).with_start_values(),))
         yield model
         relaxed.append(model)
     thinned = [
@@ -122,31 +121,7 @@ def relaxing_models(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> It
             for trial in trials(case, beside, warm, recordings, shear)[0]:
                 start = {name: warm.parameter(name).start for name in trial.amplitudes}
                 active = replace(trial.active, values=dict(trial.active.values) | start)
-                if spectrum is not None and beside.structure == spectrum.structure:
-                    # Fitted without the shift it is as narrow as one temperature: it begins as wide as all show it.
-                    times = _times_at_reference(active, temperatures(case, vibrating).values(), fast, slow)
-                    beside = replace(spectrum, effects=(_spectrum(effect_in_force_law("maxwell"), *times),))
                 yield replace(trial, active=active).add_to(beside)
-
-
-def _spectrum(maxwell: Effect, fast: float, slow: float) -> ActiveEffect:
-    """Return a flat spectrum over relaxation times, s, and a decade more to each side."""
-    decades = math.log10(slow / fast) + 2.0
-    values = {"g1": START / decades, "tau1": 10.0 * slow, "decades": decades, "slope": 0.0}
-    return ActiveEffect(maxwell, values).with_start_values()
-
-
-def _times_at_reference(
-    warm: ActiveEffect, degrees: Iterable[Array], fast: float, slow: float
-) -> tuple[float, float]:
-    """Return the shortest and the longest relaxation time, s, at the reference, that rows of all temperatures show."""
-    ends = np.concatenate(list(degrees))
-    slower = []
-    for end in (ends.min(), ends.max()):
-        (item,) = features_of([replace(warm, temperature=float(end))])
-        assert item.feature.heated is not None
-        slower.append(float(item.feature.heated(item.values, item.temperature)[2]))
-    return fast / max(slower), slow / min(slower)
 
 
 def unthinned(model: Model, catalogue: Collection[Effect]) -> Iterator[Model]:

@@ -11,6 +11,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.case import Case, DynamicTest, Material, checks
+from bushcli.case.tolerance import Tolerance
 from bushcli.effects.active import ActiveEffect, effects_on_channel, in_state, require_values
 from bushcli.effects.assembly import features_of
 from bushcli.effects.rig import has_slope, measured_stiffness
@@ -71,6 +72,10 @@ class ComparedTable:
     def stiffness_percent(self) -> float:
         """Root mean square of the misfit of |K*|, relative to the measured one, in %."""
         return 100.0 * float(np.sqrt(np.mean((np.abs(self.simulated) / self.table.stiffness - 1.0) ** 2)))
+
+    def within(self, tolerance: Tolerance) -> bool:
+        """Whether the misfit of |K*| is within a tolerance."""
+        return self.stiffness_percent <= tolerance.percent
 
     @property
     def loss_angle_deg(self) -> float:

@@ -76,7 +76,7 @@ def direct_document(result: DirectResult) -> Document:
     return Document(
         headline,
         [*verdict.lines, *misfit_lines(compared, tolerance)],
-        "bad" if any(table.stiffness_percent > tolerance.percent for table in compared) else verdict.tone,
+        verdict.tone if all(table.within(tolerance) for table in compared) else "bad",
         sections,
         result.conditions,
         conditions(response.case, response.material),

@@ -160,10 +160,11 @@ def misfit_lines(compared: Sequence[ComparedTable], tolerance: Tolerance | None 
     """Return a sentence with the misfit of each table, and whether it is accepted."""
     lines = []
     for comparison in compared:
-        stiffness = comparison.stiffness_percent
-        line = f"{comparison.table.name}: dynamic stiffness within {percent(stiffness)} and "
+        line = (
+            f"{comparison.table.name}: dynamic stiffness within {percent(comparison.stiffness_percent)} and "
+        )
         line += f"{number(comparison.loss_angle_deg)} degrees of its table (rms)"
-        if tolerance is not None and stiffness > tolerance.percent:
+        if tolerance is not None and not comparison.within(tolerance):
             line += f", which is not within the accepted {tolerance.text}"
         lines.append(f"{line}.")
     return lines
