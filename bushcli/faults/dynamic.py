@@ -57,6 +57,9 @@ _UNITS = (
 #: The change of stiffness per kelvin in a step of temperature lies within this factor of the geometric mean of those in
 #: the steps beside it: between glass and rubber it changes fivefold from one step of 20 K to the next.
 _STEADY = 15.0
+#: Change of ln K* per kelvin and radian of the angle at the glass transition: 2 / pi of ln 10 C1 / C2 with the universal
+#: constants (Williams, Landel and Ferry 1955, doi:10.1021/ja01619a008).
+_FASTEST = 2.0 / np.pi * np.log(10.0) * 17.44 / 51.6
 #: Sweeps at two temperatures that differ by less are the same.
 _SAME = 0.03
 #: Rows after a larger amplitude are softer than those before it where the mean of at least so many is beyond so many of
@@ -334,29 +337,33 @@ def _temperatures(whole: DynamicTable, off_curve: NDArray[np.bool_]) -> Iterator
     temperatures = np.array([float(np.mean(table.temperature[rows])) for rows in curves])
     if (np.diff(temperatures) < 1.0).any():
         return  # several amplitudes or preloads at one temperature
-    # Mean difference of ln |K*| of neighbouring curves over the range that both have.
-    change = np.full(len(curves) - 1, np.nan)
+    # Difference of ln K* of neighbouring curves, rms over the range that both have: where rubber turns from glass to an
+    # entropic spring, a modulus passes a minimum over the temperature, but its angle still falls. It is the shift of
+    # the times by the slope over the logarithm of frequency, which is 2 / pi of the angle: none on a plateau (Booij and
+    # Thoone 1982, doi:10.1007/BF01535661).
+    change, angle = np.full((2, len(curves) - 1), np.nan)
     ordered = [rows[np.argsort(over[rows])] for rows in curves]
     for k, (colder, warmer) in enumerate(pairwise(ordered)):
         low, high = max(over[colder[0]], over[warmer[0]]), min(over[colder[-1]], over[warmer[-1]])
-        x, values = np.linspace(low, high, 20), np.log(table.stiffness)
+        x, values = np.linspace(low, high, 20), np.log(table.storage + 1j * table.loss)
         if high > low:
             pair = [np.interp(x, over[rows], values[rows]) for rows in (colder, warmer)]
-            change[k] = np.mean(pair[1] - pair[0])
-    rate = np.maximum(np.abs(change), 1e-4) / np.diff(temperatures)
+            change[k] = np.sqrt(np.mean(np.abs(pair[1] - pair[0]) ** 2))
+            angle[k] = np.sqrt(np.mean(np.imag(pair) ** 2))
+    rate = np.maximum(change, 1e-4) / np.maximum(angle, 1e-6) / np.diff(temperatures)
     for k in range(len(rate)):
         beside = [rate[j] for j in (k - 1, k + 1) if 0 <= j < len(rate)]
         if len(beside) == 1:
             # At the end of the range the trend of the two steps before it goes on.
             near, next_one = (k - 1, k - 2) if k else (1, 2)
             beside = [rate[near] * min(rate[near] / rate[next_one], 1.0)]
-        expected = float(np.exp(np.mean(np.log(beside))))
-        if rate[k] * _STEADY < expected and abs(change[k]) < _SAME:
+        expected = min(float(np.exp(np.mean(np.log(beside)))), _FASTEST)
+        if rate[k] * _STEADY < expected and change[k] < _SAME:
             rows = np.zeros(len(whole), dtype=bool)
             where = (
                 f"the sweeps at {temperatures[k]:.4g} and {temperatures[k + 1]:.4g} degrees C agree "
-                f"within {100 * abs(change[k]):.1f} %, "
-                f"where the stiffness changes by {100 * expected:.1f} % per kelvin beside them"
+                f"within {100 * change[k]:.1f} %, "
+                f"where those beside them let expect a change of {100 * expected * angle[k]:.1g} % per kelvin"
             )
             remedy = "one of them was probably not measured at its temperature: ask the laboratory, or leave one out"
             yield DataFault(table.name, "temperature", where, remedy, False, rows)

@@ -147,6 +147,30 @@ def test_two_sweeps_that_agree_beside_others_that_do_not_are_named(at):
     assert all(len(fault.samples) == len(table) for fault in found)
 
 
+@pytest.mark.parametrize("exponent", [0.0, 1.0])
+@pytest.mark.parametrize("beta", [0.25, 0.5])
+@pytest.mark.parametrize(
+    "temperatures", [[-40, -30, -10, 0, 10, 60, 80], [-40, -10, 60, 100], [-20, 0, 23, 40, 60, 100]]
+)
+def test_sweeps_on_the_plateaus_of_rubber_agree_rightly(temperatures, beta, exponent):
+    """Beyond the transition, or where the fall of it and the rise of an ideal network cancel, nothing changes."""
+    rng, f = np.random.default_rng(4), np.geomspace(1.0, 100.0, 8)
+    T, frequency = (a.ravel().astype(float) for a in np.meshgrid(temperatures, f, indexing="ij"))
+    shift = 10.0 ** (-12.0 * (T - 20.0) / (80.0 + T - 20.0))
+    w = (2j * np.pi * frequency * 1e-3 * shift) ** beta
+    K = 300.0 * ((T + 273.0) / 296.0) ** exponent * (1.0 + 5.0 * w / (1.0 + w))
+    K = K * np.exp(0.005 * rng.normal(size=len(K)) + 0.003j * rng.normal(size=len(K)))
+    none = np.full(len(K), np.nan)
+    table = replace(
+        sweeps([20.0], 100.0, quantity="stiffness", mode="axial"), frequency=frequency, storage=K.real
+    )
+    table = replace(
+        table, loss=np.abs(K.imag), temperature=T, amplitude=none, preload=none, preload_force=none
+    )
+    table = replace(table, storage_error=none, loss_error=none, third_harmonic=none, places=())
+    assert "temperature" not in kinds(table)
+
+
 @pytest.mark.parametrize("mass", [0.0, 0.3, -0.6])
 def test_inertia_of_a_fixture_is_no_row_off_its_curve(mass):
     """A clamp of 0.3 kg takes 3,000 N/mm down to 2,250 N/mm at 250 Hz; a wrong row is still found."""
