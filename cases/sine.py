@@ -1,7 +1,7 @@
 """Harmonics of a spectrum of Maxwell branches on a clock of time and path, in a steady sine.
 
-In one dimension the branches obey dh_k = d gamma - h_k dz / tau_k on the clock dz = dt + c (a0 + a)^m |d gamma|, and a
-is the amplitude of the sine. Between two reversals the clock is known, the equations are linear, and h changes its sign
+In one dimension the branches obey dh_k = d gamma - h_k dz / tau_k on the clock
+dz = (1 + b (a0 + a)^m) dt + c (a0 + a)^m |d gamma|, and a is the amplitude of the sine. Between two reversals the clock is known, the equations are linear, and h changes its sign
 from one reversal to the next: half a cycle is integrated exactly for a strain that is linear within its steps.
 The clock stands still at the reversals and runs fastest in between. With its mean speed in its place, which would have
 a closed form, the loss would be up to 30 % higher.
@@ -43,6 +43,8 @@ class ThinnedSpectrum:
         c, s.
     offset, exponent : float
         a0 and m.
+    pace : float
+        b, 1.
     """
 
     moduli: Array
@@ -50,14 +52,15 @@ class ThinnedSpectrum:
     path: float
     offset: float
     exponent: float
+    pace: float = 0.0
 
     def branches(self) -> list[tuple[float, float]]:
         """Return modulus and relaxation time (s) of each branch in a motion without amplitude."""
         return list(zip(map(float, self.moduli), map(float, self.times), strict=True))
 
-    def speed(self, amplitude: Array) -> Array:
-        """Return how far the clock runs per unit of shear strain, s."""
-        return np.asarray(self.path * (self.offset + amplitude) ** self.exponent)
+    def thinning(self, amplitude: Array) -> Array:
+        """Return what path and pace are multiplied by at an amplitude, shape (n,)."""
+        return np.asarray((self.offset + amplitude) ** self.exponent)
 
     def harmonics(
         self, amplitude: Array, frequency: Array | float, third: bool = True
@@ -73,9 +76,10 @@ class ThinnedSpectrum:
         third : bool
             Whether the third harmonic is asked for; else the first one is alone.
         """
+        thinning = self.thinning(amplitude)
         numbers = (
-            1.0 / (2.0 * np.pi * np.asarray(frequency))[..., None] / self.times,
-            (amplitude * self.speed(amplitude))[:, None] / self.times,
+            ((1.0 + self.pace * thinning) / (2.0 * np.pi * np.asarray(frequency)))[..., None] / self.times,
+            (amplitude * self.path * thinning)[:, None] / self.times,
         )
         limits = 10.0**-DECADES, 10.0**DECADES
         places = [PER_DECADE * (np.log10(np.clip(values, *limits)) + DECADES) for values in numbers]

@@ -2,11 +2,11 @@
 
 While filled rubber moves, it relaxes faster than at rest, the more so the larger the motion has been. In a step
 
-    z = dt + path (offset + a)^exponent p
+    z = dt + (offset + a)^exponent (path p + pace dt)
 
 passes on the clock, with p the path of local shear strain in the step and a half of the range of strain so far. At rest
-branches on it are viscous; in fast cycles their loops do not depend on the rate, and their stiffness falls with
-amplitude. All branches follow one clock, which is a `Branch` of its own and comes before them.
+branches on it are viscous; without a pace their loops do not depend on the rate in fast cycles, and their stiffness
+falls with amplitude. All branches follow one clock, which is a `Branch` of its own and comes before them.
 
 The distance between two states of strain, for p and for the range, is `forms.symmetric.distance`. The range so far is
 the diameter of a surface in strain space with centre Xi and radius a: a strain that leaves it by x enlarges the radius
@@ -67,7 +67,7 @@ def spectrum(g: Scalar, tau: Scalar, decades: Scalar, slope: Scalar) -> tuple[Ar
 
 
 def contribution(
-    step: Step, *, path: Scalar, offset: Scalar, exponent: Scalar, fading: Scalar
+    step: Step, *, path: Scalar, offset: Scalar, exponent: Scalar, fading: Scalar, pace: Scalar
 ) -> Contribution:
     """Return the time that passes on the clock in a step, s, in the place of an energy.
 
@@ -83,37 +83,41 @@ def contribution(
         Power of the amplitude.
     fading : Scalar
         Rate at which the range so far is forgotten, 1/s.
+    pace : Scalar
+        Time on the clock per time at an amplitude of 1, a ratio.
     """
-    passed, *_ = _clock_advance(step, path, offset, exponent, fading)
+    passed, *_ = _clock_advance(step, path, offset, exponent, fading, pace)
     return Contribution(passed, step.strain.variables, ufl.as_ufl(0.0))
 
 
-def update(step: Step, *, path: Scalar, offset: Scalar, exponent: Scalar, fading: Scalar) -> Internal:
+def update(
+    step: Step, *, path: Scalar, offset: Scalar, exponent: Scalar, fading: Scalar, pace: Scalar
+) -> Internal:
     """Return what passed on the clock in the step, and strain, centre and radius at its end.
 
     Parameters
     ----------
     step : Step
         State at the beginning and strain at the end of the step.
-    path, offset, exponent, fading : Scalar
+    path, offset, exponent, fading, pace : Scalar
         As in `contribution`.
     """
-    passed, beyond, apart = _clock_advance(step, path, offset, exponent, fading)
+    passed, beyond, apart = _clock_advance(step, path, offset, exponent, fading, pace)
     Xi, radius = _faded_range(step, fading)
     centre = interpolate(Xi, step.isochoric, beyond / (2 * (apart + ROUNDED)))
     return {"passed": passed, "C": step.isochoric, "Xi": centre, "radius": radius + beyond / 2}
 
 
 def _clock_advance(
-    step: Step, path: Scalar, offset: Scalar, exponent: Scalar, fading: Scalar
+    step: Step, path: Scalar, offset: Scalar, exponent: Scalar, fading: Scalar, pace: Scalar
 ) -> tuple[Scalar, Scalar, Scalar]:
     """Return the clock's advance, how far the strain leaves its previous range, and its distance from the centre."""
     Xi, radius = _faded_range(step, fading)
     way, apart = (distance(tensor, step.isochoric) for tensor in (step.internal["C"], Xi))
     beyond = ufl.max_value(apart - radius, 0)
     # The mean of the radii at beginning and end.
-    speed = path * ufl.exp(exponent * ufl.ln(offset + radius + beyond / 4))
-    return step.duration + speed * way, beyond, apart
+    thinning = ufl.exp(exponent * ufl.ln(offset + radius + beyond / 4))
+    return step.duration + thinning * (pace * step.duration + path * way), beyond, apart
 
 
 def _faded_range(step: Step, fading: Scalar) -> tuple[Symmetric, Scalar]:
@@ -125,8 +129,8 @@ def _faded_range(step: Step, fading: Scalar) -> tuple[Symmetric, Scalar]:
 BRANCH = Branch(
     name="payne",
     summary="clock of time and path, for the branches after it",
-    parameters=("path", "offset", "exponent", "fading"),
-    typical={"path": 1e3, "offset": 1e-3, "exponent": 1.0, "fading": 1e-3},
+    parameters=("path", "offset", "exponent", "fading", "pace"),
+    typical={"path": 1e3, "offset": 1e-3, "exponent": 1.0, "fading": 1e-3, "pace": 1.0},
     internal={"passed": "scalar", "C": "tensor", "Xi": "tensor", "radius": "scalar"},
     contribution=contribution,
     update=update,

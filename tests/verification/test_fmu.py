@@ -385,7 +385,7 @@ def test_a_maxwell_branch_and_a_slider_have_their_closed_forms():
 
 def test_branches_on_a_clock_are_those_of_the_law_in_one_dimension():
     """A ramp, a hold, small cycles and one beyond the range so far, against steps so small that no rule matters."""
-    clock = {"path": 300.0, "offset": 0.01, "exponent": 1.3, "fading": 0.1}
+    clock = {"path": 300.0, "offset": 0.01, "exponent": 1.3, "fading": 0.1, "pace": 8.0}
     branches, per_mm = [[0.3, 20.0], [0.5, 0.2]], 0.1
     data = {"displacement": [-1.0, 1.0], "force": [0.0, 0.0], "force_slope": [0.0, 0.0]}
     data |= {"elastic": [-10.0, 10.0], "elastic_slope": [10.0, 10.0], "maxwell": [], "sliders": []}
@@ -400,7 +400,8 @@ def test_branches_on_a_clock_are_those_of_the_law_in_one_dimension():
             centre, half = centre + (x - centre) * clock["fading"] * dt, half * (1.0 - clock["fading"] * dt)
             beyond = max(abs(x + dx - centre) - half, 0.0)
             centre, half = centre + np.sign(x + dx - centre) * beyond / 2, half + beyond / 2
-            z = dt + clock["path"] * (clock["offset"] + half) ** clock["exponent"] * abs(dx)
+            thinning = (clock["offset"] + half) ** clock["exponent"]
+            z = dt + thinning * (clock["path"] * abs(dx) + clock["pace"] * dt)
             h = (h + dx / 2) * np.exp(-z / np.array([tau for _, tau in branches])) + dx / 2
         exact.append(10.0 / per_mm * h @ [g for g, _ in branches])
         for i in range(1, 9):
@@ -422,7 +423,7 @@ bulk_modulus = 500.0
 C10 = 0.5
 [[effects]]
 name = "payne"
-parameters = { g = 0.5, tau = 20.0, decades = 4.0, slope = -0.1, path = 3e3, offset = 0.02, exponent = 1.5 }
+parameters = { g = 0.5, tau = 20.0, decades = 4.0, slope = -0.1, path = 3e3, offset = 0.02, exponent = 1.5, pace = 20.0 }
 [[load_cases]]
 mode = "axial"
 path = [0, 2, -2, 0]

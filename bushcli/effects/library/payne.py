@@ -2,9 +2,10 @@
 
 A spectrum of Maxwell branches beside the law, with relaxation times from tau 10^-decades to tau (s, at rest), whose
 modulus per decade is g time^slope times the law's initial shear modulus, time in s. Its clock runs with time and with
-the path of local shear strain: dz = dt + path (offset + a)^exponent |d gamma|, with a half of the range of strain so
-far. So the rubber is viscous in a hold, its loop hardly depends on the rate, and its stiffness falls with the
-amplitude, in a quasi-static loop as in a vibration. With a recovery time (s) the range so far is forgotten: small
+the path of local shear strain: dz = dt + (offset + a)^exponent (path |d gamma| + pace dt), with a half of the range of
+strain so far. So the rubber is viscous in a hold, its loop hardly depends on the rate, and its stiffness falls with the
+amplitude, in a quasi-static loop as in a vibration. With a pace what a large amplitude has thinned relaxes faster at
+rest, too: stiffness over frequency is that at a small amplitude, at other frequencies. With a recovery time (s) the range so far is forgotten: small
 vibrations about a preload are thinned, after a rest, by their own amplitude only. The amplitude is g.
 
 References
@@ -43,6 +44,7 @@ def _branches(values: Values) -> list[Attached]:
         "offset": values.get("offset", LEAST),
         "exponent": values.get("exponent", LINEAR),
         "fading": 1.0 / values["recovery"] if "recovery" in values else 0.0,
+        "pace": values.get("pace", 0.0),
     }
     moduli, times = spectrum(*(values[name] for name in ("g", "tau", "decades", "slope")))
     branches = [Attached(PACED, {"g": g, "tau": tau}) for g, tau in zip(moduli, times, strict=True)]
@@ -56,7 +58,7 @@ def _thinned_spectrum(values: Mapping[str, float]) -> ThinnedSpectrum:
 
     moduli, times = spectrum(*(values[name] for name in ("g", "tau", "decades", "slope")))
     offset, exponent = values.get("offset", LEAST), values.get("exponent", LINEAR)
-    return ThinnedSpectrum(moduli, times, values["path"], offset, exponent)
+    return ThinnedSpectrum(moduli, times, values["path"], offset, exponent, values.get("pace", 0.0))
 
 
 def feature() -> Feature:
@@ -145,6 +147,21 @@ EFFECT = Effect(
             of_amplitude=True,
             scan=(0.01,),
             prior=Prior("log_normal", 0.03, 1.5, source=_MEASURED),
+        ),
+        EffectParameter(
+            "pace",
+            "1",
+            "clock's time per time at an amplitude of 1",
+            (1e3, 0.0, 1e12),
+            optional=True,
+            of_amplitude=True,
+            scan=(1e2, 1e4),
+            prior=Prior(
+                "log_uniform",
+                1.0,
+                1e7,
+                source="engineering judgement: one that doubles the clock's speed between 1e-5 and 1 of shear strain",
+            ),
         ),
         EffectParameter(
             "recovery",

@@ -99,9 +99,10 @@ class StrainClass:
         centre, half = retained * strain_range[0] + (1.0 - retained) * start, retained * strain_range[1]
         beyond = max(abs(end - centre) - half, 0.0)
         # With the mean of a at beginning and end.
-        speed = self.clock["path"] * (self.clock["offset"] + half + 0.25 * beyond) ** self.clock["exponent"]
+        thinning = (self.clock["offset"] + half + 0.25 * beyond) ** self.clock["exponent"]
         moved = centre + math.copysign(0.5 * beyond, end - centre)
-        return duration + speed * abs(end - start), [moved, half + 0.5 * beyond]
+        advance = self.clock["pace"] * duration + self.clock["path"] * abs(end - start)
+        return duration + thinning * advance, [moved, half + 0.5 * beyond]
 
 
 class ChannelForceLaw:
