@@ -22,7 +22,7 @@ Part = Literal["own", "foreign", "nothing"]
 # Standard errors, to first order, below which an effect cannot be seen and "nothing" is also a right answer.
 HIDDEN = 3.0
 FOLDER = Path(__file__).parent / "manifests"
-DECKS = ("own", "foreign", "nothing", "dev", "poor", "second", "third", "fourth")
+DECKS = ("own", "foreign", "nothing", "dev", "poor", "second", "third", "fourth", "fifth")
 
 
 @dataclass(frozen=True)

@@ -19,9 +19,10 @@ SEEDS = {
     "second": 75_001,
     "third": 76_001,
     "fourth": 77_001,
+    "fifth": 78_001,
 }
 # Decks that test a calculation finished before they were drawn, with each foreign formula once.
-FRESH = ("second", "third", "fourth")
+FRESH = ("second", "third", "fourth", "fifth")
 # Sets of effects that fillers cause together, from the third deck on.
 TOGETHER = (
     ("viscoelasticity", "mullins"),

@@ -488,7 +488,7 @@ def test_the_new_decks_are_scored_together_at_the_frequencies_of_the_others() ->
     """Each answer is softening (60 %) or friction; the truths of one deck are softening, those of two are friction."""
     models = [(["mullins"], 0.6), (["friction"], 0.4)]
     line = _new("missing_physics", models, {"friction": 0.4, "mullins": 0.6})
-    softening = {"second": 10, "third": 0, "fourth": 0}
+    softening = {"second": 10, "third": 0, "fourth": 0, "fifth": 0}
 
     def read(deck: str, label: str) -> list[score.Item]:
         truths = ["mullins"] * softening[deck] + ["friction"] * (10 - softening[deck])
