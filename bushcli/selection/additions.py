@@ -22,6 +22,8 @@ from bushcli.selection.state import CommonData, State
 # Moduli of all branches together over the law's where their fit begins: what tables of filled rubber show in three
 # decades is 0.1 to 0.6.
 START = 0.3
+# Modulus of a branch that a fit has left out.
+FAINTEST = 1e-3
 # Parts of a force law whose stress relaxes in a rest.
 RELAXING = frozenset({"maxwell", "clock"})
 
@@ -96,9 +98,15 @@ def relaxing_models(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> It
         yield model
     relaxed = [model]
     if maxwell in catalogue:
-        # A decade more to each side.
-        decades = math.log10(slow / fast) + 2.0
-        values = {"g1": START / decades, "tau1": 10.0 * slow, "decades": decades, "slope": 0.0}
+        # A decade more to each side; its modulus per decade is as steep as the branches that were fitted last.
+        decades, slope = math.log10(slow / fast) + 2.0, 0.0
+        if model.structure in fits.states:
+            fitted = fits.states[model.structure].model.effects[0].values
+            moduli = [math.log(max(fitted[f"g{i}"], FAINTEST)) for i in range(1, maxwell.branches + 1)]
+            times = [math.log(fitted[f"tau{i}"]) for i in range(1, maxwell.branches + 1)]
+            slope = float(np.clip(np.polyfit(times, moduli, 1)[0], -1.0, 1.0))
+        g = START / decades / math.sqrt(0.1 * fast * 10.0 * slow) ** slope
+        values = {"g1": g, "tau1": 10.0 * slow, "decades": decades, "slope": slope}
         model = replace(model, effects=(ActiveEffect(maxwell, values).with_start_values(),))
         yield model
         relaxed.append(model)

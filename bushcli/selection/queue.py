@@ -113,6 +113,7 @@ class Search:
     _expanded: set[Key] = field(default_factory=set)
     _tried: set[Key] = field(default_factory=set)
     _relaxing: list[Key] = field(default_factory=list)
+    _again: set[tuple[Key, Key]] = field(default_factory=set)
 
     # -- the loop ------------------------------------------------------------------------------------------------
 
@@ -438,7 +439,12 @@ class Search:
         probable = self._states_above(LEFT)
         models += [(model, state) for state in probable for model in unthinned(state.model, self.catalogue)]
         for model, state in models:
-            if model.structure not in {*self.states, *self._tried}:
+            known = self.states.get(model.structure)
+            again = (model.structure, state.model.structure)
+            # A spectrum has several minima: one that leaves more than the thinned one is searched for beside that.
+            worse = known is not None and known.objective > state.objective and again not in self._again
+            if worse or model.structure not in {*self.states, *self._tried}:
+                self._again.add(again)
                 return Queued(model, state, self.plain.evidence.log, self.odds(model))
         return None
 

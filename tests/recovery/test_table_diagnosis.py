@@ -171,6 +171,49 @@ def test_how_the_payne_effect_depends_on_the_amplitude_is_identified(tmp_path):
     assert said["misfit"]["after"]["rig"] < 1.5 * said["misfit"]["noise"]["rig"]
 
 
+def written(folder, rubber, stiffness, amplitudes, noise):
+    """Write a case and a table of a stiffness over frequency (Hz) and amplitude (mm), with noise as in `made`."""
+    rng, f = np.random.default_rng(5), np.geomspace(1.2, 136.0, 8)
+    frequency, amplitude = (a.ravel() for a in np.meshgrid(f, amplitudes))
+    K = stiffness(frequency, amplitude)
+    size = np.abs(K) * (1 + noise[0] * rng.standard_normal(len(K)))
+    angle = np.degrees(np.angle(K)) + noise[1] * rng.standard_normal(len(K))
+    columns = np.column_stack([frequency, amplitude, size, angle])
+    head = "frequency_Hz,amplitude_mm,stiffness_N_per_mm,loss_angle_deg"
+    np.savetxt(folder / "rig.csv", columns, delimiter=",", header=head, comments="", fmt="%.6g")
+    (folder / "case.toml").write_text(rubber.format(0.4) + TABLE)
+    asked = ["diagnose", str(folder / "case.toml"), "--json", "-q", "--no-maps"]
+    return json.loads(CliRunner().invoke(main, asked, catch_exceptions=False).stdout)
+
+
+def test_a_spring_pot_that_no_amplitude_thins_is_viscoelasticity(tmp_path):
+    """A search for its spectrum that begins without a slope ends at a minimum with 1.25 times the noise."""
+
+    def stiffness(frequency, amplitude):
+        return 400.0 * (1.0 + 0.386 * (2j * np.pi * frequency * 0.00997) ** 0.342)
+
+    said = written(tmp_path, RUBBER, stiffness, [0.0173, 0.0866, 0.4331], (0.008, 0.157))
+    assert said["probability"]["viscoelasticity"] > 0.95
+    assert said["probability"]["payne"] < 0.05
+    assert said["misfit"]["after"]["rig"] < 0.9
+
+
+def test_a_cole_cole_element_that_amplitude_thins_is_the_payne_effect_alone(tmp_path):
+    """In a thin layer of rubber, where the local amplitude is that of the sleeve over the thickness."""
+    layer = RUBBER.replace("inner_radius = 12.0", "inner_radius = 20.0")
+
+    def stiffness(frequency, amplitude):
+        times = 0.05 / (1.0 + (amplitude / 2.0 / 0.008) ** 2.3)
+        w = (2j * np.pi * frequency * times) ** 0.3
+        return 2100.0 * (1.0 + 0.9 * w / (1.0 + w))
+
+    said = written(tmp_path, layer, stiffness, [0.004, 0.02, 0.1], (0.006, 0.25))
+    assert said["probability"]["payne"] > 0.95
+    assert said["probability"]["viscoelasticity"] < 0.1
+    (payne,) = said["effects"]
+    assert payne["parameters"]["pace"]["value"] > 0.0
+
+
 @pytest.mark.parametrize(("accept", "doubted"), [("[]", ["double"]), ('["amplitude"]', [])])
 def test_double_amplitudes_of_one_table_contradict_the_other_table(tmp_path, accept, doubted):
     # Every second row as another laboratory wrote it: from peak to peak, which it does not say.

@@ -7,6 +7,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -360,6 +361,33 @@ def test_a_model_with_effects_exchanged_is_predicted_beside_a_fitted_one(world, 
     ]
     fitted = State(world.problem, world.fit(world.one.case, other.model, None))
     assert found.weights(fitted)[0] == pytest.approx(other.predicted_weight, abs=1.0)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fitted", "expected"),
+    [
+        ("fixture_mass", "rig_resonance", (), True),
+        ("rig_resonance", "fixture_mass", (), True),
+        ("fixture_mass", "rig_resonance", ("rig_resonance", "viscoelasticity"), False),
+        # Not its rival, or an effect of recordings along a path as well.
+        ("fixture_mass", "time_lag", (), False),
+        ("compressibility", "rig_compliance", (), False),
+    ],
+)
+def test_the_rival_of_a_probable_effect_of_tables_is_fitted(coupon, old, new, fitted, expected):
+    """However poor its prediction is; only if no model with the same effects is fitted."""
+
+    def model(name):
+        law = coupon().state.model
+        return replace(law, effects=tuple(ActiveEffect(effect(one), {}) for one in (name, "viscoelasticity")))
+
+    state = SimpleNamespace(model=model(old))
+    other = SimpleNamespace(base=state, model=model(new), predicted_weight=-1e3)
+    states = [state, *([SimpleNamespace(model=SimpleNamespace(identities=fitted))] if fitted else [])]
+    search = SimpleNamespace(
+        states=dict(enumerate(states)), waiting={"other": other}, _states_above=lambda share: [state]
+    )
+    assert (Search._with_rival(search) is other) == expected
 
 
 def test_nothing_is_predicted_without_an_effect_of_which_first_order_is_known_to_be_wrong(
