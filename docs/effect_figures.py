@@ -14,6 +14,7 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effects
 from bushcli.effects.rig import measured_stiffness
 from bushcli.report.drawing.looks import AMBER, BLUE
+from bushcli.report.quantity import quantities
 from bushcli.simulate.simulation import Simulation
 from cases.mode import modes
 from cases.simulate import Rubber
@@ -29,8 +30,8 @@ YEOH = {"C10": 0.5, "C20": -0.04, "C30": 0.007}
 
 
 def program(mode: str) -> tuple[np.ndarray, np.ndarray]:
-    """Time (s) and displacement (mm): two equal cycles, a larger one, one to the other side, and a hold."""
-    a = 6.0 if mode == "axial" else 2.0
+    """Time (s) and displacement (mm or rad): two equal cycles, a larger one, one to the other side, and a hold."""
+    a = {"axial": 6.0, "torsional": 0.5}.get(mode, 2.0)
     points = [0, 0.5 * a, 0, 0.5 * a, 0, a, 0, -0.8 * a, 0, 0.7 * a, 0.7 * a, 0]
     seconds = [10.0 * abs(q - p) / a for p, q in pairwise(points)]
     seconds[9] = 40.0
@@ -60,13 +61,14 @@ def main(names: list[str]) -> None:
         for (label, force), style in zip(
             curves.items(), ({"color": AMBER[0], "lw": 1.4}, {"color": BLUE[0], "lw": 1.4}), strict=True
         ):
-            axes.plot(q, force / 1000.0, label=label, **style)
+            axes.plot(quantities(mode).per_internal * q, force / 1000.0, label=label, **style)
         axes.axhline(0.0, color="0.85", lw=0.8, zorder=0)
         axes.axvline(0.0, color="0.85", lw=0.8, zorder=0)
-        axes.set_xlabel("displacement, mm")
-        axes.set_ylabel("force, kN")
+        turned = modes()[mode].rotational
+        axes.set_xlabel("angle, degrees" if turned else "displacement, mm")
+        axes.set_ylabel("torque, N m" if turned else "force, kN")
         told = ", ".join(
-            f"{key} = {case_file_value(effects()[name].parameter(key), value, False)}"
+            f"{key} = {case_file_value(effects()[name].parameter(key), value, turned)}"
             for key, value in values.items()
         )
         axes.set_title(f"{mode}: {told}", fontsize=9, wrap=True)

@@ -144,11 +144,13 @@ def _within(parameter: EffectParameter) -> str:
 
 
 def _units(parameter: EffectParameter) -> str:
-    own = "" if parameter.unit == "1" else parameter.unit
     turned = case_file_unit(parameter, rotational=True)
-    other = parameter.reciprocal[1] if parameter.reciprocal else "1"
+    own = "" if parameter.unit == "1" else turned if parameter.unit.startswith("rad/") else parameter.unit
+    other = parameter.reciprocal[1].replace("/rad", "/degree") if parameter.reciprocal else "1"
     return (
-        own + (f" ({turned})" if turned != parameter.unit else "") + (f", or {other}" if other != "1" else "")
+        own
+        + (f" ({turned})" if turned not in (own, parameter.unit) else "")
+        + (f", or {other}" if other != "1" else "")
     )
 
 

@@ -177,9 +177,8 @@ def _values(
             findings.append(wrong_key(at, what, "give one of them"))
         else:
             inverted = name not in by_name
-            value = internal_value(parameter, raw, rotational)
-            if inverted:
-                value = 1.0 / raw if raw else math.inf
+            own = raw if not inverted else 1.0 / raw if raw else math.inf
+            value = internal_value(parameter, own, rotational)
             values[parameter.name] = value
             low, high = parameter.bounds(shape)
             if not parameter.admits(value) or not low <= value <= high:
@@ -196,8 +195,9 @@ def _is_used(parameter: EffectParameter, effect: Effect, table: EffectTable) -> 
 
 def _bounds(parameter: EffectParameter, inverted: bool, rotational: bool, shape: Shape | None) -> str:
     if inverted and parameter.reciprocal is not None:
-        units = "" if parameter.reciprocal[1] == "1" else f" {parameter.reciprocal[1]}"
-        return f"at least {1.0 / parameter.upper:g}{units}"
+        unit = parameter.reciprocal[1].replace("/rad", "/degree")
+        least = 1.0 / case_file_number(parameter, parameter.upper, rotational)
+        return f"at least {least:g}{'' if unit == '1' else f' {unit}'}"
     units = "" if parameter.unit == "1" else f" {case_file_unit(parameter, rotational)}"
     low, high = (case_file_number(parameter, bound, rotational) for bound in parameter.bounds(shape))
     limit = ""

@@ -19,6 +19,7 @@ _ROTATIONAL = {
     "N/mm": ("N mm/degree", math.degrees(1.0)),
     "N/s": ("N mm/s", 1.0),
     "kg": ("kg mm2", 1.0),
+    "rad/(N mm)": ("degrees/(N mm)", math.radians(1.0)),
 }
 
 

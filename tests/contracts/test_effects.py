@@ -45,6 +45,7 @@ TYPICAL = {
     "offset.force": 35.0,
     "offset.displacement": 0.1234,
     "rig_compliance.compliance": 5e-4,
+    "rig_twist.compliance": 5e-4,
     "time_lag.lag": 0.137,
     "permanent_set.set": 0.06,
     "drift.rate": 1.7,
@@ -110,7 +111,12 @@ def check_derivatives(active: list[ActiveEffect]) -> None:
         step = 1e-5 * {"k": K, "c": C, "bump_stop.stiffness": 400.0, "offset.force": 35.0}.get(column, 1.0)
         # A spring of 1e-9 mm/N is 3e-7 of the bushing; the rate of a curve bends within a sample, 0.05 s.
         # The largest force is some 5 kN.
-        fine = {"rig_compliance.compliance": 1e-9, "rig_compliance.curvature": 1e-10, "time_lag.lag": 1e-7}
+        fine = {
+            "rig_compliance.compliance": 1e-9,
+            "rig_twist.compliance": 1e-9,
+            "rig_compliance.curvature": 1e-10,
+            "time_lag.lag": 1e-7,
+        }
         step = fine.get(column, step)
         up, down = moved(active, column, step), moved(active, column, -step)
         exact, difference = slope[:, number], (up - down) / (2 * step)
