@@ -57,8 +57,8 @@ _UNITS = (
 #: The change of stiffness per kelvin in a step of temperature lies within this factor of the geometric mean of those in
 #: the steps beside it: between glass and rubber it changes fivefold from one step of 20 K to the next.
 _STEADY = 15.0
-#: Change of ln K* per kelvin and radian of the angle at the glass transition: 2 / pi of ln 10 C1 / C2 with the universal
-#: constants (Williams, Landel and Ferry 1955, doi:10.1021/ja01619a008).
+#: Change of ln K* per kelvin and radian of the angle at the glass transition: 2 / pi of ln 10 C1 / C2 with the
+#: universal constants (Williams, Landel and Ferry 1955, doi:10.1021/ja01619a008).
 _FASTEST = 2.0 / np.pi * np.log(10.0) * 17.44 / 51.6
 #: Sweeps at two temperatures that differ by less are the same.
 _SAME = 0.03

@@ -5,8 +5,9 @@ modulus per decade is g time^slope times the law's initial shear modulus, time i
 the path of local shear strain: dz = dt + (offset + a)^exponent (path |d gamma| + pace dt), with a half of the range of
 strain so far. So the rubber is viscous in a hold, its loop hardly depends on the rate, and its stiffness falls with the
 amplitude, in a quasi-static loop as in a vibration. With a pace what a large amplitude has thinned relaxes faster at
-rest, too: stiffness over frequency is that at a small amplitude, at other frequencies. With a recovery time (s) the range so far is forgotten: small
-vibrations about a preload are thinned, after a rest, by their own amplitude only. The amplitude is g.
+rest, too: stiffness over frequency is that at a small amplitude, at other frequencies. With a recovery time (s) the
+range so far is forgotten: small vibrations about a preload are thinned, after a rest, by their own amplitude only. The
+amplitude is g.
 
 References
 ----------
