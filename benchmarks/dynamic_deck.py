@@ -7,7 +7,8 @@ Cole-Cole element that the local amplitude thins. Truth has a finer mesh than th
 noise. Truths are drawn and saved before anything is diagnosed.
 
 Usage: ``setup/enter python -m benchmarks.dynamic_deck draw|run|score [DECK] [FIRST] [LAST]``; decks are "dev" (seeds
-for trying), "frozen", and "second" to "fourth", each drawn when those before it had been used. Results are in ``benchmarks/dynamic_deck/``.
+for trying), "frozen", and "second" to "fourth", each drawn when those before it had been used. Results are in
+``benchmarks/dynamic_deck/``.
 """
 
 from __future__ import annotations

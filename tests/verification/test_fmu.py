@@ -423,7 +423,7 @@ bulk_modulus = 500.0
 C10 = 0.5
 [[effects]]
 name = "payne"
-parameters = { g = 0.5, tau = 20.0, decades = 4.0, slope = -0.1, path = 3e3, offset = 0.02, exponent = 1.5, pace = 20.0 }
+parameters = { g = 0.5, tau = 20.0, decades = 4.0, slope = -0.1, path = 3e3, offset = 0.02, exponent = 1.5, pace = 20 }
 [[load_cases]]
 mode = "axial"
 path = [0, 2, -2, 0]
