@@ -1,8 +1,9 @@
 """Harmonics of a spectrum of Maxwell branches on a clock of time and path, in a steady sine.
 
-In one dimension the branches obey dh_k = d gamma - h_k dz / tau_k on the clock dz = dt + (a0 + a)^m (b dt + c |d gamma|),
-and a is the amplitude of the sine. Between two reversals the clock is known, the equations are linear, and h changes its
-sign from one reversal to the next: half a cycle is integrated exactly for a strain that is linear within its steps.
+In one dimension the branches obey dh_k = d gamma - h_k dz / tau_k on the clock dz = dt + (a0 + a)^m (b dt
++ c |d gamma|), and a is the amplitude of the sine. Between two reversals the clock is known, the equations are linear,
+and h changes its sign from one reversal to the next: half a cycle is integrated exactly for a strain that is linear
+within its steps.
 The clock stands still at the reversals and runs fastest in between. With its mean speed in its place, which would have
 a closed form, the loss would be up to 30 % higher.
 """
