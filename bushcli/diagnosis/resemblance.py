@@ -24,10 +24,11 @@ the error of an effect lies in the channels on which it acts, and elsewhere ther
 branch it is no larger than `PHI_MOST` of what the effect does there, and what is larger is as improbable as an error of
 the law of that size (a stop does nothing before it is met, a lag nothing in slow motion: an offset of the force there
 is none of their errors); the force that a law or an effect without memory makes wrong depends on the displacement
-alone, so that its error resembles no effect with memory; and the error of relaxation in a table resembles no lag, mass,
-resonance or compliance of the rig. Of what three branches leave of 200 relaxations of other formulas a fourth branch
-leaves a third (median), a lag 0.63, a mass or a resonance 0.8 and a compliance all; of what `payne` leaves of other
-relaxations that amplitude thins they leave nearly all (`benchmarks/branches.py`).
+alone, so that its error resembles no effect with memory; and the error of relaxation in a table, with other effects of
+the rig or without, resembles no lag, mass, resonance or compliance of the rig. Of what three branches leave of 200
+relaxations of other formulas a fourth branch leaves a third (median), a lag 0.63, a mass or a resonance 0.8 and a
+compliance all; of what `payne` leaves of other relaxations that amplitude thins they leave nearly all
+(`benchmarks/branches.py`).
 
 References
 ----------
@@ -183,8 +184,8 @@ def _changes(state: State, active: ActiveEffect) -> list[Array]:
 def _is_no_error_of_relaxation(state: State, active: ActiveEffect, beside: Sequence[ActiveEffect]) -> bool:
     """Whether an effect is a lag, mass, resonance or compliance of the rig that tables show beside relaxation alone.
 
-    They show it if it changes them more than the other recordings, and of the effects beside it only relaxation acts on
-    them.
+    They show it if it changes them more than the other recordings, and of the effects beside it only relaxation and
+    others of the rig act on them: in one table these are linear, and of a given frequency.
     """
     rig = active.effect.rig
     if rig is None or not (rig.vibrate or rig.clock or rig.spring):
@@ -194,7 +195,7 @@ def _is_no_error_of_relaxation(state: State, active: ActiveEffect, beside: Seque
         parts = {
             effect.effect.in_force_law
             for effect in beside
-            if effect.acts_on(recording.name, recording.mode, recording.kind)
+            if effect.effect.acts != "rig" and effect.acts_on(recording.name, recording.mode, recording.kind)
         }
         if recording.kind == "dynamic" and parts and parts <= RELAXING:
             beside_relaxation += float(change @ change)

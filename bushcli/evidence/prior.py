@@ -168,7 +168,8 @@ def scales_of(case: Case, shear: float, recordings: Sequence[Recording]) -> Scal
     turned = bool(recordings) and all(modes()[recording.mode].rotational for recording in recordings)
     return {
         "duration": max((span[1] for span in spans), default=1.0),
-        "interval": max((span[0] for span in spans), default=1.0),
+        # A table shows a rig's lag of microseconds, a slow curve beside it is sampled every half second.
+        "interval": min((span[0] for span in spans), default=1.0),
         "travel": max((size[0] for size in sizes), default=1.0),
         "force": max((size[1] for size in sizes), default=1.0),
         "stiffness": stiffness,

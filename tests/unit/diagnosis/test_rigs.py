@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -186,3 +187,14 @@ def test_a_channel_whose_derivative_is_known_is_not_solved(made):
     assert np.any(solved)
     assert known.shape == solved.shape
     assert not np.any(known)
+
+
+def test_the_lag_of_a_rig_is_measured_by_its_fastest_channel(coupon):
+    """Beside a table a slow curve is sampled every half second, and says nothing about microseconds."""
+    one = coupon()
+    (recording,) = one.recordings
+    table = SimpleNamespace(span=(1e-4, 1.0), has_time=True, largest=recording.largest, mode=recording.mode)
+    alone, both = (scales_of(one.case, 1.0, group) for group in ((recording,), (recording, table)))
+    assert alone["interval"] == pytest.approx(recording.span[0])
+    assert both["interval"] == 1e-4
+    assert both["duration"] == pytest.approx(recording.span[1])
