@@ -26,6 +26,7 @@ RUNS: Sequence[tuple[str, str, Callable[[Names], float]]] = (
     ("second", "82dfdac", independent_odds),
     ("third", "a48e417", tool_odds),
     ("fourth", "23cba668", tool_odds),
+    ("fifth", "531e5d4a", tool_odds),
 )
 # Ranges of the probability of the most probable set.
 RANGES = (0.0, 0.4, 0.6, 0.8, 0.9, 0.95, 0.99, 1.0)

@@ -9,6 +9,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from bushcli.case import Case
+from bushcli.curve.segment import per_sample
 from bushcli.faults.fault import DataFault, Mask, places
 from bushcli.faults.repeats import clipped_samples, stuck_displacement, stuck_force, stuck_rows
 from bushcli.faults.scale import scales
@@ -170,11 +171,18 @@ def _spikes(recording: Recording, excluded: Mask) -> Iterator[DataFault]:
     still = recording.displacement.copy()
     still[jumps] = np.interp(x[jumps], x[~jumps], still[~jumps])
     whole = Recording(recording.mode, still, recording.force, recording.time) if jumps.any() else recording
-    branch = np.concatenate([np.full(b.stop - b.start, i) for i, b in enumerate(whole.branches)])
+    branch = per_sample(whole.branches, range(len(whole.branches)))
+    # A way through zero load is two branches, unloading and loading, but has no kink there.
+    directions = per_sample(whole.branches, [branch.direction for branch in whole.branches])
+    way = np.cumsum(np.diff(directions, prepend=directions[0]) != 0)
     # The range of the four steps around each sample: two before and two after it.
     steps = sliding_window_view(np.pad(np.diff(still[sound]), 2, mode="edge"), 4)
-    explained = _BESIDE * abs(slope(still[sound], recording.force[sound])) * np.ptp(steps, axis=1)
-    spiked[sound] = spikes(recording.force[sound], x[sound], branch[sound], explained, ends=True)
+    explained = np.zeros(n)
+    explained[sound] = _BESIDE * abs(slope(still[sound], recording.force[sound])) * np.ptp(steps, axis=1)
+    # The longer ones show a spike between a turning point and zero, the shorter ones two that are close to each other.
+    for group in (way, branch):
+        left = sound[~spiked[sound]]
+        spiked[left] = spikes(recording.force[left], x[left], group[left], explained[left], ends=True)
     # Where both jump together the bushing was moved: that is not a fault of a sensor.
     both = jumps & spiked
     for bad, what in ((spiked & ~both, "force"), (jumps & ~both, "displacement")):

@@ -595,6 +595,20 @@ def sensed(sensor: str, q, force, rng):
     return q, force
 
 
+@pytest.mark.parametrize("after", [2, 3, 4, 5])
+def test_a_spike_between_a_turning_point_and_zero_is_found_and_not_its_neighbours(after):
+    """Eight samples lie between the two: neither side of the spike has five samples of its own branch."""
+    n = 129
+    time = np.linspace(0.0, 300.0, n)
+    q = np.interp(time, np.linspace(0, 300, 17), [0, *[2, 0, -2, 0] * 4])
+    force = 300.0 * q * (1 + 0.05 * q**2) + 2.0 * np.random.default_rng(3).normal(size=n)
+    at = 56 + after  # a turning point is 56
+    force[at] += 250.0
+    found = find_faults(bushing(), [Recording("axial", q, force, time, name="axial")])
+    (fault,) = [fault for fault in found if fault.kind == "spikes"]
+    assert list(np.flatnonzero(fault.samples)) == [at]
+
+
 @pytest.mark.parametrize("path", [*PROGRAMS, "sine", "steps"])
 @pytest.mark.parametrize("n", [200, 400])
 def test_physics_and_sound_sensors_are_no_fault(path, n):
