@@ -67,6 +67,8 @@ class Writer:
     static: bool = False
     #: Differences between the program and bushcli, in sentences, for the file and the documentation.
     remarks: tuple[str, ...] = ()
+    #: Of a card: the same about one of a rubber's `features`, for the file of a rubber that has it.
+    remarks_on: Mapping[str, str] = field(default_factory=dict)
 
     def check_form(self, form: str) -> None:
         """Refuse a form of viscoelasticity that is unknown, or that the program's file does not have.
@@ -194,6 +196,7 @@ def _preamble(writer: Writer, order: Order) -> list[str]:
         if rubber.beside:
             beside = ", ".join(rubber.beside)
             lines.append(f"not in this card, because it is not a property of the rubber: {beside}")
+        lines += [remark for feature, remark in writer.remarks_on.items() if feature in rubber.features]
     return lines + list(writer.remarks)
 
 

@@ -5,7 +5,7 @@ that the program computes from them is evaluated.
 """
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -533,6 +533,23 @@ def test_radioss_takes_no_series_beside_softening_but_with_arruda_boyce():
 def test_an_incompressible_rubber_has_no_compliance():
     rubber = ExportedRubber("yeoh", LAWS["yeoh"], np.inf)
     assert "0.5, -0.05, 0.01, 0, 0, 0" in written("abaqus", rubber)
+
+
+@pytest.mark.parametrize(
+    ("program", "feature", "rubber"),
+    [
+        ("abaqus", "incompressible", {"bulk_modulus": np.inf}),
+        ("ansys", "incompressible", {"bulk_modulus": np.inf}),
+        ("ansys", "series", {"series": SERIES}),
+        ("lsdyna", "series", {"series": SERIES}),
+        ("lsdyna", "arruda_boyce", {"law": "arruda_boyce", "parameters": LAWS["arruda_boyce"]}),
+        ("marc", "series", {"series": SERIES}),
+    ],
+)
+def test_a_card_has_only_the_remarks_that_apply(program, feature, rubber):
+    remark = writer_for(program).remarks_on[feature]
+    assert remark not in written(program, rubber_with("neo_hookean"))
+    assert remark in written(program, replace(rubber_with("neo_hookean"), **rubber))
 
 
 def test_a_title_cannot_break_a_card():
