@@ -17,6 +17,7 @@ from typing import Literal
 from bushcli import __version__
 from bushcli.effects.effect import effect_in_force_law
 from bushcli.errors import InputError, Problem, nearest, printable
+from bushcli.export.ascii import identifier, in_ascii
 from bushcli.export.curves import BushingData
 from bushcli.export.rubber import ExportedRubber
 from bushcli.export.units import UnitSystem
@@ -40,8 +41,7 @@ class Order:
     @property
     def name(self) -> str:
         """The title as a name that every program accepts: letters, digits and underscores, a letter first."""
-        identifier = "".join(c if c.isascii() and c.isalnum() else "_" for c in self.title)[:40].strip("_")
-        return identifier if identifier[:1].isalpha() else f"rubber_{identifier}".strip("_")
+        return identifier(identifier(self.title, "")[:40].strip("_"), "rubber").strip("_")
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,7 @@ class Writer:
         if isinstance(written, bytes):
             return written
         begin, end = self.comment
-        preamble = [one_line(line) for line in _preamble(self, order)]
+        preamble = [one_line(in_ascii(line)) for line in _preamble(self, order)]
         if end:
             # In XML a comment must not contain two hyphens.
             preamble = [re.sub("-(?=-)", "- ", line) for line in preamble]
@@ -159,7 +159,7 @@ class Writer:
         # XML begins with its declaration, before any comment.
         declaration, content = written.split("\n", 1) if written.startswith("<?xml") else ("", written)
         parts = [declaration] if declaration else []
-        return ("\n".join([*parts, *lines, content.rstrip("\n")]) + "\n").encode("ascii", "replace")
+        return ("\n".join([*parts, *lines, in_ascii(content).rstrip("\n")]) + "\n").encode("ascii")
 
 
 def one_line(text: str) -> str:

@@ -560,6 +560,16 @@ def test_a_title_cannot_break_a_card():
         assert order.name == "END__b__3"
 
 
+def test_a_title_keeps_its_letters():
+    title = "Lager Größe 1, Élan, Čačak, Ø 22, −5 °C"
+    order = Order(title, "case.toml", unit_system("SI"), rubber_with("yeoh"))
+    assert order.name == "Lager_Groesse_1__Elan__Cacak__Oe_22___5"
+    assert b"Lager Groesse 1, Elan, Cacak, Oe 22, -5 ?C" in writer_for("abaqus").text(order)
+    # Signs that Unicode decomposes to < and - stay out of the comment of an XML file.
+    order = replace(order, title="\u2013\u2013\uff1e \u226e")
+    assert ElementTree.fromstring(writer_for("febio").text(order)) is not None
+
+
 def test_effects_of_the_rubber_go_into_the_card():
     active = [
         ActiveEffect(effect("batch_stiffness"), {"log_factor": np.log(1.5)}),
