@@ -6,8 +6,8 @@ import unicodedata
 
 # Letters that Unicode does not decompose, umlauts as German writes them without, minus and dashes.
 _OTHER = "äöüÄÖÜßæÆøØœŒłŁđĐı\u2212\u2013\u2014"
-_PLAIN = "ae oe ue Ae Oe Ue ss ae Ae oe Oe oe Oe l L d D i - - -".split()
-_LETTERS = str.maketrans(dict(zip(_OTHER, _PLAIN, strict=True)))
+_PLAIN = "ae,oe,ue,Ae,Oe,Ue,ss,ae,Ae,oe,Oe,oe,Oe,l,L,d,D,i,-,-,-"
+_LETTERS = str.maketrans(dict(zip(_OTHER, _PLAIN.split(","), strict=True)))
 
 
 def in_ascii(text: str) -> str:
