@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cases.six import MOTIONS, SixPath
+from geometry.wall import Wall
 
 Array = NDArray[np.float64]
 Motion = Callable[[Array, float], Array]
@@ -122,6 +123,37 @@ class Mode:
         if self.rotational or self.specimen != "bushing":
             return 0.0
         return float(np.linalg.norm(self.solid.rate(np.zeros((3, 1)), 0.0)[:2]))
+
+    def moves_across(self, q: float, lever: float) -> float:
+        """Return how far q moves the inner sleeve towards the outer one, mm: of its axis the point that goes furthest.
+
+        Parameters
+        ----------
+        q : float
+            Largest displacement, mm or rad.
+        lever : float
+            From the centre to the ends of the part of the sleeve that is looked at, mm.
+        """
+        if not self.rotational:
+            return self.sideways * abs(q)
+        ends = np.array([[0.0, 0.0], [0.0, 0.0], [-lever, lever]])
+        # Beyond a right angle it comes back.
+        return float(np.linalg.norm(self.solid.motion(ends, min(abs(q), 0.5 * np.pi))[:2], axis=0).max())
+
+    def per_shear(self, wall: Wall) -> float:
+        """Return the displacement of the inner sleeve that shears the rubber at it by about 1, mm or rad.
+
+        Of an angle the surface moves by its lever: about the axis that is the radius, about a line across it the
+        distance of the ends, or the radius where that is longer.
+
+        Parameters
+        ----------
+        wall : Wall
+        """
+        if not self.rotational:
+            return wall.thickness
+        tilts = not self.motions <= {"rz"}
+        return wall.thickness / (max(wall.facing, wall.inner_radius) if tilts else wall.inner_radius)
 
     @property
     def motions(self) -> frozenset[str]:

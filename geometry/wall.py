@@ -52,6 +52,11 @@ class Wall:
         """Length of the shorter bond along the axis, mm."""
         return min(self.inner[1] - self.inner[0], self.outer[1] - self.outer[0])
 
+    @property
+    def facing(self) -> float:
+        """Largest distance from the centre, z = 0, at which the bonds face each other, mm; 0 where they do not."""
+        return max(0.0, min(self.inner[1], self.outer[1]), -max(self.inner[0], self.outer[0]))
+
     def size(self, name: Literal["thickness", "length", "thickness/length"]) -> float:
         """Return the thickness, the length of the shorter bond (both mm), or their quotient."""
         sizes = {"thickness": self.thickness, "length": self.bond_length}

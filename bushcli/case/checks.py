@@ -227,7 +227,8 @@ def travel(keys: Keys, mode: str, path: Sequence[float], shape: Shape) -> Iterat
         yield wrong_key(keys, what, "stretch - 1, above -1")
     if kind.specimen == "bushing":
         along, angle = (0.0, amplitude) if kind.rotational else (amplitude, 0.0)
-        yield from too_far(keys, shape, kind.sideways * amplitude, along, angle)
+        lever = 0.0 if shape.wall is None else shape.wall.facing
+        yield from too_far(keys, shape, kind.moves_across(amplitude, lever), along, angle)
 
 
 def too_far(keys: Keys, shape: Shape | None, across: float, along: float, angle: float) -> Iterator[Finding]:
@@ -239,13 +240,17 @@ def too_far(keys: Keys, shape: Shape | None, across: float, along: float, angle:
         Place of the path in the case file.
     shape : Shape
     across, along, angle : float
-        Largest displacement across the axis and in any direction of a single motion, mm; largest angle, rad.
+        Largest displacement of the inner sleeve's axis across itself where the bonds face each other, and of its
+        centre in any direction, mm; largest angle, rad.
     """
     if shape is None:
         return
     annulus = shape.annulus
     if shape.gap is not None and across >= shape.gap:
         what = f"= {across:g} closes the gap between the sleeves"
+        if angle:
+            moved = f"= {math.degrees(angle):g} moves an end of the sleeve by {across:.4g} mm"
+            what = f"{moved}, which closes the gap between the sleeves"
         expected = f"a displacement below the rubber's thickness, {shape.gap:g} mm"
         yield wrong_key(keys, what, expected)
     elif annulus is not None and along > MOST_SHEAR * annulus.thickness:

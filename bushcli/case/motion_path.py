@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, cast
 
@@ -18,7 +18,7 @@ from bushcli.errors import RecordingError
 from bushcli.recording.source import SixColumns, Source
 from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
-from cases.six import MOTIONS, PAIR_MODES, REACTIONS, SixPath
+from cases.six import MOTIONS, PAIR_MODES, REACTIONS, SixPath, displacement
 from geometry.shape import Shape
 
 if TYPE_CHECKING:
@@ -88,12 +88,25 @@ def prescribed_path(
     if np.abs(motion).max() < SMALLEST and not load.any():
         possible = ", ".join((*MOTIONS, *REACTIONS))
         return None, [wrong_key(keys, "moves nothing", f"give values of at least one of {possible}")]
+    findings += _too_far(motion, keys, shape)
+    return (None if findings else SixPath(time, motion, free, load=load)), findings
+
+
+def _too_far(motion: NDArray[np.float64], keys: Keys, shape: Shape | None) -> Iterator[Finding]:
+    """Yield findings for motions (n, 6) that go too far, each named by the motion that goes furthest."""
     for number, part in enumerate((slice(0, 2), slice(2, 3), slice(3, 6))):
-        # Across the axis, along it, and about: named by the motion that goes furthest.
+        # Across the axis, along it, and about.
         size = float(np.linalg.norm(motion[:, part], axis=1).max())
         k = part.start + int(np.argmax(np.abs(motion[:, part]).max(axis=0)))
-        findings += checks.too_far((*keys, MOTIONS[k]), shape, *(size * (i == number) for i in range(3)))
-    return (None if findings else SixPath(time, motion, free, load=load)), findings
+        yield from checks.too_far((*keys, MOTIONS[k]), shape, *(size * (i == number) for i in range(3)))
+    tilt = np.linalg.norm(motion[:, 3:5], axis=1)
+    if shape is None or shape.wall is None or not tilt.any():
+        return
+    ends = np.array([[0.0, 0.0], [0.0, 0.0], [-shape.wall.facing, shape.wall.facing]])
+    across = [float(np.linalg.norm(displacement(ends, pose)[:2], axis=0).max()) for pose in motion]
+    worst = int(np.argmax(across))
+    k = 3 + int(np.argmax(np.abs(motion[worst, 3:5])))
+    yield from checks.too_far((*keys, MOTIONS[k]), shape, across[worst], 0.0, float(tilt[worst]))
 
 
 def _at_knots(

@@ -133,12 +133,11 @@ def _of_the_path(
     shape: Shape, name: str, mode_name: str, q: Array, time: Array | None
 ) -> Iterator[tuple[str, str]]:
     mode, wall = modes()[mode_name], shape.wall
-    # From displacement to shear strain: an angle moves the surface of the inner sleeve along its circumference.
     reference = 1.0
     if mode.specimen == "bushing":
         if wall is None:
             return
-        reference = wall.thickness / (wall.inner_radius if mode.rotational else 1.0)
+        reference = mode.per_shear(wall)
     strain = float(np.abs(q).max(initial=0.0)) / reference
     size = f"{'' if wall is None else f'{wall.thickness:.3g} mm of '}rubber"
     unit = "degrees" if mode.rotational else "mm"

@@ -125,7 +125,7 @@ def _plans(case: Case, recorded: RecordedTable) -> Iterator[TableProposal]:
     if np.isfinite(smallest):
         yield proposal("at several amplitudes", usual[::3], [smallest * f for f in _AMPLITUDES])
     if wall is not None:
-        arm = wall.thickness / (wall.inner_radius if rotational else 1.0)
+        arm = modes()[table.mode].per_shear(wall)
         yield proposal("about several preloads", usual[::3], preload=[arm * f for f in _PRELOADS])
     if np.isfinite(at):
         yield proposal("at several temperatures", degrees=[at + d for d in _KELVINS])

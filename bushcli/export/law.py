@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from bushcli.export.ascii import identifier
 from bushcli.export.reduce import ReducedChannel, Sine
 from bushcli.export.units import UnitSystem
 from cases.mode import modes
@@ -69,14 +70,10 @@ class BushingLaw:
                 units.force_name: {"kg": "1", "m": "1", "s": "-2", "factor": f"{units.force:.12g}"},
                 f"{units.force_name}.{units.length_name}": {"kg": "1", "m": "2", "s": "-2", "factor": moment},
             },
-            "channels": {_identifier(channel.name): _channel(channel, units) for channel in self.channels},
+            "channels": {
+                identifier(channel.name, "channel"): _channel(channel, units) for channel in self.channels
+            },
         }
-
-
-def _identifier(name: str) -> str:
-    """Return the name of a channel as prefix of variables: letters, digits and underscores, a letter first."""
-    identifier = "".join(c if c.isascii() and c.isalnum() else "_" for c in name)
-    return identifier if identifier[:1].isalpha() else f"channel_{identifier}"
 
 
 def _vibration(channel: ReducedChannel, sine: Sine) -> dict[str, float]:

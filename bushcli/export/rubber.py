@@ -39,6 +39,17 @@ class ExportedRubber:
         """Ratio of the initial shear modulus in a sudden step to that after a long rest."""
         return 1.0 + sum(g for g, _ in self.series)
 
+    @property
+    def features(self) -> frozenset[str]:
+        """What a card's remark can be about: the name of the law, "incompressible", "series", "softening"."""
+        has = {
+            self.law: True,
+            "incompressible": math.isinf(self.bulk_modulus),
+            "series": bool(self.series),
+            "softening": self.softening is not None,
+        }
+        return frozenset(name for name, is_so in has.items() if is_so)
+
     def scaled_parameters(self, factor: float) -> Mapping[str, float]:
         """Return the law's parameters for an energy ``factor`` times as large."""
         linear = law_called(self.law).linear

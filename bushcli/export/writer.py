@@ -17,6 +17,7 @@ from typing import Literal
 from bushcli import __version__
 from bushcli.effects.effect import effect_in_force_law
 from bushcli.errors import InputError, Problem, nearest, printable
+from bushcli.export.ascii import identifier, in_ascii
 from bushcli.export.curves import BushingData
 from bushcli.export.rubber import ExportedRubber
 from bushcli.export.units import UnitSystem
@@ -40,8 +41,7 @@ class Order:
     @property
     def name(self) -> str:
         """The title as a name that every program accepts: letters, digits and underscores, a letter first."""
-        identifier = "".join(c if c.isascii() and c.isalnum() else "_" for c in self.title)[:40].strip("_")
-        return identifier if identifier[:1].isalpha() else f"rubber_{identifier}".strip("_")
+        return identifier(identifier(self.title, "")[:40].strip("_"), "rubber").strip("_")
 
 
 @dataclass(frozen=True)
@@ -67,6 +67,8 @@ class Writer:
     static: bool = False
     #: Differences between the program and bushcli, in sentences, for the file and the documentation.
     remarks: tuple[str, ...] = ()
+    #: Of a card: the same about one of a rubber's `features`, for the file of a rubber that has it.
+    remarks_on: Mapping[str, str] = field(default_factory=dict)
 
     def check_form(self, form: str) -> None:
         """Refuse a form of viscoelasticity that is unknown, or that the program's file does not have.
@@ -149,7 +151,7 @@ class Writer:
         if isinstance(written, bytes):
             return written
         begin, end = self.comment
-        preamble = [one_line(line) for line in _preamble(self, order)]
+        preamble = [one_line(in_ascii(line)) for line in _preamble(self, order)]
         if end:
             # In XML a comment must not contain two hyphens.
             preamble = [re.sub("-(?=-)", "- ", line) for line in preamble]
@@ -157,7 +159,7 @@ class Writer:
         # XML begins with its declaration, before any comment.
         declaration, content = written.split("\n", 1) if written.startswith("<?xml") else ("", written)
         parts = [declaration] if declaration else []
-        return ("\n".join([*parts, *lines, content.rstrip("\n")]) + "\n").encode("ascii", "replace")
+        return ("\n".join([*parts, *lines, in_ascii(content).rstrip("\n")]) + "\n").encode("ascii")
 
 
 def one_line(text: str) -> str:
@@ -194,6 +196,7 @@ def _preamble(writer: Writer, order: Order) -> list[str]:
         if rubber.beside:
             beside = ", ".join(rubber.beside)
             lines.append(f"not in this card, because it is not a property of the rubber: {beside}")
+        lines += [remark for feature, remark in writer.remarks_on.items() if feature in rubber.features]
     return lines + list(writer.remarks)
 
 

@@ -186,7 +186,7 @@ def _travel(shape: Shape, table: DynamicTable) -> Iterator[DataFault]:
     if mode.specimen == "coupon":
         reference = 1.0
     elif shape.wall is not None:
-        reference = shape.wall.thickness / (shape.wall.inner_radius if mode.rotational else 1.0)
+        reference = mode.per_shear(shape.wall)
     else:
         return
     unit = "" if mode.specimen == "coupon" else "rad" if mode.rotational else "mm"

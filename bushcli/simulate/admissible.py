@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -73,7 +74,11 @@ def check_travel(case: Case, recordings: Sequence[Recording], faults: Sequence[D
         return
     for recording in recordings:
         furthest = float(np.abs(recording.displacement).max())
-        if modes()[recording.mode].sideways * furthest >= gap:
-            what = f"goes to {furthest:.4g} mm, but the rubber is only {gap:.4g} mm thick"
+        mode, wall = modes()[recording.mode], case.geometry.wall
+        across = mode.moves_across(furthest, 0.0 if wall is None else wall.facing)
+        if across >= gap:
+            angle = f"{math.degrees(furthest):.4g} degrees, which moves an end of the inner sleeve by "
+            moved = f"{angle if mode.rotational else ''}{across:.4g} mm"
+            what = f"goes to {moved}, but the rubber is only {gap:.4g} mm thick"
             expected = remedies.get(recording.name, usual)
             raise InputError(Problem(str(recording.source), what, "", expected))

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from bushcli.case import Case, case_json
+from bushcli.case.tolerance import toleranced_number
 from bushcli.case.typical import unusual_values
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.recording.table_cache import TableCache
@@ -104,6 +105,25 @@ def first_valid_design(cache: DesignCache, task: StudyTask, plan: Plan) -> tuple
     raise InputError(Problem("study", str(refusal)))
 
 
+def _refuse_impossible_limits(cache: DesignCache, task: StudyTask, plan: Plan) -> None:
+    """Refuse a tolerance at whose limits, with all other keys in the middle, there is no valid case."""
+    middle = [variable.nominal for variable in plan.variables]
+    for number, variable in enumerate(plan.variables):
+        if toleranced_number(variable.spec) is None:
+            continue
+        for limit in (variable.low, variable.high):
+            try:
+                task.load([*middle[:number], limit, *middle[number + 1 :]], cache.tables)
+            except (InputError, ValueError) as error:
+                reason = error.problems[0].what if isinstance(error, InputError) else error
+                what = f"has the limit {limit:g}, which is not possible: {reason}"
+                at = (
+                    variable.where if variable.where.startswith("--") else f"{variable.where}: {variable.key}"
+                )
+                expected = "a tolerance within which every bushing can be made"
+                raise InputError(Problem(at, what, expected=expected)) from None
+
+
 def study(
     case: Case,
     task: StudyTask,
@@ -140,7 +160,8 @@ def study(
     Raises
     ------
     InputError
-        The folder cannot be written or holds another study, or limits are given for something that is not an answer.
+        The folder cannot be written or holds another study, limits are given for something that is not an answer, or
+        the case is not valid at the limits of a tolerance.
     """
     limits = limits or {}
     names = [answer.name for answer in task.answers]
@@ -149,6 +170,7 @@ def study(
         raise InputError(Problem(f"--limits {name}", what, nearest(name, names), ", ".join(names)))
     cache = DesignCache(measured=RecordingCache(tables))
     first_case, values = first_valid_design(cache, task, plan)
+    _refuse_impossible_limits(cache, task, plan)
     keys = {variable.key: variable.is_numeric for variable in plan.variables}
     kinds = columns_of(keys, names, curve_columns(first_case) if task.curves else ())
     defined = definition(task, plan, case)

@@ -141,6 +141,7 @@ def test_a_mode_has_the_stiffness_matrix_too(cli: Cli, tmp_path: Path) -> None:
         ("path.time=[1.0, 2.0, 3.0]", "does not begin at 0"),
         ("path.uz=[1.0, 1.0, 1.0]", "begins at 1"),
         ("path.ux=[0.0, 10.0, 10.0]", "closes the gap"),
+        ("path.rx=[0.0, 0.0, 50.0]", "rx = 50 moves an end of the sleeve by"),
         ("path.rz=[0.0, 0.0, 200.0]", "more than 180 degrees"),
         ("path.vx=[0.0, 0.0, 1.0]", "not a key"),
         ("path=[0.0, 1.0]", "has six motions; amplitude, file or a list of points gives one"),

@@ -107,6 +107,12 @@ def test_tolerances_of_the_case_are_varied_by_themselves(inside, case, tmp_path)
     assert json.loads(plain.output)["case"]["geometry"]["outer_radius"] == 18.0
 
 
+def test_a_tolerance_beyond_what_can_be_made_is_refused(inside, case, tmp_path):
+    done = inside("study", case, "--vary", "geometry.length=34 +- 50", "-o", tmp_path / "out", "-q")
+    assert done.exit_code == 2
+    assert "length=34 +- 50: has the limit -16, which is not possible: geometry.length" in done.output
+
+
 def test_few_designs_say_no_more_than_they_can(inside, case):
     """One design has answers; two cannot separate two keys, and a rank correlation of three designs means nothing."""
     options = ["--answer", "axial.initial", "--workers", 1, "-q"]

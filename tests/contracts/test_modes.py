@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import cache
 
@@ -178,6 +179,9 @@ def test_a_mode_says_how_far_it_moves_the_sleeve_sideways(mode):
     centre = np.zeros((3, 1))
     moved = np.linalg.norm((mode.solid.motion(centre, 0.5) - mode.solid.motion(centre, 0.0))[:2])
     assert mode.sideways == pytest.approx(0.0 if mode.rotational else moved / 0.5)
+    # Of a bar 40 mm long whose end a tilt of 30 degrees moves by 10 mm.
+    expected = 10.0 if mode.name == "conical" else mode.sideways * math.radians(30.0)
+    assert mode.moves_across(math.radians(30.0), 20.0) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -77,6 +78,9 @@ def test_volumes_and_bond_areas_are_those_of_the_formula(shape):
     exact = shape.measures()
     for dimension, mirrors in cuts(shape):
         meshes = [coarse_mesh(shape, dimension, mirrors), build(shape, dimension, mirrors, FINE)]
+        if shape.structured and not shape.axisymmetric and dimension == 3:
+            # Few elements of a graded arc are not halved: 2 and 4 have the lengths 0.5 and 0.38, 8 have 0.23.
+            meshes = [meshes[1], build(shape, dimension, mirrors, replace(FINE, around=32))]
         for name, value in exact.items():
             bond = name.removesuffix("_bond")
             if name in meshes[0].region:

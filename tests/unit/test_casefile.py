@@ -252,6 +252,10 @@ def test_terms_choose_the_parameters_to_fit(folder):
             "closes the gap between the sleeves (a displacement below the rubber's",
         ),
         (
+            "load_cases.0={mode='conical',amplitude=31}",
+            "amplitude = 31 moves an end of the sleeve by 10.3 mm, which closes the gap between the sleeves",
+        ),
+        (
             "load_cases.0={mode='axial',amplitude=300}",
             "load_cases[0].amplitude = 300 is 30 times the rubber's thickness (at most 100 mm",
         ),

@@ -58,6 +58,9 @@ def test_a_bushing_is_not_asked_about(found, change):
         ("material.bulk_modulus=2", "bulk modulus is 2 MPa", "material.bulk_modulus in MPa"),
         ("geometry.length=800", "800 mm in size", "dimensions in mm"),
         ("load_cases.0.amplitude=50", "shear strain of 556 %", "travel in mm"),
+        # 17 mm from the centre to the ends of the sleeve, 9 mm of rubber.
+        ("load_cases.1={mode='conical',amplitude=0.02}", "shear strain of 0.0659 %", "travel in degrees"),
+        ("load_cases.1={mode='torsional',amplitude=0.02}", "shear strain of 0.0349 %", "travel in degrees"),
         ("load_cases.0.amplitude=0.003", "shear strain of 0.0333 %", "travel in mm"),
         ("load_cases.0.rate=500", "strained by 56 per s", "time in s"),
         ("load_cases.1.amplitude=0.02", "0.02 degrees on 9 mm of rubber", "travel in degrees"),

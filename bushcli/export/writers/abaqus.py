@@ -62,9 +62,10 @@ WRITER = Writer(
     series=_KEYWORDS[TIME_PRONY],
     forms=tuple(_KEYWORDS),
     softening="*MULLINS EFFECT",
-    remarks=(
-        "D1 = 0 is an incompressible rubber: use hybrid elements; Abaqus/Explicit takes a bulk modulus of 20 mu",
-    ),
+    remarks_on={
+        "incompressible": "D1 = 0 is an incompressible rubber: use hybrid elements; Abaqus/Explicit takes a bulk "
+        "modulus of 20 mu",
+    },
     source="Abaqus Analysis User's Guide: Hyperelastic behavior of rubberlike materials; Time domain "
     "viscoelasticity; Frequency domain viscoelasticity; Mullins effect",
 )

@@ -70,9 +70,9 @@ WRITER = Writer(
     laws={law: f"TB,HYPER,,,,{option}" for law, (option, _) in _OPTIONS.items()},
     series="TB,PRONY",
     softening="TB,CDM,,,,PSE2",
-    remarks=(
-        "d = 0 is an incompressible rubber: use elements with mixed u-P formulation",
-        "with TB,PRONY the constants of TB,HYPER, and m of TB,CDM, are the instantaneous ones",
-    ),
+    remarks_on={
+        "incompressible": "d = 0 is an incompressible rubber: use elements with mixed u-P formulation",
+        "series": "with TB,PRONY the constants of TB,HYPER, and m of TB,CDM, are the instantaneous ones",
+    },
     source="Ansys Mechanical APDL Material Reference: Hyperelasticity; Viscoelasticity; Mullins effect",
 )

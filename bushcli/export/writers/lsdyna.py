@@ -71,9 +71,10 @@ WRITER = Writer(
     },
     series="Gi, BETAi",
     incompressible=False,
-    remarks=(
-        "the Prony series is linear in the Green strain: the same as bushcli's at small strain",
-        "N of *MAT_127 is lambda_m squared, a real number; check that your program does not read it as an integer",
-    ),
+    remarks_on={
+        "series": "the Prony series is linear in the Green strain: the same as bushcli's at small strain",
+        "arruda_boyce": "N of *MAT_127 is lambda_m squared, a real number; check that your program does not read it "
+        "as an integer",
+    },
     source="LS-DYNA Keyword User's Manual, volume II: *MAT_077_H, *MAT_077_O, *MAT_127",
 )

@@ -101,9 +101,11 @@ WRITER = Writer(
     series_laws=frozenset({"neo_hookean", "mooney_rivlin", "yeoh", "ogden"}),
     remarks=(
         "run it in Mentat; values that no public command sets are in comments at its end, to be typed in",
-        "with viscoelastic terms the law is the instantaneous one",
-        "of an incompressible rubber no bulk modulus is given: the program takes its own default",
     ),
+    remarks_on={
+        "series": "with viscoelastic terms the law is the instantaneous one",
+        "incompressible": "of an incompressible rubber no bulk modulus is given: the program takes its own default",
+    },
     source="Marc manual, volume A: Theory and User Information, Elastomer; Time-dependent behavior of elastomers; "
     "commands of Mentat in public scripts that run them",
 )

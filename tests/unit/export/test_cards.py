@@ -5,7 +5,7 @@ that the program computes from them is evaluated.
 """
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -535,12 +535,39 @@ def test_an_incompressible_rubber_has_no_compliance():
     assert "0.5, -0.05, 0.01, 0, 0, 0" in written("abaqus", rubber)
 
 
+@pytest.mark.parametrize(
+    ("program", "feature", "rubber"),
+    [
+        ("abaqus", "incompressible", {"bulk_modulus": np.inf}),
+        ("ansys", "incompressible", {"bulk_modulus": np.inf}),
+        ("ansys", "series", {"series": SERIES}),
+        ("lsdyna", "series", {"series": SERIES}),
+        ("lsdyna", "arruda_boyce", {"law": "arruda_boyce", "parameters": LAWS["arruda_boyce"]}),
+        ("marc", "series", {"series": SERIES}),
+    ],
+)
+def test_a_card_has_only_the_remarks_that_apply(program, feature, rubber):
+    remark = writer_for(program).remarks_on[feature]
+    assert remark not in written(program, rubber_with("neo_hookean"))
+    assert remark in written(program, replace(rubber_with("neo_hookean"), **rubber))
+
+
 def test_a_title_cannot_break_a_card():
     order = Order("-- *END <b> 3%", "case.toml", unit_system("SI"), rubber_with("yeoh"))
     for program in CARDS:
         text = writer_for(program).text(order).decode("ascii")
         assert READERS[program](text).bulk == pytest.approx(BULK * 1e6, rel=1e-4)
         assert order.name == "END__b__3"
+
+
+def test_a_title_keeps_its_letters():
+    title = "Lager Größe 1, Élan, Čačak, Ø 22, −5 °C"
+    order = Order(title, "case.toml", unit_system("SI"), rubber_with("yeoh"))
+    assert order.name == "Lager_Groesse_1__Elan__Cacak__Oe_22___5"
+    assert b"Lager Groesse 1, Elan, Cacak, Oe 22, -5 ?C" in writer_for("abaqus").text(order)
+    # Signs that Unicode decomposes to < and - stay out of the comment of an XML file.
+    order = replace(order, title="\u2013\u2013\uff1e \u226e")
+    assert ElementTree.fromstring(writer_for("febio").text(order)) is not None
 
 
 def test_effects_of_the_rubber_go_into_the_card():
