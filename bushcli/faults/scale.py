@@ -54,10 +54,11 @@ _ELASTOMERS = ((0.9, 1.0, 0.8), (0.1, 0.1, 1.0))
 # Factor by which a compliant rig, voids, a stop or a loop may change the modulus that a bushing appears to have.
 _FEIGNED = 3.0
 # Range of the recorded travel over the rubber's thickness (axial, radial), of the rotation in rad and of the strain of
-# a coupon; and a typical value.
+# a coupon.
 _TRAVEL = {"length": (1e-3, 5.0), "angle": (2e-3, math.pi), "strain": (2e-3, 12.0)}
 _REFERENCE = {"length": "the rubber's thickness", "angle": "a radian", "strain": "the specimen's length"}
-_USUAL = 0.3
+#: A typical value of it; judgement.
+USUAL = 0.3
 # Travel beyond which the unit is wrong whatever the stiffness is: a bushing 10 mm thick is not tested over
 # 0.01 mm.
 _IMPOSSIBLE = {"length": (1e-3, 30.0), "angle": (1e-6, 2.0 * math.pi), "strain": (1e-6, 100.0)}
@@ -270,7 +271,7 @@ def _misread(scale: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
         wrong += prior / whole * _frequency(changed[0] / feigned, changed[1] * feigned)
         # Of several suitable readings, take the one to the most typical rubber and travel.
         typical = math.sqrt(changed[0] * changed[1])
-        unusual = reading.rare + abs(math.log10(typical)) + abs(math.log10(reading.scale.travel / _USUAL))
+        unusual = reading.rare + abs(math.log10(typical)) + abs(math.log10(reading.scale.travel / USUAL))
         if unusual < least and SHEAR[0] <= typical <= SHEAR[1]:
             best, least = reading, unusual
     if best is None:
