@@ -78,6 +78,11 @@ _EXCHANGED, _AGREE = 3.0, 1.3
 # Probability from which a wrong unit is mentioned where the file writes none and rubber has no such modulus: writing it
 # costs little. Judgement.
 _ASKED = 0.25
+# Density, over the logarithm, of moduli that are wrong in a way which no unit explains: judgement, as common as a wrong
+# unit, by up to ten decades either way.
+_UNEXPLAINED = WRONG / (20.0 * math.log(10.0))
+# Largest probability of a fault that nothing contradicts.
+_SURE = 1.0 - 1e-9
 
 
 @dataclass(frozen=True)
@@ -274,10 +279,11 @@ def _misread(scale: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
         unusual = reading.rare + abs(math.log10(typical)) + abs(math.log10(reading.scale.travel / USUAL))
         if unusual < least and SHEAR[0] <= typical <= SHEAR[1]:
             best, least = reading, unusual
-    if best is None:
-        return _unexplained(scale, rest, torn) if contradicted or torn else None
     right = (1.0 - sum(priors) / whole) * _frequency(low / feigned, high * feigned)
-    probability = 1.0 if proved else wrong / (wrong + right)
+    if best is None:
+        probability = min(_UNEXPLAINED / (_UNEXPLAINED + right), _SURE)
+        return _unexplained(scale, rest if contradicted else (), torn, probability)
+    probability = 1.0 if proved else min(wrong / (wrong + right), _SURE)
     asked = bool(assumed) and (low > SHEAR[1] or high < SHEAR[0])
     if probability < (_ASKED if asked else MENTIONED):
         return None
@@ -300,16 +306,28 @@ def _misread(scale: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
     )
 
 
-def _unexplained(scale: _Scale, rest: Sequence[_Scale], torn: bool) -> DataFault:
-    """Return the fault of a recording that contradicts another one, or the rubber's strength, in every unit."""
-    other = min(rest, key=lambda each: _apart(scale.modulus, each.modulus), default=scale)
-    against = f"at {scale.way}, which no rubber bears" if torn else f"and {other.moduli}"
+def _unexplained(
+    scale: _Scale, contradicting: Sequence[_Scale], torn: bool, probability: float
+) -> DataFault | None:
+    """Return the fault of a recording that is wrong in every unit; None if it is a probable one of an elastomer.
+
+    It contradicts other ones, or the rubber's strength; or hardly an elastomer is like it, with the probability.
+    """
+    against = f" at {scale.way}, which no rubber bears" if torn else ""
+    if contradicting and not torn:
+        other = min(contradicting, key=lambda each: _apart(scale.modulus, each.modulus))
+        against = f" and {other.moduli}"
+    fatal = bool(against)
+    if not fatal and probability < MENTIONED:
+        return None
+    where = f"{scale.moduli}{against or f'; {SHEAR_WORDS}'}: no single wrong unit explains it"
+    if not fatal:
+        where += f"; the probability that it was read wrongly is {chance_in_words(probability)}"
+    remedy = (
+        'check columns, units and mode, and the lengths in [geometry]; or accept = ["unit"] if all are right'
+    )
     return DataFault(
-        scale.recording.name,
-        "unit",
-        f"{scale.moduli} {against}: no single wrong unit explains it",
-        'check columns, units and mode, and the lengths in [geometry]; or accept = ["unit"] if all are right',
-        True,
+        scale.recording.name, "unit", where, remedy, fatal, probability=1.0 if fatal else probability
     )
 
 
