@@ -273,8 +273,11 @@ def unused_name(name: str, taken: Collection[str]) -> str:
 def with_channel_names(load_cases: Sequence[T | None], channel_names: Iterable[str]) -> tuple[T, ...]:
     """Return load cases with the names of their channels: the mode, numbered where the mode alone is taken."""
     loads: list[T] = [load for load in load_cases if load is not None]
-    uses = Counter([*(load.mode for load in loads), *channel_names])
-    return tuple(
-        replace(load, name=load.mode if uses[load.mode] == 1 else f"{load.mode}-{number}")
-        for number, load in enumerate(loads, 1)
-    )
+    taken = list(channel_names)
+    uses, named = Counter([*(load.mode for load in loads), *taken]), []
+    for number, load in enumerate(loads, 1):
+        # A recording may be named as load cases are numbered.
+        name = unused_name(load.mode if uses[load.mode] == 1 else f"{load.mode}-{number}", taken)
+        named.append(replace(load, name=name))
+        taken.append(name)
+    return tuple(named)

@@ -38,6 +38,7 @@ def check(run: Run, strict: bool) -> int:
     """
     from bushcli.case.hardness import known_from_hardness
     from bushcli.case.load import unedited_lines
+    from bushcli.case.temperatures import unused_temperatures
     from bushcli.case.typical import unusual_values
     from bushcli.faults import find_faults
     from bushcli.faults.dynamic import table_faults
@@ -79,6 +80,7 @@ def check(run: Run, strict: bool) -> int:
         *known_from_hardness(case.material),
         *untried_dolfinx(installed_dolfinx()),
         *doubts,
+        *unused_temperatures(case, (*records, *materials)),
     )
     tests = protocol(case, curves, coupons, displacement_programs)
     checked = CheckResult(case, records, materials, tests, faults, programs, conditions, tables)

@@ -11,7 +11,7 @@ import click
 
 from bushcli.cli.identification import fit_to_coupons
 from bushcli.cli.progress import work_progress
-from bushcli.cli.run import DONE, NEGATIVE, Run, on_a_case
+from bushcli.cli.run import DONE, NEGATIVE, NOT_CONVERGED, Run, on_a_case
 from bushcli.cli.shared import (
     pool,
     resume_option,
@@ -136,6 +136,8 @@ def study(
                 say_what_is_saved(error, run.output, f"{done[0]} of {len(plan.rows)} designs")
                 raise
             run.deliver(StudyResult(result, rows.write))
+            if result.failed == len(plan.rows):
+                return NOT_CONVERGED
             return NEGATIVE if strict and result.failed else DONE
 
 
@@ -167,13 +169,16 @@ def _plan(
 def _task(run: Run, case: Case, plan: Plan, questions: tuple[str, ...], curves: bool) -> StudyTask:
     from bushcli.case.hardness import HARDNESS
     from bushcli.report.json.study import response_json
-    from bushcli.study.answers import answer, default_answers
+    from bushcli.study.answers import answer, check_within_travel, default_answers
     from bushcli.study.task import StudyTask
 
     if not case.load_cases and not case.recordings:
         expected = case.expected_tables("[[recordings]] or [[load_cases]]")
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     answers = tuple(answer(case, text) for text in questions) or default_answers(case)
+    if not any(key.partition(".")[0] == "load_cases" for key in plan.keys):
+        for asked in answers:
+            check_within_travel(case, asked)
     material = fit_to_coupons(run, case).material if case.needs_fit else None
     hardness = next((variable for variable in plan.variables if variable.key == HARDNESS), None)
     if hardness is not None and not hardness.is_numeric:

@@ -54,10 +54,11 @@ _ELASTOMERS = ((0.9, 1.0, 0.8), (0.1, 0.1, 1.0))
 # Factor by which a compliant rig, voids, a stop or a loop may change the modulus that a bushing appears to have.
 _FEIGNED = 3.0
 # Range of the recorded travel over the rubber's thickness (axial, radial), of the rotation in rad and of the strain of
-# a coupon; and a typical value.
+# a coupon.
 _TRAVEL = {"length": (1e-3, 5.0), "angle": (2e-3, math.pi), "strain": (2e-3, 12.0)}
 _REFERENCE = {"length": "the rubber's thickness", "angle": "a radian", "strain": "the specimen's length"}
-_USUAL = 0.3
+#: A typical value of it; judgement.
+USUAL = 0.3
 # Travel beyond which the unit is wrong whatever the stiffness is: a bushing 10 mm thick is not tested over
 # 0.01 mm.
 _IMPOSSIBLE = {"length": (1e-3, 30.0), "angle": (1e-6, 2.0 * math.pi), "strain": (1e-6, 100.0)}
@@ -77,6 +78,11 @@ _EXCHANGED, _AGREE = 3.0, 1.3
 # Probability from which a wrong unit is mentioned where the file writes none and rubber has no such modulus: writing it
 # costs little. Judgement.
 _ASKED = 0.25
+# Density, over the logarithm, of moduli that are wrong in a way which no unit explains: judgement, as common as a wrong
+# unit, by up to ten decades either way.
+_UNEXPLAINED = WRONG / (20.0 * math.log(10.0))
+# Largest probability of a fault that nothing contradicts.
+_SURE = 1.0 - 1e-9
 
 
 @dataclass(frozen=True)
@@ -270,13 +276,14 @@ def _misread(scale: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
         wrong += prior / whole * _frequency(changed[0] / feigned, changed[1] * feigned)
         # Of several suitable readings, take the one to the most typical rubber and travel.
         typical = math.sqrt(changed[0] * changed[1])
-        unusual = reading.rare + abs(math.log10(typical)) + abs(math.log10(reading.scale.travel / _USUAL))
+        unusual = reading.rare + abs(math.log10(typical)) + abs(math.log10(reading.scale.travel / USUAL))
         if unusual < least and SHEAR[0] <= typical <= SHEAR[1]:
             best, least = reading, unusual
-    if best is None:
-        return _unexplained(scale, rest, torn) if contradicted or torn else None
     right = (1.0 - sum(priors) / whole) * _frequency(low / feigned, high * feigned)
-    probability = 1.0 if proved else wrong / (wrong + right)
+    if best is None:
+        probability = min(_UNEXPLAINED / (_UNEXPLAINED + right), _SURE)
+        return _unexplained(scale, rest if contradicted else (), torn, probability)
+    probability = 1.0 if proved else min(wrong / (wrong + right), _SURE)
     asked = bool(assumed) and (low > SHEAR[1] or high < SHEAR[0])
     if probability < (_ASKED if asked else MENTIONED):
         return None
@@ -299,16 +306,28 @@ def _misread(scale: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
     )
 
 
-def _unexplained(scale: _Scale, rest: Sequence[_Scale], torn: bool) -> DataFault:
-    """Return the fault of a recording that contradicts another one, or the rubber's strength, in every unit."""
-    other = min(rest, key=lambda each: _apart(scale.modulus, each.modulus), default=scale)
-    against = f"at {scale.way}, which no rubber bears" if torn else f"and {other.moduli}"
+def _unexplained(
+    scale: _Scale, contradicting: Sequence[_Scale], torn: bool, probability: float
+) -> DataFault | None:
+    """Return the fault of a recording that is wrong in every unit; None if it is a probable one of an elastomer.
+
+    It contradicts other ones, or the rubber's strength; or hardly an elastomer is like it, with the probability.
+    """
+    against = f" at {scale.way}, which no rubber bears" if torn else ""
+    if contradicting and not torn:
+        other = min(contradicting, key=lambda each: _apart(scale.modulus, each.modulus))
+        against = f" and {other.moduli}"
+    fatal = bool(against)
+    if not fatal and probability < MENTIONED:
+        return None
+    where = f"{scale.moduli}{against or f'; {SHEAR_WORDS}'}: no single wrong unit explains it"
+    if not fatal:
+        where += f"; the probability that it was read wrongly is {chance_in_words(probability)}"
+    remedy = (
+        'check columns, units and mode, and the lengths in [geometry]; or accept = ["unit"] if all are right'
+    )
     return DataFault(
-        scale.recording.name,
-        "unit",
-        f"{scale.moduli} {against}: no single wrong unit explains it",
-        'check columns, units and mode, and the lengths in [geometry]; or accept = ["unit"] if all are right',
-        True,
+        scale.recording.name, "unit", where, remedy, fatal, probability=1.0 if fatal else probability
     )
 
 

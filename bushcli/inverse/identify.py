@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
+from bushcli.case.temperatures import unused_temperatures
 from bushcli.case.typical import unusual_values
 from bushcli.curve.earlier import not_from_rest
 from bushcli.errors import InputError, Problem
@@ -376,8 +377,9 @@ class _Searches:
             yield history_damaged(journal.damaged_entries)
         if self.instead is not None:
             yield start_replaced(self.values(self.instead), self.task)
-        case = self.task.case
-        yield from unusual_values(case, case.material, [channel.recording for channel in self.curves])
+        case, recordings = self.task.case, [channel.recording for channel in self.curves]
+        yield from unusual_values(case, case.material, recordings)
+        yield from unused_temperatures(case, recordings)
 
     def _index_of_lowest(self) -> int:
         """Return the index of the lowest minimum; of equal ones, the first."""

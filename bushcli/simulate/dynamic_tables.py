@@ -11,6 +11,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.case import Case, DynamicTest, Material, checks
+from bushcli.case.temperatures import ALIKE
 from bushcli.case.tolerance import Tolerance
 from bushcli.effects.active import ActiveEffect, effects_on_channel, in_state, require_values
 from bushcli.effects.assembly import features_of
@@ -239,7 +240,7 @@ def left_out(table: DynamicTable, use: Literal["compared", "fitted"], thinned: b
             remedy = "nothing to do"
         yield Condition("amplitude_left_out", what, f"{remedy}; filled rubber is softer at larger ones")
     degrees = table.temperature[~np.isnan(table.temperature)]
-    if len(degrees) and np.ptp(degrees) > 5.0:
+    if len(degrees) and np.ptp(degrees) > ALIKE:
         what = (
             f"{table.name}: the temperatures go from {degrees.min():.3g} to {degrees.max():.3g} degrees C, "
         )

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
 from bushcli.case.hardness import known_from_hardness
+from bushcli.case.temperatures import unused_temperatures
 from bushcli.case.typical import unusual_values
 from bushcli.effects.active import effects_on_channel, in_state, require_time, state_in_words
 from bushcli.effects.assembly import features_of
@@ -125,6 +126,7 @@ def predict(
             active = effects_on_channel(case.effects, channel.name, channel.mode)
             doubts += outside_measured(channel.name, _extent(channel), tested, active)
     doubts += unusual_values(case, material, by_travel)
+    doubts += unused_temperatures(case, [channel.recording or channel for channel in channels])
     response = Response(case, material, simulated, tuple(doubts), faults)
     if interrupted:
         raise PredictionInterrupted(response)

@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 from bushcli.curve.curve import Curve, ExactCurve
 from bushcli.curve.earlier import not_from_rest
 from bushcli.effects.names import readable_name
+from bushcli.faults.scale import USUAL, unit_stiffness
 from bushcli.runtime.condition import Condition
 from cases.history import Interrupted
 from cases.load import LIMIT_POINT
 from cases.mode import modes
 from cases.six import PAIR_MODES
+from forms.law import laws
 
 if TYPE_CHECKING:
     from bushcli.case import Case, Material
@@ -216,7 +218,7 @@ def conditions(case: Case, channel: Simulated) -> list[Condition]:
     # An effect of the rig, such as an offset, may give a force at rest as well.
     assembled = _of_the_assembly(channel) if "assembly" in acts and "rig" not in acts else []
     assembly = " and ".join(readable_name(effect.name) for effect in acting if effect.acts == "assembly")
-    conditions, strained = [*_of_the_march(channel, folded, assembly), *assembled], channel.strained
+    conditions, strained = [*_of_the_march(case, channel, folded, assembly), *assembled], channel.strained
     if strained.unstable > 0:
         what = f"{channel.name}: the law violates Drucker's stability in {100 * strained.unstable:.2g} % of the states "
         what += f"that the rubber reaches (principal stretches {strained.range[0]:.2f} to {strained.range[1]:.2f})"
@@ -294,7 +296,45 @@ def _of_the_assembly(channel: Simulated) -> list[Condition]:
     return [Condition("force_at_rest", what, remedy)]
 
 
-def _of_the_march(channel: Simulated, folded: str, assembly: str) -> list[Condition]:
+def _force_not_reached(case: Case, channel: Simulated, q: float, force: float) -> Condition:
+    """Return how near a march came to a prescribed force: q in mm or rad, force in N or N mm."""
+    rotational = modes()[channel.mode].rotational
+    travel = f"{np.degrees(q):.4g} deg" if rotational else f"{q:.4g} mm"
+    kind = "N mm" if rotational else "N"
+    if q == 0.0:
+        what = f"{channel.name}: the first step towards the prescribed force found no equilibrium ({channel.stopped})"
+        usual, remedy = usual_force(case, channel.mode), "prescribe a smaller force"
+        if usual is not None:
+            remedy += f", for instance force = {float(f'{usual:.1g}'):g} ({kind})"
+        return Condition("not_converged", what, remedy)
+    what = f"{channel.name}: the prescribed force was not reached: the largest found is {force:.5g} {kind} at {travel}"
+    further = 1.2 * (float(np.degrees(q)) if rotational else q)
+    remedy = f"prescribe the travel instead, for instance amplitude = {further:.2g}, to see the curve"
+    if channel.stopped == LIMIT_POINT:
+        what += (
+            ", a limit point: beyond it the force falls with the travel, and the bushing would snap through"
+        )
+        remedy = f"prescribe less, or {remedy} beyond the limit point"
+    else:
+        what += f"; beyond it the march found no equilibrium ({channel.stopped})"
+        remedy = f"prescribe less, set more steps, or {remedy}"
+    return Condition("not_converged", what, remedy)
+
+
+def usual_force(case: Case, mode: str) -> float | None:
+    """Return the force (N, N mm) of a usual travel by the closed forms; None without them, or without parameters."""
+    stiffness, annulus, parameters = (
+        unit_stiffness(case.geometry, mode),
+        case.geometry.annulus,
+        case.material.parameters,
+    )
+    if stiffness is None or annulus is None or not parameters:
+        return None
+    travel = USUAL * (1.0 if modes()[mode].rotational else annulus.thickness)
+    return stiffness[0] * laws()[case.material.law].shear_modulus(**parameters) * travel
+
+
+def _of_the_march(case: Case, channel: Simulated, folded: str, assembly: str) -> list[Condition]:
     """Return how far the march went, and how far its elements can be trusted."""
     conditions, strained = [], channel.strained
     unit, factor = ("deg", 180.0 / np.pi) if modes()[channel.mode].rotational else ("mm", 1.0)
@@ -304,20 +344,7 @@ def _of_the_march(channel: Simulated, folded: str, assembly: str) -> list[Condit
         what = f"{channel.name}: interrupted at {reached}; the curve ends there"
         conditions.append(Condition("interrupted", what, "run it again"))
     elif channel.stopped and channel.largest is not None:
-        q, force = channel.largest
-        kind = "N mm" if modes()[channel.mode].rotational else "N"
-        what = f"{channel.name}: the prescribed force was not reached: the largest found is {force:.5g} {kind} at "
-        what += f"{q * factor:.4g} {unit}"
-        remedy = (
-            f"prescribe the travel instead, for instance amplitude = {1.2 * q * factor:.2g}, to see the curve"
-        )
-        if channel.stopped == LIMIT_POINT:
-            what += ", a limit point: beyond it the force falls with the travel, and the bushing would snap through"
-            remedy = f"prescribe less, or {remedy} beyond the limit point"
-        else:
-            what += f"; beyond it the march found no equilibrium ({channel.stopped})"
-            remedy = f"prescribe less, set more steps, or {remedy}"
-        conditions.append(Condition("not_converged", what, remedy))
+        conditions.append(_force_not_reached(case, channel, *channel.largest))
     elif channel.stopped:
         what = f"{channel.name}: no equilibrium beyond {reached} ({channel.stopped}); the curve ends there"
         remedy = f"set a smaller displacement, more steps or a coarser mesh{folded}"

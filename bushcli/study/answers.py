@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
+from bushcli.case.as_json import in_degrees
 from bushcli.curve.curve import Curve
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.simulate.response import Response, Simulated
@@ -24,6 +25,8 @@ Array = NDArray[np.float64]
 #: Kinds of answers of a channel that need no travel, and that can be asked for at a travel (mm or degrees).
 ALONE, AT = ("initial", "secant"), ("force", "secant", "tangent")
 _AT = re.compile(r"(.+)\.(\w+)@(.*)\Z")
+#: Share of its range by which a curve may miss a travel: rounding, as of degrees.
+ROUNDING = 1e-9
 _INDEX = re.compile(r"-?\d+")
 #: Keys of the result of `bushcli direct` under which answers can be asked for.
 RESULT_KEYS = (
@@ -147,6 +150,24 @@ def answer(case: Case, text: str) -> Asked:
     return Asked(name, channel, kind, travel, unit_of(channels[channel], kind), at_load)
 
 
+def check_within_travel(case: Case, asked: Asked) -> None:
+    """Raise `InputError` where an answer is asked for at a travel beyond the end of its load case.
+
+    Travels of recordings, files and prescribed forces are not known before they are read or simulated.
+    """
+    load = next((load for load in case.load_cases if load.label == asked.channel), None)
+    if load is None or load.by_force or not load.path or asked.travel is None or asked.at_load:
+        return
+    low, high = (in_degrees(end, modes()[load.mode].rotational) for end in (min(load.path), max(load.path)))
+    slack = ROUNDING * (high - low)
+    if not low - slack <= asked.travel <= high + slack:
+        place = f"{low:.6g} to {high:.6g}{quantity_unit(load.mode)}"
+        what = f"is beyond the travel of the load case, {place}"
+        load_unit = "Nmm" if modes()[load.mode].rotational else "N"
+        expected = f"a travel within it, or a load with its unit: @{asked.travel:g}{load_unit}"
+        raise InputError(Problem(f"--answer {asked.name}", what, "", expected))
+
+
 def answer_columns(
     answers: Sequence[Asked], response: Response, document: Mapping[str, Any] | None
 ) -> dict[str, float]:
@@ -175,7 +196,7 @@ def monotonic_stretch(curve: Curve, travel: float, name: str) -> tuple[Array, Ar
     q, force = curve.displacement, curve.force
     turns = np.flatnonzero(np.diff(np.sign(np.diff(q)))) + 1
     edges = [0, *map(int, turns), len(q) - 1]
-    slack = 1e-9 * float(np.ptp(q))
+    slack = ROUNDING * float(np.ptp(q))
     for start, stop in pairwise(edges):
         leg = q[start : stop + 1]
         if stop - start >= 1 and leg.min() - slack <= travel <= leg.max() + slack:

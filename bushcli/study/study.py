@@ -285,8 +285,10 @@ def _conditions(
 ) -> tuple[Condition, ...]:
     conditions = [history_damaged(damaged)] if damaged else []
     if failed:
-        what = f"{failed} of {len(plan.rows)} designs have no result; the statistics are those of the others"
-        remedy = "see the reasons; narrower ranges avoid such designs"
+        some = failed < len(plan.rows)
+        what = f"{failed} of {len(plan.rows)} designs have no result"
+        what += "; the statistics are those of the others" if some else ""
+        remedy = f"see the reasons{'; narrower ranges avoid such designs' if some else ''}"
         conditions.append(Condition("designs_failed", what, remedy))
     # Conditions other than those with which designs failed.
     for name, count in doubtful.items():

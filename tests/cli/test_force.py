@@ -96,6 +96,16 @@ def test_a_limit_point_ends_with_a_sentence(tmp_path: Path) -> None:
     assert "N mm at" in stopped["message"]
 
 
+def test_a_force_of_which_not_even_the_first_step_is_solved(tmp_path: Path) -> None:
+    (tmp_path / "case.toml").write_text(CASE + LOADED.replace("1000.0", "1e9"))
+    done = CliRunner().invoke(main, ["direct", str(tmp_path / "case.toml"), "-q"])
+    assert done.exit_code == 3
+    said = " ".join(done.output.split())
+    assert "the first step towards the prescribed force found no equilibrium" in said
+    assert "prescribe a smaller force, for instance force = 1000 (N)" in said
+    assert "amplitude = 0" not in said
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [

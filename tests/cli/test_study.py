@@ -145,9 +145,10 @@ def test_designs_that_fail_are_named_and_the_others_go_on(inside, case, tmp_path
 
 def test_a_study_of_which_nothing_has_a_result_says_so(inside, case, tmp_path):
     out = tmp_path / "out"
-    far = ["--answer", "axial.force@99"]
+    far = ["--answer", "axial.travel@99kN"]
     done = inside("study", case, "--vary", "geometry.length=30,34", *far, "--workers", 1, "-o", out)
-    assert done.exit_code == 0
+    assert done.exit_code == 3
+    assert "those of the others" not in done.output
     assert "0 of 2 designs (grid) have a result." in done.output
     assert (out / "report.html").is_file()
 
@@ -178,6 +179,10 @@ def test_answers_from_lists_of_a_path_of_six_motions(inside, case):
         (["--vary", "geometry.outer_radius=18:20", "--sampling", "grid"], "has no values for a grid"),
         (["--vary", "geometry.length=30,34", "--answer", "radial.initial"], "there is no channel radial"),
         (["--vary", "geometry.length=30,34", "--answer", "axial.force"], "is not an answer"),
+        (
+            ["--vary", "geometry.length=30,34", "--answer", "axial.force@99"],
+            "is beyond the travel of the load case",
+        ),
         (
             ["--vary", "geometry.length=30,34", "--limits", "radial.initial=1:2"],
             "is not an answer of this study",

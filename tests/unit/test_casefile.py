@@ -155,6 +155,14 @@ def test_channels_have_unique_names(folder):
     assert 'recordings[1].file = "axial.csv" lists the recording of axial a second time' in again
 
 
+def test_numbered_load_case_leaves_the_names_of_recordings(folder):
+    case = load(
+        folder, CASE + '[[recordings]]\nname = "axial-1"\nfile = "axial.csv"\nmode = "axial"\ncycles = [2]\n'
+    )
+    assert [r.name for r in case.recordings] == ["axial", "axial-1"]
+    assert [load_case.name for load_case in case.load_cases] == ["axial-1_2", "torsional"]
+
+
 def test_resolved_is_json_in_the_units_of_the_case_file(folder):
     shown = case_json(load(folder, CASE, "material.bulk_modulus=inf"))
     assert json.loads(json.dumps(shown, allow_nan=False)) == shown

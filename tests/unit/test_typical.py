@@ -7,6 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from bushcli.case import load_case
+from bushcli.case.temperatures import unused_temperatures
 from bushcli.case.typical import unusual_values
 from bushcli.cli import main
 from bushcli.errors import InputError
@@ -160,3 +161,21 @@ def test_a_number_that_computers_cannot_use_is_refused(tmp_path, key, value):
     (tmp_path / "case.toml").write_text(CASE)
     with pytest.raises(InputError, match=key.split(".")[-1]):
         load_case(tmp_path / "case.toml", [f"{key}={value}"])
+
+
+@pytest.mark.parametrize(("warm", "noted"), [(80.0, True), (-16.0, False)])
+def test_temperatures_that_no_effect_uses_are_said(tmp_path, warm, noted):
+    recordings = "".join(
+        f'[[recordings]]\nmode = "axial"\nfile = "{i}.csv"\ntemperature = {degrees}\n'
+        for i, degrees in enumerate((-20.0, warm))
+    )
+    for i in range(2):
+        rows = [f"{0.1 * j},{(30 + i) * j}" for j in range(6)]
+        (tmp_path / f"{i}.csv").write_text("\n".join(["displacement_mm,force_N", *rows]))
+    (tmp_path / "case.toml").write_text(CASE + recordings)
+    shown = CliRunner().invoke(main, ["check", str(tmp_path / "case.toml"), "-q"])
+    words = " ".join(shown.output.split())
+    assert ("temperatures of -20 and 80 degrees C are not used" in words) is noted
+    assert f"{warm:.1f} °C" in words
+    case = load_case(tmp_path / "case.toml", ["effects=[{name='temperature'}]", "temperature=23.0"])
+    assert not [*unused_temperatures(case, [])]

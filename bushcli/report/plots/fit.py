@@ -99,10 +99,11 @@ def fitted_panels(curve: FittedCurve, file: str) -> Panels:
     series = [recorded_series(curve.recording, units)]
     limits = None
     if (started := curve.started) is not None:
-        order = np.argsort(started.displacement, kind="stable")
-        before = units.convert(started.displacement[order]), started.force[order]
-        series.append(Series("before", f"before: {percent(curve.started_percent)} rms", *before))
-        limits = force_limits(np.concatenate([curve.recording.force, curve.fitted.force]), before[1])
+        at, before = smooth(started)
+        series.append(
+            Series("before", f"before: {percent(curve.started_percent)} rms", units.convert(at), before)
+        )
+        limits = force_limits(np.concatenate([curve.recording.force, curve.fitted.force]), before)
     label = "predicted (held out)" if curve.held_out else "after"
     series.append(Series("after", f"{label}: {rms} rms", q, force))
     curves = Plot(

@@ -9,12 +9,13 @@ import numpy as np
 from bushcli.case import DynamicTest, LoadCase
 from bushcli.errors import count_of
 from bushcli.recording import RecordedProgram, Recording
+from bushcli.recording.source import Source
 from bushcli.recording.text.table import SHOWN
 from bushcli.report.conditions import conditions
 from bushcli.report.document import Document, Row, Section, Table, paragraphs
 from bushcli.report.quantity import join_names, number, quantities
 from bushcli.report.results import CheckResult
-from bushcli.report.views.dynamic import dynamic_tables_section
+from bushcli.report.views.dynamic import dynamic_tables_section, span
 from bushcli.report.views.mesh import notes_section
 from bushcli.standards import Observed
 from bushcli.standards.protocol import Protocol
@@ -38,8 +39,11 @@ def check_document(checked: CheckResult) -> Document:
         notes_section(case.geometry),
         Section("Load cases", [Table("Load cases", heads, tuple(loads), left=3)]),
         Section("Vibrations", [vibration_table(case.vibrations)]),
-        Section("Recordings", [_recording_table("Recordings", checked.curves)]),
-        Section("Coupon tests", [_recording_table("Coupon tests", checked.coupons)]),
+        Section(
+            "Recordings",
+            [_recording_table("Recordings", checked.curves, (*case.recordings, *case.specimens))],
+        ),
+        Section("Coupon tests", [_recording_table("Coupon tests", checked.coupons, case.coupons)]),
         dynamic_tables_section(checked.tables),
         *protocol_sections(checked.tests),
     ]
@@ -63,10 +67,14 @@ def vibration_table(tests: Sequence[DynamicTest]) -> Table:
     return Table("Vibrations", heads, tuple(map(row, tests)), left=3)
 
 
-def _recording_table(title: str, curves: Sequence[Recording]) -> Table:
-    """Return a row for each recording: samples, cycles, ranges of displacement and force."""
+def _recording_table(title: str, curves: Sequence[Recording], sources: Sequence[Source]) -> Table:
+    """Return a row for each recording: samples, cycles, ranges of displacement and force; temperatures, if given."""
     rows = []
-    for curve in curves:
+    of_case = {source.label: source.temperature for source in sources}
+    given = [of_case.get(curve.name) if curve.temperature is None else curve.temperature for curve in curves]
+    warm = ["-" if value is None else span(np.atleast_1d(value), "°C") for value in given]
+    shown = any(value is not None for value in given)
+    for curve, temperature in zip(curves, warm, strict=True):
         units, q, force = quantities(curve.mode), curve.displacement, curve.force
         counts = (str(len(force)), str(len({branch.cycle for branch in curve.branches})))
         travel = (number(units.at(q.min())), number(units.at(q.max())))
@@ -74,8 +82,10 @@ def _recording_table(title: str, curves: Sequence[Recording]) -> Table:
             units.displacement_unit or units.displacement,
             (number(force.min()), number(force.max())),
         )
-        rows.append((curve.name, curve.mode, *counts, *travel, unit, *forces, units.force_unit))
-    heads = ("channel", "mode", "samples", "cycles", "from", "to", "", "force from", "to", "")
+        row = (curve.name, curve.mode, *counts, *travel, unit, *forces, units.force_unit)
+        rows.append((*row, temperature) if shown else row)
+    heads: Row = ("channel", "mode", "samples", "cycles", "from", "to", "", "force from", "to", "")
+    heads = (*heads, "temperature") if shown else heads
     return Table(title, heads, tuple(rows), left=2)
 
 

@@ -187,7 +187,7 @@ def _remarks(tables: Sequence[DynamicTable]) -> list[Block]:
 def preload_of(table: DynamicTable) -> str:
     """Return the preload of rows in words: "preload 1500 N"; with their temperature and amplitude, if these differ."""
     curve = table.rows(table.conditions()[0])
-    conditions_text = [text for text in (_preload(curve), _span(curve.temperature, "°C")) if text != "-"]
+    conditions_text = [text for text in (_preload(curve), span(curve.temperature, "°C")) if text != "-"]
     return f"preload {', '.join(conditions_text)}" if conditions_text else "at rest"
 
 
@@ -195,17 +195,17 @@ def _motion(part: DynamicTable, values: Array) -> str:
     """Return the range of a motion: mm, degrees, or a strain in percent."""
     unit = table_units(part)[0]
     if unit == "strain":
-        return _span(100.0 * values, "%")
-    return _span(quantities(part.mode).per_internal * values, unit)
+        return span(100.0 * values, "%")
+    return span(quantities(part.mode).per_internal * values, unit)
 
 
 def _preload(part: DynamicTable) -> str:
     """Return the preload as a motion, or else as a force."""
     moved = _motion(part, part.preload)
-    return _span(part.preload_force, table_units(part)[1]) if moved == "-" else moved
+    return span(part.preload_force, table_units(part)[1]) if moved == "-" else moved
 
 
-def _span(values: Array, unit: str) -> str:
+def span(values: Array, unit: str) -> str:
     """Return the range of values, or their mean where they differ by less than is shown."""
     finite = values[~np.isnan(values)]
     if not len(finite):
@@ -219,24 +219,24 @@ _MEASURED: Columns[DynamicTable] = (
     ("channel", lambda part: part.name),
     ("quantity", lambda part: f"{part.quantity.replace('stiffness', 'K')}* [{table_units(part)[2]}]"),
     ("rows", lambda part: str(len(part))),
-    ("frequency [Hz]", lambda part: _span(part.frequency, "")),
+    ("frequency [Hz]", lambda part: span(part.frequency, "")),
     ("amplitude", lambda part: _motion(part, part.amplitude)),
     ("preload", _preload),
-    ("temperature", lambda part: _span(part.temperature, "°C")),
-    ("magnitude", lambda part: _span(part.stiffness, "")),
-    ("loss angle [deg]", lambda part: _span(np.degrees(part.loss_angle), "")),
+    ("temperature", lambda part: span(part.temperature, "°C")),
+    ("magnitude", lambda part: span(part.stiffness, "")),
+    ("loss angle [deg]", lambda part: span(np.degrees(part.loss_angle), "")),
 )
 # Of the same, and their simulated stiffness.
 _COMPARED: Columns[tuple[DynamicTable, NDArray[np.complex128]]] = (
     ("channel", lambda row: row[0].name),
-    ("frequency [Hz]", lambda row: _span(row[0].frequency, "")),
+    ("frequency [Hz]", lambda row: span(row[0].frequency, "")),
     ("amplitude", lambda row: _motion(row[0], row[0].amplitude)),
     ("preload", lambda row: _preload(row[0])),
-    ("|K*|", lambda row: _span(row[0].stiffness, "")),
-    ("simulated", lambda row: _span(np.abs(row[1]), "")),
+    ("|K*|", lambda row: span(row[0].stiffness, "")),
+    ("simulated", lambda row: span(np.abs(row[1]), "")),
     ("misfit", lambda row: percent(100.0 * _rms(np.abs(row[1]) / row[0].stiffness - 1.0))),
-    ("loss angle [deg]", lambda row: _span(np.degrees(row[0].loss_angle), "")),
-    ("simulated", lambda row: _span(np.degrees(np.angle(row[1])), "")),
+    ("loss angle [deg]", lambda row: span(np.degrees(row[0].loss_angle), "")),
+    ("simulated", lambda row: span(np.degrees(np.angle(row[1])), "")),
     ("misfit", lambda row: number(np.degrees(_rms(np.angle(row[1]) - row[0].loss_angle)))),
 )
 

@@ -187,17 +187,15 @@ def bulk_modulus_line(fit: Fit) -> str:
 
 
 def determined_lines(fit: Fit) -> list[str]:
-    """Return a sentence on what the curves determine, judged by the singular values."""
+    """Return a sentence on which combinations the curves leave open beside the others, by the singular values."""
     values = list(map(float, fit.singular_values))
-    if not values:
+    # They are relative: of a single parameter they say nothing.
+    if len(values) < 2:
         return []
-    rank, count = sum(value >= UNDETERMINED for value in values), len(values)
+    left, count = sum(value < UNDETERMINED for value in values), len(values)
     values_text = ", ".join(number(value, 2) for value in values)
-    all_of_them = "Both" if count == 2 else f"All {count}"
-    text = f"{all_of_them if rank == count else f'{rank} of {count}'} combinations of the parameters are determined"
-    text = "The parameter is determined" if rank == count == 1 else text
-    limit = f"below {UNDETERMINED:g} a combination is left open"
-    return [f"{text} (relative singular values {values_text}; {limit})."]
+    text = f"{left or 'None'} of the {count} combinations of the parameters {'are' if left > 1 else 'is'} left open"
+    return [f"{text} (relative singular values {values_text}; below {UNDETERMINED:g} one is)."]
 
 
 def search_lines(fit: Fit) -> list[str]:

@@ -77,7 +77,9 @@ def check_folder(directory: Path) -> None:
                 probe.write(b"x")
             return
     except OSError as error:
-        raise _unwritable(directory, error, "give another -o") from None
+        # The error names the temporary file.
+        what = f"cannot be written: no file can be created in {existing} ({error.strerror or error})"
+        raise InputError(Problem(str(directory), what, "", "give another -o")) from None
     raise InputError(Problem(str(existing), "is a file", "", _FOLDER))
 
 
@@ -394,8 +396,6 @@ def _write_all(place: Path, files: Mapping[str, Content], listed: Collection[str
                 part.unlink(missing_ok=True)
 
 
-def _unwritable(
-    directory: Path, error: OSError, remedy: str = "free some space, or give another -o"
-) -> InputError:
-    what = f"cannot be written: {error.strerror or error}"
+def _unwritable(directory: Path, error: OSError) -> InputError:
+    what, remedy = f"cannot be written: {error.strerror or error}", "free some space, or give another -o"
     return InputError(Problem(str(error.filename or directory), what, "", remedy))

@@ -118,8 +118,10 @@ def test_a_failure_half_way_leaves_no_part_and_keeps_what_was_there(tmp_path):
 
 @pytest.mark.parametrize("name", ["x" * 300, "/".join(["x" * 100] * 60), "/proc/x", "/dev/null/x"])
 def test_a_folder_that_cannot_be_made_is_refused_before_anything_is_computed(tmp_path, name):
-    with pytest.raises(InputError, match=r"cannot be written: |is a file"):
+    with pytest.raises(InputError, match=r"cannot be written: |is a file") as refused:
         check_folder(tmp_path / name)
+    # No name of a temporary file, which the user has never seen.
+    assert str(tmp_path / name).startswith(refused.value.problems[0].where)
 
 
 def test_a_folder_that_can_be_made_is_not_made_yet(tmp_path):

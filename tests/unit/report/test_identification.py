@@ -307,6 +307,14 @@ def test_digits_are_those_that_the_error_leaves(value, std, expected):
     assert with_error(found, "C10") == expected
 
 
+def test_one_parameter_is_not_called_determined_by_its_relative_singular_value(case):
+    poor = replace(identified(names=("C10",)), singular_values=np.ones(1))
+    poor = replace(poor, parameters={"C10": Estimate(0.25, 0.1, 0.0, 1e4, False)})
+    text = shown(case(), [poor])
+    assert "C10 is poorly determined" in text
+    assert "singular values" not in text
+
+
 def test_text_says_everything(case):
     text = shown(
         case(),
@@ -316,7 +324,7 @@ def test_text_says_everything(case):
         "below 0.00100",
         "poorly determined",
         "-0.90",
-        "1 of 2 combinations of the parameters are determined",
+        "1 of the 2 combinations of the parameters is left open",
         "4 evaluations (1 failed), 8 simulations of one channel, 2.0 s",
         "Laws, best first by BIC",
         "problem undetermined",

@@ -7,11 +7,12 @@ import pytest
 
 from bushcli.curve.curve import Curve
 from bushcli.effects.titles import title
+from bushcli.inverse import FittedCurve
 from bushcli.recording import Recording
 from bushcli.report.plots.certainty import prior_panels, probability_panels
 from bushcli.report.plots.diagnosis import curve_plot, diagnosed_panels, time_plot
 from bushcli.report.plots.direct import around, curve_panels, six_panels, smooth
-from bushcli.report.plots.fit import fit_panels
+from bushcli.report.plots.fit import fit_panels, fitted_panels
 from bushcli.report.plots.places import missing_panels, program, record_panels
 from bushcli.report.quantity import largest_reactions
 from bushcli.simulate.response import SixCurve
@@ -61,6 +62,16 @@ def test_a_model_is_drawn_over_its_recording(answer, channel):
 def test_instability_is_shaded(fit):
     plots = [plot for row in fit_panels(fit).rows for plot in row]
     assert ["law unstable" in labels(plot) for plot in plots] == [True, True, False]
+
+
+def test_the_curve_before_the_fit_is_drawn_in_the_order_of_time():
+    """A loop that is drawn by its displacement is a saw-tooth."""
+    q, force = np.array([0.0, 1.0, 2.0, 1.0, 0.0, 1.0]), np.array([0.0, 10.0, 20.0, 5.0, -5.0, 8.0])
+    before = Curve("axial", q, force)
+    fitted = FittedCurve("axial", Recording("axial", q, force), before, 1.0, before, 2.0)
+    (plot,) = fitted_panels(fitted, "axial").rows[0]
+    (line,) = [one for one in plot.series if one.key == "before"]
+    assert (line.x.tolist(), line.y.tolist()) == (q.tolist(), force.tolist())
 
 
 def test_a_curve_that_turns_back_is_drawn_through_its_own_points():
