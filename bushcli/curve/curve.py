@@ -7,7 +7,8 @@ Two stiffnesses are defined here, in the same way for coarse noise-free and for 
   Q = Q0 + k q + c q^3 + d q^5 (bushing modes: an odd response with an offset) or Q0 + k q + c q^2 + d q^3 (coupons)
   of one to three terms besides Q0 are fitted, with Huber's weights against outliers, to the points within 15, 25, 40
   and 60 % of the largest displacement (a coupon's only to those within 15 %: it is stretched too far for curvature to
-  be distinguished from noise) and at least 5 of them (4 of a simulated program). The k of least error counts: its
+  be distinguished from noise) and at least 5 of them (4 of a simulated program). Of a simulated coupon up to five terms
+  of the logarithm of the stretch are fitted to at least 6 points. The k of least error counts: its
   standard error and, in quadrature, the largest change that a further term makes; of the last term the change that
   a geometric series of the terms would leave. A curve whose least error is above 10 % (5 % of a simulated program,
   whose steps can be made smaller; both are judgement) has no initial stiffness.
@@ -232,13 +233,19 @@ class Curve:
             return float("nan")
         q, force = self.displacement[samples], self.force[samples]
         mode = modes().get(self.mode)
-        coupon = mode is not None and mode.specimen == "coupon"
+        coupon = mode if mode is not None and mode.specimen == "coupon" else None
         powers = (2, 3) if coupon else (3, 5)
+        fewest = self.fewest
+        if coupon and not self.noisy:
+            # Stresses are sums of powers of the stretch, exponentials of its logarithm, of which a polynomial is near:
+            # ten steps of a planar Gent coupon to a stretch of 2.5 have the slope within 0.04 % in place of 2.8 %.
+            q = q if coupon.sheared else np.log1p(q)
+            largest, powers, fewest = float(np.abs(q).max()), (2, 3, 4, 5), 6
         distance = np.sort(np.abs(q))
         noise = float(np.nan_to_num(np.hypot(self.force_noise, self.noise_of_motion))) if self.noisy else 0.0
         least, slope = self.largest_error, float("nan")
         for window in _WINDOWS[:1] if coupon else _WINDOWS:
-            reach = max(window * largest, float(distance[: self.fewest][-1]))
+            reach = max(window * largest, float(distance[:fewest][-1]))
             near = np.abs(q) <= reach
             x = np.asarray(q[near] / reach)
             counts = range(1, min(len(np.unique(x)), 2 + len(powers)))

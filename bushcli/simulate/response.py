@@ -36,6 +36,10 @@ Array = NDArray[np.float64]
 AT_ONCE = 0.2
 # Force at rest over the force range above which the zero of a rig matters: as large as a load cell's error, 0.5 to 1 %.
 AT_REST = 0.01
+# Volume ratio of a coupon, or its reciprocal, beyond which the law no longer describes a rubber: with 2000 MPa in bulk
+# it takes 200 MPa, and in tension rubber cavitates at some 2.5 times its shear modulus (Gent and Lindley 1959,
+# doi:10.1098/rspa.1959.0016); a tenth is judgement.
+SWOLLEN = 1.1
 # Elements of the finer mesh of a mesh check over those of the mesh in use, in each direction. The edges of the bonds
 # reduce convergence to about first order, for which the error is twice the change that halving the elements makes
 # (measured against converged curves: 1.4 to 2.6 times).
@@ -334,6 +338,20 @@ def usual_force(case: Case, mode: str) -> float | None:
     return stiffness[0] * laws()[case.material.law].shear_modulus(**parameters) * travel
 
 
+def _of_the_volume(channel: Simulated) -> list[Condition]:
+    """Return a condition if a coupon's volume changes as no rubber's does, unless its mode prescribes the volume."""
+    low, high = channel.strained.volumes
+    if modes()[channel.mode].needs_compressibility or max(high, 1.0 / low) <= SWOLLEN:
+        return []
+    change = 100.0 * max(high - 1.0, 1.0 - low)
+    what = f"{channel.name}: the volume of the rubber changes by {change:.2g} % (volume ratios of {low:.3g} to {high:.3g})"
+    what += ": its law has become as stiff as its bulk modulus, which is the same at all strains"
+    remedy = (
+        "leave material.bulk_modulus out (an incompressible rubber), or give a larger one, or stretch it less"
+    )
+    return [Condition("changed_volume", what, remedy)]
+
+
 def _of_the_march(case: Case, channel: Simulated, folded: str, assembly: str) -> list[Condition]:
     """Return how far the march went, and how far its elements can be trusted."""
     conditions, strained = [], channel.strained
@@ -349,7 +367,9 @@ def _of_the_march(case: Case, channel: Simulated, folded: str, assembly: str) ->
         what = f"{channel.name}: no equilibrium beyond {reached} ({channel.stopped}); the curve ends there"
         remedy = f"set a smaller displacement, more steps or a coarser mesh{folded}"
         conditions.append(Condition("not_converged", what, remedy))
-    if strained.distorted is not None:
+    if modes()[channel.mode].specimen == "coupon":
+        conditions += _of_the_volume(channel)
+    elif strained.distorted is not None:
         where = f"at {abs(strained.distorted) * factor:.4g} {unit}"
         if assembly and abs(strained.distorted) < AT_ONCE * abs(channel.target):
             where, folded = f"{where}, after the assembly ({assembly}),", ""

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from click.testing import Result
 
 Cli = Callable[..., "subprocess.CompletedProcess[str]"]
 
@@ -83,3 +84,33 @@ def test_a_force_at_rest_is_reported_with_the_offset_of_the_rig(cli: Cli, tmp_pa
     at_rest = min(zip(map(abs, axial["displacement"]), axial["force"], strict=True))[1]
     # The offset is interpolated between steps of 0.5 mm.
     assert abs(at_rest) < 0.03 * rest
+
+
+COUPON = """
+[geometry]
+shape = "coupon"
+[material]
+law = "gent"
+bulk_modulus = 500.0
+parameters = {mu = 0.8, Jm = 30.0}
+[[load_cases]]
+mode = "uniaxial"
+amplitude = 6.0
+"""
+
+
+@pytest.mark.parametrize(
+    ("changes", "names"),
+    [((), ["changed_volume"]), (("load_cases.0.amplitude=2",), []), (("load_cases.0.mode=volumetric",), [])],
+)
+def test_a_coupon_whose_volume_changes_is_reported(
+    inside: Callable[..., Result], tmp_path: Path, changes: tuple[str, ...], names: list[str]
+) -> None:
+    (tmp_path / "case.toml").write_text(COUPON)
+    done = inside(
+        "direct", tmp_path / "case.toml", *(f"--set={change}" for change in changes), "--json", "-q"
+    )
+    assert done.exit_code == 0, done.output
+    problems = json.loads(done.stdout)["problems"]
+    assert [problem["name"] for problem in problems] == names
+    assert all("changes by 87 %" in problem["message"] for problem in problems)

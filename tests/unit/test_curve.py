@@ -193,6 +193,18 @@ def test_a_coarse_curve_of_an_elastic_stop_has_no_initial_stiffness():
     assert math.isnan(ExactCurve("axial", q, SHAPES["stop"](q)).initial_stiffness())
 
 
+@pytest.mark.parametrize(
+    ("mode", "slope", "power", "furthest"), [("planar", 3.2, 3, 1.5), ("uniaxial", 2.4, 2, -0.5)]
+)
+def test_ten_steps_of_a_coupon_have_the_slope_at_rest(mode, slope, power, furthest):
+    """Gent rubber, mu = 0.8 MPa, Jm = 30."""
+    q = np.linspace(0.0, furthest, 11)
+    stretch = 1.0 + q
+    first = stretch**2 + (1.0 + stretch**-2 if power == 3 else 2.0 / stretch) - 3.0
+    force = 0.8 * 30.0 / (30.0 - first) * (stretch - stretch**-power)
+    assert ExactCurve(mode, q, force).initial_stiffness() == pytest.approx(slope, rel=2e-3)
+
+
 def test_stiffness_of_two_points():
     curve = Curve("axial", np.array([0.0, 2.0]), np.array([1.0, 7.0]))
     assert curve.initial_stiffness() == pytest.approx(3.0)
