@@ -234,7 +234,7 @@ class Curve:
         q, force = self.displacement[samples], self.force[samples]
         mode = modes().get(self.mode)
         coupon = mode if mode is not None and mode.specimen == "coupon" else None
-        powers = (2, 3) if coupon else (3, 5)
+        powers: tuple[int, ...] = (2, 3) if coupon else (3, 5)
         fewest = self.fewest
         if coupon and not self.noisy:
             # Stresses are sums of powers of the stretch, exponentials of its logarithm, of which a polynomial is near:

@@ -344,7 +344,7 @@ def _of_the_volume(channel: Simulated) -> list[Condition]:
     if modes()[channel.mode].needs_compressibility or max(high, 1.0 / low) <= SWOLLEN:
         return []
     change = 100.0 * max(high - 1.0, 1.0 - low)
-    what = f"{channel.name}: the volume of the rubber changes by {change:.2g} % (volume ratios of {low:.3g} to {high:.3g})"
+    what = f"{channel.name}: the volume of the rubber changes by {change:.2g} % (ratios of {low:.3g} to {high:.3g})"
     what += ": its law has become as stiff as its bulk modulus, which is the same at all strains"
     remedy = (
         "leave material.bulk_modulus out (an incompressible rubber), or give a larger one, or stretch it less"
