@@ -18,7 +18,15 @@ def twelve_digits(value: float) -> float:
 
 
 def in_degrees(value: float, rotational: bool) -> float:
-    """Return a displacement or a rate as the case file has it: of a rotation in degrees."""
+    """Return a displacement or a rate as the case file has it: of a rotation in degrees.
+
+    Parameters
+    ----------
+    value : float
+        mm, rad, mm/s or rad/s.
+    rotational : bool
+        Whether it is of a rotation.
+    """
     return twelve_digits(math.degrees(value) if rotational else value)
 
 

@@ -18,7 +18,7 @@ from bushcli.runtime.condition import Condition
 ALIKE = 5.0
 
 
-class Channel(Protocol):
+class Warm(Protocol):
     """A recording, or a load case that is simulated."""
 
     @property
@@ -30,13 +30,13 @@ class Channel(Protocol):
         """Degrees C, one or shape (n,); None where no column of a file has it."""
 
 
-def unused_temperatures(case: Case, channels: Iterable[Channel]) -> Iterator[Condition]:
+def unused_temperatures(case: Case, channels: Iterable[Warm]) -> Iterator[Condition]:
     """Yield a condition where the channels have several temperatures and the case has no effect ``temperature``.
 
     Parameters
     ----------
     case : Case
-    channels : iterable of Channel
+    channels : iterable of Warm
         Those that one law simulates.
     """
     if any(active.effect.needs_temperature for active in case.effects):

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from bushcli.curve.curve import Curve, ExactCurve
 from bushcli.curve.earlier import not_from_rest
 from bushcli.effects.names import readable_name
-from bushcli.faults.scale import USUAL, unit_stiffness
 from bushcli.runtime.condition import Condition
 from cases.history import Interrupted
 from cases.load import LIMIT_POINT
@@ -326,7 +325,15 @@ def _force_not_reached(case: Case, channel: Simulated, q: float, force: float) -
 
 
 def usual_force(case: Case, mode: str) -> float | None:
-    """Return the force (N, N mm) of a usual travel by the closed forms; None without them, or without parameters."""
+    """Return the force (N, N mm) of a usual travel by the closed forms; None without them, or without parameters.
+
+    Parameters
+    ----------
+    case : Case
+    mode : str
+    """
+    from bushcli.faults.scale import USUAL, unit_stiffness  # it loads the units of recordings
+
     stiffness, annulus, parameters = (
         unit_stiffness(case.geometry, mode),
         case.geometry.annulus,
