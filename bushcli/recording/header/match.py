@@ -20,6 +20,8 @@ from cases.mode import Mode, modes
 EITHER_TRUE = STATIC["stress"].true | STATIC["strain"].true
 #: Modes of a coupon whose strain and stress along the load extensometers call axial.
 _ALONG = ("uniaxial", "planar")
+#: Beginnings of German compounds, and the modes that they mean: Axialweg, Torsionsmoment, Kardanwinkel.
+_COMPOUNDS = {"axial": "axial", "radial": "radial", "torsion": "torsional", "kardan": "conical"}
 #: Words for a change of length that are a strain where they are in percent.
 _STRETCHING = word_set("elongation extension deformation verformung verlängerung compression stauchung")
 
@@ -176,10 +178,18 @@ def candidates(table: Table, wanted: WantedColumn) -> list[int]:
     if any(column.is_understood for column in best):
         best = [c for c in best if c.is_understood or not c.written_units or len(best) == 1]
     # Beside "Axial Force", the mode decides which force is meant.
-    of_mode = [column.index for column in best if wanted.mode.name in column.head.words]
-    neutral = [column.index for column in best if modes().keys().isdisjoint(column.head.words)]
+    of_mode = [column.index for column in best if wanted.mode.name in named_modes(column.head)]
+    neutral = [column.index for column in best if not named_modes(column.head)]
     every_best = [column.index for column in best]
     return (of_mode or neutral or every_best) if len(best) > 1 else every_best
+
+
+def named_modes(head: Heading) -> set[str]:
+    """Return the modes that the words of a name mean, alone or as the beginning of a German compound: Radialkraft."""
+    named = modes().keys() & set(head.words)
+    return named | {
+        mode for start, mode in _COMPOUNDS.items() if any(word.startswith(start) for word in head.words)
+    }
 
 
 def columns_by_unit(table: Table, wanted: WantedColumn) -> list[int]:
