@@ -32,7 +32,13 @@ _VOIDED = 0.2
 
 
 def unit_stiffness(shape: Shape, mode: str) -> tuple[float, float] | None:
-    """Return bounds of the stiffness over the shear modulus."""
+    """Return bounds of the stiffness over the shear modulus, mm (mm^3 in a rotation); None without a closed form.
+
+    Parameters
+    ----------
+    shape : Shape
+    mode : str
+    """
     kind, annulus = modes()[mode], shape.annulus
     if kind.specimen == "coupon":
         return None if kind.unit_slope is None else (kind.unit_slope, kind.unit_slope)

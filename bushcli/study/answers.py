@@ -154,6 +154,11 @@ def check_within_travel(case: Case, asked: Asked) -> None:
     """Raise `InputError` where an answer is asked for at a travel beyond the end of its load case.
 
     Travels of recordings, files and prescribed forces are not known before they are read or simulated.
+
+    Parameters
+    ----------
+    case : Case
+    asked : Asked
     """
     load = next((load for load in case.load_cases if load.label == asked.channel), None)
     if load is None or load.by_force or not load.path or asked.travel is None or asked.at_load:
