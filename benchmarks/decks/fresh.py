@@ -36,8 +36,8 @@ DRAWS, QUANTILES = 400, (0.5, 0.05, 0.95)
 PARTS = {"own": "own formulas", "foreign": "foreign formulas"}
 TEXT = """## The new decks together
 
-*Second* (82dfdac), *third* (a48e417) and *fourth* (23cba668, its first twelve 9921d07f): each as it was first
-diagnosed, before anything was changed on its account. The frequencies are those of the other two decks.
+*Second* (82dfdac), *third* (a48e417), *fourth* (23cba668, its first twelve 9921d07f) and *fifth* (531e5d4a): each as
+it was first diagnosed, before anything was changed on its account. The frequencies are those of the other decks.
 """
 CHANCE = f"""In brackets, what chance leaves of a posterior whose probabilities are exactly right: median, 5 and 95 % of
 {DRAWS} draws of each recording's truth from its own answer.
