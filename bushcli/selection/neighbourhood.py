@@ -264,9 +264,10 @@ class Neighbourhood:
         if prediction.model.structure in search.states or incompatibility(search.problem.case, names):
             return
         odds, likelihood = search.odds(prediction.model), search.problem.likelihood
-        # No model is better than one that leaves nothing but noise.
+        # No model is better than one that leaves nothing but noise. One that is predicted to leave less shows that the
+        # noise is overestimated: by how much others leave less is not known then.
         gain = likelihood.log_without_misfit - prediction.log_likelihood
-        limit = prediction.log_evidence + odds + max(gain, 0.0)
+        limit = prediction.log_evidence + odds + gain if gain >= 0.0 else math.inf
         log, hope = prediction.log_evidence, prediction.hope
         search.put(Queued(prediction.model, base, log, odds, slack, hope, limit, is_bound, is_silent))
 

@@ -363,6 +363,20 @@ def test_a_model_with_effects_exchanged_is_predicted_beside_a_fitted_one(world, 
     assert found.weights(fitted)[0] == pytest.approx(other.predicted_weight, abs=1.0)
 
 
+@pytest.mark.parametrize(("log_likelihood", "limit"), [(-20.0, -27.0), (-17.0, -30.0), (-11.0, math.inf)])
+def test_nothing_limits_a_fit_where_the_noise_is_overestimated(world, monkeypatch, log_likelihood, limit):
+    """As it is where a model is predicted to leave less than nothing but noise does, which has -17."""
+    search, queued_models = world.search(monkeypatch), []
+    three = tuple(ActiveEffect(effect(name), {}) for name in ("drift", "friction", "time_lag"))
+    model = replace(search.plain.model, effects=three)
+    monkeypatch.setattr(search, "put", queued_models.append)
+    monkeypatch.setattr(search, "odds", lambda model: 0.0)
+    monkeypatch.setitem(search.problem.likelihood.__dict__, "log_without_misfit", -17.0)
+    search.neighbourhood.queue(Prediction(model, -30.0, 5.0, log_likelihood, 5.0), search.plain, 6.0)
+    (one,) = queued_models
+    assert one.limit == pytest.approx(limit)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "fitted", "expected"),
     [
@@ -632,7 +646,14 @@ def test_a_search_abandons_fits_and_ends(world, monkeypatch):
             asked = super().ask(work, question)
             return replace(asked, abandon=lambda: events.append(question[1].structure))
 
-    # So that many fits begin, and one of them is easily outweighed.
+    # So that many fits begin, and one of them is easily outweighed: those that are predicted to leave less than noise are
+    # expected to do no better than that.
+    whole = Search.put
+
+    def limited(self, one):
+        whole(self, replace(one, limit=one.predicted_weight if math.isinf(one.limit) else one.limit))
+
+    monkeypatch.setattr(Search, "put", limited)
     monkeypatch.setattr(queue, "LEFT", 1e-6)
     monkeypatch.setattr(queue, "NEGLIGIBLE", 0.1)
     found = world.search(monkeypatch, Spied(1))
