@@ -254,7 +254,7 @@ class Likelihood:
 
     @cached_property
     def log_without_misfit(self) -> float:
-        """Log likelihood of a model that leaves nothing but noise; no model has a larger one."""
+        """Log likelihood of a model that leaves nothing but noise; none has more if that is estimated rightly."""
         return self.judge(self.no_misfit).log
 
     def _variances(self, form: Array, m: Array, channel: slice | int = slice(None)) -> _Variances:

@@ -646,8 +646,8 @@ def test_a_search_abandons_fits_and_ends(world, monkeypatch):
             asked = super().ask(work, question)
             return replace(asked, abandon=lambda: events.append(question[1].structure))
 
-    # So that many fits begin, and one of them is easily outweighed: those that are predicted to leave less than noise are
-    # expected to do no better than that.
+    # So that many fits begin, and one of them is easily outweighed: those that are predicted to leave less than noise
+    # are expected to do no better than that.
     whole = Search.put
 
     def limited(self, one):
