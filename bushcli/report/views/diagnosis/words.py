@@ -59,6 +59,7 @@ def headline(diagnosis: Diagnosis) -> str:
             beside = f"; also {join_names(effects_with_chance(diagnosis))}" if diagnosis.effects else ""
             p = f" ({chance(diagnosis.probability[UNKNOWN])})" if UNKNOWN in diagnosis.probability else best
             rivals = _not_ruled_out(diagnosis, [UNKNOWN])
+            rivals += ", with nothing unknown" if rivals else ""
             return f"Unexplained: something is missing that is not {catalogue(diagnosis)}{p}{beside}{rivals}{note}"
         case "faulty_data":
             return f"{faulty_data(diagnosis.faults)}{note}"
