@@ -13,7 +13,7 @@ from typing import Any
 from bushcli.case.finding import Keys, dotted_key, toml_text
 from bushcli.case.limits import DEEPEST
 from bushcli.effects.names import effect_name, rig_of
-from bushcli.errors import CaseError, Problem
+from bushcli.errors import CaseError, Problem, nearest
 
 _SEGMENT = re.compile(r"([A-Za-z0-9_-]+(?:@[^\[\]@]+)?)((?:\[\d+\])*)\Z")
 
@@ -148,7 +148,7 @@ def _put(data: dict[str, Any], keys: Keys, value: Any, where: str) -> Keys:
         elif key not in table:
             following = keys[position + 1]
             if isinstance(following, int) or following.isdigit():
-                raise CaseError(Problem(where, f"the case has no {dotted_key(path)}"))
+                raise CaseError(Problem(where, f"the case has no {dotted_key(path)}", nearest(key, table)))
             table[key] = {}
             created = created or path
         table = table[key]

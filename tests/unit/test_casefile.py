@@ -456,6 +456,7 @@ def test_overrides_change_and_create(folder):
             "load_cases is a list (give the number of the entry: load_cases.1.amplitude)",
         ),
         ("effects.0.name=x", "the case has no effects"),
+        ("load_case.0.mode=radial", 'the case has no load_case; did you mean "load_cases"?'),
         ("geometry.length.x=1", "geometry.length = 40.0 has no keys"),
     ],
 )
