@@ -105,7 +105,7 @@ def relaxing_models(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> It
             moduli = [math.log(max(fitted[f"g{i}"], FAINTEST)) for i in range(1, maxwell.branches + 1)]
             times = [math.log(fitted[f"tau{i}"]) for i in range(1, maxwell.branches + 1)]
             slope = float(np.clip(np.polyfit(times, moduli, 1)[0], -1.0, 1.0))
-        g = START / decades / math.sqrt(0.1 * fast * 10.0 * slow) ** slope
+        g = START / decades / math.sqrt(fast * slow) ** slope
         values = {"g1": g, "tau1": 10.0 * slow, "decades": decades, "slope": slope}
         model = replace(model, effects=(ActiveEffect(maxwell, values).with_start_values(),))
         yield model

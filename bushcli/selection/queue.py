@@ -145,8 +145,7 @@ class Search:
                 if time.perf_counter() > self.deadline:
                     break
             enough = self.share_left < LEFT and not self._begun
-            outweighed = self._better_predicted_model() or self._otherwise_relaxing() or self._with_rival()
-            outweighed = outweighed if enough else None
+            outweighed = self._doubtful_model() if enough else None
             if enough and outweighed is None:
                 if self._queue_branch_more():
                     continue
@@ -404,6 +403,10 @@ class Search:
         near.queue_without(beside)
         # Not before: an interrupted search has not looked at these neighbours.
         self._expanded.add(key)
+
+    def _doubtful_model(self) -> Queued | None:
+        """Return a model of which first order says too little for the search to end without its fit, or None."""
+        return self._better_predicted_model() or self._otherwise_relaxing() or self._with_rival()
 
     def _better_predicted_model(self) -> Queued | None:
         """Return a model that is predicted better than all fitted ones without an unknown effect, or None.
